@@ -21,12 +21,29 @@ const DEPTH_OF_FIELD_PI: f32 = 3.14159265;
 // Surfaces whose depths differ by less than this share belong together.
 const DEPTH_OF_FIELD_SOFT: f32 = 0.05;
 
-// The radius of the circle of confusion in pixels, and the depth. The gather reads whole pixels and softens the edge of
-// the circle by one: that adds at least the variance of a pixel to the circle's, which is taken off here.
-fn depth_of_field_circle(depth: vec4f, params: DepthOfField) -> vec4f {
-    let z = max(depth.x, 1e-3);
+// The radius of the circle of confusion in pixels. The gather reads whole pixels and softens the edge of the circle by
+// one: that adds at least the variance of a pixel to the circle's, which is taken off here.
+fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
     let radius = min(params.strength * abs(z - params.focus) / z, params.most);
-    return vec4f(sqrt(max(radius * radius - 1.0 / 6.0, 0.0)), z, 0.0, 1.0);
+    return sqrt(max(radius * radius - 1.0 / 6.0, 0.0));
+}
+
+// The radius and the depth of a pixel. A pixel beside a sharper surface in front of it shows a part of that, whatever its
+// own depth says, if edges are smooth. As what is behind it would be blurred without that part, edges would have steps:
+// so it belongs to the surface in front.
+fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
+    let own = max(texel(depth, at.pixel).x, 1e-3);
+    var z = own;
+    var radius = depth_of_field_radius(own, params);
+    for (var i = 0; i < 9; i++) {
+        let other = max(texel(depth, at.pixel + vec2i(i % 3 - 1, i / 3 - 1)).x, 1e-3);
+        let sharper = depth_of_field_radius(other, params);
+        if other < (1.0 - DEPTH_OF_FIELD_SOFT) * own && sharper < radius {
+            z = other;
+            radius = sharper;
+        }
+    }
+    return vec4f(radius, z, 0.0, 1.0);
 }
 
 // The largest radius in a row of texels, and in a column of such rows.
@@ -57,9 +74,34 @@ fn depth_of_field_around(tiles: texture_2d<f32>, at: Point) -> vec4f {
     return vec4f(most, 0.0, 0.0, 1.0);
 }
 
-// The distance of the edge of the aperture in a direction: 1 for a circle and at the corners of a polygon.
+// Half of the angle between two samples of the rings 1 to 16: its cosine and sine. A direction is the one before it,
+// turned, which is cheaper than its own sine; these are numbers, because the error of a device's sine would add up.
+const DEPTH_OF_FIELD_TURNS = array<vec2f, 16>(
+    vec2f(0.866025404, 0.500000000),
+    vec2f(0.965925826, 0.258819045),
+    vec2f(0.984807753, 0.173648178),
+    vec2f(0.991444861, 0.130526192),
+    vec2f(0.994521895, 0.104528463),
+    vec2f(0.996194698, 0.087155743),
+    vec2f(0.997203797, 0.074730094),
+    vec2f(0.997858923, 0.065403129),
+    vec2f(0.998308158, 0.058144829),
+    vec2f(0.998629535, 0.052335956),
+    vec2f(0.998867339, 0.047581916),
+    vec2f(0.999048222, 0.043619387),
+    vec2f(0.999188998, 0.040265940),
+    vec2f(0.999300705, 0.037391194),
+    vec2f(0.999390827, 0.034899497),
+    vec2f(0.999464587, 0.032719083),
+);
+
+// A direction that is turned by the angle of another one.
+fn depth_of_field_turned(direction: vec2f, angle: vec2f) -> vec2f {
+    return vec2f(direction.x * angle.x - direction.y * angle.y, direction.x * angle.y + direction.y * angle.x);
+}
+
+// The distance of the edge of a polygonal aperture in a direction: 1 at its corners.
 fn depth_of_field_edge(angle: f32, params: DepthOfField) -> f32 {
-    if params.blades < 3.0 { return 1.0; }
     let side = 2.0 * DEPTH_OF_FIELD_PI / params.blades;
     let turned = angle + params.rotation;
     let within = turned - side * floor(turned / side);
@@ -78,52 +120,75 @@ struct DepthOfFieldLight {
     behind: vec4f,
 }
 
-// Adds the light of a place. `distance` is that from the pixel, in pixels of an aperture that is a circle; `area` is
-// what the sample stands for.
+// The surface that a pixel shows. `density` is the light of a place within its circle, of 1 in all: a circle is never
+// smaller than a pixel.
+struct DepthOfFieldSurface {
+    radius: f32,
+    depth: f32,
+    density: f32,
+}
+
+fn depth_of_field_surface(circle: vec4f) -> DepthOfFieldSurface {
+    return DepthOfFieldSurface(circle.x, circle.y, 1.0 / max(DEPTH_OF_FIELD_PI * circle.x * circle.x, 1.0));
+}
+
+// Adds the light of a surface. `distance` is that from the pixel, in pixels of an aperture that is a circle; `area` is
+// what the sample stands for, and `nearness` 1 over the difference of depths of two surfaces. The smaller of two
+// circles has the larger density.
 fn depth_of_field_add(
     light: ptr<function, DepthOfFieldLight>,
     color: vec3f,
-    circle: vec2f,
-    own: vec2f,
+    other: DepthOfFieldSurface,
+    own: DepthOfFieldSurface,
+    nearness: f32,
     distance: f32,
     area: f32,
 ) {
-    let is_before = clamp((own.y - circle.y) / (DEPTH_OF_FIELD_SOFT * own.y), 0.0, 1.0);
-    let near = clamp(circle.x - distance + 0.5, 0.0, 1.0) / max(DEPTH_OF_FIELD_PI * circle.x * circle.x, 1.0);
-    let radius = min(circle.x, own.x);
-    let far = clamp(radius - distance + 0.5, 0.0, 1.0) / max(DEPTH_OF_FIELD_PI * radius * radius, 1.0);
+    let is_before = clamp((own.depth - other.depth) * nearness, 0.0, 1.0);
+    let near = clamp(other.radius - distance + 0.5, 0.0, 1.0) * other.density;
+    let radius = min(other.radius, own.radius);
+    let far = clamp(radius - distance + 0.5, 0.0, 1.0) * max(other.density, own.density);
     let weights = area * vec2f(is_before * near, (1.0 - is_before) * far);
     (*light).before += weights.x * vec4f(color, 1.0);
     (*light).behind += weights.y * vec4f(color, 1.0);
 }
 
-fn depth_of_field(
+// `is_polygon` is the same for all pixels: each of the two kernels below has its own.
+fn depth_of_field_gathered(
     source: texture_2d<f32>,
     circle: texture_2d<f32>,
     around: texture_2d<f32>,
     at: Point,
     params: DepthOfField,
+    is_polygon: bool,
 ) -> vec4f {
     let center = texel(source, at.pixel);
     let reach = texel(around, at.pixel / params.tile).x;
     if reach < 0.5 { return center; }
-    let own = texel(circle, at.pixel).xy;
+    let own = depth_of_field_surface(texel(circle, at.pixel));
+    let nearness = 1.0 / (DEPTH_OF_FIELD_SOFT * own.depth);
     // Six samples in the first ring, twelve in the second, and so on, nearer to each other in the middle: for surfaces
     // that are less blurred. They are texels, because a filtered one would mix the light of two surfaces.
     var light = DepthOfFieldLight();
     var inside = depth_of_field_ring(0.5, reach, params);
-    depth_of_field_add(&light, center.rgb, own, own, 0.0, DEPTH_OF_FIELD_PI * inside * inside);
+    depth_of_field_add(&light, center.rgb, own, own, nearness, 0.0, DEPTH_OF_FIELD_PI * inside * inside);
     for (var ring = 1; ring <= min(params.rings, 16); ring++) {
-        let count = 6 * ring;
         let outside = depth_of_field_ring(f32(ring) + 0.5, reach, params);
-        let area = DEPTH_OF_FIELD_PI * (outside - inside) * (outside + inside) / f32(count);
+        let area = DEPTH_OF_FIELD_PI * (outside - inside) * (outside + inside) / f32(6 * ring);
         let distance = depth_of_field_ring(f32(ring), reach, params);
-        for (var i = 0; i < count; i++) {
-            let angle = 2.0 * DEPTH_OF_FIELD_PI * (f32(i) + 0.5 * f32(ring & 1)) / f32(count);
-            let offset = distance * depth_of_field_edge(angle, params) * vec2f(cos(angle), sin(angle));
-            let place = at.pixel + vec2i(round(offset));
-            let color = texel(source, place).rgb;
-            depth_of_field_add(&light, color, texel(circle, place).xy, own, distance, area);
+        let half_turn = DEPTH_OF_FIELD_TURNS[ring - 1];
+        let turn = depth_of_field_turned(half_turn, half_turn);
+        var direction = select(vec2f(1.0, 0.0), half_turn, (ring & 1) == 1);
+        for (var i = 0; i < 6 * ring; i++) {
+            var along = distance;
+            if is_polygon {
+                let turns = (f32(i) + 0.5 * f32(ring & 1)) / f32(6 * ring);
+                along *= depth_of_field_edge(2.0 * DEPTH_OF_FIELD_PI * turns, params);
+            }
+            let place = at.pixel + vec2i(round(along * direction));
+            let other = depth_of_field_surface(texel(circle, place));
+            depth_of_field_add(&light, texel(source, place).rgb, other, own, nearness, distance, area);
+            direction = depth_of_field_turned(direction, turn);
         }
         inside = outside;
     }
@@ -131,4 +196,26 @@ fn depth_of_field(
     let before = light.before.rgb / max(light.before.w, 1e-6);
     let color = between3(behind, before, clamp(light.before.w, 0.0, 1.0));
     return vec4f(bounded_scene(color), center.a);
+}
+
+// With a round aperture.
+fn depth_of_field(
+    source: texture_2d<f32>,
+    circle: texture_2d<f32>,
+    around: texture_2d<f32>,
+    at: Point,
+    params: DepthOfField,
+) -> vec4f {
+    return depth_of_field_gathered(source, circle, around, at, params, false);
+}
+
+// With a polygon.
+fn depth_of_field_polygon(
+    source: texture_2d<f32>,
+    circle: texture_2d<f32>,
+    around: texture_2d<f32>,
+    at: Point,
+    params: DepthOfField,
+) -> vec4f {
+    return depth_of_field_gathered(source, circle, around, at, params, true);
 }

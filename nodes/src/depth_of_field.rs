@@ -36,7 +36,7 @@ params! {
         /// Rings of samples in the largest circle nearby.
         pub rings: u32 = 8 => within(1.0..=16.0), quality(12u32, [8, 5, 3]);
         /// Blades of the aperture, 5 to 9 mostly. Below 3 it is round.
-        pub blades: u32 = 0 => within(0.0..=16.0), live();
+        pub blades: u32 = 0 => within(0.0..=16.0);
         /// The direction of a corner of the aperture.
         pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
     }
@@ -108,7 +108,8 @@ impl Node for DepthOfField {
         let each = self.step(pass, ("rows", rows), (["tiles", "depth_of_field_tiles"], ImageDesc::new(tiles)), numbers);
         let around =
             self.step(pass, ("tiles", each), (["around", "depth_of_field_around"], ImageDesc::new(tiles)), numbers);
-        let last = pass.function(&SHADER, "depth_of_field").read("source", source);
+        let function = if self.blades >= 3 { "depth_of_field_polygon" } else { "depth_of_field" };
+        let last = pass.function(&SHADER, function).read("source", source);
         numbers.set(last.read("circle", circle).read("around", around)).write("result", desc);
     }
 }

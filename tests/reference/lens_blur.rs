@@ -42,6 +42,20 @@ impl DepthOfField {
         (self.radius(depth, height).powi(2) - 1.0 / 6.0).max(0.0).sqrt()
     }
 
+    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its neighbours, if
+    /// there is one.
+    fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
+        let surface = |x: i64, y: i64| {
+            let z = depth.texel(x, y)[0].max(1e-3);
+            [self.gathered(z, image.height as f64), z]
+        };
+        let own = surface(x, y);
+        let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| surface(x + i, y + j)));
+        let before = around.filter(|[radius, z]| *z < (1.0 - SOFT) * own[1] && *radius < own[0]);
+        let [radius, z] = before.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or(own);
+        [radius, z, 0.0, 1.0]
+    }
+
     fn edge(&self, angle: f64) -> f64 {
         if self.blades < 3 {
             return 1.0;
@@ -72,7 +86,7 @@ impl DepthOfField {
     }
 
     pub(crate) fn apply(&self, image: &Image, depth: &Image) -> Image {
-        let circles = depth.map(|[z, ..]| [self.gathered(z, image.height as f64), z.max(1e-3), 0.0, 1.0]);
+        let circles = Image::new(image.width, image.height, |x, y| self.circle(depth, [x as i64, y as i64], image));
         let tile = (self.most.ceil() as usize + 1).max(8);
         Image::new(image.width, image.height, |x, y| {
             let reach = tile_most(&circles, [x, y], tile);

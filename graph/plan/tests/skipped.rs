@@ -167,3 +167,51 @@ fn a_table_that_changes_nothing_is_skipped_unless_a_shaper_precedes_it() {
     let plain = OneFile("LUT_1D_SIZE 2\n0 0 0\n1 1 1\n");
     assert!(!is_skipped("Encoded", "ColorLut(file: \"a.cube\", shaper: Log2)", &plain));
 }
+
+/// A pass for the next frame runs only where the values of its reader make use of it.
+#[test]
+fn what_no_pass_reads_of_the_frame_before_is_not_made() {
+    let plan = |fireflies: &str| {
+        let text = format!(
+            r#"Pipeline(
+                inputs: {{ "scene": Color }},
+                nodes: {{
+                    "result": Extract(source: "scene", before: "result.peaks@previous", fireflies: {fireflies}),
+                }},
+                outputs: {{ "out": "result" }},
+            )"#
+        );
+        planned(&checked(&text), &[])
+    };
+    let has_peaks = |plan: &Plan| plan.work().any(|pass| pass.label.contains("extract_peaks"));
+    let (limit, keep) = (plan("Limit"), plan("Keep"));
+    assert!(has_peaks(&limit) && limit.skipped.is_empty(), "{:?}", limit.skipped);
+    assert!(!has_peaks(&keep) && keep.passes.len() == 1, "{}", keep.to_text());
+    let skipped: Vec<&str> = keep.skipped.iter().map(|skipped| skipped.node.as_str()).collect();
+    assert_eq!(skipped, ["result.peaks@previous"], "{}", keep.to_text());
+    assert!(keep.memory.kept < limit.memory.kept, "{} and {} bytes", keep.memory.kept, limit.memory.kept);
+}
+
+/// A node whose reader reads it only at other values has no pass, and a chain of memories is dropped as a whole.
+#[test]
+fn what_only_feeds_an_unread_input_is_skipped() {
+    let plan = |fireflies: &str| {
+        let text = format!(
+            r#"Pipeline(
+                inputs: {{ "scene": Color }},
+                nodes: {{
+                    "soft": Gaussian(source: "scene", sigma: 2.0),
+                    "older": Gaussian(source: "soft@previous", sigma: 2.0),
+                    "result": Extract(source: "scene", before: "older", fireflies: {fireflies}),
+                }},
+                outputs: {{ "out": "result" }},
+            )"#
+        );
+        planned(&checked(&text), &[])
+    };
+    assert_eq!(running(&plan("Keep")), ["result"]);
+    let (skipped, read) = (plan("Keep").skipped, plan("Limit"));
+    let names: Vec<&str> = skipped.iter().map(|skipped| skipped.node.as_str()).collect();
+    assert_eq!(names, ["older", "soft", "soft.result@previous"]);
+    assert!(["older", "soft", "result"].iter().all(|node| running(&read).contains(node)), "{}", read.to_text());
+}
