@@ -28,15 +28,17 @@ fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
     return sqrt(max(radius * radius - 1.0 / 6.0, 0.0));
 }
 
-// The radius and the depth of a pixel. A pixel beside a sharper surface in front of it shows a part of that, whatever its
-// own depth says, if edges are smooth. As what is behind it would be blurred without that part, edges would have steps:
-// so it belongs to the surface in front.
+// The radius and the depth of a pixel. Where edges are smooth, a pixel beside a sharper surface in front of it shows a
+// part of that, whatever its own depth says. Blurred with what is behind, it would lose that part and the edge would
+// have steps: so it belongs to the surface in front.
 fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
     let own = max(texel(depth, at.pixel).x, 1e-3);
     var z = own;
     var radius = depth_of_field_radius(own, params);
-    for (var i = 0; i < 9; i++) {
-        let other = max(texel(depth, at.pixel + vec2i(i % 3 - 1, i / 3 - 1)).x, 1e-3);
+    for (var i = 0; i < 4; i++) {
+        let is_across = i < 2;
+        let step = select(1, -1, (i & 1) == 0) * select(vec2i(0, 1), vec2i(1, 0), is_across);
+        let other = max(texel(depth, at.pixel + step).x, 1e-3);
         let sharper = depth_of_field_radius(other, params);
         if other < (1.0 - DEPTH_OF_FIELD_SOFT) * own && sharper < radius {
             z = other;

@@ -79,6 +79,22 @@ fn a_bright_background_does_not_bleed_over_a_sharp_foreground() {
     assert!((5.0..45.0).contains(&covered), "{covered}");
 }
 
+/// A pixel that shows a bar and the sky has the sky's depth, as a renderer with one sample for depth may write it.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_smooth_edge_of_a_sharp_bar_stays_before_a_blurred_sky() {
+    let light = |x: u32| match x {
+        30..=32 => 0.1,
+        33 => 25.0,
+        _ => 50.0,
+    };
+    let scene = Picture::new(64, 48, |x, _| [light(x), light(x), light(x), 1.0]);
+    let depth = Picture::new(64, 48, |x, _| [if (30..=32).contains(&x) { 2.0 } else { 40.0 }, 0.0, 0.0, 1.0]);
+    let found = run("DepthOfField(depth: \"data\", focus: 2.0, focal_length: 200.0, largest: 0.1)", &scene, &depth);
+    assert!((found.at(33, 24)[0] - 25.0).abs() < 0.1, "{:?}", found.at(33, 24));
+    assert!((35..64).all(|x| (found.at(x, 24)[0] - 50.0).abs() < 0.1), "{:?}", found.at(35, 24));
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_moves_is_drawn_out_as_far_as_the_shutter_is_open() {

@@ -42,7 +42,7 @@ impl DepthOfField {
         (self.radius(depth, height).powi(2) - 1.0 / 6.0).max(0.0).sqrt()
     }
 
-    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its neighbours, if
+    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its four neighbours, if
     /// there is one.
     fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
         let surface = |x: i64, y: i64| {
@@ -50,8 +50,8 @@ impl DepthOfField {
             [self.gathered(z, image.height as f64), z]
         };
         let own = surface(x, y);
-        let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| surface(x + i, y + j)));
-        let before = around.filter(|[radius, z]| *z < (1.0 - SOFT) * own[1] && *radius < own[0]);
+        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(i, j)| surface(x + i, y + j));
+        let before = around.into_iter().filter(|[radius, z]| *z < (1.0 - SOFT) * own[1] && *radius < own[0]);
         let [radius, z] = before.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or(own);
         [radius, z, 0.0, 1.0]
     }

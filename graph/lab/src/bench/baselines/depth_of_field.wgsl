@@ -21,13 +21,27 @@ struct Settings {
 
 const PI: f32 = 3.14159265;
 
+// The radius and the distance of what a pixel shows, less what reading whole pixels adds.
+fn surface(p: vec2i) -> vec2f {
+    let last = vec2i(textureDimensions(depths)) - 1;
+    let z = max(textureLoad(depths, clamp(p, vec2i(0), last), 0).x, 1e-3);
+    let radius = min(settings.strength * abs(z - settings.focus) / z, settings.longest);
+    return vec2f(sqrt(max(radius * radius - 1.0 / 6.0, 0.0)), z);
+}
+
 @compute @workgroup_size(16, 16)
 fn confuse(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(depths)) { return; }
-    let z = max(textureLoad(depths, id.xy, 0).x, 1e-3);
-    let radius = min(settings.strength * abs(z - settings.focus) / z, settings.longest);
-    // Less what reading whole pixels adds.
-    textureStore(circle, id.xy, vec4f(sqrt(max(radius * radius - 1.0 / 6.0, 0.0)), z, 0.0, 1.0));
+    let p = vec2i(id.xy);
+    let own = surface(p);
+    var found = own;
+    // A pixel beside a sharper surface in front belongs to that.
+    var sides = array<vec2i, 4>(vec2i(-1, 0), vec2i(1, 0), vec2i(0, -1), vec2i(0, 1));
+    for (var i = 0; i < 4; i++) {
+        let other = surface(p + sides[i]);
+        if other.y < 0.95 * own.y && other.x < found.x { found = other; }
+    }
+    textureStore(circle, id.xy, vec4f(found, 0.0, 1.0));
 }
 
 @compute @workgroup_size(16, 16)
