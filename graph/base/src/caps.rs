@@ -27,6 +27,8 @@ pub struct Caps {
     pub max_buffer: u64,
     /// Storage images in one pass.
     pub max_storage_images: u32,
+    /// Uniform buffers in one pass, beside that of the frame's time and number.
+    pub max_uniform_buffers: u32,
     /// Whether shaders have half-precision arithmetic.
     pub half_arithmetic: bool,
     /// Whether shaders have subgroup operations.
@@ -59,6 +61,7 @@ impl Default for Caps {
             workgroup_invocations: 256,
             max_buffer: 128 << 20,
             max_storage_images: 4,
+            max_uniform_buffers: 11,
             half_arithmetic: false,
             subgroups: false,
             tiles: false,

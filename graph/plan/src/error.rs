@@ -42,6 +42,16 @@ pub enum PlanError {
         /// The longest side allowed.
         limit: u32,
     },
+    /// A pass binds more uniform buffers than the device allows.
+    #[error("pass `{label}` has {count} uniform buffers, but this device allows at most {limit}")]
+    TooManyUniformBuffers {
+        /// What the pass does.
+        label: String,
+        /// Its uniform buffers, with one for its size if the framework writes its entry point.
+        count: usize,
+        /// The most that are allowed.
+        limit: u32,
+    },
     /// An output comes from a node that is off and has no fallback.
     #[error("output `{0}` comes from a node that is off and has no fallback")]
     NothingToShow(String),

@@ -30,6 +30,7 @@ pub(crate) struct Formatted {
 /// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
 pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> Result<Formatted, PlanError> {
     builder.recording.images.iter().try_for_each(|image| check_size(image, &request.caps))?;
+    builder.recording.passes.iter().try_for_each(|pass| check_uniforms(pass, &request.caps))?;
     let passes = staged(builder, &request.caps);
     let (mut options, ignored) = request.options.granted(&request.caps);
     if passes.iter().any(|pass| pass.stage != Stage::Compute) {
@@ -45,6 +46,12 @@ fn check_size(image: &VirtualImage, caps: &Caps) -> Result<(), PlanError> {
     let limit = if volume { caps.max_volume_side } else { caps.max_side };
     let fits = size.width.max(size.height).max(size.depth) <= limit;
     if fits { Ok(()) } else { Err(PlanError::TooLarge { label: image.label.clone(), size, limit }) }
+}
+
+fn check_uniforms(pass: &Pass, caps: &Caps) -> Result<(), PlanError> {
+    let (count, limit) = (pass.uniform_buffers(), caps.max_uniform_buffers);
+    let fits = count <= limit as usize;
+    if fits { Ok(()) } else { Err(PlanError::TooManyUniformBuffers { label: pass.label.clone(), count, limit }) }
 }
 
 fn staged(builder: &mut PlanBuilder, caps: &Caps) -> Vec<ScheduledPass> {

@@ -8,8 +8,11 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::{Arg, BlockId, CAMERA, NodeKind, Registry, folder_kind_of};
 use afterimage_graph::prelude::*;
 use afterimage_plan::codegen::SlotKind;
-use afterimage_plan::{Given, GivenImage, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify};
+use afterimage_plan::{
+    Caps, Given, GivenImage, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify,
+};
 
+use super::devices::uniform_buffers;
 use super::golden::assert_golden;
 use super::planned::{FRAME, all_formats};
 
@@ -150,6 +153,24 @@ fn a_module_binds_each_block_that_its_kernels_read() {
     let [eye, light] = [BlockId(2), BlockId(3)];
     assert_eq!(bound.last(), Some(&vec![light]), "{bound:?}");
     assert!(bound.contains(&vec![eye, light]), "two layers of fog are one pass: {}", plan.to_text());
+}
+
+/// Two layers of fog that are one pass have three: its size, and two cameras. Depth is stored with its size alone.
+#[test]
+fn passes_are_fused_as_far_as_a_device_has_uniform_buffers() {
+    let plan = |max_uniform_buffers| {
+        let request = request(&["eye", "light"]);
+        plan(&graph(), &PlanRequest { caps: Caps { max_uniform_buffers, ..all_formats() }, ..request })
+    };
+    let bound = |most: u32| {
+        let plan = plan(most).unwrap_or_else(|error| panic!("{error}"));
+        let mut counts: Vec<usize> = (0..plan.passes.len()).map(|index| uniform_buffers(&plan, index)).collect();
+        counts.sort_unstable();
+        counts
+    };
+    assert_eq!([bound(11), bound(3), bound(2)], [vec![1, 2, 3], vec![1, 2, 3], vec![1, 2, 2, 2]]);
+    let error = plan(1).expect_err("each of the passes has two");
+    assert!(matches!(error, PlanError::TooManyUniformBuffers { count: 2, limit: 1, .. }), "{error}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use afterimage_generators::Recipe;
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::{PassKind, Resource};
+use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, When};
 use proptest::prelude::*;
 
@@ -25,6 +26,13 @@ fn is_ours(planned: &PlannedPass) -> bool {
     planned.pass.kind != PassKind::Compute
 }
 
+/// Uniform buffers that the module of a pass binds, beside that of the frame's time and number.
+pub fn uniform_buffers(plan: &Plan, index: usize) -> usize {
+    let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
+    let is_uniform = |kind| matches!(kind, SlotKind::Extent | SlotKind::Params | SlotKind::Block(_));
+    composed.slots.iter().filter(|slot| is_uniform(slot.kind)).count()
+}
+
 /// Each pass is within what the device can do.
 #[track_caller]
 pub fn assert_fits(plan: &Plan, caps: &Caps, what: &str) {
@@ -38,6 +46,7 @@ pub fn assert_fits(plan: &Plan, caps: &Caps, what: &str) {
             assert!(formats.len() <= caps.max_storage_images as usize, "{label} writes {} images", formats.len());
             let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
             let invocations: u32 = composed.workgroup.iter().product();
+            assert!(uniform_buffers(plan, index) <= caps.max_uniform_buffers as usize, "{label}");
             assert!(invocations <= caps.workgroup_invocations, "{label} has {invocations} invocations");
             if matches!(planned.pass.kind, PassKind::TiledChain(_)) {
                 let bytes = workgroup_bytes(plan, index);

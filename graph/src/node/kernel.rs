@@ -1,5 +1,7 @@
 //! A kernel in a pass: a function or a compute entry point, with what its arguments hold.
 
+use std::collections::BTreeSet;
+
 use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::Shader;
@@ -228,6 +230,17 @@ impl KernelCall {
     pub fn arg(&self, name: &str) -> Option<Arg> {
         self.args.iter().find(|arg| arg.name == name).map(|arg| arg.value)
     }
+}
+
+/// Uniform buffers that a pass of these kernels binds for their parameters and host blocks. A block is bound once for
+/// each struct that it is read as: files that are not trusted have structs of their own.
+pub(super) fn uniform_buffers<'a>(kernels: impl Iterator<Item = &'a KernelCall> + Clone) -> usize {
+    let file = |kernel: &'a KernelCall| kernel.shader.is_untrusted().then(|| kernel.shader.file());
+    let reads =
+        |kernel: &'a KernelCall| kernel.args.iter().filter_map(move |arg| Some((arg.value.block()?, file(kernel))));
+    let blocks: BTreeSet<_> = kernels.clone().flat_map(reads).collect();
+    let has_params = kernels.into_iter().any(|kernel| !kernel.uniform.is_empty());
+    usize::from(has_params) + blocks.len()
 }
 
 impl Arg {

@@ -9,7 +9,7 @@ use afterimage_base::image::Size;
 use afterimage_wgsl::Shader;
 
 use super::drawing::Drawing;
-use super::kernel::{Arg, KernelCall};
+use super::kernel::{Arg, KernelCall, uniform_buffers};
 use super::resource::{ImageId, Resource};
 
 /// One dispatch or draw.
@@ -174,6 +174,17 @@ impl Pass {
     /// The modules that it is made of.
     pub fn shaders(&self) -> impl Iterator<Item = &Shader> + '_ {
         self.kernels.iter().map(|kernel| &*kernel.shader)
+    }
+
+    /// Uniform buffers that it binds, beside that of the frame's time and number.
+    pub fn uniform_buffers(&self) -> usize {
+        let has_own_entry = matches!(self.kind, PassKind::Compute | PassKind::CellReduce(_) | PassKind::Drawing(_));
+        if has_own_entry { uniform_buffers(self.kernels.iter()) } else { Self::joined_uniform_buffers([self]) }
+    }
+
+    /// The same of passes of functions, after they have become one: its size is in a uniform buffer, too.
+    pub fn joined_uniform_buffers<'a>(passes: impl IntoIterator<Item = &'a Self, IntoIter: Clone>) -> usize {
+        1 + uniform_buffers(passes.into_iter().flat_map(|pass| &pass.kernels))
     }
 
     /// Its override constants.

@@ -147,9 +147,6 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         if let Some((.., variable)) = known {
             return variable.clone();
         }
-        // Mesa 22 crashes where a branch depends on the fourth uniform buffer of a module, and those of the framework's
-        // own code depend on this one.
-        self.extent();
         let binding = self.slots.len() as u32;
         let variable = format!("block{binding}");
         self.slots.push(Slot { binding, kind: SlotKind::Block(block) });

@@ -19,8 +19,8 @@ pub(crate) fn fusion(builder: &mut PlanBuilder, request: &PlanRequest<'_>) {
     let options = &request.options;
     let pays = |when: When| when == When::Always || when == When::WhereItPays && request.caps.tiles;
     if options.fuse {
-        point::fuse_points(builder);
-        warp::fuse_warps(builder);
+        point::fuse_points(builder, &request.caps);
+        warp::fuse_warps(builder, &request.caps);
     }
     if pays(options.row_downsample) {
         row_downsample::downsample_by_rows(builder, options.row_downsample == When::Always);

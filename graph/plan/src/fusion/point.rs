@@ -7,6 +7,7 @@
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
+use afterimage_base::caps::Caps;
 use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, PassKind, Recording, Resource};
 
 /// With more bindings than this in one pass, a small device refuses it.
@@ -16,11 +17,11 @@ const MOST_COPIES: usize = 4;
 /// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler.
 const MOST_KERNELS: usize = 64;
 
-pub(super) fn fuse_points(builder: &mut PlanBuilder) {
+pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
     let mut pending: Vec<usize> = (0..graph.len()).rev().collect();
     while let Some(number) = pending.pop() {
-        let readers = pixel_readers(&graph, &builder.recording, number);
+        let readers = pixel_readers(&graph, &builder.recording, caps, number);
         let Some((last, others)) = readers.split_last() else { continue };
         let producer = graph.take(number).expect("a producer was found");
         // Copies for all but the last, so that a long chain is not copied at every link.
@@ -36,7 +37,7 @@ pub(super) fn fuse_points(builder: &mut PlanBuilder) {
 }
 
 /// The passes that this one can become part of: all that read its result, or none.
-fn pixel_readers(graph: &PassGraph, recording: &Recording, number: usize) -> Vec<usize> {
+fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: usize) -> Vec<usize> {
     let Some((pass, result)) = graph.functions(number) else { return Vec::new() };
     let image = recording.image(result);
     if image.origin != Origin::Transient || graph.is_kept(result) {
@@ -49,15 +50,17 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, number: usize) -> Vec
         let only_pixels =
             reader.args().all(|arg| arg == Arg::Pixel(result) || arg.read() != Some(Resource::Image(result)));
         let same_size = recording.image(reader_result).desc.size == image.desc.size;
-        only_pixels && same_size && fit_together(pass, reader)
+        only_pixels && same_size && fit_together(pass, reader, caps)
     };
     let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(pass);
     if few && readers.iter().all(takes) { readers } else { Vec::new() }
 }
 
-fn fit_together(producer: &Pass, reader: &Pass) -> bool {
+fn fit_together(producer: &Pass, reader: &Pass, caps: &Caps) -> bool {
     let kernels = producer.kernels.len() + reader.kernels.len();
-    kernels <= MOST_KERNELS && bindings(producer) + bindings(reader) <= MOST_TEXTURES
+    kernels <= MOST_KERNELS
+        && bindings(producer) + bindings(reader) <= MOST_TEXTURES
+        && Pass::joined_uniform_buffers([producer, reader]) <= caps.max_uniform_buffers as usize
 }
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one

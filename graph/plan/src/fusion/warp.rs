@@ -4,15 +4,16 @@
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
+use afterimage_base::caps::Caps;
 use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, Recording, Resource, WarpPart};
 
 /// Reads of the image before all warps, at most: more cost more than to store the image between two of them.
 const MOST_TAPS: usize = 4;
 
-pub(super) fn fuse_warps(builder: &mut PlanBuilder) {
+pub(super) fn fuse_warps(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
     for number in (0..graph.len()).rev() {
-        let Some(reader) = warp_reader(&graph, &builder.recording, number) else { continue };
+        let Some(reader) = warp_reader(&graph, &builder.recording, caps, number) else { continue };
         let producer = graph.take(number).expect("a producer was found");
         let taker = graph.take(reader).expect("a reader was found");
         let (pass, fused) = merge(&builder.recording, &producer, taker);
@@ -23,7 +24,7 @@ pub(super) fn fuse_warps(builder: &mut PlanBuilder) {
 }
 
 /// The only reader of a warp's result, if it reads it by taps alone.
-fn warp_reader(graph: &PassGraph, recording: &Recording, number: usize) -> Option<usize> {
+fn warp_reader(graph: &PassGraph, recording: &Recording, caps: &Caps, number: usize) -> Option<usize> {
     let (producer, between) = graph.functions(number)?;
     let image = recording.image(between);
     let is_between = image.origin == Origin::Transient && !graph.is_kept(between);
@@ -37,7 +38,8 @@ fn warp_reader(graph: &PassGraph, recording: &Recording, number: usize) -> Optio
     let only_taps = taker.kernels.iter().filter(reads).all(|kernel| kernel.warp == Some(WarpPart::Tap));
     let taps = taker.kernels.iter().filter(reads).count() * taps(producer);
     let same_size = recording.image(result).desc.size == image.desc.size;
-    (only_taps && same_size && taps <= MOST_TAPS).then_some(reader)
+    let fits = Pass::joined_uniform_buffers([producer, taker]) <= caps.max_uniform_buffers as usize;
+    (only_taps && same_size && fits && taps <= MOST_TAPS).then_some(reader)
 }
 
 fn taps(pass: &Pass) -> usize {

@@ -23,8 +23,8 @@ pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaint
         ));
     }
     for pass in &recording.passes {
+        let place = format!("the pass `{}` at {size}", pass.label);
         for kernel in &pass.kernels {
-            let place = format!("the pass `{}` at {size}", pass.label);
             dispatch(kernel, &place, complaints);
             match pass.kind {
                 PassKind::Workgroup([width, height]) => invocations([width, height, 1], &caps, &place, complaints),
@@ -32,6 +32,7 @@ pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaint
             }
             bindings(kernel, &caps, &place, complaints);
         }
+        exceeds(pass.uniform_buffers(), caps.max_uniform_buffers as usize, "uniform buffers", &place, complaints);
     }
 }
 
