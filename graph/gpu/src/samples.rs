@@ -1,20 +1,19 @@
 //! Multisampled textures from texels: a device copies nothing into one, so a draw fills it, sample by sample.
 
-use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::image::ImageDesc;
 
 use crate::device::texture_format;
 use crate::platform::submit;
 use crate::{GpuError, store};
 
-/// One texel of the image below for each sample.
+/// Each sample is the texel of a layer.
 const FILL: &str = "
-@group(0) @binding(0) var texels: texture_2d<f32>;
+@group(0) @binding(0) var texels: texture_2d_array<f32>;
 @vertex fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(vec2f(vec2u(index & 1u, index >> 1u)) * 4.0 - 1.0, 0.0, 1.0);
 }
 @fragment fn fill(@builtin(position) at: vec4f, @builtin(sample_index) index: u32) -> @location(0) vec4f {
-    let rows = textureDimensions(texels).y / SAMPLES;
-    return textureLoad(texels, vec2u(vec2u(at.xy) + vec2u(0u, index * rows)), 0);
+    return textureLoad(texels, vec2u(at.xy), index, 0);
 }
 ";
 
@@ -25,15 +24,18 @@ pub(crate) fn upload(
     desc: ImageDesc,
     bytes: &[u8],
 ) -> Result<wgpu::Texture, GpuError> {
-    let below = ImageDesc { size: Size::new(desc.size.width, desc.size.height * desc.samples), samples: 1, ..desc };
-    let texels = store::create(device, below, "samples");
-    store::upload(queue, &texels.texture, below, bytes)?;
+    let layers = ImageDesc { samples: 1, ..desc }.with_layers(desc.samples);
+    let texels = store::create(device, layers, "samples").texture;
+    store::upload(queue, &texels, layers, bytes)?;
+    let all =
+        wgpu::TextureViewDescriptor { dimension: Some(wgpu::TextureViewDimension::D2Array), ..Default::default() };
+    let texels = texels.create_view(&all);
     let result = store::create(device, desc, "multisampled input");
     let pipeline = pipeline(device, desc);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
-        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&texels.view) }],
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&texels) }],
     });
     submit(device, queue, "the samples of an image", |encoder| {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -55,15 +57,14 @@ pub(crate) fn upload(
 }
 
 fn pipeline(device: &wgpu::Device, desc: ImageDesc) -> wgpu::RenderPipeline {
-    let text = FILL.replace("SAMPLES", &format!("{}u", desc.samples));
-    let source = wgpu::ShaderSource::Wgsl(text.into());
+    let source = wgpu::ShaderSource::Wgsl(FILL.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
     let texels = wgpu::BindGroupLayoutEntry {
         binding: 0,
         visibility: wgpu::ShaderStages::FRAGMENT,
         ty: wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
+            view_dimension: wgpu::TextureViewDimension::D2Array,
             multisampled: false,
         },
         count: None,

@@ -2,9 +2,11 @@
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
-use afterimage_plan::{Caps, Options, verify};
+use afterimage_graph::node::KernelCall;
+use afterimage_plan::{Caps, Options, Plan, verify};
+use afterimage_wgsl::SampleMode;
 
-use super::planned::{all_formats, built_in, pipelines, plan_images};
+use super::planned::{all_formats, built_in, pipelines, plan_everything, plan_images};
 
 /// The files in the folder: a new one is tested without being named here.
 fn files() -> Vec<String> {
@@ -24,9 +26,35 @@ fn every_plan_is_verified_and_equal_when_made_again() {
             for serial in [false, true] {
                 let options = Options { serial, ..Options::default() };
                 let plan = || plan_images(&graph, Format::Rgba32Float, Facts::default(), caps.clone(), options);
-                verify(&plan()).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
-                assert_eq!(plan().hash(), plan().hash(), "{name}");
+                let full = || plan_everything(&graph, Format::Rgba32Float, caps.clone(), options);
+                for plan in [&plan as &dyn Fn() -> Plan, &full] {
+                    verify(&plan()).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
+                    assert_eq!(plan().hash(), plan().hash(), "{name}");
+                }
             }
         }
     }
+}
+
+/// All textures of a module are limited alike where they are read: none to fewer numbers than it may hold, and none of
+/// the host to more.
+#[test]
+fn textures_of_a_module_are_limited_as_each_of_them_must_be() {
+    let (mut limited, mut beside) = (0, 0);
+    for name in files() {
+        let graph = built_in(&name);
+        let plan = plan_everything(&graph, Format::Rgba32Float, all_formats(), Options::default());
+        for (index, planned) in plan.passes.iter().enumerate() {
+            let mode = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).sample_mode;
+            let textures = || planned.pass.kernels.iter().flat_map(KernelCall::textures).map(|image| plan.image(image));
+            for image in textures().filter(|_| mode >= SampleMode::Sanitized) {
+                let wanted = SampleMode::sanitizing(image.signedness);
+                let is_given = image.sample_mode >= SampleMode::Sanitized;
+                let fits = if is_given { mode == wanted } else { mode >= wanted };
+                assert!(fits, "{name}: `{}` in `{}`: {mode:?}", image.label, planned.pass.label);
+                if is_given { limited += 1 } else { beside += 1 }
+            }
+        }
+    }
+    assert!(limited > 10 && beside > 2, "{limited} images of hosts, beside {beside} others");
 }

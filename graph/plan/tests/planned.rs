@@ -53,7 +53,16 @@ pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, opti
     attempt(graph, format, facts, (caps, options)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The same, or the error.
+/// The plan for a host that gives all optional inputs, too.
+pub fn plan_everything(graph: &Graph, format: Format, caps: Caps, options: Options) -> Plan {
+    let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
+    let given = Given::everything(FRAME, &graph.inputs, image);
+    let (facts, requirement) = (Facts::default(), &Requirement::typical);
+    let request = PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement };
+    plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The plan for a host that gives all inputs that are not optional, or the error.
 pub fn attempt(
     graph: &Graph,
     format: Format,

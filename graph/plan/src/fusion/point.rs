@@ -4,6 +4,7 @@
 //! A light function, which does little to one pixel, becomes part of each of several readers: to compute it again costs
 //! less than to store it.
 
+use super::fit_one_module;
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
@@ -50,17 +51,18 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
         let only_pixels =
             reader.args().all(|arg| arg == Arg::Pixel(result) || arg.read() != Some(Resource::Image(result)));
         let same_size = recording.image(reader_result).desc.size == image.desc.size;
-        only_pixels && same_size && fit_together(pass, reader, caps)
+        only_pixels
+            && same_size
+            && fit_together(pass, reader)
+            && fit_one_module([pass, reader].into_iter(), recording, caps)
     };
     let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(pass);
     if few && readers.iter().all(takes) { readers } else { Vec::new() }
 }
 
-fn fit_together(producer: &Pass, reader: &Pass, caps: &Caps) -> bool {
+fn fit_together(producer: &Pass, reader: &Pass) -> bool {
     let kernels = producer.kernels.len() + reader.kernels.len();
-    kernels <= MOST_KERNELS
-        && bindings(producer) + bindings(reader) <= MOST_TEXTURES
-        && Pass::joined_uniform_buffers([producer, reader]) <= caps.max_uniform_buffers as usize
+    kernels <= MOST_KERNELS && bindings(producer) + bindings(reader) <= MOST_TEXTURES
 }
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one

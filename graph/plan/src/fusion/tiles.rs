@@ -6,6 +6,7 @@
 
 use std::collections::BTreeSet;
 
+use super::fit_one_module;
 use super::pass_graph::PassGraph;
 use super::tile_cost::{INVOCATIONS, JoinedCost, separate_cost};
 use crate::builder::PlanBuilder;
@@ -138,9 +139,9 @@ impl Tiler<'_> {
     fn best_shape(&self, members: &[usize]) -> Option<Shape> {
         let stored = members.iter().filter(|number| self.is_stored(members, **number)).count();
         let can_store = stored <= self.caps.max_storage_images as usize;
-        let joined = Pass::joined_uniform_buffers(members.iter().map(|number| self.member(*number).0));
-        let can_bind = joined <= self.caps.max_uniform_buffers as usize;
-        let can_run = can_store && can_bind && self.caps.workgroup_invocations >= INVOCATIONS as u32;
+        let passes = members.iter().map(|number| self.member(*number).0);
+        let can_join = fit_one_module(passes, self.recording, self.caps);
+        let can_run = can_store && can_join && self.caps.workgroup_invocations >= INVOCATIONS as u32;
         let shapes = TILES.into_iter().filter(|_| can_run).filter_map(|tile| self.shape(members, tile));
         shapes.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }

@@ -1,6 +1,7 @@
 //! A warp that only another warp reads becomes part of it: its functions are called at the places that the other one
 //! computes, so the image between them is neither stored nor filtered.
 
+use super::fit_one_module;
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
@@ -38,7 +39,7 @@ fn warp_reader(graph: &PassGraph, recording: &Recording, caps: &Caps, number: us
     let only_taps = taker.kernels.iter().filter(reads).all(|kernel| kernel.warp == Some(WarpPart::Tap));
     let taps = taker.kernels.iter().filter(reads).count() * taps(producer);
     let same_size = recording.image(result).desc.size == image.desc.size;
-    let fits = Pass::joined_uniform_buffers([producer, taker]) <= caps.max_uniform_buffers as usize;
+    let fits = fit_one_module([producer, taker].into_iter(), recording, caps);
     (only_taps && same_size && fits && taps <= MOST_TAPS).then_some(reader)
 }
 
