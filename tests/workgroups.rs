@@ -125,6 +125,30 @@ fn workgroup_total(invocation: Invocation, value: f32) -> f32 {
     }
 }
 
+/// An index beyond an array of a workgroup takes its last number, and never that of the array behind it.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_index_stays_in_its_array_of_a_workgroup() {
+    let shader = "#import workgroup
+var<workgroup> first: array<f32, 32>;
+var<workgroup> second: array<f32, 32>;
+fn shares(source: vec4f, invocation: Invocation) -> vec4f {
+    first[invocation.index] = 1.0 + f32(invocation.index);
+    second[invocation.index] = 100.0 + f32(invocation.index);
+    workgroupBarrier();
+    let beyond = invocation.index + 20u * u32(source.x);
+    return vec4f(first[beyond], second[beyond], f32(invocation.index), 1.0);
+}";
+    let graph = graph(shares(shader), r#""it": Shares(source: "in")"#);
+    let scene = Picture::new(16, 8, |x, y| [1.0 + (x / 8 + y / 4) as f32, 0.0, 0.0, 1.0]);
+    let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);
+    for (pixel, given) in found.pixels.iter().zip(&scene.pixels) {
+        let beyond = (pixel[2] + 20.0 * given[0]).min(31.0);
+        assert_eq!(pixel[..2], [1.0 + beyond, 100.0 + beyond], "invocation {}", pixel[2]);
+    }
+    assert_eq!(found.at(15, 7)[2], 31.0);
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pass_with_a_workgroup_is_dispatched_alone_also_where_others_are_drawn() {

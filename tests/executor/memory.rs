@@ -96,6 +96,26 @@ fn memory_that_begins_with_a_plan_begins_as_in_a_first_frame_and_the_other_goes_
     assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "and only with this one");
 }
 
+/// A plan is prepared for the memory of the plan that runs then. If another one has run since, it takes that one's.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_plan_does_not_come_in_on_memory_that_another_has_left() {
+    let mut player = Player::new();
+    let scene = flat(4, 2, 1.0);
+    player.load(&Run::new(&graph(&["a"])), &[("scene", &scene)]);
+    assert_eq!([(); 2].map(|()| step(&mut player, false, "a")), [[1.0, 11.0], [2.0, 12.0]]);
+    let later = Run::new(&graph(&["a", "b"])).plan(&player.gpu, &[("scene", &scene)]);
+    let preparation = player.executor.prepare(later.into());
+    while !preparation.is_ready() {
+        std::thread::yield_now();
+    }
+    player.load(&Run::new(&graph(&["b"])), &[("scene", &scene)]);
+    assert_eq!(step(&mut player, false, "b"), [1.0, 11.0]);
+    player.executor.swap(preparation).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(step(&mut player, false, "b"), [2.0, 12.0], "it goes on");
+    assert_eq!(counts(&player, "a"), [1.0, 11.0], "the plan between had no such memory");
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn memory_begins_again_after_a_frame_that_the_queue_refuses() {

@@ -100,8 +100,9 @@ mod tests {
     use afterimage_base::image::{Format, ImageDesc, Size};
     use afterimage_graph::check::{CheckOptions, Facts, check};
     use afterimage_graph::document::parse;
-    use afterimage_graph::node::{ImageId, Registry};
-    use afterimage_plan::{Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+    use afterimage_graph::node::{ImageId, NodeKind, Registry};
+    use afterimage_graph::prelude::*;
+    use afterimage_plan::{AliasingBarrier, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
     use wgpu::TextureUses;
 
     use super::wanted;
@@ -116,8 +117,12 @@ mod tests {
             },
             outputs: { "narrow": "narrow", "wide": "wide" },
         )"#;
-        let document = parse("blurs.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
-        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        planned(text, &[], options)
+    }
+
+    fn planned(text: &str, kinds: &[NodeKind], options: Options) -> Plan {
+        let document = parse("test.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+        let registry = Registry::new(&[afterimage_nodes::ALL, kinds]).expect("no two kinds share a name");
         let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
         let size = Size::new(256, 144);
         let given = |size| GivenImage { desc: ImageDesc::new(size), finite: true };
@@ -173,5 +178,61 @@ mod tests {
         assert_eq!(transitions(&plan, false, false), wanted, "images with textures of their own");
         wanted[*pass] = vec![(label.clone(), TextureUses::STORAGE_WRITE_ONLY)];
         assert_eq!(transitions(&plan, false, true), wanted);
+    }
+
+    static BOTH: Shader = Shader::new(
+        "both",
+        "@group(0) @binding(0) var source: texture_2d<f32>;
+        @group(0) @binding(1) var result: texture_storage_2d<rgba16float, write>;
+        @group(0) @binding(2) var beside: texture_storage_2d<rgba16float, write>;
+        @compute @workgroup_size(8, 8)
+        fn both(@builtin(global_invocation_id) id: vec3u) {
+            let pixel = texel(source, vec2i(id.xy));
+            textureStore(result, id.xy, pixel);
+            textureStore(beside, id.xy, pixel);
+        }",
+    );
+
+    params! {
+        /// Makes an image twice, of which one is not read.
+        pub struct Both {}
+    }
+
+    impl Node for Both {
+        const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+        const OUTPUTS: &'static [Output] = &[
+            Output::image("result", OutputState::same("source"), "The image.").or_input("source"),
+            Output::image("beside", OutputState::same("source"), "The image.").or_input("source"),
+        ];
+
+        fn record(&self, pass: &mut Recorder<'_>) {
+            let source = pass.image("source");
+            let desc = ImageDesc::new(pass.desc(source).size);
+            let result = pass.output("result", desc);
+            let beside = pass.output("beside", desc);
+            let groups = desc.size.div_up(8);
+            let call = pass.compute(&BOTH, "both").image("source", source).image("result", result);
+            call.image("beside", beside).dispatch([groups.width, groups.height, 1]);
+        }
+    }
+
+    /// Who takes the memory of an image that nobody has read must wait for its writes, which a wait for the passes
+    /// before does not make visible.
+    #[test]
+    fn an_image_that_takes_over_memory_waits_for_writes_that_nobody_has_read() {
+        let text = r#"Pipeline(
+            inputs: { "scene": Color },
+            nodes: { "both": Both(source: "scene"), "soft": Gaussian(source: "both", sigma: 2.0) },
+            outputs: { "soft": "soft" },
+        )"#;
+        let plan = planned(text, &[NodeKind::of::<Both>()], Options::default());
+        let barriers: Vec<(usize, &AliasingBarrier)> =
+            plan.batches.iter().flat_map(|batch| batch.aliasing.iter().map(|b| (batch.passes.start, b))).collect();
+        let [(pass, barrier)] = barriers.as_slice() else { panic!("one image takes over: {}", plan.to_text()) };
+        let owners: Vec<&str> = barrier.owners.iter().map(|owner| plan.image(*owner).label.as_str()).collect();
+        assert_eq!(owners, ["both.beside"]);
+        assert_eq!(transitions(&plan, false, false)[*pass], []);
+        let label = plan.image(barrier.image).label.clone();
+        assert_eq!(transitions(&plan, false, true)[*pass], [(label, TextureUses::STORAGE_WRITE_ONLY)]);
     }
 }

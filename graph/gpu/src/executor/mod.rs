@@ -253,10 +253,6 @@ impl Executor {
             (Prepared::Whole(mut new, base, _), old)
                 if base.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
-                if self.fresh {
-                    // All memory begins with the next frame, for every pass.
-                    new.uninitialized.clear();
-                }
                 new.labels = self.labelled.then(|| new.plan.pass_names());
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
                     new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
