@@ -4,7 +4,7 @@
 //! A light function, which does little to one pixel, becomes part of each of several readers: to compute it again costs
 //! less than to store it.
 
-use super::fit_one_module;
+use super::one_module::fit_one_module;
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;

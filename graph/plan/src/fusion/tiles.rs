@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 
-use super::fit_one_module;
+use super::one_module::fit_one_module;
 use super::pass_graph::PassGraph;
 use super::tile_cost::{INVOCATIONS, JoinedCost, separate_cost};
 use crate::builder::PlanBuilder;
