@@ -42,6 +42,8 @@ impl Executor {
     /// frames have left, which [`copy_memory`](Self::copy_memory) copies.
     pub(crate) fn take_place_of(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
         (self.frame_index, self.fresh) = (other.frame_index, false);
+        // Its memory does not begin: it is copied.
+        self.loaded.iter_mut().for_each(|loaded| loaded.uninitialized.clear());
         self.write_uniforms(0, uniforms)
     }
 
