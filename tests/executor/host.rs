@@ -189,11 +189,21 @@ fn what_a_device_would_refuse_is_an_error() {
 fn any_number_of_host_textures_may_alternate() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let format = player.executor.output("display").expect("it is an output").format();
-    let views: Vec<_> = (0..7).map(|_| texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING)).collect();
-    for view in views.iter().chain(&views) {
+    let textures =
+        |player: &Player, usage| (0..7).map(|_| texture(player, (64, 36), format, usage)).collect::<Vec<_>>();
+    let show = |player: &mut Player, view: &wgpu::TextureView| {
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
         player.run(&frame).expect("the host's texture fits");
-        assert_eq!(bits(&player.read(view.texture())), bits(&wanted));
+        bits(&player.read(view.texture()))
+    };
+    let drawn = textures(&player, TextureUsages::RENDER_ATTACHMENT);
+    let first = show(&mut player, &drawn[0]);
+    for view in drawn.iter().chain(&drawn) {
+        assert_eq!(show(&mut player, view), first);
+    }
+    let views = textures(&player, TextureUsages::STORAGE_BINDING);
+    for view in views.iter().chain(&views) {
+        assert_eq!(show(&mut player, view), bits(&wanted));
     }
     // Another input, after many frames with the first.
     let dark = player.upload(&flat(64, 36, 0.0));
@@ -212,7 +222,6 @@ fn new_views_renew_only_the_passes_that_name_them() {
     let input = player.upload(&scene).texture().clone();
     player.run(&Frame { inputs: &[("scene", &input.create_view(&Default::default()))], ..Frame::default() }).unwrap();
     let format = player.executor.output("display").expect("it is an output").format();
-    let output = texture(&player, (64, 36), format, TextureUsages::STORAGE_BINDING).texture().clone();
     let naming = |ids: &[ImageId]| {
         let names = |pass: &&Pass| pass.resources().filter_map(Resource::image).any(|image| ids.contains(&image));
         plan.work().filter(names).count()
@@ -220,18 +229,24 @@ fn new_views_renew_only_the_passes_that_name_them() {
     let (of_input, of_output) = (plan.inputs[0].1, plan.outputs[0].image);
     let (shown, all) = (naming(&[of_output]), naming(&[of_input, of_output]));
     assert!(shown == 1 && all > shown && all <= plan.passes.len() / 2, "{shown}, {all} of {}", plan.passes.len());
-    let mut views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
-    let mut bound = |renewed: [bool; 2]| {
-        for (view, _) in views.iter_mut().zip(renewed).filter(|(_, renewed)| *renewed) {
-            *view = view.texture().create_view(&Default::default());
+    let stored = (TextureUsages::STORAGE_BINDING, [0, shown, all]);
+    // An attachment is in no bind group.
+    let drawn = (TextureUsages::RENDER_ATTACHMENT, [0, 0, naming(&[of_input])]);
+    for (usage, wanted) in [stored, drawn] {
+        let output = texture(&player, (64, 36), format, usage).texture().clone();
+        let mut views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
+        let mut bound = |renewed: [bool; 2]| {
+            for (view, _) in views.iter_mut().zip(renewed).filter(|(_, renewed)| *renewed) {
+                *view = view.texture().create_view(&Default::default());
+            }
+            let (inputs, outputs) = (&[("scene", &views[0])], &[("display", &views[1])]);
+            player.run(&Frame { inputs, outputs, dt: 0.1, ..Frame::default() }).expect("the images fit");
+            player.executor.passes_bound()
+        };
+        bound([true, true]);
+        for _ in 0..20 {
+            assert_eq!([[false, false], [false, true], [true, true]].map(&mut bound), wanted, "{usage:?}");
         }
-        let (inputs, outputs) = (&[("scene", &views[0])], &[("display", &views[1])]);
-        player.run(&Frame { inputs, outputs, dt: 0.1, ..Frame::default() }).expect("the images fit");
-        player.executor.passes_bound()
-    };
-    bound([true, true]);
-    for _ in 0..20 {
-        assert_eq!([[false, false], [false, true], [true, true]].map(&mut bound), [0, shown, all]);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Bind groups of single passes, on any thread.
 
-use afterimage_graph::node::{ImageId, Pass, Resource, Subresource};
+use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::Stage;
 use afterimage_plan::codegen::{Slot, SlotKind};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
@@ -45,17 +45,25 @@ impl Binder {
 
     /// The bind groups and attachments of a pass; `views` are those of the host.
     pub(super) fn run(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> Run {
-        let (pass, residency) = (&loaded.passes[index], &loaded.residency);
         let stage = built.pipeline.stage();
+        let group = |ring_index| self.bind_group(loaded, index, (stage, &built.layout), views, ring_index);
+        let groups = ring_indices(loaded, index).map(group).collect();
+        let attachments = self.attachments(loaded, index, &built, views);
+        Run { built, groups, attachments }
+    }
+
+    /// The attachments of a draw, one or one for each ring index; likewise.
+    pub(super) fn attachments(
+        &self,
+        loaded: &Loaded,
+        index: usize,
+        built: &Built,
+        views: &[TextureView],
+    ) -> Vec<Vec<TextureView>> {
         let planned = &loaded.plan.passes[index].pass;
-        let ring_indices =
-            0..if names(planned, |image| residency.is_in_ring(image)) { residency.ring_length } else { 1 };
-        let groups = ring_indices
-            .clone()
-            .map(|ring_index| self.bind_group(loaded, index, (stage, &built.layout), views, ring_index))
-            .collect();
-        let view = |image, ring_index| residency.view(image, views, ring_index);
-        let targets = |ring_index| match (stage, pass.writes_image, planned.drawing()) {
+        let view = |image, ring_index| loaded.residency.view(image, views, ring_index);
+        let targets = |ring_index| match (built.pipeline.stage(), loaded.passes[index].writes_image, planned.drawing())
+        {
             (Stage::Fragment, Some(image), _) => vec![view(image, ring_index).clone()],
             (Stage::Drawing, _, Some(drawing)) => {
                 let part =
@@ -64,7 +72,7 @@ impl Binder {
             }
             _ => Vec::new(),
         };
-        Run { built, groups, attachments: ring_indices.map(targets).collect() }
+        ring_indices(loaded, index).map(targets).collect()
     }
 
     fn bind_group(
@@ -105,9 +113,9 @@ impl Binder {
     }
 }
 
-/// Whether a pass names such an image.
-fn names(pass: &Pass, is_wanted: impl Fn(ImageId) -> bool) -> bool {
-    pass.resources().filter_map(Resource::image).any(is_wanted)
+/// One ring index, or all if the pass names images in rings.
+fn ring_indices(loaded: &Loaded, index: usize) -> std::ops::Range<u32> {
+    0..if loaded.in_rings[index] { loaded.residency.ring_length } else { 1 }
 }
 
 /// The views of single mip levels, in the order of their slots.

@@ -23,8 +23,10 @@ pub(crate) struct Loaded {
     pub(super) blocks: Vec<Vec<u8>>,
     /// What the uniforms hold of rectangles.
     pub(super) rectangles: HeldRectangles,
-    /// For each pass the places of the images that it names among the host's views: inputs, then outputs.
-    pub(super) host_views: Vec<Vec<usize>>,
+    /// For each pass the images of the host that it names.
+    pub(super) host_views: Vec<HostViews>,
+    /// Whether each pass names images that are others in each frame of a ring.
+    pub(super) in_rings: Vec<bool>,
     pub(super) zeroed: Vec<usize>,
     pub(super) persistent: Vec<usize>,
     /// The bind groups of passes that name no image of the host.
@@ -49,6 +51,9 @@ pub(crate) struct Loaded {
     pub(super) shares_old_heap: bool,
 }
 
+/// A view of the host, and the name of its input or output.
+pub(super) type NamedView = (String, TextureView);
+
 /// The passes of one plan, which every executor that runs it shares.
 pub(super) type LoadedPasses = Arc<[LoadedPass]>;
 
@@ -65,6 +70,28 @@ pub(super) struct LoadedPass {
     pub(super) binds_frame: bool,
     /// Its pipeline, unless the host wants the result drawn in a format of its own.
     pub(super) built: Built,
+}
+
+/// The images of the host that a pass names, by their places among the host's views: inputs, then outputs.
+pub(super) struct HostViews {
+    pub(super) read: Vec<usize>,
+    pub(super) written: Vec<usize>,
+}
+
+impl HostViews {
+    pub(super) fn is_empty(&self) -> bool {
+        self.read.is_empty() && self.written.is_empty()
+    }
+
+    /// Those that its bind group names.
+    pub(super) fn in_group(&self, stage: Stage) -> impl Iterator<Item = &usize> {
+        self.read.iter().chain(if stage == Stage::Compute { self.written.as_slice() } else { &[] })
+    }
+
+    /// Those that it draws into.
+    pub(super) fn attached(&self, stage: Stage) -> &[usize] {
+        if stage == Stage::Compute { &[] } else { &self.written }
+    }
 }
 
 /// The bind groups for one choice of host images.
@@ -121,7 +148,7 @@ impl HostSet {
 /// The bind groups of a pass: one, or one for each ring index if it names images in rings.
 pub(super) struct Run {
     pub(super) built: Built,
-    pub(super) groups: Vec<BindGroup>,
+    pub(super) groups: Arc<[BindGroup]>,
     /// The attachments of a draw, likewise: colors, then depth.
     pub(super) attachments: Vec<Vec<TextureView>>,
 }
@@ -137,6 +164,20 @@ impl Run {
 }
 
 impl Loaded {
+    /// The images that the host gave for the last frame, by the names of inputs and of outputs.
+    pub(super) fn views_of_host(&self) -> (Vec<NamedView>, Vec<NamedView>) {
+        let Some(set) = self.sets.last() else { return Default::default() };
+        let (inputs, outputs) = set.views.split_at(self.plan.inputs.len());
+        let inputs = self.plan.inputs.iter().zip(inputs).map(|((name, _), view)| (name.clone(), view.clone()));
+        let is_ours = |image: ImageId, view: &TextureView| {
+            let binding = &self.residency.bindings[image.0 as usize];
+            matches!(binding, ImageBinding::Output(_, own) if own.view == *view)
+        };
+        let outputs = self.plan.outputs.iter().zip(outputs);
+        let given = outputs.filter(|(output, view)| !is_ours(output.image, view));
+        (inputs.collect(), given.map(|(output, view)| (output.name.clone(), view.clone())).collect())
+    }
+
     /// The plan, and where its images lie.
     pub(super) fn placed_plan(&self) -> PlacedPlan {
         PlacedPlan { plan: self.plan.clone(), placement: self.residency.placement.clone() }

@@ -19,6 +19,7 @@ mod record;
 mod rectangle;
 mod rectangles;
 mod residency;
+mod sets;
 mod settle;
 
 use std::sync::Arc;
@@ -234,8 +235,12 @@ impl Executor {
 
     /// What the next plan can keep of the plan in use.
     fn before(&self) -> PreviousPlan {
-        let plan = self.loaded.as_ref().map(|loaded| (loaded.plan.clone(), loaded.residency.clone()));
-        PreviousPlan { plan, drawn: self.drawn.clone() }
+        let Some(loaded) = &self.loaded else {
+            return PreviousPlan { drawn: self.drawn.clone(), ..PreviousPlan::default() };
+        };
+        let (inputs, outputs) = loaded.views_of_host();
+        let plan = Some((loaded.plan.clone(), loaded.residency.clone()));
+        PreviousPlan { plan, drawn: self.drawn.clone(), inputs, outputs }
     }
 
     /// Makes a plan the one that runs from the next frame on, and returns what the old one leaves behind.
@@ -278,7 +283,8 @@ impl Executor {
     }
 
     /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
-    /// that the frame before did not have. 0 while the host's images alternate between a few.
+    /// that the frame before did not have. An attachment is in no bind group. 0 while the host's images alternate
+    /// between a few.
     pub fn passes_bound(&self) -> usize {
         self.runs_made
     }

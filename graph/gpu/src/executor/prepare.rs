@@ -12,7 +12,7 @@ use super::binder::Binder;
 use super::compiled::CompiledPasses;
 use super::explicit_transitions::ExplicitTransitions;
 use super::frame_constants;
-use super::loaded::{Loaded, LoadedPass, LoadedPasses, planned_attachment};
+use super::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, NamedView, planned_attachment};
 use super::rectangle::HeldRectangles;
 use super::residency::Residency;
 use super::settle::{Settled, Settling, ring_length};
@@ -79,6 +79,9 @@ pub(super) struct PreviousPlan {
     pub(super) plan: Option<(Arc<Plan>, Arc<Residency>)>,
     /// Outputs that the host's images make the last passes draw, and in which format.
     pub(super) drawn: Vec<(String, TextureFormat)>,
+    /// The host's images in the last frame, by the names of inputs and of outputs.
+    pub(super) inputs: Vec<NamedView>,
+    pub(super) outputs: Vec<NamedView>,
 }
 
 impl PlanCompiler {
@@ -139,6 +142,7 @@ impl PlanCompiler {
             zeroed: lives(BufferLife::Zeroed),
             persistent: lives(BufferLife::Persistent),
             host_views: host_views(&plan, &residency),
+            in_rings: plan.work().map(|pass| names_ring(pass, &residency)).collect(),
             rectangles: HeldRectangles::none(&plan),
             blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
             plan,
@@ -159,6 +163,9 @@ impl PlanCompiler {
         let run = |index: usize| self.binder.run(&loaded, index, loaded.passes[index].built.clone(), &[]);
         let names_none = |index: usize| loaded.host_views[index].is_empty();
         loaded.runs = (0..loaded.passes.len()).map(|index| names_none(index).then(|| Arc::new(run(index)))).collect();
+        if frame.is_none() {
+            loaded.sets.extend(self.set_ahead(&loaded, before));
+        }
         Ok(loaded)
     }
 
@@ -257,11 +264,17 @@ fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
 }
 
 /// For each pass the places of the images that it names among the host's views.
-fn host_views(plan: &Plan, residency: &Residency) -> Vec<Vec<usize>> {
-    let of_pass = |pass: &Pass| {
-        pass.resources().filter_map(Resource::image).filter_map(|image| residency.host_view(image)).collect()
+fn host_views(plan: &Plan, residency: &Residency) -> Vec<HostViews> {
+    let places = |resources: Vec<Resource>| {
+        let images = resources.into_iter().filter_map(Resource::image);
+        images.filter_map(|image| residency.host_view(image)).collect()
     };
-    plan.work().map(of_pass).collect()
+    plan.work().map(|pass| HostViews { read: places(pass.reads()), written: places(pass.writes()) }).collect()
+}
+
+/// Whether a pass names an image in a ring.
+fn names_ring(pass: &Pass, residency: &Residency) -> bool {
+    pass.resources().filter_map(Resource::image).any(|image| residency.is_in_ring(image))
 }
 
 /// Whether a pass can draw its result.

@@ -6,10 +6,10 @@ use afterimage_plan::{Part, Plan, PlanOutput, RectangleInput};
 use wgpu::{Queue, Texture};
 
 use super::Executor;
-use super::bind::named;
 use super::frame::Frame;
 use super::loaded::Loaded;
 use super::rectangle::Rectangle;
+use super::sets::named;
 use crate::GpuError;
 use crate::platform::{caught, scoped};
 
