@@ -140,7 +140,7 @@ fn shadow_soft(map: texture_2d<f32>, light: Camera, place: ShadowPlace, turn: f3
 }
 
 // The place in the world of what a pixel shows, and its distance. Apart from what reads the light: a module with the
-// blocks of both cameras has four uniform buffers, of which some devices take three (`Caps::max_uniform_buffers`).
+// blocks of both cameras has four uniform buffers, with which Mesa 22 crashes.
 fn shadow_mask_place(depth: vec4f, camera: Camera, at: Point) -> vec4f {
     let distance = clamp(depth.x, 1e-3, HALF_MAX);
     return vec4f(camera_world(camera, camera_place(camera, at.uv, distance)), distance);

@@ -29,6 +29,8 @@ pub struct Caps {
     pub max_storage_images: u32,
     /// Uniform buffers in one pass, beside that of the frame's time and number.
     pub max_uniform_buffers: u32,
+    /// The same in a pass that is fused of others: fewer where a driver fails with more.
+    pub max_fused_uniform_buffers: u32,
     /// Whether shaders have half-precision arithmetic.
     pub half_arithmetic: bool,
     /// Whether shaders have subgroup operations.
@@ -62,6 +64,7 @@ impl Default for Caps {
             max_buffer: 128 << 20,
             max_storage_images: 4,
             max_uniform_buffers: 11,
+            max_fused_uniform_buffers: 11,
             half_arithmetic: false,
             subgroups: false,
             tiles: false,

@@ -225,7 +225,8 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         workgroup_invocations: limits.max_compute_invocations_per_workgroup,
         max_buffer: limits.max_storage_buffer_binding_size,
         max_storage_images: limits.max_storage_textures_per_shader_stage,
-        max_uniform_buffers: max_uniform_buffers(&adapter.get_info(), &limits),
+        max_uniform_buffers: limits.max_uniform_buffers_per_shader_stage.saturating_sub(1),
+        max_fused_uniform_buffers: max_fused_uniform_buffers(&adapter.get_info(), &limits),
         half_arithmetic: features.contains(Features::SHADER_F16),
         subgroups: features.contains(Features::SUBGROUP),
         tiles: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
@@ -233,11 +234,11 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     }
 }
 
-/// Uniform buffers of a pass. Mesa 22's llvmpipe ends the process in a shader with a branch by the fourth one.
-fn max_uniform_buffers(adapter: &wgpu::AdapterInfo, limits: &wgpu::Limits) -> u32 {
-    let with_frame = limits.max_uniform_buffers_per_shader_stage;
+/// Uniform buffers of a fused pass. Mesa 22's llvmpipe ends the process in some shaders that branch by the fourth one.
+fn max_fused_uniform_buffers(adapter: &wgpu::AdapterInfo, limits: &wgpu::Limits) -> u32 {
+    let most = limits.max_uniform_buffers_per_shader_stage.saturating_sub(1);
     let crashes = adapter.driver == "llvmpipe" && adapter.driver_info.starts_with("Mesa 22.");
-    if crashes { 3 } else { with_frame.saturating_sub(1) }
+    if crashes { most.min(3) } else { most }
 }
 
 /// The image format that a plan takes an input of a wgpu format for: it has the channels, and at least the bits, of

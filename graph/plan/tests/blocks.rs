@@ -158,18 +158,17 @@ fn a_module_binds_each_block_that_its_kernels_read() {
 /// Two layers of fog that are one pass have three: its size, and two cameras. Depth is stored with its size alone.
 #[test]
 fn passes_are_fused_as_far_as_a_device_has_uniform_buffers() {
-    let plan = |max_uniform_buffers| {
-        let request = request(&["eye", "light"]);
-        plan(&graph(), &PlanRequest { caps: Caps { max_uniform_buffers, ..all_formats() }, ..request })
-    };
+    let plan_with = |caps| plan(&graph(), &PlanRequest { caps, ..request(&["eye", "light"]) });
     let bound = |most: u32| {
-        let plan = plan(most).unwrap_or_else(|error| panic!("{error}"));
+        let caps = Caps { max_fused_uniform_buffers: most, ..all_formats() };
+        let plan = plan_with(caps).unwrap_or_else(|error| panic!("{error}"));
         let mut counts: Vec<usize> = (0..plan.passes.len()).map(|index| uniform_buffers(&plan, index)).collect();
         counts.sort_unstable();
         counts
     };
     assert_eq!([bound(11), bound(3), bound(2)], [vec![1, 2, 3], vec![1, 2, 3], vec![1, 2, 2, 2]]);
-    let error = plan(1).expect_err("each of the passes has two");
+    let few = Caps { max_uniform_buffers: 1, max_fused_uniform_buffers: 1, ..all_formats() };
+    let error = plan_with(few).expect_err("each of the passes has two");
     assert!(matches!(error, PlanError::TooManyUniformBuffers { count: 2, limit: 1, .. }), "{error}");
 }
 

@@ -47,12 +47,13 @@ impl Conversion {
             space => [self.wire().decode(), space.numbers_of(self.source.primaries, self.white_nits)].concat(),
         };
         let after = Process::new(self.leave());
+        let keeps_source = self.state == LutState::Source && self.to() != LutSpace::Same;
         if self.from == self.to() {
             let before = Process::new(enter(self.from));
-            return Parts { before, changed: table, after, ..Parts::default() };
+            return Parts { before, changed: table, after, keeps_source, ..Parts::default() };
         }
         let changed = Process::new(enter(self.from).into_iter().chain(table.steps));
-        Parts { unchanged: Process::new(enter(self.to())), changed, after, ..Parts::default() }
+        Parts { unchanged: Process::new(enter(self.to())), changed, after, keeps_source, ..Parts::default() }
     }
 
     /// The function between light and the numbers of the image.

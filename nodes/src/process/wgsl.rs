@@ -58,6 +58,9 @@ pub(crate) struct Parts {
     pub(crate) changed: Process,
     /// What comes last, on the mixed colour.
     pub(crate) after: Process,
+    /// Whether a colour that is not changed is that of the image. Otherwise it is what the steps make of it, which end
+    /// at the limits of their space.
+    pub(crate) keeps_source: bool,
     /// Whether the result is scene light, whose luminance is not below 0.
     pub(crate) is_scene_light: bool,
 }
@@ -65,17 +68,30 @@ pub(crate) struct Parts {
 /// The text of a module with one kernel function.
 pub(crate) fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
-    let Parts { before, unchanged, changed, after, is_scene_light } = parts;
-    let result = if *is_scene_light { "extended_light(bounded(v))" } else { "bounded(v)" };
+    let Parts { before, unchanged, changed, after, keeps_source, is_scene_light } = parts;
+    let result = match (is_scene_light, keeps_source) {
+        (true, _) => "extended_light(bounded(v))",
+        (false, true) => "max(bounded(v), vec3f(0.0))",
+        (false, false) => "bounded(v)",
+    };
     let [before, unchanged, changed, after] = [before, unchanged, changed, after].map(|part| body(part, &mut textures));
     let arguments = textures.arguments();
+    let mixed = "between3(unchanged, v, params.strength)";
+    let mix = if *keeps_source {
+        // What the way through the space loses of the source comes back with the share that is not changed.
+        format!(
+            "    let mixed = {mixed};\n    v = unchanged;\n{after}    let lost = source.rgb - v;\n    v = mixed;\n\
+             {after}    v += (1.0 - params.strength) * lost;\n"
+        )
+    } else {
+        format!("    v = {mixed};\n{after}")
+    };
     let text = format!(
         "#import color\n#import cube\n#import grade\n#import math\n#import process\n#import shaper\n\n\
          struct ColorLut {{\n    strength: f32,\n}}\n\n\
          fn {name}(source: vec4f, {arguments}params: ColorLut) -> vec4f {{\n    var v = source.rgb;\n\
          {before}    let begin = v;\n{unchanged}    let unchanged = v;\n    v = begin;\n\
-         {changed}    v = between3(unchanged, v, params.strength);\n\
-         {after}    return vec4f({result}, source.a);\n}}\n"
+         {changed}{mix}    return vec4f({result}, source.a);\n}}\n"
     );
     (text, textures)
 }

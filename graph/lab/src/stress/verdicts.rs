@@ -135,13 +135,14 @@ fn symmetric(shown: &OutputPixels) -> Option<String> {
     different(shown, &other, tolerance).map(|what| format!("a symmetric image does not stay symmetric: {what}"))
 }
 
-/// The ramp rises along the longer side, so the output must rise, up to rounding.
+/// The ramp rises along the longer side, so the output must rise, up to rounding. Of light outside of Rec.709, negative
+/// components fall as the others rise.
 fn rising(shown: &OutputPixels) -> Option<String> {
     let step = if shown.size.width >= shown.size.height { 1 } else { shown.size.width as usize };
     let length = shown.size.width.max(shown.size.height) as usize;
     let falls = |i: usize| {
         let (before, after) = (shown.pixels[(i - 1) * step], shown.pixels[i * step]);
-        (0..3).any(|c| f64::from(after[c]) < f64::from(before[c]) * (1.0 - 2.0 / 1024.0) - 1e-6)
+        (0..3).any(|c| f64::from(after[c]) < f64::from(before[c]) * (1.0 - 2.0 / 1024.0) - 1e-6 && before[c] > 0.0)
     };
     let index = (1..length).find(|i| falls(*i))? * step;
     Some(format!("more light becomes less: {} after {:?}", at(shown, index), shown.pixels[index - step]))

@@ -147,6 +147,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         if let Some((.., variable)) = known {
             return variable.clone();
         }
+        // Mesa 22 crashes in some modules where a branch depends on the fourth uniform buffer, and those of the
+        // framework's own code depend on this one.
+        self.extent();
         let binding = self.slots.len() as u32;
         let variable = format!("block{binding}");
         self.slots.push(Slot { binding, kind: SlotKind::Block(block) });

@@ -3,9 +3,9 @@
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{KernelCall, Pass, Recording};
 
-/// Whether passes of functions can be one module: it has no more uniform buffers than the device, and what is limited
-/// to finite numbers where it is read is so alike. All textures of a module are, so the limits must be those of each
-/// that may not be finite, and no narrower than what the others hold.
+/// Whether passes of functions can be one module: it has no more uniform buffers than the device takes, and what is
+/// limited to finite numbers where it is read is so alike. All textures of a module are, so the limits must be those of
+/// each that may not be finite, and no narrower than what the others hold.
 pub(super) fn fit_one_module<'a>(
     passes: impl Iterator<Item = &'a Pass> + Clone,
     recording: &'a Recording,
@@ -20,6 +20,6 @@ pub(super) fn fit_one_module<'a>(
             false => image.signedness == limits,
         })
     };
-    let binds = Pass::joined_uniform_buffers(passes.clone()) <= caps.max_uniform_buffers as usize;
+    let binds = Pass::joined_uniform_buffers(passes.clone()) <= caps.max_fused_uniform_buffers as usize;
     binds && limits.is_none_or(is_kept)
 }
