@@ -163,6 +163,28 @@ fn a_look_for_srgb_works_on_light_as_it_does_after_encoding() {
     }
 }
 
+/// Light above white, which the space of the table does not have, stays with the share that is not changed.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_weak_look_keeps_light_beyond_its_space() {
+    let cube = Cube::new(7, look);
+    let file = OneFile(cube.text().into_bytes());
+    for strength in [0.5, 0.01] {
+        let node = format!("ColorLut(file: \"look.cube\", from: Srgb, strength: {strength})");
+        let mixed = |rgb: Rgb| {
+            let inside = rgb.map(|x| x.clamp(0.0, 1.0));
+            let encoded = inside.map(srgb_encode);
+            let looked = cube.tetrahedral(encoded);
+            [0, 1, 2].map(|c| {
+                let graded = srgb_decode(mix(encoded[c], looked[c], strength).clamp(0.0, 1.0));
+                (graded + (1.0 - strength) * (rgb[c] - inside[c])).max(0.0)
+            })
+        };
+        let steps = tolerance(1e-5, 5e-5, "encoding, table and decoding in f32");
+        compare_with("DisplayLinear", &node, &file, light, steps, mixed);
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_display_transform_as_a_table_replaces_curve_and_encoding() {
