@@ -5,6 +5,7 @@
 
 mod case_runner;
 mod conditioning;
+mod filter;
 mod images;
 mod probes;
 mod promises;
@@ -89,6 +90,7 @@ pub fn stress(
     progress: &dyn Progress,
 ) -> StressReport {
     let mut renderer = Renderer::new(gpu, options.unsanitized, options.options);
+    renderer.filters_coarsely = filter::is_coarse(gpu, registry);
     let mut report = StressReport::default();
     for subject in subjects {
         progress.begin(&subject.title);

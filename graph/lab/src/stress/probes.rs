@@ -1,4 +1,4 @@
-//! Kinds that only stress has: they turn wires that cannot be outputs into images.
+//! Kinds that only stress has: they turn wires that cannot be outputs into images, and measure the device's filter.
 
 use afterimage_graph::prelude::*;
 
@@ -23,6 +23,14 @@ fn probe_volume(volume: texture_3d<f32>, volume_sampler: sampler, at: Point, par
         if probe_volume_magnitude(cell) > probe_volume_magnitude(worst) { worst = cell; }
     }
     return worst;
+}",
+);
+
+static FILTER: Shader = Shader::new(
+    "probe_filter.wgsl",
+    "#import sampling
+fn probe_filter(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return tap(source, source_sampler, vec2f((0.5 + at.uv.x) / at.size.x, 0.5));
 }",
 );
 
@@ -52,6 +60,11 @@ params! {
 params! {
     /// The worst cell of each column of a volume: by its bits the largest, which NaN and infinity are.
     pub struct ProbeVolume {}
+}
+
+params! {
+    /// The way from the first texel of an image to the second, over its whole width.
+    pub struct ProbeFilter {}
 }
 
 impl Node for ProbeLevel {
@@ -93,6 +106,23 @@ impl Node for ProbeVolume {
     }
 }
 
+impl Node for ProbeFilter {
+    const INPUTS: &'static [Input] = &[Input::image("image", "The image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "What the filter gives.")
+            .or(Fallback::Absent)];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let image = pass.image("image");
+        let desc = pass.desc(image).format(Format::Rgba32Float);
+        pass.function(&FILTER, "probe_filter").read("source", image).write("result", desc);
+    }
+}
+
 /// The kinds of this file.
-pub(crate) const ALL: &[NodeKind] =
-    &[NodeKind::of::<ProbeLevel>(), NodeKind::of::<ProbeValue>(), NodeKind::of::<ProbeVolume>()];
+pub(crate) const ALL: &[NodeKind] = &[
+    NodeKind::of::<ProbeFilter>(),
+    NodeKind::of::<ProbeLevel>(),
+    NodeKind::of::<ProbeValue>(),
+    NodeKind::of::<ProbeVolume>(),
+];

@@ -63,7 +63,7 @@ const FOLLOWING: &[&str] = &["Adapt", "AutoExposure"];
 /// Kinds that can give negative light.
 const NEGATIVE: &[&str] = &["Cdl"];
 /// Kinds that only make values visible.
-const PROBES: &[&str] = &["ProbeLevel", "ProbeValue", "ProbeVolume"];
+const PROBES: &[&str] = &["ProbeFilter", "ProbeLevel", "ProbeValue", "ProbeVolume"];
 
 /// The promises of a whole graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -53,6 +53,8 @@ pub(crate) struct Renderer {
     unsanitized: bool,
     /// The planner's options, before a variant changes them.
     options: Options,
+    /// Whether the device's own filter weights texels coarsely. Until it is measured, it is assumed not to.
+    pub(crate) filters_coarsely: bool,
 }
 
 /// The identity of an uploaded image.
@@ -96,7 +98,8 @@ pub(crate) struct Rendered {
 
 impl Renderer {
     pub(crate) fn new(gpu: &Gpu, unsanitized: bool, options: Options) -> Self {
-        Self { gpu: gpu.clone(), images: BTreeMap::new(), errors: gpu.log_errors(), unsanitized, options }
+        let (gpu, errors) = (gpu.clone(), gpu.log_errors());
+        Self { gpu, images: BTreeMap::new(), errors, unsanitized, options, filters_coarsely: false }
     }
 
     /// A configuration with changed capabilities and options.
@@ -182,6 +185,12 @@ fn stored(pixels: &[[f32; 4]], half: bool) -> Vec<[f32; 4]> {
 }
 
 impl Configuration {
+    /// The same, with filters in the shader and all images in 32 bits.
+    pub(crate) fn exact(&self) -> Self {
+        let options = Options { exact: true, ..self.options };
+        Self { gpu: self.gpu.clone(), session: None, options, half: self.half, unsanitized: self.unsanitized }
+    }
+
     /// The longest side that an image can have.
     pub(crate) fn longest_side(&self) -> u32 {
         self.gpu.caps.max_side

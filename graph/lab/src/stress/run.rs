@@ -63,6 +63,16 @@ impl StressOptions {
     }
 }
 
+/// The verdict on a promise that is broken with the device's coarse filter, and kept in an exact plan.
+const KEPT_IF_EXACT: &str = "kept but for the device's filter";
+
+/// A promise that an output breaks.
+struct Broken {
+    output: String,
+    promise: &'static str,
+    what: String,
+}
+
 /// The case of a graph that cannot be checked.
 pub(crate) const CHECK: &str = "check";
 
@@ -185,9 +195,17 @@ impl CaseRunner<'_> {
             }
         };
         let promises = Promises::of(graph, &self.options.known_kinds);
+        let mut exact = None;
         for (index, image) in images.iter().enumerate() {
-            let frame = ran.frames[index].iter();
-            let mut wrong: Vec<String> = frame.flat_map(|shown| self.faults(shown, *image, size, &promises)).collect();
+            let mut wrong: Vec<String> =
+                ran.frames[index].iter().flat_map(|shown| judge(shown, promises.negative)).collect();
+            let mut broken = self.broken(&ran.frames[index], *image, size, &promises);
+            if !broken.is_empty() && self.renderer.filters_coarsely {
+                let ran = exact.get_or_insert_with(|| self.renderer.run(&mut configuration.exact(), request));
+                let frame = ran.as_ref().map_or(&[][..], |ran| &ran.frames[index]);
+                self.forgive(&mut broken, frame, *image, size, &promises);
+            }
+            wrong.extend(broken.into_iter().map(|broken| broken.what));
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
                 self.tally.judged("no spread in space");
                 wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
@@ -197,11 +215,34 @@ impl CaseRunner<'_> {
         Some(ran)
     }
 
-    /// What is wrong with an output of a still.
-    fn faults(&mut self, shown: &OutputPixels, image: Extreme, size: Size, promises: &Promises) -> Vec<String> {
-        let tested = promised(shown, image, size, promises);
-        tested.iter().for_each(|(promise, _)| self.tally.judged(promise));
-        judge(shown, promises.negative).into_iter().chain(tested.into_iter().filter_map(|(_, broken)| broken)).collect()
+    /// The promises that the outputs of a still break.
+    fn broken(&mut self, frame: &[OutputPixels], image: Extreme, size: Size, promises: &Promises) -> Vec<Broken> {
+        let mut all = Vec::new();
+        for shown in frame {
+            for (promise, what) in promised(shown, image, size, promises) {
+                self.tally.judged(promise);
+                all.extend(what.map(|what| Broken { output: shown.name.clone(), promise, what }));
+            }
+        }
+        all
+    }
+
+    /// Removes the promises that are kept in an exact plan: they are broken by the device's filter.
+    fn forgive(
+        &mut self,
+        broken: &mut Vec<Broken>,
+        exact: &[OutputPixels],
+        image: Extreme,
+        size: Size,
+        promises: &Promises,
+    ) {
+        let is_kept = |broken: &Broken| {
+            let Some(shown) = named(exact, &broken.output) else { return false };
+            promised(shown, image, size, promises).contains(&(broken.promise, None))
+        };
+        let before = broken.len();
+        broken.retain(|broken| !is_kept(broken));
+        (broken.len()..before).for_each(|_| self.tally.judged(KEPT_IF_EXACT));
     }
 
     /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light

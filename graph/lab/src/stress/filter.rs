@@ -1,0 +1,38 @@
+//! The device's own filter of textures: how finely it weights two texels.
+
+use afterimage_gpu::Gpu;
+use afterimage_graph::image::Size;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_plan::Options;
+
+use super::images::Extreme;
+use super::probes::ProbeFilter;
+use super::render::{OutputPixels, RenderRequest, Renderer, Shot};
+use super::subject::{Overrides, Subject};
+
+/// A side for which no sampled weight is a multiple of a power of two.
+const SIDE: u32 = 61;
+/// The largest error of a weight in a filter whose errors are those of 32-bit coordinates. Eight bits of fraction, as
+/// many devices have, are off by up to 1/512.
+const FINE: f32 = 1.0 / 4096.0;
+
+/// Whether the device weights texels so coarsely that light beside a bright texel is visibly off.
+pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
+    let mut renderer = Renderer::new(gpu, true, Options::default());
+    largest_error(&mut renderer, registry).is_some_and(|error| error > FINE)
+}
+
+/// The largest error of a weight between a black and a white texel.
+fn largest_error(renderer: &mut Renderer, registry: &Registry) -> Option<f32> {
+    let subject = Subject::kind(registry, &NodeKind::of::<ProbeFilter>(), false, false).ok()?;
+    let graph = subject.graph(registry, &Overrides::new()).ok()?;
+    let shots = [Shot::still(Extreme::named("checkerboard")?)];
+    let request =
+        RenderRequest { subject: &subject, graph: &graph, size: Size::new(SIDE, 1), shots: &shots, together: true };
+    let mut configuration = renderer.configure(|_, _| {}, true);
+    let ran = renderer.run(&mut configuration, request).ok()?;
+    let shown: &OutputPixels = ran.frames.first()?.first()?;
+    let wanted = |index: usize| (index as f32 + 0.5) / SIDE as f32;
+    let errors = shown.pixels.iter().enumerate().map(|(index, pixel)| (pixel[0] - wanted(index)).abs());
+    Some(errors.fold(0.0, f32::max))
+}
