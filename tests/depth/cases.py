@@ -55,6 +55,7 @@ STEADY = {"camera": ("Camera", "{out}/steady.####.json")}
 JITTERED = {"camera": ("Camera", "{out}/jittered.####.json")}
 LIGHT = {"map": ("Depth", "{out}/map.####.exr"), "light": ("Camera", "{out}/light.####.json")}
 WORLD = 'normal: "normal", space: World,'
+WIDE = " angular_diameter: 6.0,"
 
 CASES = [
     Case(
@@ -79,6 +80,22 @@ CASES = [
             "kernel 1": shadow(WORLD + " kernel: 1,"),
             "kernel 7": shadow(WORLD + " kernel: 7,"),
             "disc": shadow(WORLD + " pattern: Disc,"),
+        },
+        DEPTH | NORMAL | STEADY | LIGHT,
+    ),
+    Case(
+        "ShadowMask of a wide sun",
+        "open6",
+        "sun6",
+        {
+            "the search, with normals": shadow(WORLD + WIDE),
+            "normals from the depth": shadow(WIDE),
+            "16 blocker_taps": shadow(WORLD + WIDE + " blocker_taps: 16,"),
+            "8 blocker_taps": shadow(WORLD + WIDE + " blocker_taps: 8,"),
+            "64 of both": shadow(WORLD + WIDE + " blocker_taps: 64, taps: 64,"),
+            "no search, kernel 1": shadow(WORLD + " kernel: 1,"),
+            "no search, kernel 3": shadow(WORLD),
+            "no search, kernel 7": shadow(WORLD + " kernel: 7,"),
         },
         DEPTH | NORMAL | STEADY | LIGHT,
     ),

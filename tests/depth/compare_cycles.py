@@ -12,6 +12,7 @@ aliased   one sample in the middle of each pixel, moved by `jitter` of the JSON:
 dof, blur, both   the same frames with depth of field, with a shutter of half a frame, with both
 light     depth in metres from the sun's orthographic camera, 0.1 m to 60 m
 sun, open everything white and lit by the sun alone, with and without its shadow
+sun6, open6  the same with a sun whose diameter in the sky is 6 degrees
 
 Prints a table in Markdown for each case of `cases.py`: PSNR and the mean of FLIP over the frames of each folder,
 without the node and with it in several settings. Colours are compared as a display shows them: exposed by 0 stops,
