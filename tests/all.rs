@@ -42,6 +42,8 @@ mod plug_in;
 mod post;
 /// CPU references of the operators, and the vectors that verify them.
 mod reference;
+/// The table of source systems in the documentation.
+mod sources;
 /// Faults that `stress` must find, and subjects without any.
 mod stress;
 /// Shared by tests: the device, the harness of node tests, the program.

@@ -12,7 +12,7 @@ use crate::reference::image::Image;
 use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
-fn kind(name: &str) -> NodeKind {
+pub fn kind(name: &str) -> NodeKind {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("folders");
     let text = |path: &str| {
         let path = folder.join(path);

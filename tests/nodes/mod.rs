@@ -4,6 +4,8 @@ mod arithmetic;
 mod bloom;
 mod camera;
 mod color;
+mod extremes;
+mod gallery;
 mod lens;
 mod local;
 mod metering;
