@@ -7,7 +7,7 @@ use afterimage_graph::check::{Checker, Graph, LoadedFiles};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry, folder_kind};
 use bevy::asset::io::Reader;
-use bevy::asset::{AssetLoader, LoadContext};
+use bevy::asset::{AssetLoader, AssetPath, LoadContext};
 use bevy::prelude::*;
 
 use crate::folder;
@@ -61,9 +61,9 @@ impl AssetLoader for PipelineLoader {
         _: &(),
         context: &mut LoadContext<'_>,
     ) -> Result<Pipeline, PipelineError> {
-        let mut bytes = Vec::new();
-        reader.read_to_end(&mut bytes).await.map_err(|error| PipelineError::Unreadable(error.to_string()))?;
-        let name = context.path().to_string();
+        let (name, mut bytes) = (context.path().to_string(), Vec::new());
+        let result = reader.read_to_end(&mut bytes).await;
+        result.map_err(|error| PipelineError::Unreadable(format!("{name}: {error}")))?;
         // The folders come first: a pipeline that is wrong is read again when one of them changes.
         let kinds = self.registry(context).await?;
         let document = parse(&name, &text(&name, bytes)?)?;
@@ -74,8 +74,8 @@ impl AssetLoader for PipelineLoader {
                 break;
             }
             for path in missing {
-                let bytes = context.read_asset_bytes(path.clone()).await;
-                pipeline.files.insert(path, bytes.map(Arc::from).map_err(|error| error.to_string()));
+                let bytes = read_bytes(&path, context).await;
+                pipeline.files.insert(path, bytes.map(Arc::from));
             }
         }
         let (_, warnings) = pipeline.check(None)?;
@@ -106,6 +106,16 @@ impl PipelineLoader {
             [afterimage_nodes::ALL, &folder_kinds].into_iter().chain(self.kinds.iter().copied()).collect();
         Ok(Registry::new(&tables)?)
     }
+}
+
+/// The bytes of a file that another one names. A name that leaves the folder of assets is refused, as Bevy refuses it
+/// for assets, and one that is no path of assets is an error and no panic.
+pub(crate) async fn read_bytes(path: &str, context: &mut LoadContext<'_>) -> Result<Vec<u8>, String> {
+    let path = AssetPath::try_parse(path).map_err(|error| error.to_string())?;
+    if path.is_unapproved() {
+        return Err("it is not in the folder of assets".into());
+    }
+    context.read_asset_bytes(path).await.map_err(|error| error.to_string())
 }
 
 /// The text of a file.

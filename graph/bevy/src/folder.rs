@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 
 use afterimage_graph::node::{NodeKind, folder_kind_sharing};
+use afterimage_wgsl::imports;
 use bevy::asset::LoadContext;
 
-use crate::asset::{PipelineError, text};
+use crate::asset::{PipelineError, read_bytes, text};
 
 /// The path of a file and its text.
 type File = (String, String);
@@ -17,7 +18,7 @@ pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<
     let library = parent.map_or("lib".to_owned(), |parent| format!("{parent}/lib"));
     let declaration = read(format!("{folder}/node.ron"), context).await?;
     let shader = read(format!("{folder}/{name}.wgsl"), context).await?;
-    let mut unread = imports(&shader.1);
+    let mut unread = imported(&shader);
     let (mut own, mut shared) = (vec![shader], Vec::new());
     let mut asked = BTreeSet::new();
     while let Some(name) = unread.pop() {
@@ -27,7 +28,7 @@ pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<
         // What is in neither folder is of the framework's library, or an error with its location.
         for (place, files) in [(folder, &mut own), (&*library, &mut shared)] {
             if let Ok(file) = read(format!("{place}/{name}.wgsl"), context).await {
-                unread.extend(imports(&file.1));
+                unread.extend(imported(&file));
                 files.push(file);
                 break;
             }
@@ -37,21 +38,18 @@ pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<
     Ok(folder_kind_sharing(borrowed(&declaration), &own, &shared)?)
 }
 
+/// The names of the files that a shader imports.
+fn imported((_, text): &File) -> Vec<String> {
+    imports(text).into_iter().map(str::to_owned).collect()
+}
+
 fn borrowed((path, text): &File) -> (&str, &str) {
     (path, text)
 }
 
 async fn read(path: String, context: &mut LoadContext<'_>) -> Result<File, PipelineError> {
-    let bytes = context.read_asset_bytes(path.clone()).await;
-    let bytes = bytes.map_err(|error| PipelineError::Unreadable(error.to_string()))?;
+    let bytes = read_bytes(&path, context).await;
+    let bytes = bytes.map_err(|error| PipelineError::Unreadable(format!("{path}: {error}")))?;
     let text = text(&path, bytes)?;
     Ok((path, text))
-}
-
-/// The names in a shader's directives `#import name`.
-fn imports(shader: &str) -> Vec<String> {
-    let is_part = |letter: char| letter.is_alphanumeric() || matches!(letter, '_' | '-');
-    let after = shader.split("#import").skip(1).map(|rest| rest.trim_start_matches([' ', '\t']));
-    let names = after.map(|rest| rest.split(|letter| !is_part(letter)).next().unwrap_or_default().to_owned());
-    names.filter(|name| !name.is_empty()).collect()
 }

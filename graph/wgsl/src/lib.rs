@@ -27,6 +27,7 @@ pub use link::{Instance, Linked, Linker, Place, SourceMap};
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use sample_mode::SampleMode;
 pub use shader::Shader;
+pub use token::imports;
 pub use uniform::UniformValue;
 pub use validate::validate;
 

@@ -59,6 +59,13 @@ struct Lexer<'t> {
     tokens: Vec<Token>,
 }
 
+/// The names in the directives `#import name` of a file, in their order, for hosts that read files by name; none if a
+/// comment has no end, which is an error once the file is a [`Shader`](crate::Shader).
+pub fn imports(text: &str) -> Vec<&str> {
+    let tokens = tokens(text).unwrap_or_default();
+    tokens.iter().filter(|token| token.kind == TokenKind::Import).map(|token| token.of(text)).collect()
+}
+
 impl<'t> Lexer<'t> {
     fn rest(&self) -> &'t str {
         &self.text[self.at..]
@@ -178,6 +185,9 @@ mod tests {
         let imports: Vec<_> = kinds.iter().filter(|token| token.kind == TokenKind::Import).collect();
         assert_eq!(imports.len(), 2);
         assert_eq!(words("#import tent // nine\n#import my-noise"), ["tent", "my-noise"]);
+        let text = "#import tent\n/* #import not */ // #import nor\n#import my-noise; fn f() {}";
+        assert_eq!(super::imports(text), ["tent", "my-noise"]);
+        assert!(super::imports("#import tent /*").is_empty());
     }
 
     proptest! {
