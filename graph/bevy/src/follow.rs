@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Facts, Graph};
-use bevy::asset::AssetLoadFailedEvent;
+use bevy::asset::{AssetLoadError, AssetLoadFailedEvent};
 use bevy::camera::CameraMainTextureUsages;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::post_process::auto_exposure::AutoExposure;
@@ -14,7 +14,7 @@ use bevy::render::RenderApp;
 use bevy::render::extract_component::ExtractComponent;
 use bevy::render::render_resource::TextureUsages;
 
-use crate::asset::Pipeline;
+use crate::asset::{Pipeline, PipelineError};
 use crate::camera::{Afterimage, Setting, Target};
 use crate::status::{AfterimageStatus, Report};
 
@@ -133,8 +133,12 @@ pub(crate) fn follow_assets(
     }
     for failure in failures.read() {
         for (_, mut status) in cameras.iter_mut().filter(|(camera, _)| camera.pipeline.id() == failure.id) {
-            // Bevy has logged it.
-            status.files = Some(failure.error.to_string());
+            // Bevy has logged it, with a call stack that says nothing of the files.
+            let ours = match &failure.error {
+                AssetLoadError::AssetLoaderError(error) => error.error().downcast_ref::<PipelineError>(),
+                _ => None,
+            };
+            status.files = Some(ours.map_or_else(|| failure.error.to_string(), PipelineError::to_string));
         }
     }
 }

@@ -21,6 +21,11 @@
 //! runs, if Bevy's `file_watcher` is on. What is wrong with them is logged with an excerpt, and the pipeline before
 //! renders on.
 
+/// The README's program compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod asset;
 mod camera;
 mod folder;

@@ -143,6 +143,12 @@ impl CameraPost {
             error!("{error}");
         }
         let is_changing = self.post.is_changing();
+        // The reason stays until the next change.
+        let has_come_in = self.said.is_changing && !is_changing;
+        let not_faded = self.post.not_faded().filter(|why| has_come_in || self.said.not_faded.as_ref() != Some(why));
+        if let Some(why) = not_faded {
+            warn!("a change did not fade in: {why}");
+        }
         let is_same_plan = self.plan.as_ref().map(Arc::as_ptr) == self.post.plan().map(Arc::as_ptr);
         if is_same_plan
             && std::mem::replace(&mut self.is_said, true)

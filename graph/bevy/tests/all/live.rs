@@ -2,6 +2,7 @@
 
 use bevy::camera::CameraMainTextureUsages;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
+use bevy::post_process::auto_exposure::AutoExposure;
 use bevy::post_process::bloom::Bloom;
 use bevy::prelude::*;
 use bevy::reflect::TypeRegistry;
@@ -95,25 +96,46 @@ fn settings_change_and_are_checked() {
     shown.once("all is as at first", |now| *now == first);
 }
 
-/// Both pictures are mixed: it gets brighter in many steps.
-#[test]
-fn a_change_fades_in() {
-    let own = Folder::new("fade");
-    own.write("look.ron", CONDITIONAL);
-    let dark = |look: Afterimage| look.fact("bright", false).fade(60);
-    let mut shown = Shown::with_camera(&own.0, "look.ron", TextureFormat::Rgba8UnormSrgb, dark);
-    let mut sums = vec![sum(&shown.settled())];
-    shown.change(|look| _ = look.facts.insert("bright".into(), true.into()));
-    sums.extend((0..100).map(|_| sum(&shown.shown())));
-    assert!(sums.is_sorted(), "{sums:?}");
-    assert!(sums[100] > sums[0] * 3 / 2, "{sums:?}");
-    sums.dedup();
-    assert!(sums.len() > 8, "{sums:?}");
-    assert_eq!(shown.status().not_faded, None);
-}
-
 fn sum(bytes: &[u8]) -> u64 {
     bytes.as_chunks::<4>().0.iter().flat_map(|texel| &texel[..3]).map(|byte| u64::from(*byte)).sum()
+}
+
+/// The file that a pipeline extends, and one that it has as a node.
+#[test]
+fn files_that_a_pipeline_names_are_followed() {
+    let own = Folder::new("named");
+    let node = |amount: f32| {
+        format!(
+            "Pipeline(inputs: {{ \"light\": Exposed }}, nodes: {{ \"out\": Vignette(source: \"light\", amount: {amount}) }},
+                outputs: {{ \"out\": \"out\" }})"
+        )
+    };
+    let base = |stops: f32| {
+        format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, outputs: {{ \"out\": \"dark\" }}, nodes: {{
+                \"lit\": Exposure(source: \"scene\", stops: {stops}),
+                \"dark\": Pipeline(file: \"../parts/dark.ron\", light: \"lit\"),
+            }})"
+        )
+    };
+    own.write("parts/dark.ron", &node(0.1));
+    own.write("looks/base.ron", &base(0.0));
+    own.write("looks/look.ron", "Pipeline(extends: \"base.ron\")");
+    let same = |look| look;
+    let mut shown = Shown::with_camera(&own.0, "looks/look.ron", TextureFormat::Rgba8UnormSrgb, same);
+    let first = shown.settled();
+    own.write("looks/base.ron", &base(2.0));
+    shown.once("the base is brighter", |now| sum(now) > sum(&first) * 3 / 2);
+    own.write("looks/base.ron", &base(0.0));
+    shown.once("as at first", |now| *now == first);
+    own.write("parts/dark.ron", &node(1.0));
+    shown.once("the node is darker", |now| sum(now) < sum(&first) * 3 / 4);
+    // What is no file of the assets is an error, and no panic of the loader.
+    for (wrong, why) in [("../../base.ron", "not in the folder of assets"), ("base.ron#", "Asset label")] {
+        own.write("looks/look.ron", &format!("Pipeline(extends: \"{wrong}\")"));
+        let status = shown.until(why, |status| status.files.as_ref().is_some_and(|error| error.contains(why)));
+        assert!(status.is_running, "{status:?}");
+    }
 }
 
 /// A kind in a folder, with a file that it imports, and a `.cube` table: all are followed.
@@ -188,11 +210,15 @@ fn effects_of_bevy_are_replaced_named_and_given_back() {
     let camera = world.query_filtered::<Entity, With<Afterimage>>().single(world).expect("there is one camera");
     assert_eq!(world.get::<Tonemapping>(camera), Some(&Tonemapping::None));
     assert_eq!(world.get::<DebandDither>(camera), Some(&DebandDither::Disabled));
-    world.entity_mut(camera).insert((Bloom::NATURAL, Tonemapping::AgX));
-    let status = shown.until("warnings", |status| status.others.len() == 2);
-    assert!(status.others[0].contains("Tonemapping") && status.others[1].contains("Bloom"), "{status:?}");
+    let all = (Bloom::NATURAL, AutoExposure::default(), Tonemapping::AgX, DebandDither::Enabled);
+    world.entity_mut(camera).insert(all);
+    let status = shown.until("warnings", |status| status.others.len() == 4);
+    for (named, effect) in status.others.iter().zip(["Tonemapping", "DebandDither", "Bloom", "AutoExposure"]) {
+        assert!(named.contains(effect), "{status:?}");
+    }
     let world = shown.app.world_mut();
-    world.entity_mut(camera).insert(Tonemapping::None).remove::<Bloom>();
+    let mut entity = world.entity_mut(camera);
+    entity.insert((Tonemapping::None, DebandDither::Disabled)).remove::<(Bloom, AutoExposure)>();
     shown.until("no warnings", |status| status.others.is_empty());
     shown.app.world_mut().entity_mut(camera).remove::<Afterimage>();
     shown.run(3);
@@ -224,10 +250,12 @@ fn the_component_and_its_fields_are_reflected() {
     let mut look = component.reflect_mut(&mut entity).expect("the camera has it");
     let fields = look.reflect_mut().as_struct().expect("it is a struct");
     fields.field_mut("tier").expect("there is a tier").apply(&Some("low".to_owned()));
+    fields.field_mut("fade").expect("there is a fade").apply(&9_u16);
     let parameters = fields.field_mut("parameters").expect("there are parameters");
     parameters.apply(&std::collections::BTreeMap::from([("lit.strength".to_owned(), Setting::Number(0.9))]));
     let look = world.get::<Afterimage>(camera).expect("it is there");
     assert_eq!((look.tier.as_deref(), &look.parameters["lit.strength"]), (Some("low"), &Setting::Number(0.9)));
+    assert_eq!(look.fade, 9);
     shown.once("more bloom", |now| differing(&first, now).1 > 20);
 }
 

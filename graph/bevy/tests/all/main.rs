@@ -1,7 +1,11 @@
 //! The plug-in in apps without a window.
 
+mod fades;
+mod inputs;
 mod live;
+mod lost;
 mod pixels;
 mod program;
+mod said;
 mod shown;
 mod views;

@@ -10,7 +10,7 @@ use bevy::render::renderer::{RenderDevice, RenderQueue};
 use bevy::render::texture::{ManualTextureView, ManualTextureViews};
 use bevy_afterimage::{Afterimage, Target};
 
-use crate::program::{differing, pass, rendered, texels};
+use crate::program::{differing, half, pass, rendered, texels};
 use crate::shown::{Folder, SIZE, Shown, pipelines};
 
 const WHOLE: URect = URect { min: UVec2::ZERO, max: SIZE };
@@ -123,9 +123,4 @@ fn prepasses_and_the_camera_arrive() {
         bytes.chunks_exact(8).all(|texel| (red(texel) - 4.0).abs() < 0.01)
     });
     assert_eq!(shown.status().frame, None);
-}
-
-/// A positive half float.
-fn half(bits: u16) -> f32 {
-    f32::from_bits((u32::from(bits) << 13) + (112 << 23))
 }

@@ -64,3 +64,10 @@ pub(crate) fn differing(left: &[u8], right: &[u8]) -> (usize, u8) {
     let pairs = || left.iter().zip(right).map(|(left, right)| left.abs_diff(*right));
     (pairs().filter(|off| *off > 0).count(), pairs().max().unwrap_or(0))
 }
+
+/// A half float. Numbers below 2^-14 count as 0.
+pub(crate) fn half(bits: u16) -> f32 {
+    let (sign, rest) = (u32::from(bits >> 15), u32::from(bits & 0x7fff));
+    let number = if rest < 0x400 { 0.0 } else { f32::from_bits((rest << 13) + (112 << 23)) };
+    f32::from_bits(number.to_bits() | sign << 31)
+}

@@ -1,14 +1,15 @@
 //! Apps without a window, and what their cameras show.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::Duration;
 
+use bevy::app::Plugins;
 use bevy::camera::RenderTarget;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::render_resource::{TextureFormat, TextureUsages};
+use bevy::render::render_resource::{Extent3d, TextureFormat, TextureUsages};
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::time::TimeUpdateStrategy;
 use bevy::window::ExitCondition;
@@ -25,10 +26,13 @@ pub(crate) struct Shown {
     pub(crate) app: App,
     pub(crate) target: RenderTarget,
     image: Handle<Image>,
+    /// How many pictures have been asked for.
+    asked: usize,
 }
 
+/// Pictures that have arrived, by their numbers.
 #[derive(Resource, Default)]
-struct Captured(Option<Vec<u8>>);
+struct Captured(BTreeMap<usize, Vec<u8>>);
 
 impl Shown {
     /// An app without cameras, on a row of bright spheres that do not move.
@@ -36,13 +40,14 @@ impl Shown {
         Self::with_plugin(folder, format, AfterimagePlugin::default())
     }
 
-    pub(crate) fn with_plugin(folder: &Path, format: TextureFormat, plugin: AfterimagePlugin) -> Self {
+    pub(crate) fn with_plugin<M>(folder: &Path, format: TextureFormat, ours: impl Plugins<M>) -> Self {
         let file_path = folder.to_string_lossy().into_owned();
         let assets = AssetPlugin { file_path, watch_for_changes_override: Some(true), ..default() };
         let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
         let plugins = DefaultPlugins.set(assets).set(window).disable::<WinitPlugin>().disable::<LogPlugin>();
         let mut app = App::new();
-        app.add_plugins((plugins.disable::<PipelinedRenderingPlugin>(), plugin))
+        app.add_plugins(plugins.disable::<PipelinedRenderingPlugin>())
+            .add_plugins(ours)
             .insert_resource(ClearColor(BACKGROUND.into()))
             .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
             .init_resource::<Captured>();
@@ -60,7 +65,7 @@ impl Shown {
             let place = Transform::from_xyz(1.9 * index as f32 - 3.8, 0.0, 0.0);
             world.spawn((Mesh3d(sphere.clone()), MeshMaterial3d(material), place));
         }
-        Self { app, target: RenderTarget::Image(image.clone().into()), image }
+        Self { app, target: RenderTarget::Image(image.clone().into()), image, asked: 0 }
     }
 
     /// The same with a camera in front of the spheres.
@@ -107,24 +112,64 @@ impl Shown {
         }
     }
 
-    /// The bytes of the cameras' image.
-    pub(crate) fn shown(&mut self) -> Vec<u8> {
-        self.app.world_mut().resource_mut::<Captured>().0 = None;
-        let capture = |shot: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
-            captured.0 = shot.image.data.clone();
+    /// Gives the cameras' image another size.
+    pub(crate) fn resize(&mut self, size: UVec2) {
+        let size = Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+        let mut images = self.app.world_mut().resource_mut::<Assets<Image>>();
+        images.get_mut(&self.image).expect("it is there").resize(size);
+    }
+
+    /// Asks for the cameras' image of the next frame. Returns the picture's number.
+    fn ask(&mut self) -> usize {
+        let number = self.asked;
+        self.asked += 1;
+        let capture = move |shot: On<ScreenshotCaptured>, mut captured: ResMut<Captured>| {
+            captured.0.extend(shot.image.data.clone().map(|bytes| (number, bytes)));
         };
         let shot = match &self.target {
             RenderTarget::TextureView(view) => Screenshot::texture_view(*view),
             _ => Screenshot::image(self.image.clone()),
         };
         self.app.world_mut().spawn(shot).observe(capture);
+        number
+    }
+
+    fn take(&mut self, number: usize) -> Option<Vec<u8>> {
+        self.app.world_mut().resource_mut::<Captured>().0.remove(&number)
+    }
+
+    /// The bytes of the cameras' image.
+    pub(crate) fn shown(&mut self) -> Vec<u8> {
+        let number = self.ask();
         for _ in 0..200 {
             self.run(1);
-            if let Some(bytes) = self.app.world_mut().resource_mut::<Captured>().0.take() {
+            if let Some(bytes) = self.take(number) {
                 return bytes;
             }
         }
         panic!("no screenshot arrives");
+    }
+
+    /// The images of all frames from now on until they are as wanted. `before` runs before each frame.
+    pub(crate) fn frames(
+        &mut self,
+        what: &str,
+        mut before: impl FnMut(&mut Self),
+        are_wanted: impl Fn(&[Vec<u8>]) -> bool,
+    ) -> Vec<Vec<u8>> {
+        let (first, mut frames) = (self.asked, Vec::new());
+        for _ in 0..1000 {
+            before(self);
+            self.ask();
+            self.run(1);
+            while let Some(bytes) = self.take(first + frames.len()) {
+                frames.push(bytes);
+            }
+            if are_wanted(&frames) {
+                return frames;
+            }
+        }
+        panic!("{what}: not after 1000 frames");
     }
 
     /// The image once it is as wanted: files and shaders of the scene arrive after some frames.
@@ -136,7 +181,9 @@ impl Shown {
                 return shown;
             }
         }
-        panic!("{what}: not after 100 pictures");
+        let world = self.app.world_mut();
+        let statuses: Vec<_> = world.query::<&AfterimageStatus>().iter(world).collect();
+        panic!("{what}: not after 100 pictures, but {statuses:?}");
     }
 
     /// Runs until the status is as wanted.

@@ -112,3 +112,37 @@ fn a_camera_of_sprites_shows_what_the_program_makes_of_its_image() {
         assert_eq!(differing(&shown, &rendered(file, &scene)), (0, 0), "{file}");
     }
 }
+
+/// Bevy draws its UI after the pipeline, as it is. On the output itself nothing comes on top.
+#[test]
+fn the_user_interface_is_drawn_on_the_result() {
+    let color = Srgba::rgb_u8(40, 90, 220);
+    let part = URect::new(20, 10, 60, 40);
+    for target in [Target::MainTexture, Target::Output] {
+        let to_target = |look: bevy_afterimage::Afterimage| look.target(target);
+        let mut shown = Shown::with_camera(&pipelines(), "lynx.ron", TextureFormat::Rgba8UnormSrgb, to_target);
+        let without = shown.settled();
+        let world = shown.app.world_mut();
+        let camera = world.query_filtered::<Entity, With<Camera3d>>().single(world).expect("there is one camera");
+        let node = Node {
+            position_type: PositionType::Absolute,
+            left: px(part.min.x as f32),
+            top: px(part.min.y as f32),
+            width: px(part.width() as f32),
+            height: px(part.height() as f32),
+            ..default()
+        };
+        world.spawn((node, BackgroundColor(color.into()), UiTargetCamera(camera)));
+        let mut wanted = without.clone();
+        if target == Target::MainTexture {
+            for row in part.min.y..part.max.y {
+                let first = (row * SIZE.x + part.min.x) as usize * 4;
+                let texels = &mut wanted[first..first + part.width() as usize * 4];
+                texels.as_chunks_mut::<4>().0.iter_mut().for_each(|texel| *texel = color.to_u8_array());
+            }
+        }
+        shown.run(20);
+        // The main texture holds the colour in half floats, which may be another code.
+        assert!(differing(&shown.settled(), &wanted).1 <= 1, "{target:?}");
+    }
+}
