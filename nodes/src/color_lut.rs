@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::Signedness;
+use afterimage_graph::node::FunctionPass;
 use afterimage_graph::prelude::*;
 
-use crate::lut::{Interpolation, Lut, LutError, PngLayout, ROW, Table};
-use crate::lut_file::{LutFile, parse_lut_file};
+use crate::lut::{Interpolation, Lut, PngLayout, Table, TableImage};
+use crate::lut_decoded::Decoded;
+use crate::lut_file::LutFile;
 use crate::process::{Conversion, LutSpace, LutState, Process, Step, function};
 use crate::shaper::{Shape, Shaper};
 
@@ -79,13 +81,13 @@ impl Node for ColorLut {
 
     fn identity(&self, _: &Arrivals) -> bool {
         let keeps = self.state == LutState::Source;
-        let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.content().is_ok_and(is_identity);
+        let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.decoded().is_identity;
         keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())
     }
 
     fn verify(&self) -> Result<(), String> {
-        let content = self.content().map_err(|error| format!("`{}`: {error}", self.file.path))?;
-        match content {
+        let decoded = self.decoded();
+        match decoded.content.as_ref().map_err(|error| format!("`{}`: {error}", self.file.path))? {
             LutFile::Table(lut) if self.shaper != Shaper::None && lut.curve.is_some() && lut.cube.is_some() => {
                 return Err(format!("`{}` has a 1-D table as its shaper: remove `shaper`", self.file.path));
             }
@@ -107,22 +109,33 @@ impl Node for ColorLut {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        // `verify` has rejected files that cannot be read.
-        match self.content() {
-            Ok(LutFile::Process(process)) => self.record_process(pass, process),
-            Ok(LutFile::Table(lut)) if !self.is_plain() => self.record_process(pass, self.process(&lut)),
-            Ok(LutFile::Table(lut)) => self.record_table(pass, &lut),
-            Err(_) => self.record_table(pass, &Lut::identity()),
+        let decoded = self.decoded();
+        match &decoded.content {
+            Ok(LutFile::Process(process)) => self.record_process(pass, || process.clone()),
+            Ok(LutFile::Table(lut)) if !self.is_plain() => self.record_process(pass, || self.process(lut)),
+            Ok(LutFile::Table(lut)) => self.record_table(pass, &decoded, lut),
+            // `verify` has rejected files that cannot be read.
+            Err(_) => self.record_table(pass, &decoded, &Lut::identity()),
         }
     }
 }
 
-/// Whether a file's content changes nothing.
-fn is_identity(content: LutFile) -> bool {
-    match content {
-        LutFile::Table(lut) => lut.is_identity(),
-        LutFile::Process(process) => process.steps.is_empty(),
-    }
+/// The pass of a process, which stays the same while `strength` moves.
+struct ProcessPass {
+    of: ProcessKey,
+    shader: Arc<Shader>,
+    images: Vec<TableImage>,
+}
+
+/// What the pass of a process depends on, beside the file.
+#[derive(Clone, Copy, PartialEq)]
+struct ProcessKey {
+    conversion: Conversion,
+    layout: PngLayout,
+    shaper: Shaper,
+    shape: Shape,
+    interpolation: Interpolation,
+    is_light: bool,
 }
 
 impl ColorLut {
@@ -131,11 +144,8 @@ impl ColorLut {
         self.from == LutSpace::Same && self.to == LutSpace::Same
     }
 
-    fn content(&self) -> Result<LutFile, LutError> {
-        match &self.file.bytes {
-            None => Ok(LutFile::Table(Lut::identity())),
-            Some(bytes) => parse_lut_file(bytes, self.layout),
-        }
+    fn decoded(&self) -> Arc<Decoded> {
+        Decoded::of(&self.file, self.layout)
     }
 
     fn verify_state(&self) -> Result<(), String> {
@@ -166,32 +176,37 @@ impl ColorLut {
         Process::new(shaper.into_iter().chain(table.steps))
     }
 
-    fn record_process(&self, pass: &mut Recorder<'_>, process: Process) {
-        const NAME: &str = "color_lut_process";
+    fn record_process(&self, pass: &mut Recorder<'_>, process: impl Fn() -> Process) {
         let source = pass.color("source").colorimetry;
         let result = pass.output_color("result").colorimetry.primaries;
         let (from, to, state, white_nits) = (self.from, self.to, self.state, f64::from(self.white_nits));
-        let mut parts = Conversion { from, to, state, white_nits, source, result }.around(process);
         let is_light = pass.output_color("result").state.signedness() == Signedness::Extended;
-        parts.is_scene_light = is_light && !self.is_plain();
-        let (text, textures) = function(NAME, &parts);
-        let images = textures.images(pass);
+        let key = ProcessKey {
+            conversion: Conversion { from, to, state, white_nits, source, result },
+            layout: self.layout,
+            shaper: self.shaper,
+            shape: self.shape(),
+            interpolation: self.interpolation,
+            is_light: is_light && !self.is_plain(),
+        };
+        let make = || ProcessPass::new(key, process());
+        let known = match &self.file.bytes {
+            Some(bytes) => bytes.read(|known: &ProcessPass| known.of == key, |_| make()),
+            None => Arc::new(make()),
+        };
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let shader = Arc::new(Shader::loaded("color_lut.wgsl".into(), text));
-        let kernel = pass.function(shader, NAME);
-        images.into_iter().fold(kernel, |kernel, (name, image)| kernel.read(name, image)).write("result", desc);
+        let kernel = pass.function(known.shader.clone(), ProcessPass::FUNCTION);
+        known.images.iter().fold(kernel, with_table).write("result", desc);
     }
 
-    fn record_table(&self, pass: &mut Recorder<'_>, lut: &Lut) {
+    fn record_table(&self, pass: &mut Recorder<'_>, decoded: &Decoded, lut: &Lut) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let half = self.precision == LutPrecision::Fast && !pass.exact();
-        let curve = lut.curve.as_ref().map(|table| curve_texture(pass, table, half));
-        let cube = lut.cube.as_ref().map(|table| cube_texture(pass, table, half));
         let ([curve_low, curve_scale], [cube_low, cube_scale]) = (domain(&lut.curve), domain(&lut.cube));
         let shape = self.shape();
-        let mut kernel = pass
+        let kernel = pass
             .function(&SHADER, self.kernel(lut))
             .set("line", shape.line)
             .set("shaper_curve", shape.curve)
@@ -200,13 +215,7 @@ impl ColorLut {
             .set("curve_scale", curve_scale)
             .set("cube_low", cube_low)
             .set("cube_scale", cube_scale);
-        if let Some(curve) = curve {
-            kernel = kernel.read("curve", curve);
-        }
-        if let Some(cube) = cube {
-            kernel = kernel.read("cube", cube);
-        }
-        kernel.write("result", desc);
+        decoded.images(lut, half).iter().fold(kernel, with_table).write("result", desc);
     }
 
     fn shape(&self) -> Shape {
@@ -250,18 +259,18 @@ fn domain(table: &Option<Table>) -> [[f64; 3]; 2] {
     }
 }
 
-fn stored(desc: ImageDesc, half: bool) -> ImageDesc {
-    desc.format(if half { Format::Rgba16Float } else { Format::Rgba32Float })
+impl ProcessPass {
+    const FUNCTION: &str = "color_lut_process";
+
+    fn new(of: ProcessKey, process: Process) -> Self {
+        let mut parts = of.conversion.around(process);
+        parts.is_scene_light = of.is_light;
+        let (text, textures) = function(Self::FUNCTION, &parts);
+        Self { of, shader: Arc::new(Shader::loaded("color_lut.wgsl".into(), text)), images: textures.images() }
+    }
 }
 
-fn curve_texture(pass: &mut Recorder<'_>, table: &Table, half: bool) -> ImageId {
-    let (width, rows) = (table.size.min(ROW), table.size.div_ceil(ROW));
-    let desc = stored(ImageDesc::new(Size::new(width as u32, rows as u32)), half);
-    pass.constant("curve", desc, table.bytes(half, width * rows))
-}
-
-fn cube_texture(pass: &mut Recorder<'_>, table: &Table, half: bool) -> ImageId {
-    let side = table.size as u32;
-    let desc = stored(ImageDesc::volume(Size::volume(side, side, side)), half);
-    pass.constant("cube", desc, table.bytes(half, table.entries.len()))
+fn with_table<'r, 'a>(kernel: FunctionPass<'r, 'a>, table: &TableImage) -> FunctionPass<'r, 'a> {
+    let TableImage { argument, name, desc, bytes } = table;
+    kernel.read_constant(argument.clone(), name, *desc, bytes.clone())
 }

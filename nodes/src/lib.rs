@@ -77,6 +77,7 @@ mod linear_depth;
 mod local_tone_map;
 mod log_gaussian;
 mod lut;
+mod lut_decoded;
 mod lut_file;
 mod mean_luminance;
 mod metering;

@@ -6,6 +6,7 @@
 pub mod caps;
 pub mod color;
 pub mod diagnostic;
+mod file;
 pub mod image;
 mod shared;
 pub mod value;

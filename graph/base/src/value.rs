@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::Shared;
+pub use crate::file::{FileBytes, FileValue};
 
 /// A value of a parameter, from a pipeline file or a control.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,21 +24,6 @@ pub enum Value {
     Text(Arc<str>),
     /// A file: its path, and its bytes once loaded.
     File(FileValue),
-}
-
-/// A file that a parameter names.
-#[derive(Clone, Debug, Default)]
-pub struct FileValue {
-    /// The path as written in the pipeline file. Empty for no file.
-    pub path: String,
-    /// The content of the file. `None` before loading.
-    pub bytes: Option<Arc<[u8]>>,
-}
-
-impl PartialEq for FileValue {
-    fn eq(&self, other: &Self) -> bool {
-        self.path == other.path && self.bytes == other.bytes
-    }
 }
 
 impl std::fmt::Display for Value {

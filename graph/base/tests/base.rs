@@ -1,9 +1,12 @@
 //! Sizes, formats and parameters.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
+use std::cell::Cell;
+use std::sync::Arc;
+
 use afterimage_base::diagnostic::{Sources, did_you_mean, nearest};
 use afterimage_base::image::{Format, ImageDesc, Size};
-use afterimage_base::value::{FileValue, Param, Type, Value};
+use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value};
 
 #[test]
 fn no_side_of_a_size_is_zero() {
@@ -154,12 +157,41 @@ fn a_description_with_another_size_keeps_its_format() {
 
 #[test]
 fn files_are_equal_if_path_and_content_are() {
-    let file = |path: &str, bytes: Option<&[u8]>| FileValue { path: path.to_owned(), bytes: bytes.map(Into::into) };
+    let content = |bytes: &[u8]| FileBytes::from(Arc::<[u8]>::from(bytes));
+    let file = |path: &str, bytes: Option<&[u8]>| FileValue { path: path.into(), bytes: bytes.map(content) };
     let film = file("film.cube", Some(b"1"));
     assert_eq!(film, film.clone());
     for other in [file("other.cube", Some(b"1")), file("film.cube", Some(b"2")), file("film.cube", None)] {
         assert_ne!(film, other);
     }
+}
+
+/// Copies share what was read; another type, other wishes and other bytes do not.
+#[test]
+fn files_keep_what_was_read_from_them() {
+    let file = |text: &str| FileBytes::from(Arc::<[u8]>::from(text.as_bytes()));
+    let calls = Cell::new(0);
+    let length = |file: &FileBytes, factor: usize| {
+        let read = |bytes: &[u8]| {
+            calls.set(calls.get() + 1);
+            (factor, factor * bytes.len())
+        };
+        file.read(|(known, _)| *known == factor, read).1
+    };
+    let (film, other) = (file("film"), file("other"));
+    assert_eq!([length(&film, 1), length(&film.clone(), 1), length(&other, 1)], [4, 4, 5]);
+    assert_eq!(calls.get(), 2);
+    assert_eq!(*film.read(|_: &u8| true, |bytes| bytes[0]), b'f');
+    // As many are kept as serve plans that take turns; then the oldest is read again.
+    assert_eq!([2, 3, 2, 3, 1].map(|factor| length(&film, factor)), [8, 12, 8, 12, 4]);
+    assert_eq!(calls.get(), 4);
+    assert_eq!([length(&film, 4), length(&film, 1), length(&film, 4)], [16, 4, 16]);
+    assert_eq!(calls.get(), 6);
+    // The last copy frees it.
+    let kept = film.read(|_: &Vec<u8>| true, <[u8]>::to_vec);
+    let weak = Arc::downgrade(&kept);
+    drop((kept, film));
+    assert_eq!(weak.strong_count(), 0);
 }
 
 /// A name of up to 64 letters gets the nearest one, if at most a third of its letters differ.

@@ -185,7 +185,7 @@ impl Builder<'_> {
         };
         let bytes = bytes.map_err(|why| unreadable(named, &why))?;
         self.count_file(named, bytes.len())?;
-        Ok(Value::File(FileValue { path, bytes: Some(bytes) }))
+        Ok(Value::File(FileValue { path: path.into(), bytes: Some(bytes.into()) }))
     }
 
     /// Each node at its values. Reports those whose kind refuses them: a file that is not readable, two parameters that

@@ -4,6 +4,7 @@ pub(crate) mod cdl_file;
 mod cube;
 mod picture;
 mod spi;
+mod table_image;
 pub(crate) mod text;
 pub(crate) mod xml;
 
@@ -14,6 +15,7 @@ pub use cdl_file::{ColorCorrection, parse_correction};
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
 pub use spi::{parse_spi1d, parse_spi3d};
+pub(crate) use table_image::TableImage;
 
 /// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
 pub(crate) const ROW: usize = 4096;
@@ -137,7 +139,7 @@ impl Table {
 }
 
 /// Entries as texels, in half floats or 32 bits, padded with black to `count`.
-pub(crate) fn texels(entries: &[[f32; 3]], count: usize, half: bool) -> Vec<u8> {
+fn texels(entries: &[[f32; 3]], count: usize, half: bool) -> Vec<u8> {
     let padding = std::iter::repeat_n(&[0.0; 3], count - entries.len());
     let channels = entries.iter().chain(padding).flat_map(|[r, g, b]| [*r, *g, *b, 1.0]);
     let finite = channels.map(|x| x.clamp(-LARGEST, LARGEST));

@@ -18,7 +18,7 @@ choices! {
 }
 
 /// What a table takes and returns, and the light around it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conversion {
     /// The space of the table's entry; not `Same` in front of another space of the result.
     pub(crate) from: LutSpace,

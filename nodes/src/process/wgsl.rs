@@ -2,11 +2,10 @@
 
 use std::fmt::Write as _;
 
-use afterimage_graph::prelude::*;
 use glam::DVec3;
 
 use super::{Antilog, CdlStep, Logarithm, Power, Process, Step};
-use crate::lut::{Interpolation, ROW, Table, texels};
+use crate::lut::{Interpolation, Table, TableImage};
 
 /// The tables of a process: 1-D tables in the rows of one image, and a volume per 3-D table.
 #[derive(Debug, Default)]
@@ -23,21 +22,12 @@ impl Textures<'_> {
         first
     }
 
-    /// The arguments of the kernel function, and their images.
-    pub(crate) fn images(&self, pass: &mut Recorder<'_>) -> Vec<(String, ImageId)> {
-        let mut images = Vec::new();
-        if !self.curves.is_empty() {
-            let (width, rows) = (self.curves.len().min(ROW), self.curves.len().div_ceil(ROW));
-            let desc = ImageDesc::new(Size::new(width as u32, rows as u32)).format(Format::Rgba32Float);
-            images.push(("curves".into(), pass.constant("curves", desc, texels(&self.curves, width * rows, false))));
-        }
-        for (index, cube) in self.cubes.iter().enumerate() {
-            let side = cube.size as u32;
-            let desc = ImageDesc::volume(Size::volume(side, side, side)).format(Format::Rgba32Float);
-            let bytes = texels(&cube.entries, cube.entries.len(), false);
-            images.push((format!("cube{index}"), pass.constant("cube", desc, bytes)));
-        }
-        images
+    /// The tables as images for the arguments of the kernel function.
+    pub(crate) fn images(&self) -> Vec<TableImage> {
+        let curves = (!self.curves.is_empty()).then(|| TableImage::curve("curves", &self.curves, false));
+        let cubes = self.cubes.iter().enumerate();
+        let cubes = cubes.map(|(index, cube)| TableImage::cube(format!("cube{index}"), cube, false));
+        curves.into_iter().chain(cubes).collect()
     }
 
     fn arguments(&self) -> String {

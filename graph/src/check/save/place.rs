@@ -11,7 +11,7 @@ impl SetTo {
     pub(super) fn text(&self, file: &str) -> String {
         match self {
             Self::Value(Value::File(named)) => {
-                Value::File(FileValue { path: relative(file, &named.path), bytes: None }).to_string()
+                Value::File(FileValue { path: relative(file, &named.path).into(), bytes: None }).to_string()
             }
             Self::Value(value) => value.to_string(),
             Self::Off(off) => switch(*off).to_owned(),
@@ -80,7 +80,7 @@ impl State<'_> {
         if let (Tree::Text(path), true) = (&setting.value.value, self.is_file(&setting.key.value)) {
             let [here, there] = [own, &location.file].map(|file| join_written(file, path));
             if here != there {
-                return Some(SetTo::Value(Value::File(FileValue { path: there, bytes: None })).text(own));
+                return Some(SetTo::Value(Value::File(FileValue { path: there.into(), bytes: None })).text(own));
             }
         }
         let text = self.builder.diagnostics.sources.text(&location.file)?;

@@ -195,7 +195,7 @@ impl SetTo {
     /// A value as it is written in a file.
     pub(super) fn value(value: &Value, file: &str) -> Self {
         Self::Value(match value {
-            Value::File(named) => Value::File(FileValue { path: join_written(file, &named.path), bytes: None }),
+            Value::File(named) => Value::File(FileValue { path: join_written(file, &named.path).into(), bytes: None }),
             other => other.clone(),
         })
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
 use super::{Arrival, Recorder, shape};
@@ -50,6 +51,18 @@ impl FunctionPass<'_, '_> {
     pub fn read(mut self, arg: impl Into<Shared<str>>, image: ImageId) -> Self {
         self.details.reads.push((arg.into(), image));
         self
+    }
+
+    /// An image whose texels are known now, as [`Recorder::constant`] makes it, for an argument.
+    pub fn read_constant(
+        self,
+        arg: impl Into<Shared<str>>,
+        name: &str,
+        desc: ImageDesc,
+        bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>,
+    ) -> Self {
+        let image = self.recorder.constant(name, desc, bytes);
+        self.read(arg, image)
     }
 
     /// One mip level of one layer of an image, for a texture argument. Its functions `tap` and `texel` read it like any

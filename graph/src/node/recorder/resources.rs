@@ -42,7 +42,7 @@ impl Recorder<'_> {
         let (node, given) = (self.node, bytes.as_ref());
         let is_same = |known: &VirtualImage| {
             known.desc == desc
-                && matches!(&known.origin, Origin::Constant(held) if **held == *given)
+                && matches!(&known.origin, Origin::Constant(held) if is_equal(held, given))
                 && is_text(&known.label, format_args!("{node}.{name}"))
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
@@ -124,7 +124,7 @@ impl Recorder<'_> {
     /// A buffer whose contents are known now.
     pub fn constant_buffer(&mut self, name: &str, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> BufferId {
         let (given, length) = (bytes.as_ref(), bytes.as_ref().len() as u64);
-        let same = |life: &BufferLife| matches!(life, BufferLife::Constant(held) if **held == *given);
+        let same = |life: &BufferLife| matches!(life, BufferLife::Constant(held) if is_equal(held, given));
         let known = self.known_buffer(name, length, same);
         known.unwrap_or_else(|| self.new_buffer(name, length, BufferLife::Constant(bytes.into())))
     }
@@ -140,4 +140,9 @@ impl Recorder<'_> {
     pub fn output_value(&mut self, port: &str, life: BufferLife) -> BufferId {
         self.output_table(port, 16, life)
     }
+}
+
+/// Whether both have the same bytes. Large tables are often the same memory.
+fn is_equal(held: &[u8], given: &[u8]) -> bool {
+    std::ptr::eq(held, given) || held == given
 }

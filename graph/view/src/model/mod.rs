@@ -193,7 +193,7 @@ impl Model {
         match value {
             Value::File(file) if file.bytes.is_none() && !file.path.is_empty() => {
                 let bytes = self.project.file(&file.path).map_err(|why| format!("`{}`: {why}", file.path))?;
-                Ok(Value::File(FileValue { bytes: Some(bytes), ..file }))
+                Ok(Value::File(FileValue { bytes: Some(bytes.into()), ..file }))
             }
             other => Ok(other),
         }

@@ -30,7 +30,7 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Turne
             line(ui, param, text).map(|(text, done)| turned(Value::Text(text.into()), done))
         }
         (Type::File, Value::File(file)) => {
-            let path = |path| Value::File(FileValue { path, bytes: None });
+            let path = |path: String| Value::File(FileValue { path: path.into(), bytes: None });
             line(ui, param, &file.path).map(|(text, done)| turned(path(text), done))
         }
         _ => None,

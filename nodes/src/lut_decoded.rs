@@ -1,0 +1,50 @@
+//! What a `ColorLut` makes of its file. It is kept with the file's bytes: hosts set the node's parameters in every
+//! frame.
+
+use std::sync::{Arc, LazyLock, OnceLock};
+
+use afterimage_graph::prelude::*;
+
+use crate::lut::{Lut, LutError, PngLayout, TableImage};
+use crate::lut_file::{LutFile, parse_lut_file};
+
+/// The content of a file, and its textures.
+pub(crate) struct Decoded {
+    layout: PngLayout,
+    /// What the file holds, or why it cannot be read.
+    pub(crate) content: Result<LutFile, LutError>,
+    /// Whether the content changes nothing.
+    pub(crate) is_identity: bool,
+    /// The textures of a table in 32 bits, and in half floats, once they are wanted.
+    images: [OnceLock<Vec<TableImage>>; 2],
+}
+
+static NO_FILE: LazyLock<Arc<Decoded>> =
+    LazyLock::new(|| Arc::new(Decoded::new(PngLayout::Tiles, Ok(LutFile::Table(Lut::identity())))));
+
+impl Decoded {
+    /// That of a file; `layout` is that of a PNG. Without a file the table that changes nothing.
+    pub(crate) fn of(file: &FileValue, layout: PngLayout) -> Arc<Self> {
+        let Some(bytes) = &file.bytes else { return NO_FILE.clone() };
+        let is_wanted = |known: &Self| known.layout == layout;
+        bytes.read(is_wanted, |bytes| Self::new(layout, parse_lut_file(bytes, layout)))
+    }
+
+    fn new(layout: PngLayout, content: Result<LutFile, LutError>) -> Self {
+        let is_identity = match &content {
+            Ok(LutFile::Table(lut)) => lut.is_identity(),
+            Ok(LutFile::Process(process)) => process.steps.is_empty(),
+            Err(_) => false,
+        };
+        Self { layout, content, is_identity, images: Default::default() }
+    }
+
+    /// The textures of a table: of its 1-D table, then of its 3-D table.
+    pub(crate) fn images(&self, lut: &Lut, half: bool) -> &[TableImage] {
+        self.images[usize::from(half)].get_or_init(|| {
+            let curve = lut.curve.as_ref().map(|table| TableImage::curve("curve", &table.entries, half));
+            let cube = lut.cube.as_ref().map(|table| TableImage::cube("cube", table, half));
+            curve.into_iter().chain(cube).collect()
+        })
+    }
+}
