@@ -182,7 +182,7 @@ fn files_keep_what_was_read_from_them() {
     assert_eq!([length(&film, 1), length(&film.clone(), 1), length(&other, 1)], [4, 4, 5]);
     assert_eq!(calls.get(), 2);
     assert_eq!(*film.read(|_: &u8| true, |bytes| bytes[0]), b'f');
-    // As many are kept as serve plans that take turns; then the oldest is read again.
+    // As many are kept as serve plans that are made by turns; then the oldest is read again.
     assert_eq!([2, 3, 2, 3, 1].map(|factor| length(&film, factor)), [8, 12, 8, 12, 4]);
     assert_eq!(calls.get(), 4);
     assert_eq!([length(&film, 4), length(&film, 1), length(&film, 4)], [16, 4, 16]);
