@@ -291,16 +291,25 @@ fn widen(x: f32) -> f64 {
 /// The same for most numbers that people write, in a tenth of the time: hosts set parameters in every frame. `None`
 /// where it takes more decimals, and where two forms are equally near.
 fn decimal(x: f32) -> Option<f64> {
-    const TENS: [f64; 7] = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
+    const MOST: f64 = (1_u32 << 24) as f64;
+    const DECIMALS: usize = 6;
     let wide = f64::from(x);
     // Below this limit no digit before the point can be left out, so the form with the least decimals is the shortest.
     // The products are exact, and quotients of whole numbers are rounded as the texts of these numbers are.
-    if wide.abs() >= f64::from(1_u32 << 24) || wide.is_nan() {
+    if wide.abs() >= MOST || wide.is_nan() {
         return None;
     }
-    let tens = TENS.into_iter().find(|tens| ((wide * tens).round() / tens) as f32 == x)?;
-    let product = wide * tens;
-    (product.fract().abs() != 0.5).then(|| product.round() / tens)
+    let mut tens = 1.0;
+    for _ in 0..=DECIMALS {
+        let product = wide * tens;
+        // The nearest whole number: `round` is a call where a processor is not known to have it.
+        let whole = ((product.abs() + 0.5) as i64 as f64).copysign(product);
+        if (whole / tens) as f32 == x {
+            return ((product - whole).abs() != 0.5).then(|| whole / tens);
+        }
+        tens *= 10.0;
+    }
+    None
 }
 
 fn parsed(x: f32) -> f64 {

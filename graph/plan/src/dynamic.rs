@@ -97,8 +97,10 @@ impl DynamicNodes {
         }
         let Some(node) = self.nodes.get_mut(&index) else { return Ok(()) };
         replay_node(&self.frame, instance, &node.setting, (&mut self.recording, &mut node.replay));
-        // Other values may compute other texels.
-        self.recording.computed.clear();
+        // Other values may compute other texels. To clear a map that is empty takes longer than to ask.
+        if !self.recording.computed.is_empty() {
+            self.recording.computed.clear();
+        }
         let uniforms = node.replay.finish(&mut self.recording).ok_or(NeedsPlan)?;
         for (bytes, places) in uniforms.iter().zip(&node.places) {
             places.iter().for_each(|place| write(*place, bytes));

@@ -52,10 +52,10 @@ pub trait Kind: Send + Sync + 'static {
 
 /// A node at its values, as the framework sees it. Every [`Node`](super::Node) is one.
 pub trait DynNode: Send + Sync + 'static {
-    /// Takes other values in the place of its own, in the order of the kind's parameters; `false` if it is to be
-    /// [made](Kind::instantiate) anew for them. Panics where a value has the wrong type.
-    fn take(&mut self, values: &[Value]) -> bool {
-        let _ = values;
+    /// Takes another value of the parameter at a place in the order of the kind's parameters; `false` if the node is to
+    /// be [made](Kind::instantiate) anew for it. Panics where the value has the wrong type.
+    fn take(&mut self, index: usize, value: &Value) -> bool {
+        let _ = (index, value);
         false
     }
 

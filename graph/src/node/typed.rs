@@ -22,6 +22,8 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
     fn table() -> &'static [Param];
     /// The struct from values in the order of the table; `None` where a value has the wrong type.
     fn from_values(values: &[Value]) -> Option<Self>;
+    /// Sets the value at a place of the table; `None` where it has the wrong type, and without such a place.
+    fn set_value(&mut self, index: usize, value: &Value) -> Option<()>;
 }
 
 /// A node kind with typed parameters: what a node author implements, beside `params!`.
@@ -74,8 +76,8 @@ pub trait Node: Params {
 }
 
 impl<N: Node> DynNode for N {
-    fn take(&mut self, values: &[Value]) -> bool {
-        *self = of_values(values);
+    fn take(&mut self, index: usize, value: &Value) -> bool {
+        self.set_value(index, value).expect("the value has the type of its table");
         true
     }
     fn identity(&self, arrivals: &Arrivals) -> bool {
@@ -178,7 +180,7 @@ impl NodeInstance {
     /// Panics where the table has no such place, or its parameter has another type.
     pub fn set(&mut self, index: usize, value: Value) -> Value {
         let before = std::mem::replace(&mut self.values[index], value);
-        let taken = Arc::get_mut(&mut self.node).is_some_and(|node| node.take(&self.values));
+        let taken = Arc::get_mut(&mut self.node).is_some_and(|node| node.take(index, &self.values[index]));
         if !taken {
             self.node = self.kind.instantiate(&self.values);
         }
@@ -261,6 +263,19 @@ macro_rules! params {
                 Some(Self {
                     $( $field: <$ty as $crate::value::ParamType>::from_value(values.next()?)?, )*
                 })
+            }
+
+            #[allow(unused_mut, unused_variables, unused_assignments, reason = "a kind may have no parameters")]
+            fn set_value(&mut self, index: usize, value: &$crate::value::Value) -> Option<()> {
+                let mut next = 0;
+                $(
+                    if index == next {
+                        self.$field = <$ty as $crate::value::ParamType>::from_value(value)?;
+                        return Some(());
+                    }
+                    next += 1;
+                )*
+                None
             }
         }
 

@@ -159,20 +159,26 @@ impl Reflection {
         for member in &layout.members {
             let error = |why: String| format!("`{ty}.{}` {why}", member.name);
             let value = value_of(&member.name).ok_or_else(|| error("has no value".into()))?;
-            write_member(bytes, member, &value).map_err(error)?;
+            member.write(&value, bytes).map_err(error)?;
         }
         Ok(())
     }
 }
 
-fn write_member(bytes: &mut [u8], member: &Member, value: &UniformValue) -> Result<(), String> {
-    let (width, count) = (member.width as usize, member.count as usize);
-    if value.len() > width * count || !value.len().is_multiple_of(width) {
-        return Err(format!("takes {} numbers, not {}", width * count, value.len()));
+impl Member {
+    /// Writes a value over the bytes of the struct.
+    ///
+    /// # Errors
+    /// It has too many numbers: a sentence without its subject.
+    pub fn write(&self, value: &UniformValue, bytes: &mut [u8]) -> Result<(), String> {
+        let (width, count) = (self.width as usize, self.count as usize);
+        if value.len() > width * count || !value.len().is_multiple_of(width) {
+            return Err(format!("takes {} numbers, not {}", width * count, value.len()));
+        }
+        for index in 0..value.len() {
+            let at = self.offset as usize + (index / width) * self.stride as usize + (index % width) * 4;
+            bytes[at..at + 4].copy_from_slice(&value.word(index, self.scalar));
+        }
+        Ok(())
     }
-    for index in 0..value.len() {
-        let at = member.offset as usize + (index / width) * member.stride as usize + (index % width) * 4;
-        bytes[at..at + 4].copy_from_slice(&value.word(index, member.scalar));
-    }
-    Ok(())
 }

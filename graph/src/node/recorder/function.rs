@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
+use super::known_pass::KnownPass;
 use super::{Arrival, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
@@ -125,11 +126,14 @@ impl FunctionPass<'_, '_> {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
         if let Some(replay) = self.recorder.replay.take() {
-            let function = self.declaration();
-            let is_equal = replay.expected().is_some_and(|expected| self.is_as(function, expected, result));
-            let (params, computed) = (params(function), &self.details.computed);
-            let write = |uniform: &mut [u8]| self.recorder.write_uniform((&self.shader, params), computed, uniform);
-            replay.step(is_equal.then_some(write));
+            let is_equal = replay.expected_function().is_some_and(|(expected, known)| {
+                self.is_as(expected, result) && (known.is_for(&self.details) || self.look_up(expected, known))
+            });
+            replay.step(is_equal.then_some(|known: &KnownPass, uniform: &mut [u8]| {
+                let written = known.write(self.recorder.parameters, &self.details.computed, uniform);
+                written.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
+                true
+            }));
             replay.function = self.details;
             replay.function.clear();
             self.recorder.replay = Some(replay);
@@ -144,8 +148,8 @@ impl FunctionPass<'_, '_> {
         self.recorder.add_pass(pass);
     }
 
-    /// Whether the pass is this one, but for its uniform.
-    fn is_as(&self, declaration: &Function, expected: &Pass, result: ImageId) -> bool {
+    /// Whether the pass is this one, but for its uniform and its arguments.
+    fn is_as(&self, expected: &Pass, result: ImageId) -> bool {
         let ([kernel], [PassResult { kernel: 0, image }]) = (expected.kernels.as_slice(), expected.results.as_slice())
         else {
             return false;
@@ -154,11 +158,11 @@ impl FunctionPass<'_, '_> {
         let KernelCall {
             shader,
             function,
-            args,
             reach,
             promises,
             by_rows,
             warp,
+            args: _,
             node: _,
             uniform: _,
             workgroups: _,
@@ -179,7 +183,21 @@ impl FunctionPass<'_, '_> {
             && self.label.is(&expected.label, &self.function)
             && (*reach, *by_rows, *warp) == (self.reach, self.by_rows, None)
             && *promises == self.details.promises
-            && args.iter().enumerate().all(|(at, arg)| arg.value == self.arg(declaration, at))
+    }
+
+    /// Whether the arguments are those of a pass that is this one otherwise. Then it looks up what the uniform is made
+    /// of.
+    fn look_up(&self, expected: &Pass, known: &mut KnownPass) -> bool {
+        let declaration = self.declaration();
+        let mut args = expected.kernels.iter().flat_map(|kernel| &kernel.args).enumerate();
+        if !args.all(|(at, arg)| arg.value == self.arg(declaration, at)) {
+            return false;
+        }
+        let reflection = self.recorder.reflection(&self.shader);
+        let layout = params(declaration).and_then(|ty| reflection.layout(ty));
+        let found = known.look_up(&self.details, layout, self.recorder.parameters);
+        found.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
+        true
     }
 
     fn declaration(&self) -> &Function {

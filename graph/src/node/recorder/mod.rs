@@ -6,6 +6,7 @@ mod details;
 mod draw;
 mod draw_rules;
 mod function;
+mod known_pass;
 mod recording;
 mod replay;
 mod resources;

@@ -4,6 +4,7 @@ use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
 use super::details::{Bindings, FunctionDetails, Label};
+use super::known_pass::KnownPass;
 use super::recording::Recording;
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
@@ -20,6 +21,8 @@ pub struct Replay {
     passes: Vec<Pass>,
     /// The uniforms of all kernels, in order: of the last recording.
     uniforms: Vec<Vec<u8>>,
+    /// What is known of each kernel, if it is a function.
+    known: Vec<KnownPass>,
     /// How many images and buffers the recording has, with those of others.
     recorded: [usize; 2],
     next: Next,
@@ -43,12 +46,14 @@ impl Replay {
     /// after these numbers of others, stay.
     pub fn new(recording: &mut Recording, [images, buffers]: [usize; 2]) -> Self {
         let mut passes = std::mem::take(&mut recording.passes);
-        let uniforms = take_uniforms(&mut passes).collect();
+        let uniforms: Vec<_> = take_uniforms(&mut passes).collect();
+        let known = uniforms.iter().map(|_| KnownPass::default()).collect();
         Self {
             images: images..recording.images.len(),
             buffers: buffers..recording.buffers.len(),
             passes,
             uniforms,
+            known,
             recorded: [0, 0],
             next: Next::default(),
             is_equal: true,
@@ -114,6 +119,11 @@ impl Replay {
         self.passes.get(self.next.pass)
     }
 
+    /// The same for a pass around a function, with what is known of it.
+    pub(super) fn expected_function(&mut self) -> Option<(&Pass, &mut KnownPass)> {
+        self.passes.get(self.next.pass).zip(self.known.get_mut(self.next.kernel))
+    }
+
     /// The label of the pass that comes next, compared with this one.
     pub(super) fn compared(&self, label: impl Display) -> Label {
         Label::Compared(self.expected().is_some_and(|pass| is_text(&pass.label, label)))
@@ -121,9 +131,10 @@ impl Replay {
 
     /// Goes on behind a pass of one kernel: `pack` writes the uniform over the one of before, and says whether it has
     /// the same length. `None` stands for a pass that is another one.
-    pub(super) fn step(&mut self, pack: Option<impl FnOnce(&mut [u8]) -> bool>) {
-        self.is_equal &= match (pack, self.uniforms.get_mut(self.next.kernel)) {
-            (Some(pack), Some(uniform)) => pack(uniform),
+    pub(super) fn step(&mut self, pack: Option<impl FnOnce(&KnownPass, &mut [u8]) -> bool>) {
+        let at = self.next.kernel;
+        self.is_equal &= match (pack, self.known.get(at), self.uniforms.get_mut(at)) {
+            (Some(pack), Some(known), Some(uniform)) => pack(known, uniform),
             _ => false,
         };
         self.next.pass += 1;
@@ -153,6 +164,12 @@ fn take_uniforms(passes: &mut [Pass]) -> impl Iterator<Item = Vec<u8>> {
 pub(super) fn is_text(text: &str, printed: impl Display) -> bool {
     let mut rest = Rest(text);
     write!(rest, "{printed}").is_ok() && rest.0.is_empty()
+}
+
+/// Whether something of a node has this label: `node.name`.
+pub(super) fn is_label(label: &str, node: &str, name: impl Display) -> bool {
+    let rest = label.strip_prefix(node).and_then(|rest| rest.strip_prefix('.'));
+    rest.is_some_and(|rest| is_text(rest, name))
 }
 
 /// What is left of a text to be printed.

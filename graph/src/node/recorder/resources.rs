@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::sync::Arc;
 
-use super::replay::is_text;
+use super::replay::is_label;
 use super::{Arrival, Recorder};
 use crate::node::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::image::{Format, ImageDesc, Signedness, Size};
@@ -29,7 +29,7 @@ impl Recorder<'_> {
         let is_same = |known: &VirtualImage| {
             (known.desc, known.signedness) == (desc, signedness)
                 && known.origin == Origin::Transient
-                && is_text(&known.label, format_args!("{node}.{name}"))
+                && is_label(&known.label, node, &name)
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
             return known;
@@ -43,7 +43,7 @@ impl Recorder<'_> {
         let is_same = |known: &VirtualImage| {
             known.desc == desc
                 && matches!(&known.origin, Origin::Constant(held) if is_equal(held, given))
-                && is_text(&known.label, format_args!("{node}.{name}"))
+                && is_label(&known.label, node, &name)
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
             return known;
@@ -110,9 +110,8 @@ impl Recorder<'_> {
     /// The buffer that is the same in the recording before.
     fn known_buffer(&mut self, name: &str, bytes: u64, lives: impl Fn(&BufferLife) -> bool) -> Option<BufferId> {
         let node = self.node;
-        let is_same = |known: &VirtualBuffer| {
-            known.bytes == bytes && lives(&known.life) && is_text(&known.label, format_args!("{node}.{name}"))
-        };
+        let is_same =
+            |known: &VirtualBuffer| known.bytes == bytes && lives(&known.life) && is_label(&known.label, node, &name);
         self.replay.as_mut().and_then(|replay| replay.buffer(self.recording, is_same))
     }
 
