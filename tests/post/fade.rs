@@ -7,6 +7,7 @@ mod refused;
 use std::sync::Arc;
 
 use afterimage_gpu::{Frame, NoFade, Post, PostError, Rectangle, Texels, upload, wgpu};
+use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
 use crate::support::gpu::{Picture, Shared, graph, shared, texture_bytes};
@@ -47,8 +48,12 @@ struct Host {
 
 impl Host {
     fn new(text: &str) -> Self {
+        Self::of(graph(text))
+    }
+
+    fn of(graph: Graph) -> Self {
         let gpu = shared();
-        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(text));
+        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
         post.set_task_pool(Arc::new(|task| task()));
         post.set_fact("night", false);
         let target = target(&gpu, SIZE, BGRA);

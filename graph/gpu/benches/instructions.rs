@@ -8,7 +8,7 @@
 //! callgrind_annotate --inclusive=yes frames.out | grep 'instructions::in_which'
 //! ```
 //!
-//! The instructions of a kind are those of its function by [`FRAMES`].
+//! The instructions of a kind are those of its function by [`FRAMES`]. With `PATH caracal fade`, plans fade in.
 #![allow(clippy::print_stdout, reason = "a benchmark's figures are its output")]
 
 use std::error::Error;
@@ -24,22 +24,29 @@ use afterimage_graph::node::Registry;
 const SIZE: Size = Size { width: 64, height: 36, depth: 1 };
 /// How many frames of each kind are recorded.
 const FRAMES: usize = 8;
+/// Frames of a fade, of which the first is the one in which a plan comes in.
+const FADE: u16 = 2;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
 fn main() -> Outcome {
     // `cargo test` and `cargo bench` give flags of their own.
-    let pipeline = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    let mut arguments = std::env::args().skip(1).filter(|argument| !argument.starts_with('-'));
+    let pipeline = arguments.next();
     let gpu = Gpu::open(&Opening::default())?;
     let mut host = Host::new(&gpu, pipeline.as_deref().unwrap_or("caracal"))?;
     let strength = host.post.parameter::<f32>("lit.strength")?;
+    if arguments.next().is_some_and(|argument| argument == "fade") {
+        host.post.set_fade(FADE);
+    }
     host.post.set_fact("emissive", false);
     host.frame(in_which_nothing_counts)?;
     for is_emissive in [true, false] {
-        host.bring_in(is_emissive, [in_which_nothing_counts; 3])?;
+        host.bring_in(is_emissive, [in_which_nothing_counts; 4])?;
     }
     for round in 0..FRAMES {
-        let kinds: [Record; 3] = [in_which_a_plan_is_asked_for, in_which_a_plan_comes_in, in_which_a_plan_is_there];
+        let kinds: [Record; 4] =
+            [in_which_a_plan_is_asked_for, in_which_a_plan_comes_in, in_which_a_fade_goes_on, in_which_a_plan_is_there];
         host.bring_in(round % 2 == 0, kinds)?;
         host.frame(in_which_nothing_changes)?;
         host.move_parameter(strength, 0.003 + 0.001 * round as f32)?;
@@ -76,6 +83,7 @@ frames!(
     in_which_all_views_are_new,
     in_which_a_plan_is_asked_for,
     in_which_a_plan_comes_in,
+    in_which_a_fade_goes_on,
     in_which_a_plan_is_there
 );
 
@@ -160,7 +168,7 @@ impl<'g> Host<'g> {
     }
 
     /// Sets the fact that needs another plan, asks for it, and brings it in from the background.
-    fn bring_in(&mut self, is_emissive: bool, [ask, swap, follow]: [Record; 3]) -> Outcome {
+    fn bring_in(&mut self, is_emissive: bool, [ask, swap, fade, follow]: [Record; 4]) -> Outcome {
         self.post.set_fact("emissive", is_emissive);
         self.frame(ask)?;
         let old = self.post.plan().map(Arc::as_ptr);
@@ -168,6 +176,9 @@ impl<'g> Host<'g> {
         self.frame(swap)?;
         if old == self.post.plan().map(Arc::as_ptr) {
             return Err("the fact has no other plan".into());
+        }
+        while self.post.is_fading() {
+            self.frame(fade)?;
         }
         self.frame(follow)
     }

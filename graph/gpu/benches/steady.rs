@@ -1,18 +1,13 @@
 //! The host cost of a steady frame: its allocations by crate, and the time to record, finish and submit it.
 //!
-//! A counting allocator reads the call stack of every allocation while a frame is recorded and submitted. The first
-//! function outwards from the allocator that belongs to one of our crates or to a graphics crate is the origin of the
-//! allocation. So allocations within calls to wgpu count as wgpu's. A function of wgpu that the compiler has inlined
-//! into one of ours counts as ours, so our share is never too small.
+//! An allocator tells the framework's allocations from those of wgpu: see `counting`.
 //!
 //! Ends with an error if the framework allocates anything. Run it with `cargo bench -p afterimage-gpu --bench steady`.
-#![allow(unsafe_code, reason = "an allocator is unsafe by nature; this one only counts and forwards")]
 #![allow(clippy::print_stdout, reason = "a benchmark's figures are its output")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::backtrace::Backtrace;
-use std::cell::{Cell, RefCell};
-use std::collections::BTreeMap;
+#[path = "../tests/counting/mod.rs"]
+mod counting;
+
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -23,6 +18,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Given, GivenImage, PlanRequest, plan};
+use counting::{Counting, HOST, OURS, THEIRS, counted};
 
 const WARM_UP: u32 = 8;
 const FRAMES: u32 = 20;
@@ -31,71 +27,6 @@ const TIMED: usize = 300;
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
-
-struct Counting;
-
-/// Bytes and calls by origin.
-type Asked = BTreeMap<&'static str, (usize, usize)>;
-
-thread_local! {
-    static COUNTS: Cell<bool> = const { Cell::new(false) };
-    static ASKED: RefCell<Asked> = const { RefCell::new(BTreeMap::new()) };
-}
-
-// SAFETY: every call is forwarded to the system's allocator; counting is off while it works, so it never calls itself.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size());
-        // SAFETY: the caller keeps the contract of `GlobalAlloc`, which is also that of the system's allocator.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above; the pointer came from the system's allocator.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count(size);
-        // SAFETY: as above.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-fn count(bytes: usize) {
-    if !COUNTS.try_with(|counts| counts.replace(false)).unwrap_or(false) {
-        return;
-    }
-    let who = asker(&Backtrace::force_capture().to_string());
-    ASKED.with_borrow_mut(|asked| {
-        let (all, calls) = asked.entry(who).or_default();
-        *all += bytes;
-        *calls += 1;
-    });
-    COUNTS.set(true);
-}
-
-const OURS: &str = "the framework";
-const THEIRS: &str = "wgpu";
-const HOST: &str = "this program";
-
-/// The crate of the first known function on a call stack, from the allocator outwards.
-fn asker(stack: &str) -> &'static str {
-    for line in stack.lines() {
-        // `   7: <afterimage_gpu::store::Store as core::ops::Drop>::drop`
-        let Some((_, function)) = line.split_once(": ") else { continue };
-        let function = function.trim_start_matches(['<', '&', '[']);
-        let krate = function.split("::").next().unwrap_or_default();
-        match krate {
-            "afterimage_gpu" | "afterimage_graph" | "afterimage_nodes" => return OURS,
-            "wgpu" | "wgpu_core" | "wgpu_hal" | "wgpu_types" | "naga" | "ash" | "gpu_allocator" => return THEIRS,
-            // `steady::count` and the allocator itself belong to this crate too.
-            "steady" if function.starts_with("steady::frame") => return HOST,
-            _ => {}
-        }
-    }
-    HOST
-}
 
 fn main() -> ExitCode {
     // `cargo test` runs benchmarks with this flag, to check that they start.
@@ -137,20 +68,6 @@ fn measure(frames: u32) -> Result<bool, Box<dyn std::error::Error>> {
         println!("  {who:14} {:10.1} bytes in {:6.1} allocations", mean(bytes), mean(calls));
     }
     Ok(!asked.contains_key(OURS))
-}
-
-/// Bytes and calls by origin, while `work` runs the given number of times.
-fn counted(
-    times: u32,
-    mut work: impl FnMut() -> Result<(), Box<dyn std::error::Error>>,
-) -> Result<Asked, Box<dyn std::error::Error>> {
-    for _ in 0..times {
-        COUNTS.set(true);
-        let done = work();
-        COUNTS.set(false);
-        done?;
-    }
-    Ok(ASKED.take())
 }
 
 /// Prints the median microseconds to record, finish and submit a frame. The previous frame has always ended.

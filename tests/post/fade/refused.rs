@@ -2,6 +2,8 @@
 
 use afterimage_gpu::{Frame, HostDraw, NoFade, Post, wgpu};
 use afterimage_graph::image::Size;
+use afterimage_graph::node::DepthTest;
+use afterimage_graph::prelude::*;
 
 use super::{BGRA, FRAMES, Host, LOOK, target};
 use crate::support::gpu::{graph_with, shared};
@@ -165,4 +167,68 @@ fn plans_that_the_host_draws_into() {
         gpu.queue.submit([encoder.finish()]);
     }
     assert_eq!((post.not_faded(), post.is_fading()), (Some(&NoFade::HostDraws), false));
+}
+
+static PICK: Shader = Shader::new(
+    "past_depth.wgsl",
+    "fn past_depth(depth: texture_2d<f32>, at: Point) -> vec4f { return vec4f(texel(depth, at.pixel).r); }",
+);
+
+params! {
+    /// Clears a depth.
+    pub struct ClearedDepth {}
+}
+
+impl Node for ClearedDepth {
+    const INPUTS: &'static [Input] = &[];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("depth", OutputState::Always(ColorState::Data), "The depth.").or(Fallback::Absent)];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let desc = ImageDesc::new(pass.frame_size()).format(Format::Depth32Float);
+        let depth = pass.output("depth", desc);
+        pass.clear("clear").depth(depth, DepthTest::default()).record();
+    }
+}
+
+params! {
+    /// Shows a depth as light.
+    pub struct PastDepth {}
+}
+
+impl Node for PastDepth {
+    const INPUTS: &'static [Input] = &[Input::image("depth", "The depth.").accepts(&[ColorState::Data])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Scene), "The light.").or(Fallback::Absent)];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let desc = ImageDesc::new(pass.frame_size());
+        pass.function(&PICK, "past_depth").write("result", desc);
+    }
+}
+
+/// Our depths have no usage to be copied to, so the old plan could not go on with what a frame before has left.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn plans_whose_history_is_a_depth() {
+    let text = r#"Pipeline(
+        inputs: {},
+        nodes: {
+            "now": ClearedDepth(),
+            "past": PastDepth(depth: "now.depth@previous"),
+            "lit": Exposure(source: "past", stops: 1.0, when: "night"),
+        },
+        outputs: { "display": "lit" },
+    )"#;
+    let kinds = [NodeKind::of::<ClearedDepth>(), NodeKind::of::<PastDepth>()];
+    let mut host = Host::of(graph_with(text, &kinds));
+    host.post.set_fade(FRAMES);
+    let light = |host: &mut Host| host.shown()[0];
+    let before = [light(&mut host), light(&mut host)];
+    // A history begins with zeros; then it has the depth that the frame before has cleared, 1.
+    assert_eq!(before, [0, 255]);
+    change(&mut host);
+    assert!(host.missed(&NoFade::DepthHistory), "{:?}", host.post.not_faded());
+    // The new plan goes on with it.
+    assert_eq!(light(&mut host), 255);
 }

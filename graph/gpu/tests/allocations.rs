@@ -1,0 +1,105 @@
+//! A frame allocates nothing of ours on the host's thread while nothing changes, and nothing where a parameter is set.
+//!
+//! This is a binary of its own, because it has its own allocator.
+#![allow(missing_docs, clippy::print_stdout, reason = "a test binary has no outside")]
+
+mod counting;
+
+use std::error::Error;
+
+use afterimage_gpu::{Frame, Gpu, Opening, Parameter, Post, Texels, upload, wgpu};
+use afterimage_graph::check::{CheckOptions, NoFiles, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::Registry;
+use counting::{Counting, HOST, OURS, THEIRS, asker, counted};
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+const SIZE: [u32; 2] = [64, 36];
+/// The call stack of each allocation is read, which takes long.
+const FRAMES: u32 = 3;
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+struct Host {
+    gpu: Gpu,
+    post: Post,
+    views: [wgpu::TextureView; 2],
+}
+
+impl Host {
+    fn new() -> Result<Self, Box<dyn Error>> {
+        let gpu = Gpu::open(&Opening::default())?;
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/lynx.ron");
+        let options = CheckOptions { loader: &NoFiles, ..CheckOptions::default() };
+        let document = parse(path, &std::fs::read_to_string(path)?)?;
+        let (graph, _) = check(&document, &Registry::new(&[afterimage_nodes::ALL])?, &options)?;
+        let [width, height] = SIZE;
+        let pixels: Vec<_> = (0..width * height).map(|at| [at as f32 * 1e-4, 0.5, 2.0, 1.0]).collect();
+        let input = upload(&gpu.device, &gpu.queue, &Texels::from_floats_as_half(width, height, &pixels))?;
+        let output = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("screen"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Bgra8Unorm,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
+        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+        Ok(Self { gpu, post, views })
+    }
+
+    fn frame(&mut self, set: Option<(Parameter<f32>, f32)>) -> Outcome {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        if let Some((parameter, value)) = set {
+            self.post.set(parameter, value)?;
+        }
+        let (inputs, outputs) = (&[("scene", &self.views[0])], &[("display", &self.views[1])]);
+        self.post.encode(&mut encoder, &Frame { inputs, outputs, dt: 1.0 / 60.0, ..Frame::default() })?;
+        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
+        Ok(())
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_allocates_nothing_of_ours_also_with_a_new_value() -> Outcome {
+    let mut host = Host::new()?;
+    let strength = host.post.parameter::<f32>("lit.strength")?;
+    // The first frame makes bind groups: a counter that misses this misses everything.
+    let first = counted(1, || host.frame(None))?;
+    assert!(first.contains_key(OURS) && first.contains_key(THEIRS), "{first:?}");
+    for frame in 0..6 {
+        host.frame(Some((strength, 0.1 + 0.1 * frame as f32)))?;
+    }
+    let steady = counted(FRAMES, || host.frame(None))?;
+    let mut value = 0.2;
+    let moved = counted(FRAMES, || {
+        value += 0.01;
+        host.frame(Some((strength, value)))
+    })?;
+    println!("bytes and calls in {FRAMES} frames: steady {steady:?}, with a new value {moved:?}");
+    for asked in [&steady, &moved] {
+        assert!(asked.contains_key(THEIRS) && !asked.contains_key(OURS), "{asked:?}");
+    }
+    // The value arrives at the device: wgpu allocates for it.
+    assert!(moved[THEIRS].1 > steady[THEIRS].1, "{steady:?}, {moved:?}");
+    Ok(())
+}
+
+#[test]
+fn the_nearest_known_crate_of_a_call_stack_is_the_origin() {
+    let stack = |functions: &[&str]| functions.join("\n   7: ");
+    let origin = |functions: &[&str]| asker(&format!("   6: {}", stack(functions)));
+    let ours = "afterimage_gpu::post::Post::encode";
+    assert_eq!(origin(&["alloc::vec::Vec<T>::push", ours, "wgpu::Queue::submit"]), OURS);
+    assert_eq!(origin(&["<wgpu::Queue as wgpu::dispatch::QueueInterface>::write_buffer", ours]), THEIRS);
+    assert_eq!(origin(&["<f32 as afterimage_base::value::ParamType>::into_value", "wgpu::x"]), OURS);
+    assert_eq!(origin(&["<&[afterimage_plan::Part] as core::fmt::Debug>::fmt"]), OURS);
+    assert_eq!(origin(&["alloc::vec::Vec<T>::push", "allocations::main"]), HOST);
+}
