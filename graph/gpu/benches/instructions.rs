@@ -56,6 +56,11 @@ fn main() -> Outcome {
         host.views = [&host.input, &host.output].map(|texture| texture.create_view(&Default::default()));
         host.frame(in_which_all_views_are_new)?;
     }
+    // As many as are remembered: from then on each new one takes the place of the oldest.
+    for frame in 0..16 + FRAMES {
+        host.views[1] = host.output.create_view(&Default::default());
+        host.frame(if frame < 16 { in_which_nothing_counts } else { in_which_the_oldest_output_is_dropped })?;
+    }
     println!("{FRAMES} frames of each kind");
     Ok(())
 }
@@ -80,6 +85,7 @@ frames!(
     in_which_nothing_changes,
     in_which_a_parameter_is_new,
     in_which_the_output_is_new,
+    in_which_the_oldest_output_is_dropped,
     in_which_all_views_are_new,
     in_which_a_plan_is_asked_for,
     in_which_a_plan_comes_in,

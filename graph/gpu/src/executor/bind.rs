@@ -12,42 +12,37 @@ use super::sets::{chosen_views, named, needs_no_device, output_view};
 use crate::GpuError;
 use crate::platform::{scoped, watched};
 
-/// How many choices of host images are remembered: the images of a few swap chains.
-const MOST_SETS: usize = 16;
-
 impl Executor {
     /// The bind groups for this frame's host images: remembered, or made.
     pub(super) fn host_set(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
-        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         check_names(&loaded.plan, frame)?;
-        let known = loaded.sets.iter().position(|set| same_views(loaded, set, frame));
-        let set = match known {
-            Some(_) => None,
-            None => Some(self.new_set(frame)?),
-        };
-        let loaded = self.loaded.as_mut().expect("it was there above");
-        self.runs_made = set.as_ref().map_or(0, |set| set.made);
-        match (known, set) {
-            // The set used last is at the end.
-            (Some(known), _) => loaded.sets[known..].rotate_left(1),
-            (None, set) => {
-                loaded.sets.drain(..(loaded.sets.len() + 1).saturating_sub(MOST_SETS));
-                loaded.sets.extend(set);
-            }
+        let known = loaded.sets.find(frame_views(loaded, frame), |set| same_views(loaded, set, frame));
+        if let Some(known) = known {
+            loaded.sets.use_again(known);
+            self.runs_made = 0;
+            return Ok(loaded.sets.len() - 1);
         }
+        let oldest = loaded.sets.make_room();
+        let set = self.new_set(frame, oldest)?;
+        self.runs_made = set.made;
+        let loaded = self.loaded.as_mut().expect("it was there above");
+        loaded.sets.add(set);
         Ok(loaded.sets.len() - 1)
     }
 
-    fn new_set(&mut self, frame: &Frame<'_>) -> Result<HostSet, GpuError> {
+    /// The set for this frame's host images. It may be made of the oldest, which is not remembered any more.
+    fn new_set(&mut self, frame: &Frame<'_>, oldest: Option<HostSet>) -> Result<HostSet, GpuError> {
         let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
         let (compiler, what) = (&self.compiler, "the images of the host");
         let views = chosen_views(loaded, frame, loaded.sets.last())?;
         let drawn = drawn(&compiler.device, &mut self.formats, (loaded, frame), &views)?;
         let set = match loaded.sets.last() {
             // A swap chain has new views in every frame: most of the last set is as good as new.
-            Some(last) if last.drawn == drawn && needs_no_device(loaded, last, &views) => {
-                compiler.make_set(loaded, (views, drawn), Some(last))?
-            }
+            Some(last) if last.drawn == drawn && needs_no_device(loaded, last, &views) => match oldest {
+                Some(oldest) if oldest.drawn == drawn => compiler.renew_set(loaded, views, last, oldest),
+                _ => compiler.make_set(loaded, (views, drawn), Some(last))?,
+            },
             Some(last) if last.drawn == drawn => {
                 scoped(&compiler.device, what, || compiler.make_set(loaded, (views, drawn), Some(last)))?
             }
@@ -85,6 +80,12 @@ fn drawn(
         Ok(format)
     };
     outputs.map(format).collect()
+}
+
+/// The views of all inputs and outputs that the frame has.
+fn frame_views<'f>(loaded: &'f Loaded, frame: &Frame<'f>) -> impl Iterator<Item = &'f TextureView> {
+    let inputs = loaded.plan.inputs.iter().filter_map(|(name, _)| named(frame.inputs, name));
+    inputs.chain(loaded.plan.outputs.iter().filter_map(|output| output_view(loaded, output, frame)))
 }
 
 /// Whether a set was made for exactly these host images.

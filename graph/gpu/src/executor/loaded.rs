@@ -8,6 +8,7 @@ use afterimage_plan::{PlacedPlan, Plan, Stage};
 use wgpu::{BindGroup, Buffer, TextureFormat, TextureUses, TextureView};
 
 use super::explicit_transitions::ExplicitTransitions;
+use super::host_sets::HostSets;
 use super::rectangle::{HeldRectangles, Rectangle};
 use super::residency::{ImageBinding, Residency};
 use crate::device::texture_format;
@@ -38,7 +39,7 @@ pub(crate) struct Loaded {
     pub(super) is_watched: bool,
     /// The explicit transitions for these formats.
     pub(super) explicit_transitions: Arc<ExplicitTransitions>,
-    pub(super) sets: Vec<HostSet>,
+    pub(super) sets: HostSets,
     pub(super) timing: Option<Timing>,
     /// The names of the passes, if they are marked.
     pub(super) labels: Option<Vec<String>>,

@@ -12,6 +12,7 @@ use super::binder::Binder;
 use super::compiled::CompiledPasses;
 use super::explicit_transitions::ExplicitTransitions;
 use super::frame_constants;
+use super::host_sets::HostSets;
 use super::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, NamedView, planned_attachment};
 use super::rectangle::HeldRectangles;
 use super::residency::Residency;
@@ -153,7 +154,7 @@ impl PlanCompiler {
             drawn,
             is_watched: frame.is_none(),
             explicit_transitions,
-            sets: Vec::new(),
+            sets: HostSets::default(),
             timing: None,
             labels: None,
             frame_offsets: self.binder.frame_offsets,
@@ -164,7 +165,7 @@ impl PlanCompiler {
         let names_none = |index: usize| loaded.host_views[index].is_empty();
         loaded.runs = (0..loaded.passes.len()).map(|index| names_none(index).then(|| Arc::new(run(index)))).collect();
         if frame.is_none() {
-            loaded.sets.extend(self.set_ahead(&loaded, before));
+            self.set_ahead(&loaded, before).into_iter().for_each(|set| loaded.sets.add(set));
         }
         Ok(loaded)
     }

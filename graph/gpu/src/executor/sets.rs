@@ -33,11 +33,7 @@ impl PlanCompiler {
                 (Some(known), None) => known.clone(),
                 (Some(known), Some(last)) => match renewal(loaded, index, last, &views) {
                     Renewal::None => known.clone(),
-                    Renewal::Attachments => Arc::new(Run {
-                        built: known.built.clone(),
-                        groups: known.groups.clone(),
-                        attachments: self.binder.attachments(loaded, index, &known.built, &views),
-                    }),
+                    Renewal::Attachments => Arc::new(self.with_attachments(loaded, index, known, &views)),
                     Renewal::All => {
                         made += 1;
                         Arc::new(self.binder.run(loaded, index, known.built.clone(), &views))
@@ -61,6 +57,35 @@ impl PlanCompiler {
             }
         };
         Ok(HostSet { views, drawn, runs, explicit_transitions, made })
+    }
+
+    /// The set for these views, of which passes only draw into those that the last set has not: see
+    /// [`needs_no_device`]. It is made of a set of the same formats that nobody needs any more.
+    pub(super) fn renew_set(
+        &self,
+        loaded: &Loaded,
+        views: Vec<TextureView>,
+        last: &HostSet,
+        mut set: HostSet,
+    ) -> HostSet {
+        // Passes that name no view of the host are the same in all sets.
+        for index in (0..loaded.passes.len()).filter(|index| loaded.runs[*index].is_none()) {
+            let known = &last.runs[index];
+            set.runs[index] = match renewal(loaded, index, last, &views) {
+                Renewal::None => known.clone(),
+                _ => Arc::new(self.with_attachments(loaded, index, known, &views)),
+            };
+        }
+        set.explicit_transitions.clone_from(&last.explicit_transitions);
+        (set.views, set.made) = (views, 0);
+        set
+    }
+
+    /// A pass that draws into other views.
+    fn with_attachments(&self, loaded: &Loaded, index: usize, known: &Run, views: &[TextureView]) -> Run {
+        let Run { built, groups, attachments: _ } = known;
+        let attachments = self.binder.attachments(loaded, index, built, views);
+        Run { built: built.clone(), groups: groups.clone(), attachments }
     }
 
     /// The set for the images of the frame before, if they suit the plan: the first frame of a plan has the same, or
