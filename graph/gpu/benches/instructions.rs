@@ -56,10 +56,13 @@ fn main() -> Outcome {
         host.views = [&host.input, &host.output].map(|texture| texture.create_view(&Default::default()));
         host.frame(in_which_all_views_are_new)?;
     }
-    // As many as are remembered: from then on each new one takes the place of the oldest.
-    for frame in 0..16 + FRAMES {
-        host.views[1] = host.output.create_view(&Default::default());
-        host.frame(if frame < 16 { in_which_nothing_counts } else { in_which_the_oldest_output_is_dropped })?;
+    for is_emissive in [true, false] {
+        host.bring_in(is_emissive, [in_which_nothing_counts; 4])?;
+        // As many as are remembered: from then on each new one takes the place of the oldest.
+        for frame in 0..16 + FRAMES / 2 {
+            host.views[1] = host.output.create_view(&Default::default());
+            host.frame(if frame < 16 { in_which_nothing_counts } else { in_which_the_oldest_output_is_dropped })?;
+        }
     }
     println!("{FRAMES} frames of each kind");
     Ok(())

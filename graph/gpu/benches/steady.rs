@@ -5,7 +5,6 @@
 //! Ends with an error if the framework allocates anything. Run it with `cargo bench -p afterimage-gpu --bench steady`.
 #![allow(clippy::print_stdout, reason = "a benchmark's figures are its output")]
 
-#[path = "../tests/counting/mod.rs"]
 mod counting;
 
 use std::process::ExitCode;

@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use afterimage_graph::check::{Facts, Graph, ParameterId};
-use afterimage_graph::image::ImageDesc;
-use afterimage_graph::value::{Param, Value};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, ParameterId, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::Registry;
+use afterimage_graph::prelude::*;
+use afterimage_graph::value::Param;
 use afterimage_plan::{Given, GivenImage, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
 
 use super::planned::{FRAME, all_formats, built_in, checked};
@@ -138,6 +140,66 @@ fn values_that_fit_again_have_their_uniforms() {
         assert_eq!(writes, 1);
         assert_ne!(bytes, moving.plan.uniform_buffer(), "{value} is another value");
         let fresh = planned(&changed, &BTreeSet::from([strength]), &[("emissive", true)]);
+        assert_eq!(bytes, fresh.plan.uniform_buffer(), "{value}");
+    }
+}
+
+static FICKLE: Shader = Shader::new(
+    "fickle.wgsl",
+    "struct Fickle { amount: f32, extra: f32 }
+fn first(source: vec4f, params: Fickle) -> vec4f { return source * params.extra; }
+fn fickle(source: vec4f, chosen: texture_2d<f32>, at: Point, params: Fickle) -> vec4f {
+    return source * params.amount + texel(chosen, at.pixel) * params.extra;
+}",
+);
+
+params! {
+    /// Says other things of its pass at other values.
+    pub struct Fickle {
+        /// Above 0.5 the pass reads another image, and above 0.25 it computes a number twice.
+        pub amount: f32 = 0.1 => within(0.0..=1.0);
+    }
+}
+
+impl Node for Fickle {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The result.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = ImageDesc::new(pass.desc(source).size);
+        let between = pass.transient("between", desc);
+        pass.function(&FICKLE, "first").set("extra", 0.5_f32).write_to(between);
+        let chosen = if self.amount > 0.5 { source } else { between };
+        let kernel = pass.function(&FICKLE, "fickle").read("chosen", chosen).set("extra", 2.0_f32);
+        let kernel = if self.amount > 0.25 { kernel.set("extra", 3.0 + self.amount) } else { kernel };
+        kernel.write("result", desc);
+    }
+}
+
+/// What was looked up for one value holds for another only where the node says the same of its pass.
+#[test]
+fn a_node_that_says_other_things_of_a_pass_is_looked_up_again() {
+    let text = r#"Pipeline(inputs: { "scene": Color }, nodes: { "fickle": Fickle(source: "scene") },
+        outputs: { "display": "fickle" })"#;
+    let document = parse("fickle.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = Registry::new(&[&[NodeKind::of::<Fickle>()]]).expect("one kind");
+    let (mut graph, _) =
+        check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    let amount = graph.parameter("fickle.amount").unwrap();
+    let mut moving = planned(&graph, &BTreeSet::from([amount]), &[]);
+    for value in [0.2, 0.3, 0.1, 0.7, 0.4, 0.6, 0.2, 0.25, 0.3, 0.45] {
+        graph.nodes[amount.node].instance.set(amount.index, Value::Float(value));
+        let mut bytes = moving.plan.uniform_buffer();
+        let mut write = |at: u64, new: &[u8]| bytes[at as usize..][..new.len()].copy_from_slice(new);
+        let outcome = moving.dynamic.uniforms(amount.node, &graph.nodes[amount.node].instance, &mut write);
+        if value > 0.5 {
+            assert_eq!(outcome, Err(NeedsPlan), "{value}: it reads another image");
+            continue;
+        }
+        assert_eq!(outcome, Ok(()), "{value}");
+        let fresh = planned(&graph, &BTreeSet::from([amount]), &[]);
         assert_eq!(bytes, fresh.plan.uniform_buffer(), "{value}");
     }
 }

@@ -6,7 +6,8 @@ use afterimage_plan::codegen::{Slot, SlotKind};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
 
 use super::frame_constants::{self, FrameConstants};
-use super::loaded::{Loaded, Run};
+use super::host_set::Run;
+use super::loaded::Loaded;
 use crate::buffer::buffer;
 use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;

@@ -5,7 +5,8 @@ use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
 use super::frame_constants::Now;
 use super::host_draw::{HostDraw, host_node};
-use super::loaded::{Loaded, Run};
+use super::host_set::Run;
+use super::loaded::Loaded;
 use super::rectangle::Rectangle;
 use crate::layout::Pipeline;
 

@@ -6,7 +6,7 @@ use std::ops::Deref;
 use rustc_hash::FxHasher;
 use wgpu::TextureView;
 
-use super::loaded::HostSet;
+use super::host_set::HostSet;
 
 /// How many choices of host images are remembered: the images of a few swap chains.
 const MOST: usize = 16;

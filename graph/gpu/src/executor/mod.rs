@@ -12,6 +12,7 @@ mod frame;
 mod frame_constants;
 mod host_draw;
 mod host_images;
+mod host_set;
 mod host_sets;
 mod loaded;
 mod passes;

@@ -7,7 +7,8 @@ use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 use super::drawing::{record_draw, record_drawing};
 use super::frame_constants::Now;
 use super::host_draw::HostDraw;
-use super::loaded::{HostSet, Loaded, Run};
+use super::host_set::{HostSet, Run};
+use super::loaded::Loaded;
 use super::residency::ImageBinding;
 use crate::layout::Pipeline;
 use crate::pipelines::Built;
@@ -48,7 +49,7 @@ pub(super) fn record(
             Pipeline::Compute(_) => index = record_dispatches(loaded, set, now, index..passes.end, encoder),
             pipeline => {
                 let run = &set.runs[index];
-                transition_for_draw(set.transitions_before(loaded, index, now.0), encoder);
+                transition_for_draw(set.transitions_before(&loaded.residency, index, now.0), encoder);
                 stamp(loaded, index, encoder);
                 match pipeline {
                     Pipeline::Render(pipeline) => record_draw(loaded, run, pipeline, now, index, encoder),
@@ -86,7 +87,7 @@ fn record_dispatches(
         && let Run { built: Built { pipeline: Pipeline::Compute(pipeline), .. }, .. } = &**run
     {
         let [x, y, z] = loaded.passes[index].workgroups;
-        let transitions = set.transitions_before(loaded, index, ring_index);
+        let transitions = set.transitions_before(&loaded.residency, index, ring_index);
         if transitions.len() > 0 {
             let textures =
                 transitions.map(|(texture, state)| wgpu::TextureTransition { texture, selector: None, state });

@@ -3,6 +3,7 @@
 //! This is a binary of its own, because it has its own allocator.
 #![allow(missing_docs, clippy::print_stdout, reason = "a test binary has no outside")]
 
+#[path = "../graph/gpu/benches/counting/mod.rs"]
 mod counting;
 
 use std::error::Error;
@@ -31,7 +32,7 @@ struct Host {
 impl Host {
     fn new() -> Result<Self, Box<dyn Error>> {
         let gpu = Gpu::open(&Opening::default())?;
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/lynx.ron");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pipelines/lynx.ron");
         let options = CheckOptions { loader: &NoFiles, ..CheckOptions::default() };
         let document = parse(path, &std::fs::read_to_string(path)?)?;
         let (graph, _) = check(&document, &Registry::new(&[afterimage_nodes::ALL])?, &options)?;

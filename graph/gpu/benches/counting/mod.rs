@@ -13,17 +13,17 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 /// To be the global allocator of a program.
-pub struct Counting;
+pub(crate) struct Counting;
 
 /// Bytes and calls by origin.
-pub type Asked = BTreeMap<&'static str, (usize, usize)>;
+pub(crate) type Asked = BTreeMap<&'static str, (usize, usize)>;
 
 /// The crates of this framework.
-pub const OURS: &str = "the framework";
+pub(crate) const OURS: &str = "the framework";
 /// wgpu and what is below it.
-pub const THEIRS: &str = "wgpu";
+pub(crate) const THEIRS: &str = "wgpu";
 /// All else.
-pub const HOST: &str = "this program";
+pub(crate) const HOST: &str = "this program";
 
 const GRAPHICS: [&str; 7] = ["wgpu", "wgpu_core", "wgpu_hal", "wgpu_types", "naga", "ash", "gpu_allocator"];
 
@@ -66,7 +66,7 @@ fn count(bytes: usize) {
 }
 
 /// The origin of an allocation with this call stack.
-pub fn asker(stack: &str) -> &'static str {
+pub(crate) fn asker(stack: &str) -> &'static str {
     // `   7: <afterimage_gpu::store::Store as core::ops::Drop>::drop`
     let functions = stack.lines().filter_map(|line| line.split_once(": ")).map(|(_, function)| function);
     functions.filter_map(origin).next().unwrap_or(HOST)
@@ -83,7 +83,7 @@ fn origin(function: &str) -> Option<&'static str> {
 }
 
 /// Bytes and calls by origin, while `work` runs the given number of times on this thread.
-pub fn counted<E>(times: u32, mut work: impl FnMut() -> Result<(), E>) -> Result<Asked, E> {
+pub(crate) fn counted<E>(times: u32, mut work: impl FnMut() -> Result<(), E>) -> Result<Asked, E> {
     for _ in 0..times {
         COUNTS.set(true);
         let done = work();
