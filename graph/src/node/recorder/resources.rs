@@ -43,7 +43,7 @@ impl Recorder<'_> {
         let is_same = |known: &VirtualImage| {
             known.desc == desc
                 && matches!(&known.origin, Origin::Constant(held) if is_equal(held, given))
-                && is_label(&known.label, node, &name)
+                && is_label(&known.label, node, name)
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
             return known;
@@ -111,7 +111,7 @@ impl Recorder<'_> {
     fn known_buffer(&mut self, name: &str, bytes: u64, lives: impl Fn(&BufferLife) -> bool) -> Option<BufferId> {
         let node = self.node;
         let is_same =
-            |known: &VirtualBuffer| known.bytes == bytes && lives(&known.life) && is_label(&known.label, node, &name);
+            |known: &VirtualBuffer| known.bytes == bytes && lives(&known.life) && is_label(&known.label, node, name);
         self.replay.as_mut().and_then(|replay| replay.buffer(self.recording, is_same))
     }
 
