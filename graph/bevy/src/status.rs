@@ -21,7 +21,7 @@ pub struct AfterimageStatus {
     pub frame: Option<String>,
     /// Effects of Bevy that do the pipeline's work a second time on this camera.
     pub others: Vec<String>,
-    /// Whether the last frame was rendered.
+    /// Whether the pipeline was rendered in the last frame that Bevy drew with the camera.
     pub is_running: bool,
     /// Whether a plan for changed facts, another tier or another pipeline is being made.
     pub is_changing: bool,

@@ -1,5 +1,5 @@
-//! A walk through a hall, with a menu of tiers, facts and parameters of the pipeline: `walk [PIPELINE [TIER]]`, from the
-//! folder `pipelines` of the repository.
+//! A walk through a hall, with a menu of the pipeline's tiers and facts, which fade in, and of its parameters: `walk
+//! [PIPELINE [TIER]]`, from the folder `pipelines` of the repository.
 //!
 //! W, A, S, D walk, and the left and right arrow turn. The menu takes the mouse, or Tab and the arrows up and down to
 //! choose a line, minus and equals to change it, and the digits for tiers. With `AFTERIMAGE_SHOT=picture.png` it has no
@@ -30,7 +30,7 @@ fn main() {
 fn camera(mut commands: Commands, assets: Res<AssetServer>, shot: Option<Res<Shot>>) {
     let mut words = std::env::args().skip(1);
     let pipeline = words.next().unwrap_or_else(|| "tsushima.ron".into());
-    let mut look = Afterimage::new(assets.load(pipeline));
+    let mut look = Afterimage::new(assets.load(pipeline)).fade(20);
     look.tier = words.next();
     let place = Transform::from_xyz(-0.6, 1.65, 9.0).looking_at(Vec3::new(0.5, 1.7, -6.0), Vec3::Y);
     // What prepasses draw is for pipelines that take it, such as `cinematic.ron`.

@@ -1,8 +1,9 @@
 //! Cross-fades of changes, and what ends them.
 
+use bevy::camera::Viewport;
 use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
-use bevy_afterimage::Afterimage;
+use bevy_afterimage::{Afterimage, Target};
 
 use crate::program::{differing, half};
 use crate::said;
@@ -47,17 +48,30 @@ fn light(bytes: &[u8]) -> Vec<f32> {
     bytes.as_chunks::<2>().0.iter().map(|bits| half(u16::from_le_bytes(*bits))).collect()
 }
 
+/// Whatever the target is, and in a viewport, around which nothing changes.
 #[test]
 fn each_frame_of_a_fade_is_a_mix() {
-    let own = Folder::new("mix");
-    let mut shown = dark(&own, LOOK, 7);
-    let old = shown.settled();
-    shown.change(switch_on);
-    let frames = from_the_change(&mut shown, &old, 10);
-    let new = shown.settled();
-    assert_eq!(frames[0], old);
-    frames[8..].iter().for_each(|frame| assert_eq!(differing(frame, &new), (0, 0)));
-    let [before, after] = [&old, &new].map(|bytes| light(bytes));
+    let part = Viewport { physical_position: UVec2::new(20, 10), physical_size: UVec2::new(100, 60), ..default() };
+    for target in [Target::MainTexture, Target::Output] {
+        for viewport in [None, Some(part.clone())] {
+            let own = Folder::new("mix");
+            let mut shown = dark(&own, LOOK, 7);
+            shown.change(|look| look.target = target);
+            let world = shown.app.world_mut();
+            world.query::<&mut Camera>().single_mut(world).expect("there is one camera").viewport = viewport;
+            let old = shown.settled();
+            shown.change(switch_on);
+            let frames = from_the_change(&mut shown, &old, 10);
+            assert_mixed(&frames, &shown.settled());
+            assert_eq!(shown.status().not_faded, None, "{target:?}");
+        }
+    }
+}
+
+/// Seven frames between the first one and those that are like the new picture, which has twice the light.
+fn assert_mixed(frames: &[Vec<u8>], new: &[u8]) {
+    frames[8..].iter().for_each(|frame| assert_eq!(differing(frame, new), (0, 0)));
+    let [before, after] = [&*frames[0], new].map(light);
     let brighter = before.iter().zip(&after).filter(|(before, after)| **after == 2.0 * **before && **before > 0.1);
     assert!(brighter.count() > 1000);
     for (number, frame) in frames[..8].iter().enumerate() {
@@ -68,6 +82,18 @@ fn each_frame_of_a_fade_is_a_mix() {
             assert!((now - wanted).abs() <= wanted.abs() / 1024.0 + 1e-6, "{number}: {now}, not {wanted}");
         }
     }
+}
+
+/// A file that has changed is another pipeline.
+#[test]
+fn another_pipeline_fades_in() {
+    let own = Folder::new("another");
+    let always = |stops: &str| LOOK.replace("stops: 1.0, when: \"bright\"", stops);
+    let mut shown = dark(&own, &always("stops: 0.0"), 7);
+    let old = shown.settled();
+    own.write("look.ron", &always("stops: 1.0"));
+    let frames = from_the_change(&mut shown, &old, 10);
+    assert_mixed(&frames, &shown.settled());
     assert_eq!(shown.status().not_faded, None);
 }
 

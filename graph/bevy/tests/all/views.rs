@@ -1,11 +1,11 @@
 //! Cameras with viewports, and 2-D cameras.
 
-use bevy::camera::Viewport;
 use bevy::camera::visibility::RenderLayers;
+use bevy::camera::{CameraOutputMode, CompositingSpace, Viewport};
 use bevy::math::URect;
 use bevy::prelude::*;
 use bevy::render::render_resource::TextureFormat;
-use bevy_afterimage::Target;
+use bevy_afterimage::{Afterimage, Target};
 
 use crate::program::{PASS, cut, differing, pass, rendered, texels};
 use crate::shown::{BACKGROUND, SIZE, Shown, pipelines};
@@ -45,6 +45,61 @@ fn each_half_of_a_split_screen_is_what_the_program_makes_of_it() {
             assert_around(&shown, target);
         }
     }
+}
+
+/// Cameras with one pipeline share plans, and not what is set.
+#[test]
+fn cameras_of_one_pipeline_have_their_own_settings() {
+    let settings: [fn(Afterimage) -> Afterimage; 2] =
+        [|look| look.set("lit.strength", 0.9), |look| look.tier("low").set("lit.strength", 0.05)];
+    let shown_with = |ours: &[usize]| {
+        let mut shown = Shown::new(&pipelines(), TextureFormat::Rgba8UnormSrgb);
+        for camera in ours {
+            let viewport =
+                Viewport { physical_position: PARTS[*camera].min, physical_size: PARTS[*camera].size(), ..default() };
+            let parts = Camera { viewport: Some(viewport), order: *camera as isize, ..default() };
+            let look = settings[*camera](shown.look("lynx.ron"));
+            shown.spawn(PLACES[*camera], (parts, look));
+        }
+        shown.settled()
+    };
+    let both = shown_with(&[0, 1]);
+    for (camera, part) in PARTS.into_iter().enumerate() {
+        let alone = shown_with(&[camera]);
+        assert_eq!(differing(&cut(&both, 4, part), &cut(&alone, 4, part)), (0, 0), "{camera}");
+    }
+}
+
+/// What does not suit is an error of the frame, which goes with it.
+#[test]
+fn what_does_not_suit_a_camera_is_said() {
+    let mut shown =
+        Shown::with_camera(&pipelines(), "lynx.ron", TextureFormat::Rgba8UnormSrgb, |look| look.target(Target::Output));
+    let first = shown.settled();
+    let world = shown.app.world_mut();
+    let camera = world.query_filtered::<Entity, With<Afterimage>>().single(world).expect("there is one camera");
+    // Bevy does not draw a camera at all that clears and writes no output.
+    let mut parts = world.get_mut::<Camera>(camera).expect("it is one");
+    (parts.output_mode, parts.clear_color) = (CameraOutputMode::Skip, ClearColorConfig::None);
+    let status = shown.until("an error", |status| status.frame.is_some());
+    assert!(status.frame.as_ref().is_some_and(|why| why.contains("Skip")) && !status.is_running, "{status:?}");
+    let mut parts = shown.app.world_mut().get_mut::<Camera>(camera).expect("it is one");
+    (parts.output_mode, parts.clear_color) = default();
+    shown.until("no error", |status| status.frame.is_none() && status.is_running);
+    assert_eq!(differing(&shown.settled(), &first), (0, 0));
+}
+
+/// Bevy has other spaces than that of linear light for 2-D cameras.
+#[test]
+fn a_camera_that_does_not_hold_linear_light_is_said() {
+    let mut shown = Shown::new(&pipelines(), TextureFormat::Rgba8UnormSrgb);
+    let (look, target) = (shown.look("lynx.ron"), shown.target.clone());
+    let parts = (Camera2d, Msaa::Off, target, look, CompositingSpace::Oklab);
+    let camera = shown.app.world_mut().spawn(parts).id();
+    let status = shown.until("an error", |status| status.frame.is_some());
+    assert!(status.frame.as_ref().is_some_and(|why| why.contains("CompositingSpace")), "{status:?}");
+    shown.app.world_mut().entity_mut(camera).insert(CompositingSpace::Linear);
+    shown.until("no error", |status| status.frame.is_none() && status.is_running);
 }
 
 /// What lies in no viewport has the colour of the background.
@@ -119,7 +174,7 @@ fn the_user_interface_is_drawn_on_the_result() {
     let color = Srgba::rgb_u8(40, 90, 220);
     let part = URect::new(20, 10, 60, 40);
     for target in [Target::MainTexture, Target::Output] {
-        let to_target = |look: bevy_afterimage::Afterimage| look.target(target);
+        let to_target = |look: Afterimage| look.target(target);
         let mut shown = Shown::with_camera(&pipelines(), "lynx.ron", TextureFormat::Rgba8UnormSrgb, to_target);
         let without = shown.settled();
         let world = shown.app.world_mut();
