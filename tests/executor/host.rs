@@ -190,7 +190,7 @@ fn any_number_of_host_textures_may_alternate() {
     let (mut player, input, wanted) = reference(&lively(64, 36));
     let format = player.executor.output("display").expect("it is an output").format();
     let textures =
-        |player: &Player, usage| (0..7).map(|_| texture(player, (64, 36), format, usage)).collect::<Vec<_>>();
+        |player: &Player, usage| (0..20).map(|_| texture(player, (64, 36), format, usage)).collect::<Vec<_>>();
     let show = |player: &mut Player, view: &wgpu::TextureView| {
         let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", view)], ..Frame::default() };
         player.run(&frame).expect("the host's texture fits");
