@@ -16,11 +16,13 @@ class Case:
     files: dict = field(default_factory=dict)  # inputs by name: the type, and the file
 
 
-def occlusion(more):
-    return (
-        '"grey": DemoScene(), "made": Gtao(source: "grey", depth: "depth", camera: "camera", '
-        f"{more} radius: 1.0, falloff: 0.3),"
-    )
+def occlusion(more, kind="Gtao", radius="radius: 1.0, falloff: 0.3"):
+    ports = 'source: "grey", depth: "depth", camera: "camera"'
+    return f'"grey": DemoScene(), "made": {kind}({ports}, {more} {radius}),'
+
+
+def points(more):
+    return occlusion(more, "Ssao", "radius: 1.0")
 
 
 def shadow(more):
@@ -67,6 +69,17 @@ CASES = [
             "normals from the depth": occlusion(""),
             "4 slices, 8 steps": occlusion(WORLD + " slices: 4, steps: 8,"),
             "half of the size": occlusion(WORLD + " size: Half,"),
+        },
+        DEPTH | NORMAL | STEADY,
+    ),
+    Case(
+        "Ssao",
+        None,
+        "beauty",
+        {
+            "the default: 16 points, with normals": points(WORLD),
+            "64 points": points(WORLD + " samples: 64,"),
+            "normals from the depth": points(""),
         },
         DEPTH | NORMAL | STEADY,
     ),

@@ -77,6 +77,8 @@ struct Pipeline<'a> {
     files: &'a Folder,
     name: &'a str,
     text: &'a str,
+    /// The text of the file that it extends; otherwise its own.
+    base: &'a str,
     /// The text whose tiers it has: its own, that of the file that it extends or of the one that it uses as a node.
     tiers_text: &'a str,
     /// What the names of nodes in that text begin with here.
@@ -121,7 +123,7 @@ impl Read<'_> {
 
     /// What the saved text says at every tier, and how it differs from the text before.
     fn compare(&self, tier: Option<&str>, key: &str, (new, saved): (&Value, &str), wanted: &Graph) {
-        let Pipeline { files, name, text, tiers_text, prefix, tiers } = self.pipeline;
+        let Pipeline { files, name, text, tiers_text, prefix, tiers, .. } = self.pipeline;
         let what = format!("{name} {tier:?} {key} {new}\n{saved}");
         let document = parse(name, saved).unwrap_or_else(|errors| panic!("{errors}\n{what}"));
         let checker = Checker::new(&document, registry(), *files);
@@ -159,7 +161,9 @@ impl Pipeline<'_> {
         let added = inserted(self.text, saved).unwrap_or_else(|| panic!("more than an insertion: {what}"));
         let (node, field) = key.rsplit_once('.').expect("a parameter of a node");
         let name = format!("\"{node}\"");
-        let is_own = old_tokens.windows(2).any(|pair| pair == [name.as_str(), ":"]);
+        // Tiers are behind the nodes, and may switch off one of another file by its name.
+        let nodes = self.text.split_once("tiers: {").map_or(self.text, |(nodes, _)| nodes);
+        let is_own = tokens(nodes).windows(2).any(|pair| pair == [name.as_str(), ":"]);
         let added = tokens(added).into_iter().filter(|token| !token.trim().is_empty()).collect::<Vec<_>>().join(" ");
         let value = tokens(&new.to_string()).into_iter().filter(|t| !t.trim().is_empty()).collect::<Vec<_>>().join(" ");
         let override_ = format!("\"{key}\" : {value}");
@@ -195,9 +199,10 @@ fn each_pipeline(check: impl Fn(&Pipeline<'_>)) {
         let document = parse(name, text).expect("a shipped pipeline is right");
         let tiers = Checker::new(&document, registry(), &files).tiers().into_iter().map(Some);
         let extended = document.extends.as_ref().map(|base| &base.value);
-        let tiers_text = pipelines.iter().find(|(name, _)| Some(name) == extended).map_or(text, |(_, text)| text);
+        let base = pipelines.iter().find(|(name, _)| Some(name) == extended).map_or(text, |(_, text)| text);
+        let tiers_text = if document.tiers.is_empty() { base } else { text };
         let tiers = std::iter::once(None).chain(tiers).collect();
-        check(&Pipeline { files: &files, name, text, tiers_text, prefix: "", tiers });
+        check(&Pipeline { files: &files, name, text, base, tiers_text, prefix: "", tiers });
     }
 }
 
@@ -240,7 +245,7 @@ fn inputs_of(pipeline: &Pipeline<'_>) -> String {
         let (_, after) = text.split_once("inputs: {")?;
         Some(after.split_once('}')?.0.trim().trim_end_matches(',').to_owned())
     };
-    let texts = [pipeline.tiers_text, pipeline.text];
+    let texts = [pipeline.base, pipeline.text];
     let own = if texts[0] == texts[1] { &texts[..1] } else { &texts[..] };
     own.iter().filter_map(|text| entries(text)).collect::<Vec<_>>().join(", ")
 }
