@@ -121,7 +121,7 @@ impl Node for ShadowRays {
 const SIZE: Size = Size { width: 240, height: 135, depth: 1 };
 
 /// A lamp under the ceiling, with the near plane at depth 1.
-fn lamp() -> Camera {
+pub(super) fn lamp() -> Camera {
     let view = look_at_mat4(vec3(-0.8, 3.2, 2.6), vec3(0.6, 0.4, -1.2), Vec3::Y);
     let projection = directx::perspective_infinite_reverse(1.7, 1.0, 0.1);
     Camera::still(view.to_cols_array_2d(), projection.to_cols_array_2d())

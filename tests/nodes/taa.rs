@@ -10,7 +10,7 @@ use super::occlusion::surfaces;
 use super::surface::{eye, scene};
 use crate::reference::image::Image;
 use crate::reference::taa::{Frames, Taa};
-use crate::support::gpu::{Picture, Run};
+use crate::support::gpu::{Picture, Run, graph};
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, checked, differences, image};
 use crate::support::sequence::Sequence;
 
@@ -100,9 +100,9 @@ const NODE: &str = "\"result\": Taa(source: \"in\", history: \"result@previous\"
                     motion: \"motion\", previous_depth: \"before\", white: 1.0)";
 
 /// A frame of the scene as a renderer draws it: one sample in each pixel.
-struct Drawn {
+pub(super) struct Drawn {
     room: DemoScene,
-    light: Picture,
+    pub(super) light: Picture,
     depth: Picture,
     motion: Picture,
 }
@@ -117,11 +117,6 @@ fn text(room: &DemoScene) -> String {
 }
 
 impl Drawn {
-    fn new(room: DemoScene) -> Self {
-        let [light, depth, motion] = ["result", "depth", "motion"].map(|output| scene(output, &text(&room), SIZE));
-        Self { room, light, depth, motion }
-    }
-
     /// The same moment with many samples.
     fn reference(&self) -> Picture {
         let room = DemoScene { samples: 64, jitter: [0.0, 0.0], ..self.room.clone() };
@@ -129,27 +124,39 @@ impl Drawn {
     }
 }
 
-/// The frames of a shot: `walk` and time grow by these steps.
-fn shot(frames: u32, (step, dt): (f32, f32)) -> Vec<Drawn> {
-    let frame = |index: u32| {
+/// The frames of a shot from a place of the walk on: it and the time grow by these steps.
+pub(super) fn shot(frames: u32, (from, step): (f32, f32), dt: f32, size: Size) -> Vec<Drawn> {
+    let room = |index: u32| {
         let jitter = [halton(index % 16 + 1, 2), halton(index % 16 + 1, 3)];
         let at = index as f32;
-        let (walk, time) = (0.1 + step * at, 1.0 + dt * at);
-        Drawn::new(DemoScene { walk, time, step, dt, objects: 2, samples: 1, jitter, ..DemoScene::default() })
+        let (walk, time) = (from + step * at, 1.0 + dt * at);
+        DemoScene { walk, time, step, dt, objects: 2, samples: 1, jitter, ..DemoScene::default() }
     };
-    (0..frames).map(frame).collect()
+    let rooms: Vec<DemoScene> = (0..frames).map(room).collect();
+    // All frames in one graph: each kernel of the scene is compiled once.
+    let node = |(i, room): (usize, &DemoScene)| format!("\"f{i}\": DemoScene({}), ", text(room));
+    let nodes: String = rooms.iter().enumerate().map(node).collect();
+    let wires = |i| format!("\"l{i}\": \"f{i}\", \"d{i}\": \"f{i}.depth\", \"m{i}\": \"f{i}.motion\", ");
+    let outputs: String = (0..frames).map(wires).collect();
+    let graph = graph(&format!("Pipeline(inputs: {{}}, nodes: {{ {nodes} }}, outputs: {{ {outputs} }})"));
+    let mut run = Run::new(&graph).exact();
+    run.size = size;
+    let mut found = run.frame(&[]).into_iter();
+    let mut next = || found.next().expect("three outputs for each frame");
+    rooms.into_iter().map(|room| Drawn { room, light: next(), depth: next(), motion: next() }).collect()
 }
 
 /// The last image of a shot through these nodes.
-fn smoothed(node: &str, shot: &[Drawn]) -> Picture {
+pub(super) fn smoothed(node: &str, shot: &[Drawn]) -> Picture {
     let inputs = [("in", "Color"), ("depth", "Depth"), ("motion", "Motion"), ("before", "Depth")];
-    let camera = shot[0].room.camera(SIZE);
+    let size = Size::new(shot[0].light.width, shot[0].light.height);
+    let camera = shot[0].room.camera(size);
     let graph = Nodes::new(node, &inputs).camera(Some(&camera)).graph();
     let run = Run::new(&graph).camera(Some(&camera));
     let mut sequence = Sequence::new(&run);
     for (index, drawn) in shot.iter().enumerate() {
         let before = &shot[index.saturating_sub(1)];
-        let camera = Camera { previous_jitter: before.room.jitter, ..drawn.room.camera(SIZE) };
+        let camera = Camera { previous_jitter: before.room.jitter, ..drawn.room.camera(size) };
         sequence.camera(&camera);
         let images = [("in", &drawn.light), ("depth", &drawn.depth), ("motion", &drawn.motion)];
         let images: Vec<_> = images.into_iter().chain([("before", &before.depth)]).collect();
@@ -173,7 +180,7 @@ fn error(a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) -> f64 {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
 fn a_still_image_converges_to_the_supersampled_one() {
-    let shot = shot(32, (0.0, 0.0));
+    let shot = shot(32, (0.1, 0.0), 0.0, SIZE);
     let wanted = shot[31].reference();
     let [first, fourth, last] = [1, 4, 32].map(|count| error(&smoothed(NODE, &shot[..count]), &wanted, |_| true));
     let aliased = error(&shot[31].light, &wanted, |_| true);
@@ -185,7 +192,7 @@ fn a_still_image_converges_to_the_supersampled_one() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
 fn a_walk_past_moving_objects_is_smooth_and_has_no_ghosts() {
-    let shot = shot(20, (0.004, 1.0 / 24.0));
+    let shot = shot(20, (0.1, 0.004), 1.0 / 24.0, SIZE);
     let last = &shot[19];
     let wanted = last.reference();
     // Where an object has been in the five frames before, and is not now.

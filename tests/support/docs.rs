@@ -24,8 +24,13 @@ pub fn write_panels(name: &str, columns: u32, panels: &[Picture]) {
         panels[(y / height * columns + x / width) as usize].at(x % width, y % height)
     });
     if are_written() {
-        let pixels = EncodedPixels::Float(all.pixels.as_flattened());
-        let written = write_jpeg(&path(name), (all.width, all.height), pixels, &JpegOptions::default());
-        written.unwrap_or_else(|error| panic!("{error}"));
+        write(name, &all, &JpegOptions::default());
     }
+}
+
+/// Writes an encoded picture.
+pub fn write(name: &str, picture: &Picture, options: &JpegOptions) {
+    let pixels = EncodedPixels::Float(picture.pixels.as_flattened());
+    let written = write_jpeg(&path(name), (picture.width, picture.height), pixels, options);
+    written.unwrap_or_else(|error| panic!("{error}"));
 }

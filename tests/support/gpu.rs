@@ -169,6 +169,8 @@ pub struct Run<'a> {
     pub blocks: Vec<(String, BlockData)>,
     /// The time of all frames, in seconds.
     pub time: f32,
+    /// The slices of volumes.
+    pub slices: u32,
 }
 
 impl<'a> Run<'a> {
@@ -183,6 +185,7 @@ impl<'a> Run<'a> {
             half_inputs: false,
             blocks: Vec::new(),
             time: 0.0,
+            slices: SLICES,
         }
     }
 
@@ -226,13 +229,20 @@ impl<'a> Run<'a> {
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }
 
-    /// The size of a frame with these pictures.
+    /// The size of a frame with these pictures. Volumes say nothing of it.
     pub(super) fn size_for(&self, inputs: &[(&str, &Picture)]) -> Size {
-        inputs.first().map_or(self.size, |(name, picture)| self.texels(name, picture).desc.size)
+        inputs
+            .iter()
+            .find(|(name, _)| !self.is_volume(name))
+            .map_or(self.size, |(name, picture)| self.texels(name, picture).desc.size)
+    }
+
+    fn is_volume(&self, name: &str) -> bool {
+        self.graph.inputs.iter().any(|input| input.name == name && input.volume)
     }
 
     /// The texels of an input. The picture of a multisampled one is four pictures, one for each sample, one below the
-    /// other; that of a volume is [`SLICES`] pictures.
+    /// other; that of a volume is `slices` pictures.
     pub(super) fn texels(&self, name: &str, picture: &Picture) -> Texels {
         let has_samples = self.graph.inputs.iter().any(|input| input.name == name && input.multisampled);
         let make = if self.half_inputs || has_samples { Texels::from_floats_as_half } else { Texels::from_floats };
@@ -240,8 +250,8 @@ impl<'a> Run<'a> {
         if has_samples {
             texels.desc = texels.desc.sized(Size::new(picture.width, picture.height / 4)).multisampled(4);
         }
-        if self.graph.inputs.iter().any(|input| input.name == name && input.volume) {
-            let size = Size::volume(picture.width, picture.height / SLICES, SLICES);
+        if self.is_volume(name) {
+            let size = Size::volume(picture.width, picture.height / self.slices, self.slices);
             texels.desc = ImageDesc::volume(size).format(texels.desc.format);
         }
         texels
