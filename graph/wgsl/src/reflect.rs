@@ -306,7 +306,7 @@ impl Reader<'_> {
             (TypeInner::Image { dim, class: ImageClass::Storage { .. }, .. }, _) => {
                 GlobalKind::StorageTexture(*dim == ImageDimension::D3)
             }
-            (TypeInner::Sampler { .. }, _) => GlobalKind::Sampler,
+            (TypeInner::Sampler { comparison: false }, _) => GlobalKind::Sampler,
             _ => GlobalKind::Other,
         };
         let name = self.names.own(global.name.as_ref())?;
