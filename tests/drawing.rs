@@ -1,5 +1,8 @@
 //! Drawing passes: what they draw, compared with triangles that are computed in f64.
 
+mod blend;
+mod blend_modes;
+mod draws;
 mod host;
 mod kinds;
 mod raster;

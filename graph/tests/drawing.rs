@@ -1,5 +1,7 @@
 //! Drawing passes that no device, or not every device, can run: what is said of them.
 
+mod draws;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use afterimage_graph::caps::Caps;

@@ -5,6 +5,8 @@ use afterimage_graph::node::{
 };
 use afterimage_graph::prelude::*;
 
+use super::blend::{Glass, GlassPair, GlassSamples, Glow, Show};
+use super::draws::{Chosen, Pieces};
 use super::raster::{Biased, Shapes, Sides, Two};
 
 pub const ALL: &[NodeKind] = &[
@@ -20,6 +22,13 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Biased>(),
     NodeKind::of::<Two>(),
     NodeKind::of::<Shapes>(),
+    NodeKind::of::<Glass>(),
+    NodeKind::of::<GlassSamples>(),
+    NodeKind::of::<Glow>(),
+    NodeKind::of::<Show>(),
+    NodeKind::of::<GlassPair>(),
+    NodeKind::of::<Pieces>(),
+    NodeKind::of::<Chosen>(),
 ];
 
 /// Vertices with a place in clip space and a colour, and what readers of levels need.

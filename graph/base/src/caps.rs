@@ -13,6 +13,8 @@ pub struct Caps {
     pub storage: BTreeSet<Format>,
     /// Formats that fragment shaders can draw to.
     pub renderable: BTreeSet<Format>,
+    /// Formats that draws can blend into.
+    pub blendable: BTreeSet<Format>,
     /// Whether 32-bit floats can be filtered.
     pub filter_32_bit: bool,
     /// The longest side of an image.
@@ -35,6 +37,8 @@ pub struct Caps {
     pub half_arithmetic: bool,
     /// Whether shaders have subgroup operations.
     pub subgroups: bool,
+    /// Whether the ranges of draws that a buffer holds may begin at any instance; at the first otherwise.
+    pub indirect_first_instance: bool,
     /// Whether chains of small images are computed in workgroup memory, for devices on which a dispatch has a high
     /// fixed cost.
     pub tiles: bool,
@@ -56,6 +60,7 @@ impl Default for Caps {
                 Format::Rgba32Float,
             ]
             .into(),
+            blendable: [Format::Rgba8Unorm, Format::R16Float, Format::Rg16Float, Format::Rgba16Float].into(),
             filter_32_bit: false,
             max_side: 8192,
             max_volume_side: 2048,
@@ -67,6 +72,7 @@ impl Default for Caps {
             max_fused_uniform_buffers: 11,
             half_arithmetic: false,
             subgroups: false,
+            indirect_first_instance: false,
             tiles: false,
             prefer_fragment: false,
         }

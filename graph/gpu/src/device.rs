@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::Caps;
-use wgpu::{Features, TextureFormat, TextureUsages};
+use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::GpuError;
 #[cfg(not(target_family = "wasm"))]
@@ -40,7 +40,9 @@ const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debia
 /// Optional features that make plans faster; each is requested where the adapter has it.
 const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
     .union(Features::FLOAT32_FILTERABLE)
+    .union(Features::FLOAT32_BLENDABLE)
     .union(Features::RG11B10UFLOAT_RENDERABLE)
+    .union(Features::INDIRECT_FIRST_INSTANCE)
     .union(Features::TIMESTAMP_QUERY)
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
@@ -63,7 +65,9 @@ impl Gpu {
         // Without DEBUG, wgpu does not receive the layer's messages. With it, a layer that is older than the driver
         // reports every shader's source language.
         let validated = wgpu::InstanceFlags::VALIDATION | wgpu::InstanceFlags::DEBUG;
-        descriptor.flags = if opening.validation { validated } else { wgpu::InstanceFlags::empty() };
+        let flags = if opening.validation { validated } else { wgpu::InstanceFlags::empty() };
+        // Ranges of draws that kernels write are not trusted: those beyond the buffers draw nothing.
+        descriptor.flags = flags | wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
         Self::open_on(&wgpu::Instance::new(descriptor), opening.adapter.as_deref()).await
     }
 
@@ -206,18 +210,21 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
     let features = device.features();
     let limits = device.limits();
     let specific = features.contains(Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
-    let allows = |format: Format, usage: TextureUsages| {
+    let offered = |format: Format| {
         let format = texture_format(format);
-        let guaranteed = format.guaranteed_format_features(features).allowed_usages;
-        let offered = if specific { adapter.get_texture_format_features(format).allowed_usages } else { guaranteed };
-        offered.contains(usage)
+        if specific { adapter.get_texture_format_features(format) } else { format.guaranteed_format_features(features) }
     };
-    let formats = |usage: TextureUsages| {
-        Format::ALL.into_iter().filter(|f| allows(*f, usage | TextureUsages::TEXTURE_BINDING)).collect()
+    let formats = |usage: TextureUsages, flags: TextureFormatFeatureFlags| {
+        let usage = usage | TextureUsages::TEXTURE_BINDING;
+        let allows =
+            |offered: TextureFormatFeatures| offered.allowed_usages.contains(usage) && offered.flags.contains(flags);
+        Format::ALL.into_iter().filter(|format| allows(offered(*format))).collect()
     };
+    let any = TextureFormatFeatureFlags::empty();
     Caps {
-        storage: formats(TextureUsages::STORAGE_BINDING),
-        renderable: formats(TextureUsages::RENDER_ATTACHMENT),
+        storage: formats(TextureUsages::STORAGE_BINDING, any),
+        renderable: formats(TextureUsages::RENDER_ATTACHMENT, any),
+        blendable: formats(TextureUsages::RENDER_ATTACHMENT, TextureFormatFeatureFlags::BLENDABLE),
         filter_32_bit: features.contains(Features::FLOAT32_FILTERABLE),
         max_side: limits.max_texture_dimension_2d,
         max_volume_side: limits.max_texture_dimension_3d,
@@ -229,6 +236,7 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         max_fused_uniform_buffers: max_fused_uniform_buffers(&adapter.get_info(), &limits),
         half_arithmetic: features.contains(Features::SHADER_F16),
         subgroups: features.contains(Features::SUBGROUP),
+        indirect_first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
         tiles: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
         prefer_fragment: false,
     }

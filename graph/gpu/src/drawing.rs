@@ -1,16 +1,19 @@
 //! Render pipelines of drawing passes, from their description.
 
-use afterimage_graph::node::{Compare, Cull, Drawing, Geometry, Raster, Topology, VertexBuffer, VertexFormat};
+use afterimage_graph::node::{
+    Blend, BlendComponent, BlendFactor, ColorAttachment, Compare, Cull, Drawing, Factors, Geometry, Raster, Topology,
+    VertexBuffer, VertexFormat, WriteMask,
+};
 use afterimage_plan::Plan;
 use afterimage_plan::codegen::Composed;
-use wgpu::{TextureFormat, VertexAttribute, VertexStepMode};
+use wgpu::{ColorTargetState, VertexAttribute, VertexStepMode};
 
 use crate::device::texture_format;
 
 /// All that the pipeline of a drawing pass depends on, besides its module and its bindings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct DrawState {
-    colors: Vec<TextureFormat>,
+    colors: Vec<ColorTargetState>,
     depth: Option<wgpu::DepthStencilState>,
     samples: u32,
     /// `None` if the pass only clears, or the host draws with pipelines of its own.
@@ -43,7 +46,7 @@ impl DrawState {
             bias: wgpu::DepthBiasState { constant: raster.bias, slope_scale: raster.slope_bias, clamp: 0.0 },
         });
         Self {
-            colors: drawing.colors.iter().map(|color| texture_format(desc(color.target.image).format)).collect(),
+            colors: drawing.colors.iter().map(|color| color_target(plan, color)).collect(),
             depth,
             samples: drawing.targets().next().map_or(1, |target| desc(target.image).samples),
             geometry: geometry.map(|geometry| GeometryState {
@@ -69,8 +72,7 @@ pub(crate) fn render_pipeline(
     let draw = composed.draw.as_ref().expect("the module of a drawing pass has its entry points");
     let geometry = state.geometry.as_ref().expect("a pass with a module has geometry");
     let layouts: Vec<_> = geometry.vertices.iter().map(|vertices| Some(vertices.layout())).collect();
-    let targets: Vec<Option<wgpu::ColorTargetState>> =
-        state.colors.iter().map(|format| Some((*format).into())).collect();
+    let targets: Vec<Option<ColorTargetState>> = state.colors.iter().cloned().map(Some).collect();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("afterimage"),
         layout: Some(layout),
@@ -147,6 +149,46 @@ fn vertex_format(format: VertexFormat) -> wgpu::VertexFormat {
         VertexFormat::Float32x4 => wgpu::VertexFormat::Float32x4,
         VertexFormat::Uint32 => wgpu::VertexFormat::Uint32,
         VertexFormat::Unorm8x4 => wgpu::VertexFormat::Unorm8x4,
+    }
+}
+
+fn color_target(plan: &Plan, color: &ColorAttachment) -> ColorTargetState {
+    let ColorAttachment { target, load: _, blend, writes: WriteMask(channels) } = *color;
+    let all = [wgpu::ColorWrites::RED, wgpu::ColorWrites::GREEN, wgpu::ColorWrites::BLUE, wgpu::ColorWrites::ALPHA];
+    ColorTargetState {
+        format: texture_format(plan.image(target.image).desc.format),
+        // Formats that cannot blend can be replaced.
+        blend: (blend != Blend::REPLACE)
+            .then(|| wgpu::BlendState { color: blend_component(blend.color), alpha: blend_component(blend.alpha) }),
+        write_mask: all.into_iter().zip(channels).filter(|(_, writes)| *writes).map(|(channel, _)| channel).collect(),
+    }
+}
+
+fn blend_component(component: BlendComponent) -> wgpu::BlendComponent {
+    let one = Factors { source: BlendFactor::One, target: BlendFactor::One };
+    let (operation, factors) = match component {
+        BlendComponent::Add(factors) => (wgpu::BlendOperation::Add, factors),
+        BlendComponent::Subtract(factors) => (wgpu::BlendOperation::Subtract, factors),
+        BlendComponent::ReverseSubtract(factors) => (wgpu::BlendOperation::ReverseSubtract, factors),
+        BlendComponent::Min => (wgpu::BlendOperation::Min, one),
+        BlendComponent::Max => (wgpu::BlendOperation::Max, one),
+    };
+    let [src_factor, dst_factor] = [factors.source, factors.target].map(blend_factor);
+    wgpu::BlendComponent { src_factor, dst_factor, operation }
+}
+
+fn blend_factor(factor: BlendFactor) -> wgpu::BlendFactor {
+    match factor {
+        BlendFactor::Zero => wgpu::BlendFactor::Zero,
+        BlendFactor::One => wgpu::BlendFactor::One,
+        BlendFactor::Source => wgpu::BlendFactor::Src,
+        BlendFactor::OneMinusSource => wgpu::BlendFactor::OneMinusSrc,
+        BlendFactor::SourceAlpha => wgpu::BlendFactor::SrcAlpha,
+        BlendFactor::OneMinusSourceAlpha => wgpu::BlendFactor::OneMinusSrcAlpha,
+        BlendFactor::Target => wgpu::BlendFactor::Dst,
+        BlendFactor::OneMinusTarget => wgpu::BlendFactor::OneMinusDst,
+        BlendFactor::TargetAlpha => wgpu::BlendFactor::DstAlpha,
+        BlendFactor::OneMinusTargetAlpha => wgpu::BlendFactor::OneMinusDstAlpha,
     }
 }
 

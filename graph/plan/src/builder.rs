@@ -51,6 +51,12 @@ fn scale(source: texture_2d<f32>, at: Point, params: Scale) -> vec4f {
 }",
 );
 
+/// Copies a mip level of a layer.
+static COPY_LEVEL: Shader = Shader::new(
+    "copy_level.wgsl",
+    "fn copy_level(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }",
+);
+
 /// Copies a volume, which no device draws to.
 static COPY_VOLUME: Shader = Shader::new(
     "copy_volume.wgsl",
@@ -98,6 +104,12 @@ pub(crate) fn copy_kernel(node: &str, source: ImageId) -> KernelCall {
 /// A pass that copies the pixels of an image, or zero, to `result`.
 pub(crate) fn copy_pass(node: &str, what: Arg, result: ImageId) -> Pass {
     Pass::of_functions(vec![node.to_owned()], "copy".into(), vec![copy_of(node, what)], result)
+}
+
+/// A pass that copies one mip level of one layer.
+pub(crate) fn copy_level_pass(node: &str, level: Arg, result: ImageId) -> Pass {
+    let kernel = KernelCall::function(node, &COPY_LEVEL, "copy_level", &[("source", level), ("at", Arg::Point)]);
+    Pass::of_functions(vec![node.to_owned()], "copy".into(), vec![kernel], result)
 }
 
 /// A pass that copies the texels of a volume.

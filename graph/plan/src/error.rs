@@ -1,7 +1,7 @@
 //! Why a graph cannot be planned.
 
 use crate::limits::{MOST_COMPUTED, MOST_PASSES};
-use afterimage_base::image::Size;
+use afterimage_base::image::{Format, Size};
 
 /// Why a graph cannot be planned for a request.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -51,6 +51,20 @@ pub enum PlanError {
         count: usize,
         /// The most that are allowed.
         limit: u32,
+    },
+    /// A pass blends into an image of a format that the device cannot blend, as many cannot blend 32-bit floats.
+    #[error(
+        "pass `{pass}` blends into `{image}`, but this device cannot blend into its format `{}`; every device blends \
+         into `Rgba16Float`",
+        .format.name()
+    )]
+    NotBlendable {
+        /// What the pass does.
+        pass: String,
+        /// The image, as `node.port`.
+        image: String,
+        /// Its format; for a reference, whose intermediates have 32 bits, the wider one.
+        format: Format,
     },
     /// An output comes from a node that is off and has no fallback.
     #[error("output `{0}` comes from a node that is off and has no fallback")]

@@ -12,7 +12,7 @@ use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc};
-use afterimage_graph::node::{Drawing, ImageId, Origin, Pass, Resource, VirtualImage};
+use afterimage_graph::node::{Drawing, ImageId, Origin, Pass, Recording, Resource, VirtualImage};
 use afterimage_wgsl::SampleMode;
 
 /// Passes and images with everything that depends on formats.
@@ -32,6 +32,7 @@ pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> R
     builder.recording.images.iter().try_for_each(|image| check_size(image, &request.caps))?;
     builder.recording.passes.iter().try_for_each(|pass| check_uniforms(pass, &request.caps))?;
     let passes = staged(builder, &request.caps);
+    passes.iter().try_for_each(|planned| check_blends(planned, &builder.recording, &request.caps))?;
     let (mut options, ignored) = request.options.granted(&request.caps);
     if passes.iter().any(|pass| pass.stage != Stage::Compute) {
         // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
@@ -54,14 +55,26 @@ fn check_uniforms(pass: &Pass, caps: &Caps) -> Result<(), PlanError> {
     if fits { Ok(()) } else { Err(PlanError::TooManyUniformBuffers { label: pass.label.clone(), count, limit }) }
 }
 
+/// An image is as wide as its device can make it, and still no draw can blend into it.
+fn check_blends(planned: &ScheduledPass, recording: &Recording, caps: &Caps) -> Result<(), PlanError> {
+    let blended = planned.pass.drawing().into_iter().flat_map(Drawing::blended).map(|image| recording.image(image));
+    let mut blended = blended.filter(|image| !caps.blendable.contains(&image.desc.format));
+    match blended.next() {
+        None => Ok(()),
+        Some(VirtualImage { label, desc, .. }) => {
+            Err(PlanError::NotBlendable { pass: planned.pass.label.clone(), image: label.clone(), format: desc.format })
+        }
+    }
+}
+
 fn staged(builder: &mut PlanBuilder, caps: &Caps) -> Vec<ScheduledPass> {
     let mut stores = stores(builder);
     let recording = &mut builder.recording;
     let passes = std::mem::take(&mut recording.passes).into_iter().enumerate();
     let mut stage = |pass: &Pass, image: ImageId| {
         let format = &mut recording.images[image.0 as usize].desc.format;
-        if pass.drawing().is_some() {
-            make_renderable(format, caps);
+        if let Some(drawing) = pass.drawing() {
+            make_renderable(format, drawing.blended().any(|blended| blended == image), caps);
             return Stage::Drawing;
         }
         choose(format, pass.kind.is_drawable(), caps)
@@ -90,8 +103,9 @@ fn stores(builder: &PlanBuilder) -> Vec<Vec<bool>> {
 }
 
 /// Every device draws to all formats of depth.
-fn make_renderable(format: &mut Format, caps: &Caps) {
-    while !format.is_depth() && !caps.renderable.contains(format) && format.wider() != *format {
+fn make_renderable(format: &mut Format, blends: bool, caps: &Caps) {
+    let fits = |format: &Format| caps.renderable.contains(format) && (!blends || caps.blendable.contains(format));
+    while !format.is_depth() && !fits(format) && format.wider() != *format {
         *format = format.wider();
     }
 }

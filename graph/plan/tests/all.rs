@@ -6,6 +6,7 @@ mod choices;
 mod colorimetry;
 mod contract;
 mod devices;
+mod drawing;
 mod dynamic;
 mod faults;
 mod fusion;

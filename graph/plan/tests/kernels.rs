@@ -43,7 +43,14 @@ kind!(Asked, "Reads from anywhere if a format is asked for.", [SOURCE], RESULT, 
     pass.function(&MANY, function).write("result", desc);
 });
 
-pub const KINDS: &[NodeKind] = &[NodeKind::of::<Four>(), NodeKind::of::<Five>(), NodeKind::of::<Asked>()];
+pub const KINDS: &[NodeKind] = &[
+    NodeKind::of::<Four>(),
+    NodeKind::of::<Five>(),
+    NodeKind::of::<Asked>(),
+    NodeKind::of::<super::drawing::Panes>(),
+    NodeKind::of::<super::drawing::Sums>(),
+    NodeKind::of::<super::drawing::Layers>(),
+];
 
 /// A device binds 16 textures in a pass: the framework uses up to 12 in one that it fuses.
 #[test]

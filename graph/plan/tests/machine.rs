@@ -11,7 +11,8 @@ use std::ops::Range;
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{
-    Arg, Argument, BufferId, BufferLife, ImageId, KernelCall, Origin, PassKind, Resource, TiledChain, WarpPart,
+    Arg, Argument, BufferId, BufferLife, Drawing, ImageId, KernelCall, Origin, PassKind, Resource, Subresource,
+    TiledChain, WarpPart,
 };
 use afterimage_plan::{Alias, Batch, Plan, PlannedPass};
 
@@ -232,7 +233,7 @@ impl<'p> Machine<'p> {
                     pass.kernels.iter().map(|kernel| self.entry_point(kernel)).collect();
                 return Ok(written?.concat());
             }
-            PassKind::Drawing(_) => panic!("the kinds of these tests draw nothing"),
+            PassKind::Drawing(drawing) => return self.drawing(planned, drawing),
             PassKind::Point | PassKind::Gather | PassKind::Workgroup(_) => {
                 self.functions(&pass.kernels, size_of_result())?
             }
@@ -327,6 +328,19 @@ impl<'p> Machine<'p> {
         let names: Vec<&String> = kernel.args.iter().map(|arg| &arg.name).collect();
         let rest = format!("{:?} {:?} {:?} {size}", kernel.promises, kernel.constants, kernel.limited);
         Ok(term((kernel.shader.file(), &*kernel.function, &kernel.uniform, names, values, rest)))
+    }
+
+    /// What a drawing pass leaves in its images: each depends on all that the pass reads and keeps. What is not stored
+    /// is nothing that a later pass can read.
+    fn drawing(&self, planned: &PlannedPass, drawing: &Drawing) -> Result<Vec<(Resource, Term)>, String> {
+        let PlannedPass { pass, stores, .. } = planned;
+        let read: Vec<Term> = pass.reads().into_iter().map(|resource| self.read(resource)).collect::<Result<_, _>>()?;
+        let kernels: Vec<_> = pass.kernels.iter().map(|kernel| (kernel.shader.file(), &kernel.uniform)).collect();
+        let all = term((kernels, read, format!("{drawing:?}")));
+        let written = |(at, target): (usize, Subresource)| {
+            (Resource::Image(target.image), if stores[at] { term((all, at)) } else { term("dropped") })
+        };
+        Ok(drawing.targets().enumerate().map(written).collect())
     }
 
     /// What a compute kernel writes: each of its results depends on all that it reads.

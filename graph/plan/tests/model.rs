@@ -18,7 +18,7 @@ use super::planned::{all_formats, built_in, plan_at, plan_images, plan_on};
 const FRAMES: usize = 5;
 
 /// As recorded: a dispatch for each pass, and memory for each image.
-const PLAIN: Options = Options {
+pub const PLAIN: Options = Options {
     fuse: false,
     tile: When::Never,
     row_downsample: When::Never,
@@ -47,7 +47,7 @@ pub fn ways() -> [(&'static str, Options); 8] {
 }
 
 #[track_caller]
-fn assert_computes_the_same(plan: &Plan, plain: &Plan, what: &str) {
+pub fn assert_computes_the_same(plan: &Plan, plain: &Plan, what: &str) {
     let [shown, wanted] = [plan, plain].map(|plan| Machine::frames(plan, FRAMES));
     let wanted = wanted.unwrap_or_else(|fault| panic!("{what}, as recorded: {fault}"));
     let shown = shown.unwrap_or_else(|fault| panic!("{what}: {fault}\n{}", plan.to_text()));
@@ -161,7 +161,7 @@ fn the_built_in_pipelines_compute_what_single_passes_do() {
 }
 
 /// Changes one thing of a plan that matters to a device. What was changed; `None` if there is no such thing.
-fn change(plan: &mut Plan, rng: &mut Rng) -> Option<&'static str> {
+pub fn change(plan: &mut Plan, rng: &mut Rng) -> Option<&'static str> {
     let batches = plan.batches.len();
     let (passes, images) = (plan.passes.len(), plan.images.len());
     let batch = rng.below(batches);

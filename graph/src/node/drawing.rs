@@ -1,9 +1,8 @@
-//! Drawing passes as data: what is drawn into, with which geometry, and how it becomes pixels.
+//! Drawing passes as data: what is drawn into, and what draws.
 
-use afterimage_base::Shared;
-use afterimage_wgsl::{Located, NumberKind};
-
-use super::resource::{BufferId, ImageId, Resource};
+use super::blend::{Blend, WriteMask};
+use super::geometry::Geometry;
+use super::resource::{ImageId, Resource};
 
 /// One mip level of one layer of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -65,6 +64,10 @@ pub struct ColorAttachment {
     pub target: Subresource,
     /// What it holds at first.
     pub load: Load<[f64; 4]>,
+    /// How fragments are combined with what it holds. For passes that a host fills, its pipelines say.
+    pub blend: Blend,
+    /// The channels that are written; likewise.
+    pub writes: WriteMask,
 }
 
 /// An attachment for depth, in the format `Depth16Unorm` or `Depth32Float`.
@@ -127,93 +130,6 @@ pub enum DrawContents {
     Host,
 }
 
-/// One draw.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Geometry {
-    /// The fragment entry point; without one, only depth is drawn.
-    pub fragment: Option<Shared<str>>,
-    /// Buffers of vertices and of instances. Locations count on from one to the next.
-    pub vertices: Vec<VertexBuffer>,
-    /// Numbers of vertices, 32 bits each. Without them, vertices are drawn in order.
-    pub indices: Option<BufferId>,
-    /// Vertices, or indices, of an instance.
-    pub count: u32,
-    /// Instances.
-    pub instances: u32,
-    /// How triangles become fragments.
-    pub raster: Raster,
-}
-
-/// A buffer with the arguments of a vertex entry point, without gaps.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct VertexBuffer {
-    /// The buffer.
-    pub buffer: BufferId,
-    /// Whether it goes on with each instance, and not with each vertex.
-    pub per_instance: bool,
-    /// The formats of successive locations.
-    pub formats: Vec<VertexFormat>,
-}
-
-/// The format of a vertex attribute.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VertexFormat {
-    /// `f32`.
-    Float32,
-    /// `vec2f`.
-    Float32x2,
-    /// `vec3f`.
-    Float32x3,
-    /// `vec4f`.
-    Float32x4,
-    /// `u32`.
-    Uint32,
-    /// `vec4f` of four bytes, 0 to 1.
-    Unorm8x4,
-}
-
-/// How geometry becomes fragments.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Raster {
-    /// What vertices make up.
-    pub topology: Topology,
-    /// Which sides of triangles are not drawn.
-    pub cull: Cull,
-    /// Whether the vertices of a front side go around clockwise, and not counterclockwise, as they are seen on a
-    /// screen with y up.
-    pub clockwise: bool,
-    /// What is added to depths, in the smallest steps of the depth's format.
-    pub bias: i32,
-    /// What is added to depths for each unit of their slope.
-    pub slope_bias: f32,
-}
-
-/// What vertices make up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Topology {
-    /// A triangle of each three.
-    #[default]
-    Triangles,
-    /// A triangle of each vertex and the two before it.
-    TriangleStrip,
-    /// A line of each two.
-    Lines,
-    /// A point of each one.
-    Points,
-}
-
-/// Which sides of triangles are not drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Cull {
-    /// Both are drawn.
-    #[default]
-    None,
-    /// The front.
-    Front,
-    /// The back.
-    Back,
-}
-
 impl Drawing {
     /// What it draws into: colors, then depth.
     pub fn targets(&self) -> impl Iterator<Item = Subresource> + '_ {
@@ -247,6 +163,19 @@ impl Drawing {
         }
     }
 
+    /// The images that it blends into. What it replaces is not blended.
+    pub fn blended(&self) -> impl Iterator<Item = ImageId> + '_ {
+        let blended = self.colors.iter().filter(|color| color.blend != Blend::REPLACE);
+        blended.map(|color| color.target.image)
+    }
+
+    /// The images whose numbers may not be finite after it, because it adds up, or nobody knows what a host draws.
+    pub fn unbounded(&self) -> impl Iterator<Item = ImageId> + '_ {
+        let is_host = self.contents == DrawContents::Host;
+        let unbounded = self.colors.iter().filter(move |color| is_host || !color.blend.stays_finite());
+        unbounded.map(|color| color.target.image)
+    }
+
     /// Whether the image is its depth.
     pub fn is_depth(&self, image: ImageId) -> bool {
         self.depth.is_some_and(|depth| depth.target.image == image)
@@ -257,49 +186,5 @@ impl Drawing {
         let kept = self.kept().map(|kept| Resource::Image(kept.image));
         let buffers = self.geometry().into_iter().flat_map(Geometry::buffers);
         kept.chain(buffers.map(Resource::Buffer))
-    }
-}
-
-impl Geometry {
-    /// The buffers of vertices, then that of indices.
-    pub fn buffers(&self) -> impl Iterator<Item = BufferId> + '_ {
-        self.vertices.iter().map(|vertices| vertices.buffer).chain(self.indices)
-    }
-
-    /// What the buffers give to a vertex entry point.
-    pub fn attributes(&self) -> Vec<Located> {
-        let formats = self.vertices.iter().flat_map(|vertices| &vertices.formats);
-        formats.zip(0..).map(|(format, location)| format.located(location)).collect()
-    }
-}
-
-impl VertexBuffer {
-    /// Bytes from one vertex or instance to the next.
-    pub fn stride(&self) -> u64 {
-        self.formats.iter().map(|format| format.bytes()).sum()
-    }
-}
-
-impl VertexFormat {
-    /// Bytes of one attribute.
-    pub fn bytes(self) -> u64 {
-        match self {
-            Self::Float32 | Self::Uint32 | Self::Unorm8x4 => 4,
-            Self::Float32x2 => 8,
-            Self::Float32x3 => 12,
-            Self::Float32x4 => 16,
-        }
-    }
-
-    /// The argument that takes it.
-    fn located(self, location: u32) -> Located {
-        let (number, width) = match self {
-            Self::Float32 => (NumberKind::Float, 1),
-            Self::Float32x2 => (NumberKind::Float, 2),
-            Self::Float32x3 => (NumberKind::Float, 3),
-            Self::Float32x4 | Self::Unorm8x4 => (NumberKind::Float, 4),
-            Self::Uint32 => (NumberKind::Uint, 1),
-        };
-        Located { location, number, width }
     }
 }

@@ -1,11 +1,13 @@
 //! What a node is: its parameters, its ports, and the passes it records.
 
+mod blend;
 mod block;
 mod camera;
 mod color;
 mod contract;
 mod drawing;
 mod folder;
+mod geometry;
 mod kernel;
 mod kind;
 mod pass;
@@ -16,15 +18,14 @@ mod resource;
 mod typed;
 mod values;
 
+pub use blend::{Blend, BlendComponent, BlendFactor, Factors, WriteMask};
 pub use block::{BlockData, BlockField, FieldType, HostBlock};
 pub use camera::{CAMERA, Camera, Matrix};
 pub use color::{ColorChange, ImageColor};
 pub use contract::{contract, for_each_recording, kind_file_name};
-pub use drawing::{
-    ColorAttachment, Compare, Cull, DepthAttachment, DepthTest, DrawContents, Drawing, Geometry, Load, Raster,
-    Subresource, Topology, VertexBuffer, VertexFormat,
-};
+pub use drawing::{ColorAttachment, Compare, DepthAttachment, DepthTest, DrawContents, Drawing, Load, Subresource};
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
+pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{Arrivals, DynNode, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};

@@ -1,6 +1,6 @@
 //! Commands of draws: full-screen ones of kernel functions, and those of drawing passes.
 
-use afterimage_graph::node::{ColorAttachment, DrawContents, Drawing, Geometry, Load};
+use afterimage_graph::node::{BufferId, ColorAttachment, DrawContents, DrawRange, Drawing, Draws, Geometry, Load};
 use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
 use super::frame_constants::Now;
@@ -120,14 +120,29 @@ fn begin<'e>(
 }
 
 fn draw(loaded: &Loaded, geometry: &Geometry, pass: &mut RenderPass<'_>) {
+    let buffer = |buffer: BufferId| &loaded.residency.buffers[buffer.0 as usize];
     for (slot, vertices) in geometry.vertices.iter().enumerate() {
-        pass.set_vertex_buffer(slot as u32, loaded.residency.buffers[vertices.buffer.0 as usize].slice(..));
+        pass.set_vertex_buffer(slot as u32, buffer(vertices.buffer).slice(..));
     }
-    match geometry.indices {
-        Some(indices) => {
-            pass.set_index_buffer(loaded.residency.buffers[indices.0 as usize].slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..geometry.count, 0, 0..geometry.instances);
+    if let Some(indices) = geometry.indices {
+        pass.set_index_buffer(buffer(indices).slice(..), wgpu::IndexFormat::Uint32);
+    }
+    match (&geometry.draws, geometry.indices.is_some()) {
+        (Draws::Ranges(ranges), has_indices) => {
+            for DrawRange { first, count, base_vertex, first_instance, instances } in ranges {
+                let (drawn, instances) = (*first..first + count, *first_instance..first_instance + instances);
+                if has_indices {
+                    pass.draw_indexed(drawn, *base_vertex, instances);
+                } else {
+                    pass.draw(drawn, instances);
+                }
+            }
         }
-        None => pass.draw(0..geometry.count, 0..geometry.instances),
+        (Draws::Indirect(draws), true) => {
+            pass.multi_draw_indexed_indirect(buffer(draws.buffer), draws.offset, draws.ranges);
+        }
+        (Draws::Indirect(draws), false) => {
+            pass.multi_draw_indirect(buffer(draws.buffer), draws.offset, draws.ranges);
+        }
     }
 }

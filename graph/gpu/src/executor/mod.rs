@@ -26,7 +26,7 @@ mod settle;
 
 use std::sync::Arc;
 
-use afterimage_graph::image::ImageDesc;
+use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
 use wgpu::{CommandEncoder, Device, Queue, TextureFormat};
 
@@ -82,7 +82,10 @@ impl Gpu {
 impl Executor {
     /// An executor on the host's device, which relies only on what every device has.
     pub fn new(device: &Device, queue: &Queue) -> Self {
+        let blends = device.features().contains(wgpu::Features::FLOAT32_BLENDABLE);
+        let floats = [Format::R32Float, Format::Rgba32Float].into_iter().filter(|_| blends);
         let caps = Caps {
+            blendable: Caps::default().blendable.into_iter().chain(floats).collect(),
             filter_32_bit: device.features().contains(wgpu::Features::FLOAT32_FILTERABLE),
             max_side: device.limits().max_texture_dimension_2d,
             max_volume_side: device.limits().max_texture_dimension_3d,

@@ -1,10 +1,11 @@
 //! A plan settles in memory: it takes the textures and buffers of the plan before where they are the same, and makes
 //! the others.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_graph::image::ImageDesc;
-use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
+use afterimage_graph::node::{BufferId, BufferLife, Drawing, Geometry, ImageId, Origin, Pass, Resource, VirtualBuffer};
 use afterimage_plan::{HeapPlacement, Plan, PlannedImage};
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
@@ -109,16 +110,20 @@ impl<'a> Memory<'a> {
             let lasting = lasting.filter(|(described, _)| described.life == BufferLife::Persistent);
             kept.extend(lasting.map(|(described, buffer)| ((described.label.as_str(), described.bytes), buffer)));
         }
+        let ranges = buffers_of_ranges(plan);
         let mut buffers = Vec::with_capacity(plan.buffers.len());
         for (index, described) in plan.buffers.iter().enumerate() {
+            let id = BufferId(index as u32);
+            let usage = if ranges.contains(&id) { USAGE | BufferUsages::INDIRECT } else { USAGE };
             let lasts = described.life == BufferLife::Persistent;
             let known = lasts.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
+            let known = known.filter(|known| known.usage().contains(usage));
             if lasts && known.is_none() {
-                self.uninitialized.push(Resource::Buffer(BufferId(index as u32)));
+                self.uninitialized.push(Resource::Buffer(id));
             }
             buffers.push(match known {
                 Some(known) => known.clone(),
-                None => make_buffer(self.device, self.queue, described)?,
+                None => make_buffer(self.device, self.queue, described, usage)?,
             });
         }
         Ok(buffers)
@@ -236,9 +241,25 @@ pub(super) fn ring_length(plan: &Plan) -> u32 {
     1 + depth.max().unwrap_or(0)
 }
 
-fn make_buffer(device: &Device, queue: &Queue, wanted: &VirtualBuffer) -> Result<Buffer, GpuError> {
-    let copies = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
-    let usage = BufferUsages::STORAGE | BufferUsages::VERTEX | BufferUsages::INDEX | copies;
+/// What every buffer of a plan may be used for.
+const USAGE: BufferUsages = BufferUsages::STORAGE
+    .union(BufferUsages::VERTEX)
+    .union(BufferUsages::INDEX)
+    .union(BufferUsages::COPY_DST)
+    .union(BufferUsages::COPY_SRC);
+
+/// The buffers with ranges of draws, for which wgpu makes bind groups of its own.
+fn buffers_of_ranges(plan: &Plan) -> BTreeSet<BufferId> {
+    let geometries = plan.work().filter_map(Pass::drawing).filter_map(Drawing::geometry);
+    geometries.filter_map(Geometry::indirect).map(|indirect| indirect.buffer).collect()
+}
+
+fn make_buffer(
+    device: &Device,
+    queue: &Queue,
+    wanted: &VirtualBuffer,
+    usage: BufferUsages,
+) -> Result<Buffer, GpuError> {
     let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
     if let BufferLife::Constant(bytes) = &wanted.life {
         caught("a table", || queue.write_buffer(&made, 0, bytes))?;

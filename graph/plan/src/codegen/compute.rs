@@ -49,6 +49,14 @@ pub(super) fn bind(
                 SlotKind::Storage(image)
             }
             (GlobalKind::Buffer(_), Some(Arg::Buffer(buffer, writes))) => SlotKind::Buffer(buffer, writes),
+            (GlobalKind::Other, None) => {
+                let message = format!(
+                    "`{}` has a type that no kernel can bind: textures are `texture_2d<f32>` or `texture_3d<f32>`, and \
+                     samplers do not compare",
+                    global.name
+                );
+                return Err(ShaderError::new(kernel.shader.file(), (0, 0), message));
+            }
             // A binding that this entry point does not use.
             (_, None) => continue,
             _ => {

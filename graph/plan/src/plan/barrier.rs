@@ -25,7 +25,8 @@ pub enum Use {
     Host,
     /// As the previous frame has left it.
     PreviousFrame,
-    /// Read by shaders: a sampled texture, or a storage buffer that is only read.
+    /// Read by shaders, a sampled texture or a storage buffer that is only read; or a buffer of vertices, of indices or
+    /// of ranges of a draw.
     Read,
     /// Written by a dispatch: a storage texture.
     StorageWrite,

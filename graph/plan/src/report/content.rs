@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::colorimetry::colorimetry;
+use super::drawings::drawing;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
@@ -100,7 +101,7 @@ fn pass(plan: &Plan, names: &Names, batch: usize, at: usize) -> Value {
     let target = pass.written_image().map(|image| plan.image(image).desc);
     let named = |resources: Vec<Resource>| resources.into_iter().map(|resource| names.of(resource)).collect::<Value>();
     let runs: Vec<KernelView<'_>> = pass.kernels.iter().map(|kernel| KernelView::new(kernel, names)).collect();
-    json!({
+    let mut content = json!({
         "batch": batch,
         "bytes_moved": plan.bytes_moved_by(at),
         "format": target.map(|desc| desc.format.name()),
@@ -111,7 +112,11 @@ fn pass(plan: &Plan, names: &Names, batch: usize, at: usize) -> Value {
         "size": target.map(|desc| desc.size.to_string()),
         "stage": format!("{stage:?}"),
         "writes": named(pass.writes()),
-    })
+    });
+    if let Some(drawing) = drawing(&plan.passes[at], names) {
+        content["drawing"] = drawing;
+    }
+    content
 }
 
 fn images(plan: &Plan, names: &Names) -> Value {

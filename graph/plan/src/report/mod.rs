@@ -4,6 +4,7 @@ mod colorimetry;
 mod content;
 mod diff;
 mod dot;
+mod drawings;
 mod fnv;
 mod hash;
 mod json;

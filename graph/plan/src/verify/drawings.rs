@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::walk::{Faults, Walk};
-use afterimage_graph::node::{Arg, DepthAttachment, Drawing, ImageId, Load, Subresource};
+use afterimage_graph::node::{
+    Arg, DepthAttachment, Drawing, Draws, Geometry, ImageId, IndirectDraws, Load, Resource, Subresource,
+};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let mut drawn: BTreeSet<Subresource> = BTreeSet::new();
@@ -19,6 +21,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
         }
         let Some(drawing) = planned.pass.drawing() else { continue };
         check_attachments(walk, name, drawing, faults);
+        drawing.geometry().into_iter().for_each(|geometry| check_ranges(walk, name, geometry, faults));
         for kept in kept(drawing) {
             check_stored(walk, name, kept.image, &dropped, faults);
         }
@@ -89,6 +92,16 @@ fn check_attachments(walk: &Walk<'_>, pass: &str, drawing: &Drawing, faults: &mu
     }
     if shapes.len() != 1 {
         faults.add(format!("pass `{pass}` draws into attachments of {} shapes: {shapes:?}", shapes.len()));
+    }
+}
+
+/// The ranges that a buffer holds are in it.
+fn check_ranges(walk: &Walk<'_>, pass: &str, geometry: &Geometry, faults: &mut Faults) {
+    let Draws::Indirect(IndirectDraws { buffer, offset, ranges }) = geometry.draws else { return };
+    let (each, held) = (if geometry.indices.is_some() { 20 } else { 16 }, walk.plan.buffers[buffer.0 as usize].bytes);
+    if offset % 4 != 0 || offset.saturating_add(each * u64::from(ranges)) > held {
+        let name = walk.name(Resource::Buffer(buffer));
+        faults.add(format!("pass `{pass}` reads {ranges} ranges from byte {offset} of `{name}`, which has {held}"));
     }
 }
 

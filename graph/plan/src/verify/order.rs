@@ -68,14 +68,16 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
     }
 }
 
-/// Each image that a later frame reads is written by exactly one pass.
+/// Each image that a later frame reads is written by exactly one pass, or by several that draw one over the other.
 fn check_histories(walk: &Walk<'_>, faults: &mut Faults) {
     let writers = writers(walk);
     for (index, image) in walk.plan.images.iter().enumerate() {
         let Some(of) = image.origin.previous_of() else { continue };
         let is_made_here = walk.plan.image(of).origin == Origin::Transient;
-        let count = writers.get(&of).map_or(0, Vec::len);
-        if is_made_here && count != 1 {
+        let writers = writers.get(&of).map_or(&[][..], Vec::as_slice);
+        let are_drawn = writers.iter().all(|pass| walk.plan.passes[*pass].pass.drawing().is_some());
+        let count = writers.len();
+        if is_made_here && (count == 0 || count > 1 && !are_drawn) {
             let (past, name) = (&walk.images[index], &walk.images[of.0 as usize]);
             faults.add(format!("`{name}`, which `{past}` is the past of, is written by {count} passes and not by one"));
         }

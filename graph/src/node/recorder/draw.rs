@@ -3,10 +3,9 @@
 use super::Recorder;
 use super::details::{Bindings, Bound};
 use super::draw_rules::check;
-use crate::node::drawing::{
-    ColorAttachment, DepthAttachment, DepthTest, DrawContents, Drawing, Geometry, Load, Raster, Subresource,
-    VertexBuffer, VertexFormat,
-};
+use crate::node::blend::{Blend, WriteMask};
+use crate::node::drawing::{ColorAttachment, DepthAttachment, DepthTest, DrawContents, Drawing, Load, Subresource};
+use crate::node::geometry::{DrawRange, Draws, Geometry, IndirectDraws, Raster, VertexBuffer, VertexFormat};
 use crate::node::kernel::KernelCall;
 use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BufferId, ImageId, Resource};
@@ -40,6 +39,12 @@ pub struct AttachmentPass<'r, 'a> {
 struct Targets {
     colors: Vec<ColorAttachment>,
     depth: Option<DepthAttachment>,
+}
+
+impl Targets {
+    fn add_color(&mut self, target: Subresource, load: Load<[f64; 4]>) {
+        self.colors.push(ColorAttachment { target, load, blend: Blend::REPLACE, writes: WriteMask::ALL });
+    }
 }
 
 impl<'a> Recorder<'a> {
@@ -84,6 +89,9 @@ impl<'a> Recorder<'a> {
         // What is recorded again equals a pass that was checked, or is dropped.
         if self.replay.is_none() {
             check(&pass, self.recording);
+            for image in pass.drawing().into_iter().flat_map(Drawing::unbounded) {
+                self.recording.images[image.0 as usize].finite = false;
+            }
         }
         self.add_pass(pass);
     }
@@ -105,8 +113,32 @@ impl DrawPass<'_, '_> {
     /// The next attachment for color: an image, or one of its levels and layers. The fragment entry point's
     /// `@location`s count the attachments.
     pub fn color(mut self, target: impl Into<Subresource>, load: Load<[f64; 4]>) -> Self {
-        self.targets.colors.push(ColorAttachment { target: target.into(), load });
+        self.targets.add_color(target.into(), load);
         self
+    }
+
+    /// How fragments are combined with what the attachment that was added last holds; [`Blend::REPLACE`] by default.
+    ///
+    /// # Panics
+    /// Before the first attachment for color.
+    pub fn blend(mut self, blend: Blend) -> Self {
+        self.last_color().blend = blend;
+        self
+    }
+
+    /// The channels that are written of the attachment that was added last; all by default.
+    ///
+    /// # Panics
+    /// Before the first attachment for color.
+    pub fn writes(mut self, mask: WriteMask) -> Self {
+        self.last_color().writes = mask;
+        self
+    }
+
+    fn last_color(&mut self) -> &mut ColorAttachment {
+        let label = &self.label;
+        let last = self.targets.colors.last_mut();
+        last.unwrap_or_else(|| panic!("the drawing pass `{label}` has no attachment for color yet"))
     }
 
     /// The attachment for depth.
@@ -172,9 +204,31 @@ impl DrawPass<'_, '_> {
     /// # Panics
     /// Where attachments, entry points and buffers do not fit together; the message says which.
     pub fn record(self, count: u32, instances: u32) {
+        self.record_draws(Draws::Ranges(vec![DrawRange::new(count, instances)]));
+    }
+
+    /// Records the pass with several ranges of vertices (of indices, if it has some), drawn one after the other.
+    ///
+    /// # Panics
+    /// As [`record`](Self::record).
+    pub fn record_ranges(self, ranges: impl Into<Vec<DrawRange>>) {
+        self.record_draws(Draws::Ranges(ranges.into()));
+    }
+
+    /// Records the pass with ranges that a buffer holds, which a pass before writes. A kernel must keep its numbers
+    /// within the buffers of vertices and indices; the first instance is 0 unless the device has
+    /// [`indirect_first_instance`](afterimage_base::caps::Caps::indirect_first_instance).
+    ///
+    /// # Panics
+    /// As [`record`](Self::record).
+    pub fn record_indirect(self, draws: IndirectDraws) {
+        self.record_draws(Draws::Indirect(draws));
+    }
+
+    fn record_draws(self, draws: Draws) {
         let Self { recorder, shader, vertex, label, bindings, targets, fragment, vertices, indices, raster } = self;
         let kernel = bindings.call(recorder, shader, vertex);
-        let geometry = Geometry { fragment, vertices, indices, count, instances, raster };
+        let geometry = Geometry { fragment, vertices, indices, draws, raster };
         let contents = DrawContents::Geometry(Box::new(geometry));
         let Targets { colors, depth } = targets;
         recorder.record_drawing(label, Some(kernel), Drawing { colors, depth, contents });
@@ -184,7 +238,7 @@ impl DrawPass<'_, '_> {
 impl AttachmentPass<'_, '_> {
     /// The next attachment for color.
     pub fn color(mut self, target: impl Into<Subresource>, load: Load<[f64; 4]>) -> Self {
-        self.targets.colors.push(ColorAttachment { target: target.into(), load });
+        self.targets.add_color(target.into(), load);
         self
     }
 
@@ -200,11 +254,6 @@ impl AttachmentPass<'_, '_> {
     /// Where the attachments do not fit together; the message says which.
     pub fn record(self) {
         let Self { recorder, label, targets: Targets { colors, depth }, contents } = self;
-        if contents == DrawContents::Host {
-            for color in &colors {
-                recorder.recording.images[color.target.image.0 as usize].finite = false;
-            }
-        }
         recorder.record_drawing(label, None, Drawing { colors, depth, contents });
     }
 }

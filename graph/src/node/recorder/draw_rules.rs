@@ -1,7 +1,8 @@
 //! What a drawing pass must satisfy on every device.
 
 use super::{Recording, shape};
-use crate::node::drawing::{ColorAttachment, Drawing, Geometry, Subresource, Topology};
+use crate::node::drawing::{ColorAttachment, Drawing, Subresource};
+use crate::node::geometry::{DrawRange, Draws, Geometry, IndirectDraws, Topology};
 use crate::node::kernel::{Arg, KernelCall};
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, BufferLife, ImageId, Origin, Resource};
@@ -156,24 +157,18 @@ impl Rules<'_> {
     }
 
     fn geometry(&mut self, geometry: &Geometry) {
-        let Geometry { count, instances, raster, .. } = geometry;
-        self.require(*count > 0 && *instances > 0, || format!("draws {count} vertices of {instances} instances"));
         let buffers = geometry.vertices.len();
         self.require(buffers <= MOST_VERTEX_BUFFERS, || {
             format!("has {buffers} buffers of vertices; the limit of a device may be {MOST_VERTEX_BUFFERS}")
         });
-        for vertices in &geometry.vertices {
-            // Indices may name any vertex.
-            let used = match (vertices.per_instance, geometry.indices) {
-                (true, _) => *instances,
-                (false, None) => *count,
-                (false, Some(indices)) => self.most_index(indices, *count).map_or(1, |most| most.saturating_add(1)),
-            };
-            self.holds(vertices.buffer, u64::from(used) * vertices.stride());
+        match &geometry.draws {
+            Draws::Ranges(ranges) => {
+                self.require(!ranges.is_empty(), || "draws no range: use `clear`".into());
+                ranges.iter().for_each(|range| self.range(geometry, range));
+            }
+            Draws::Indirect(indirect) => self.indirect(geometry, indirect),
         }
-        if let Some(indices) = geometry.indices {
-            self.holds(indices, 4 * u64::from(*count));
-        }
+        let raster = geometry.raster;
         let is_flat = (raster.bias, raster.slope_bias) == (0, 0.0);
         let has_faces = matches!(raster.topology, Topology::Triangles | Topology::TriangleStrip);
         self.require(is_flat || has_faces, || "has a depth bias, which lines and points have not".into());
@@ -183,11 +178,57 @@ impl Rules<'_> {
         self.require(raster.slope_bias.is_finite(), || "has a slope bias that is not finite".into());
     }
 
-    /// The largest of the first indices, if they are known now.
-    fn most_index(&self, indices: BufferId, count: u32) -> Option<u32> {
-        let BufferLife::Constant(bytes) = &self.recording.buffer(indices).life else { return None };
-        let words = bytes.chunks_exact(4).take(count as usize);
-        words.map(|word| u32::from_le_bytes(word.try_into().expect("four bytes"))).max()
+    fn range(&mut self, geometry: &Geometry, range: &DrawRange) {
+        let DrawRange { first, count, base_vertex, first_instance, instances } = *range;
+        self.require(count > 0 && instances > 0, || format!("draws {count} vertices of {instances} instances"));
+        self.require(base_vertex == 0 || geometry.indices.is_some(), || {
+            format!("has a base vertex of {base_vertex}, but no indices")
+        });
+        let end = u64::from(first) + u64::from(count);
+        let vertices_end = match geometry.indices {
+            None => end,
+            Some(indices) => self.indexed_end(indices, range),
+        };
+        let instances_end = u64::from(first_instance) + u64::from(instances);
+        self.require(end.max(instances_end) <= u64::from(u32::MAX), || {
+            format!("draws up to the vertex {end} and the instance {instances_end}")
+        });
+        for vertices in &geometry.vertices {
+            let used = if vertices.per_instance { instances_end } else { vertices_end };
+            self.holds(vertices.buffer, used * vertices.stride());
+        }
+        if let Some(indices) = geometry.indices {
+            self.holds(indices, 4 * end);
+        }
+    }
+
+    /// One more than the largest vertex of a range of indices; 1 if they are not known now.
+    fn indexed_end(&mut self, indices: BufferId, range: &DrawRange) -> u64 {
+        let BufferLife::Constant(bytes) = &self.recording.buffer(indices).life else { return 1 };
+        let words = bytes.chunks_exact(4).skip(range.first as usize).take(range.count as usize);
+        let numbers = words.map(|word| u32::from_le_bytes(word.try_into().expect("four bytes")));
+        let vertices = numbers.map(|number| i64::from(number) + i64::from(range.base_vertex));
+        let (least, most) = vertices.fold((0, 0), |(least, most), vertex| (vertex.min(least), vertex.max(most)));
+        self.require(least >= 0, || format!("draws the vertex {least}"));
+        most.unsigned_abs() + 1
+    }
+
+    /// What the ranges are, only the device knows.
+    fn indirect(&mut self, geometry: &Geometry, indirect: &IndirectDraws) {
+        let IndirectDraws { buffer, offset, ranges } = *indirect;
+        let held = self.recording.buffer(buffer);
+        let (label, is_of_frame) = (held.label.clone(), held.life == BufferLife::Frame);
+        self.require(ranges > 0, || "draws no range: use `clear`".into());
+        self.require(offset % 4 == 0, || {
+            format!("reads ranges from byte {offset} of the buffer `{label}`, which is no multiple of 4")
+        });
+        self.holds(buffer, indirect.end(geometry.indices.is_some()));
+        let writes = |pass: &Pass| pass.writes().contains(&Resource::Buffer(buffer));
+        self.require(!is_of_frame || self.recording.passes.iter().any(writes), || {
+            format!("reads ranges of the buffer `{label}`, but no pass before has written it")
+        });
+        geometry.vertices.iter().for_each(|vertices| self.holds(vertices.buffer, vertices.stride()));
+        geometry.indices.into_iter().for_each(|indices| self.holds(indices, 4));
     }
 
     fn holds(&mut self, buffer: BufferId, bytes: u64) {
