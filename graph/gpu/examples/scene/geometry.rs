@@ -49,6 +49,14 @@ impl Mesh {
         mesh
     }
 
+    /// Things of colored glass.
+    pub(crate) fn glass() -> Self {
+        let mut mesh = Self::default();
+        mesh.cuboid([1.2, 0.75, 2.6], [0.7, 0.75, 0.04], 0.35, [0.95, 0.62, 0.3, 0.0]);
+        mesh.cuboid([0.2, 0.6, 2.9], [0.7, 0.6, 0.04], 0.6, [0.45, 0.75, 0.95, 0.0]);
+        mesh
+    }
+
     /// A square on the ground.
     fn plane(&mut self, half: f32, color: [f32; 4]) {
         let corners = [[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]];

@@ -1,6 +1,6 @@
 //! Kinds that draw: the depth of a scene from its lamp, its light, and solids with an image of many mip levels.
 
-use afterimage_graph::node::{CAMERA, Cull, DepthTest, Load, Raster, VertexFormat};
+use afterimage_graph::node::{Blend, CAMERA, Cull, DepthTest, Load, Raster, VertexFormat, WriteMask};
 use afterimage_graph::prelude::*;
 
 use crate::geometry::{Mesh, icosahedron};
@@ -82,6 +82,14 @@ impl Node for SceneLight {
         let draw = draw.color(color, Load::Clear([0.16, 0.2, 0.3, 0.0])).depth(depth, DepthTest::default());
         let raster = Raster { cull: Cull::Back, ..Raster::default() };
         draw.raster(raster).vertices(vertices, &VERTEX).indices(indices).record(count, 1);
+        let glass = Mesh::glass();
+        let vertices = pass.constant_buffer("glass_vertices", glass.vertex_bytes());
+        let indices = pass.constant_buffer("glass_indices", glass.index_bytes());
+        let draw = pass.draw(&LIGHT, "from_camera").fragment("tinted").label("glass");
+        // Filters before a light have no order. Alpha stays: what is seen through them emits light as before.
+        let draw = draw.color(color, Load::Keep).blend(Blend::MULTIPLY).writes(WriteMask::COLOR);
+        let draw = draw.depth(depth, DepthTest { load: Load::Keep, write: false, ..DepthTest::default() });
+        draw.vertices(vertices, &VERTEX).indices(indices).record(glass.count(), 1);
     }
 }
 

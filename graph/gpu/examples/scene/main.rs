@@ -1,5 +1,5 @@
-//! Geometry that a plan draws: a scene with a shadow map, four samples and bloom of what emits light, and solids with
-//! an image whose mip levels are drawn one by one.
+//! Geometry that a plan draws: a scene with a shadow map, four samples, colored glass and bloom of what emits light,
+//! and solids with an image whose mip levels are drawn one by one.
 //!
 //! `cargo run --release -p afterimage-gpu --example scene` writes `scene.png` and `solids.png` into the folder where it
 //! is run, or into the one that is named, and prints the plans.

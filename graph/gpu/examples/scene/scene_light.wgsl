@@ -52,3 +52,8 @@ fn arrives(place: vec3f) -> f32 {
     let emitted = params.emission * corner.color.a * corner.color.rgb;
     return vec4f(corner.color.rgb * (direct + sky) + emitted, corner.color.a);
 }
+
+// The share of the light that passes through one side of colored glass.
+@fragment fn tinted(corner: Corner) -> @location(0) vec4f {
+    return vec4f(corner.color.rgb, 1.0);
+}
