@@ -4,7 +4,7 @@ use afterimage_graph::node::NodeKind;
 use afterimage_nodes::DemoScene;
 
 use super::super::shadow_rays::{DepthMap, lamp};
-use super::kinds::{Clay, Lamplight, SLICES, marched};
+use super::kinds::{Clay, Grey, Lamplight, SLICES, marched};
 use super::sheet::Crop;
 use super::{Page, Panel, size};
 use crate::support::docs;
@@ -24,18 +24,32 @@ const SHADOW: &str = "light_diameter: 0.3";
 const MIST: &str = "density: 0.4, falloff: 1.8, most: 0.9, color: (0.28, 0.3, 0.34)";
 const LENS: &str = "focus: 3.6, f_stop: 1.4, focal_length: 85.0, rings: 12, largest: 0.04";
 
+/// What a depth buffer holds, eight times as bright, and distances, of which white is ten metres.
+fn linear_depth(crop: Crop) -> Panel {
+    let nodes = r#"
+        "LinearDepth": LinearDepth(depth: "room.projected", camera: "camera"),
+        "written": Grey(source: "room.projected", scale: 8.0), "LinearDepth-0": Encode(source: "written"),
+        "metres": Grey(source: "LinearDepth", scale: 0.1), "LinearDepth-1": Encode(source: "metres"),
+    "#;
+    Panel { kind: "LinearDepth", parameters: "", nodes: nodes.to_owned(), crop }
+}
+
 fn panels() -> Vec<Panel> {
     let room = |wires| ("room", wires);
     let seen = "depth: \"room.depth\", camera: \"camera\",";
     let surfaces = "depth: \"room.depth\", camera: \"camera\", normal: \"room.normal\",";
-    let clay = ("noisy", "depth: \"room.depth\", normal: \"room.normal\",");
+    let surfaces_alone = "depth: \"room.depth\", normal: \"room.normal\",";
+    let clay = ("noisy", surfaces_alone);
     let moving = "motion: \"room.motion\", depth: \"room.depth\",";
     let shadowed = format!(
         "\"ShadowMask\": ShadowMask(source: \"lamp\", {surfaces} map: \"map\", light: \"light\", {SHADOW}), \
          \"shadowed\": Composite(base: \"ShadowMask\", bloom: \"room\", blend: Add, strength: 0.04),"
     );
     let whole = Crop::new(0, 0, 1280);
+    let outline = "depth_threshold: 0.02, color: (0.01, 0.012, 0.02)";
     vec![
+        linear_depth(whole),
+        Panel::light(("Outline", outline), room(surfaces_alone), 0.5, Crop::new(0, 200, 640)),
         Panel::light(("Gtao", "radius: 0.8, slices: 4, steps: 8"), room(surfaces), 1.0, Crop::new(780, 400, 320)),
         Panel::light(("Ssao", "radius: 0.8, samples: 32"), room(surfaces), 1.0, Crop::new(0, 440, 320)),
         Panel::light(("BilateralBlur", "radius: 6"), clay, 1.0, Crop::new(395, 430, 160)),
@@ -59,7 +73,12 @@ pub(super) fn page() -> Page {
             "\"room\": DemoScene(walk: 0.15, step: {step:?}, time: 1.0, dt: 0.04, objects: 2, samples: 16), {NODES}"
         ),
         panels: panels(),
-        own: vec![NodeKind::of::<Clay>(), NodeKind::of::<Lamplight>(), NodeKind::of::<DepthMap>()],
+        own: vec![
+            NodeKind::of::<Clay>(),
+            NodeKind::of::<DepthMap>(),
+            NodeKind::of::<Grey>(),
+            NodeKind::of::<Lamplight>(),
+        ],
         images: vec![("fog", marched(&camera, volume))],
         blocks: vec![("camera", camera), ("light", lamp())],
         slices: SLICES,

@@ -4,7 +4,7 @@ use afterimage_graph::image::Size;
 
 use super::super::taa;
 use super::sheet::Crop;
-use super::{Page, Panel, shown, size};
+use super::{Page, Panel, size};
 use crate::support::docs;
 use crate::support::gpu::{Picture, Run, graph};
 
@@ -41,13 +41,6 @@ fn walk(size: Size) -> [Picture; 2] {
     [shot.last().expect("there are frames").light.clone(), smooth]
 }
 
-/// A kind that changes an encoded image of this light.
-fn encoded((kind, parameters): (&'static str, &'static str), light: &str, stops: f32, crop: Crop) -> Panel {
-    let before = format!("{kind}-0");
-    let nodes = shown(&before, light, stops) + &format!("\"{kind}-1\": {kind}(source: \"{before}\", {parameters}),\n");
-    Panel { kind, parameters, nodes, crop }
-}
-
 pub(super) fn page() -> Page {
     let size = size(640);
     // What a resolve by the device gives, and weights for the stops of the panel.
@@ -58,9 +51,9 @@ pub(super) fn page() -> Page {
     let panels = vec![
         Panel::of_light(("Resolve", RESOLVE), &resolved, ["plain", "weighted"], -1.0, Crop::new(205, 92, 40)),
         Panel::of_light(("Taa", TAA), "", ["one", "smooth"], -1.0, leaves),
-        encoded(("Smaa", ""), "aliased", -1.0, bars),
-        encoded(("Fxaa", ""), "aliased", -1.0, bars),
-        encoded(("Cas", "sharpness: 0.5"), "smooth", 0.5, Crop::new(64, 150, 80)),
+        Panel::encoded(("Smaa", ""), "aliased", -1.0, bars),
+        Panel::encoded(("Fxaa", ""), "aliased", -1.0, bars),
+        Panel::encoded(("Cas", "sharpness: 0.5"), "smooth", 0.5, Crop::new(64, 150, 80)),
         Panel::light(("Sharpen", "amount: 1.0"), ("room", ""), 0.5, Crop::new(560, 150, 80)),
     ];
     let [one, smooth] = walk(size);

@@ -1,4 +1,4 @@
-//! Lights that a renderer has and the built-in scene does not: a lamp alone, a sky over clay, and sunlight in fog.
+//! What panels show and no kind makes: a lamp alone, a sky over clay, sunlight in fog, and numbers as grey.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, Camera};
@@ -19,6 +19,14 @@ params! {
     pub struct Clay {
         /// The light of surfaces that face upwards. Those that face downwards have a third of it.
         pub light: f32 = 0.5 => within(0.0..=1000.0);
+    }
+}
+
+params! {
+    /// Numbers of data as grey for a display.
+    pub struct Grey {
+        /// Factor of the numbers in x. White is 1.
+        pub scale: f32 = 1.0 => within(0.0..=1000.0);
     }
 }
 
@@ -61,6 +69,10 @@ struct Clay { light: f32 }
 fn clay(normal: vec4f, camera: Camera, params: Clay) -> vec4f {
     let up = (camera.inverse_view * vec4f(normal.xyz, 0.0)).y;
     return vec4f(vec3f(1.0, 0.97, 0.92) * params.light * (2.0 + up) / 3.0, 0.0);
+}
+struct Grey { scale: f32 }
+fn grey(source: vec4f, params: Grey) -> vec4f {
+    return vec4f(vec3f(clamp(source.x * params.scale, 0.0, 1.0)), 1.0);
 }
 struct Froxels { density: f32, dust: f32, slices: f32, near: f32, far: f32 }
 const SAMPLES: i32 = 16;
@@ -128,6 +140,17 @@ impl Node for Clay {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());
         pass.function(&SHADER, "clay").write("result", desc);
+    }
+}
+
+impl Node for Grey {
+    const INPUTS: &'static [Input] = &[Input::image("source", "Numbers.").accepts(&[ColorState::Data])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The grey.")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let desc = ImageDesc::new(pass.frame_size());
+        pass.function(&SHADER, "grey").write("result", desc);
     }
 }
 

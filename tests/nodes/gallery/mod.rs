@@ -74,6 +74,13 @@ impl Panel {
         Self::of_light((kind, parameters), &nodes, [before, &format!("{kind}-added")], stops, crop)
     }
 
+    /// A kind that changes an encoded image of this light.
+    fn encoded((kind, parameters): (&'static str, &'static str), light: &str, stops: f32, crop: Crop) -> Self {
+        let before = format!("{kind}-0");
+        let node = format!("\"{kind}-1\": {kind}(source: \"{before}\", {parameters}),\n");
+        Self { kind, parameters, nodes: shown(&before, light, stops) + &node, crop }
+    }
+
     /// A kind that changes an image for a display: linear, of this scene.
     fn display((kind, parameters): (&'static str, &'static str), scene: &str, stops: f32, crop: Crop) -> Self {
         let nodes = format!(
@@ -145,7 +152,7 @@ impl Page {
             };
             let halves: Vec<[Picture; 2]> = self.panels.iter().zip(&frames).map(shown).collect();
             // Without a dither, which would be most of the file.
-            let options = JpegOptions { quality: 84, dither: None, ..JpegOptions::default() };
+            let options = JpegOptions { quality: 78, dither: None, ..JpegOptions::default() };
             docs::write(self.file, &sheet(&halves), &options);
         }
     }
@@ -178,6 +185,23 @@ fn in_the_manual(page: &Page) {
 fn size(width: u32) -> Size {
     let width = if docs::are_written() { width } else { 64 };
     Size::new(width, width * 9 / 16)
+}
+
+/// The kinds of some tables of the README are in the tables of `effects.md`.
+#[test]
+fn each_kind_of_a_camera_and_a_lens_has_a_panel() {
+    let read = |path| std::fs::read_to_string(path).expect("the page is there");
+    let readme = read(docs::path("../../nodes/README.md"));
+    let manual = read(docs::path("effects.md"));
+    let (_, kinds) = readme.split_once("\n## The kinds\n").expect("the section is there");
+    let sections = kinds.split("\n### ").filter_map(|section| section.split_once('\n'));
+    let drawn = ["Samples", "Camera", "Edges and detail", "Lens, film, scene"];
+    let rows = sections.filter(|(head, _)| drawn.contains(head)).flat_map(|(_, text)| text.lines());
+    let named: Vec<&str> = rows.filter_map(|row| row.strip_prefix("| `")?.split('`').next()).collect();
+    // The scene is at the left of all panels.
+    let has_panel = |kind: &&str| *kind == "DemoScene" || manual.contains(&format!(" | `{kind}` | "));
+    let missing: Vec<&&str> = named.iter().filter(|kind| !has_panel(kind)).collect();
+    assert!(named.len() > 20 && missing.is_empty(), "of {} kinds have no panel: {missing:?}", named.len());
 }
 
 #[test]
