@@ -2,7 +2,7 @@
 """Compares the nodes that read depth or motion, and those that smooth edges, with frames of a path tracer.
 
     python3 -m venv venv && venv/bin/pip install OpenEXR==3.5.3 flip-evaluator==1.7
-    venv/bin/python compare_cycles.py PROGRAM [--chart FILE.svg] [--only Taa,Smaa] [--keep FOLDER] FOLDER...
+    venv/bin/python compare_cycles.py PROGRAM [--chart FILE.svg] [--only Taa,Smaa] [--keep FOLDER] [--jobs N] FOLDER...
 
 Each folder holds frames of one scene that Blender's Cycles has rendered, multi-part, and `camera.####.json`:
 
@@ -11,7 +11,7 @@ beauty    colour; depth in metres along the view axis; normals of the world; `Ve
 aliased   one sample in the middle of each pixel, moved by `jitter` of the JSON: pixels to the right and upwards
 dof, blur, both   the same frames with depth of field, with a shutter of half a frame, with both
 light     depth in metres from the sun's orthographic camera, 0.1 m to 60 m
-sun, open everything white and lit by the sun alone, with and without its shadow
+sun, open everything white and lit by the sun alone, with and without its shadow, by `sun_frames.py`
 sun6, open6  the same with a sun whose diameter in the sky is 6 degrees
 
 Prints a table in Markdown for each case of `cases.py`: PSNR and the mean of FLIP over the frames of each folder,
@@ -19,7 +19,9 @@ without the node and with it in several settings. Colours are compared as a disp
 through `ToneMap` with its defaults, encoded as sRGB. The chart has each frame, with the first setting.
 """
 import argparse, os, subprocess, tempfile
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import flip_evaluator as flip
 import numpy as np
@@ -97,6 +99,13 @@ def compare(program, case, folder, prepared, keep):
     return {name: [[f, *errors(reference[f], made[f])] for f in sorted(reference)] for name, made in found.items()}
 
 
+def compare_all(program, cases, keep, folder):
+    """All cases of one folder, by their titles."""
+    with tempfile.TemporaryDirectory() as prepared:
+        frames.prepare(folder, prepared)
+        return {case.title: compare(program, case, folder, prepared, keep) for case in cases}
+
+
 def save(keep, case, scene, found):
     """Writes what is compared as arrays, to look at."""
     for name, made in found.items():
@@ -117,16 +126,14 @@ def main():
     parser.add_argument("--chart")
     parser.add_argument("--only", help="titles of cases, with commas")
     parser.add_argument("--keep", help="a folder for the compared images")
+    parser.add_argument("--jobs", type=int, default=1, help="folders at once")
     args = parser.parse_args()
     folders = [os.path.normpath(folder) for folder in args.folders]
     scenes = [os.path.basename(folder) for folder in folders]
     cases = [case for case in CASES if not args.only or case.title in args.only.split(",")]
-    found = {case.title: [] for case in cases}
-    for folder in folders:
-        with tempfile.TemporaryDirectory() as prepared:
-            frames.prepare(folder, prepared)
-            for case in cases:
-                found[case.title].append(compare(args.program, case, folder, prepared, args.keep))
+    with ProcessPoolExecutor(args.jobs) as pool:
+        of_folders = list(pool.map(partial(compare_all, args.program, cases, args.keep), folders))
+    found = {case.title: [of_folder[case.title] for of_folder in of_folders] for case in cases}
     for case in cases:
         print_table(case, scenes, found[case.title])
     if args.chart:

@@ -24,7 +24,7 @@ impl Executor {
             self.runs_made = 0;
             return Ok(loaded.sets.len() - 1);
         }
-        let oldest = loaded.sets.make_room();
+        let oldest = loaded.sets.remove_oldest_if_full();
         let set = self.new_set(frame, oldest)?;
         self.runs_made = set.made;
         let loaded = self.loaded.as_mut().expect("it was there above");

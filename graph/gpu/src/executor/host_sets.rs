@@ -31,27 +31,27 @@ impl HostSets {
         (0..self.sets.len()).find(|at| self.keys[*at] == key && is_same(&self.sets[*at]))
     }
 
-    /// A known set is used again.
+    /// Moves a known set to the end: it is used again.
     pub(super) fn use_again(&mut self, at: usize) {
         self.sets[at..].rotate_left(1);
         self.keys[at..].rotate_left(1);
     }
 
-    /// Makes room for another set. Returns the one that goes for it.
-    pub(super) fn make_room(&mut self) -> Option<HostSet> {
+    /// If no more sets can be remembered, removes the one that was used longest ago, and returns it.
+    pub(super) fn remove_oldest_if_full(&mut self) -> Option<HostSet> {
         (self.sets.len() == MOST).then(|| {
             self.keys.remove(0);
             self.sets.remove(0)
         })
     }
 
-    /// Adds a set, for which there is room.
+    /// Adds a set as the one that was used last, after [`Self::remove_oldest_if_full`].
     pub(super) fn add(&mut self, set: HostSet) {
         self.keys.push(key(set.views.iter()));
         self.sets.push(set);
     }
 
-    /// Drops the others.
+    /// Forgets all sets but these.
     pub(super) fn retain(&mut self, is_kept: impl Fn(&HostSet) -> bool) {
         self.sets.retain(is_kept);
         self.keys = self.sets.iter().map(|set| key(set.views.iter())).collect();
