@@ -59,11 +59,15 @@ fn errors(reference: &Picture, found: &Picture) -> [f64; 2] {
     [psnr(&reference.pixels, &found.pixels, 1.0), mean(&flip(&reference, &found, PIXELS_PER_DEGREE))]
 }
 
-/// Prints the errors of light without a node and with it, and panics unless the node brings these many dB and leaves
-/// less than this share of FLIP. The pictures: without, with, reference.
+/// Compares light as a display shows it: see [`compare_shown`].
+fn compare(name: &str, light: [&Picture; 3], (gain, left): (f64, f64)) -> [Picture; 3] {
+    compare_shown(name, light.map(shown), (gain, left))
+}
+
+/// Prints the errors without a node and with it, and panics unless the node brings these many dB and leaves less than
+/// this share of FLIP. The pictures: without, with, reference.
 #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
-fn compare(name: &str, [without, with, reference]: [&Picture; 3], (gain, left): (f64, f64)) -> [Picture; 3] {
-    let pictures = [without, with, reference].map(shown);
+fn compare_shown(name: &str, pictures: [Picture; 3], (gain, left): (f64, f64)) -> [Picture; 3] {
     let [none, some] = [&pictures[0], &pictures[1]].map(|found| errors(&pictures[2], found));
     println!("{name}: {:.1} dB, {:.4} without; {:.1} dB, {:.4} with", none[0], none[1], some[0], some[1]);
     assert!(some[0] > none[0] + gain, "{name}: {} dB instead of {} dB", some[0], none[0]);
@@ -175,6 +179,28 @@ fn occlusion(walk: f32) -> [Picture; 3] {
         [open * r, open * g, open * b, a]
     });
     compare(&format!("Gtao at {walk}"), [&found[0], &found[1], &reference], (2.0, 0.85))
+}
+
+/// One sample in the middle of each pixel, smoothed as it is shown, against 64.
+fn smoothed(walk: f32, node: &str, limits: (f64, f64)) {
+    let nodes = format!(
+        "\"one\": DemoScene(walk: {walk}, samples: 1), \"many\": DemoScene(walk: {walk}, samples: 64), \
+         \"exposed\": Exposure(source: \"one\", stops: 1.0), \"mapped\": ToneMap(source: \"exposed\"), \
+         \"smooth\": {node}(source: \"mapped\"), \"made\": Encode(source: \"smooth\")"
+    );
+    let found = outputs(walk, (&nodes, &[]), &["one", "made", "many"]);
+    let [one, made, many] = <[Picture; 3]>::try_from(found).expect("three outputs");
+    compare_shown(&format!("{node} at {walk}"), [shown(&one), made, shown(&many)], limits);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn smoothed_edges_are_nearer_to_many_samples() {
+    for (walk, _) in PLACES {
+        // FLIP finds softer textures as bad as steps are.
+        smoothed(walk, "Smaa", (1.0, 1.06));
+        smoothed(walk, "Fxaa", (1.0, 1.06));
+    }
 }
 
 /// With `AFTERIMAGE_WRITE_DOCS=1` at the size of the figures, which writes a picture of the second place: a row for
