@@ -153,7 +153,7 @@ fn the_depth_test_decides_in_each_pixel() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_depth_of_16_bits_is_exact_to_half_a_step() {
+fn a_depth_of_16_bits_is_one_of_the_two_steps_around_it() {
     let (plan, depth) = drawn("\"result\": Overlap(short: true)", "result.depth");
     let wide = drawn("\"result\": Overlap()", "result.depth").1;
     let format =
@@ -168,7 +168,8 @@ fn a_depth_of_16_bits_is_exact_to_half_a_step() {
     let steps = |value: f32| f64::from(value) * 65535.0;
     let mut differ = 0;
     for (short, wide) in short.pixels.iter().zip(&wide.pixels) {
-        assert!((steps(short[0]) - steps(wide[0])).abs() < 0.51, "{short:?} is not {wide:?}");
+        // A device may round to either.
+        assert!((steps(short[0]) - steps(wide[0])).abs() < 1.01, "{short:?} is not {wide:?}");
         differ += usize::from(short[0] != wide[0]);
     }
     assert!(differ > 100, "only {differ} pixels are rounded");

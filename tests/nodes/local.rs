@@ -226,7 +226,8 @@ fn half_floats_between_the_nodes_cost_little() {
     let half = Run::new(&graph).frame(&[("scene", &scene)]).remove(0);
     let exact = Image::new(641, 359, |x, y| exact.at(x as u32, y as u32).map(f64::from));
     let [worst, mean] = apart(&half, &exact);
-    assert!(worst < 0.01 && mean < 2e-3, "{worst} {mean}");
+    // One pixel is off by 0.007 on llvmpipe, and by 0.012 on an NVIDIA H200, whose filter rounds its weights.
+    assert!(worst < 0.015 && mean < 2e-3, "{worst} {mean}");
 }
 
 #[test]
