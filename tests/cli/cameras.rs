@@ -43,11 +43,41 @@ fn each_frame_has_the_camera_of_its_file() {
     assert_eq!(["still.0001.exr", "still.0002.exr"].map(|name| first_number(&folder, name)), [8.0, 8.0]);
 }
 
+/// `worldToCamera` and `worldToNDC` of [`camera`], and its near plane, as the OpenEXR standard has them.
+fn stated(near: f32) -> Picture {
+    let mut picture = Picture::new(8, 4, Pixels::Float(vec![0.5; 8 * 4 * 4]));
+    let own = &mut picture.meta.layer;
+    let along_z = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 3.0, 1.0];
+    own.world_to_camera = Some(along_z);
+    own.world_to_normalized_device =
+        Some([0.5, 0.0, 0.0, 0.0, 0.0, -0.5, 0.0, 0.0, -0.5, -0.5, 0.0, -1.0, 1.5, 1.5, 0.0, 3.0]);
+    own.near_clip_plane = Some(near);
+    picture
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_exr_file_states_its_camera() {
+    let folder = folder("stated-cameras");
+    for frame in [1, 2] {
+        save_exact(&folder.file(&format!("shot.{frame:04}.exr")), &stated(frame as f32));
+    }
+    folder.run("render far.ron depth.####.exr --input camera=shot.####.exr -o far.####.exr --depth 32").good();
+    assert_eq!(["far.0001.exr", "far.0002.exr"].map(|name| first_number(&folder, name)), [4.0, 8.0]);
+    let line = "render far.ron depth.0001.exr -o far.exr --input camera=";
+    folder.run(&format!("{line}depth.0001.exr")).fails_saying(1, &["depth.0001.exr", "`worldToCamera`", ".json"]);
+    let mut flat = stated(1.0);
+    flat.meta.layer.world_to_camera = Some([0.0; 16]);
+    save_exact(&folder.file("flat.exr"), &flat);
+    folder.run(&format!("{line}flat.exr")).fails_saying(1, &["flat.exr", "are no camera"]);
+    folder.run(&format!("{line}far.ron.exr")).fails_saying(1, &["far.ron.exr", "no such file"]);
+}
+
 #[test]
 fn a_camera_that_is_missing_or_broken_is_an_error() {
     let folder = folder("broken-cameras");
     let missing = "error: the pipeline needs a camera for its input `camera`\n  \
-                   hint: name a JSON file with its matrices: `--input camera=FILE.json`";
+                   hint: name a JSON file with its matrices, or an EXR file that states them: `--input camera=FILE`";
     folder.run("render far.ron depth.0001.exr -o far.exr").fails(1, missing);
     folder.with("text.json", b"view");
     folder.with("flat.json", camera(0.0).as_bytes());

@@ -82,8 +82,8 @@ pub(crate) struct RenderArgs {
     /// sequence
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<String>,
-    /// The image for another input: `--input albedo=albedo.exr`; a camera is a JSON file with its matrices: `--input
-    /// camera=camera.####.json`
+    /// The image for another input: `--input albedo=albedo.exr`; a camera is a JSON file with its matrices, or an
+    /// EXR file that states them: `--input camera=camera.####.json`
     #[arg(long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
     /// Slices of the images of volumes, which lie one below the other, the nearest first: `--input fog=fog.exr

@@ -1,11 +1,11 @@
-//! Cameras for inputs of the type `Camera`: from JSON files, or that of the built-in scene.
+//! Cameras for inputs of the type `Camera`: from JSON files, from what EXR files state, or that of the built-in scene.
 
 use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, Params};
-use afterimage_media::read_text;
+use afterimage_media::{Source, StatedCamera, read_camera, read_text};
 use afterimage_nodes::DemoScene;
 use serde::Deserialize;
 
@@ -27,8 +27,16 @@ pub(crate) struct CameraFile {
 }
 
 impl CameraFile {
-    /// Reads a file.
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+    /// Reads a JSON file, or the camera that an EXR file states.
+    pub(crate) fn read(source: &Source) -> Result<Self, Failure> {
+        let path = &source.path;
+        let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let file = if is_exr { Self::from(read_camera(source)?) } else { Self::read_json(path)? };
+        file.data(None).map_err(|why| Failure::unreadable(format!("{}: this is no camera: {why}", path.display())))?;
+        Ok(file)
+    }
+
+    fn read_json(path: &Path) -> Result<Self, Failure> {
         let wrong = |why: &dyn std::fmt::Display| {
             Failure::unreadable(format!("{}: this is no camera: {why}", path.display())).hint(
                 "write `{ \"view\": [[..4 numbers..], ..4 rows..], \"projection\": [..] }`; `previous_view`, \
@@ -36,9 +44,7 @@ impl CameraFile {
             )
         };
         let text = read_text(path, MOST_BYTES)?;
-        let file: Self = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-        file.data(None).map_err(|why| wrong(&why))?;
-        Ok(file)
+        serde_json::from_str(&text).map_err(|error| wrong(&error))
     }
 
     /// The block. What the file does not say of the frame before is as in `before`, or as in this frame.
@@ -53,6 +59,19 @@ impl CameraFile {
             previous_jitter: self.previous_jitter.unwrap_or(before.jitter),
         };
         camera.data()
+    }
+}
+
+impl From<StatedCamera> for CameraFile {
+    fn from(StatedCamera { view, projection }: StatedCamera) -> Self {
+        Self {
+            view,
+            projection,
+            previous_view: None,
+            previous_projection: None,
+            jitter: [0.0; 2],
+            previous_jitter: None,
+        }
     }
 }
 

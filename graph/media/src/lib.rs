@@ -16,7 +16,7 @@ mod tests;
 
 pub use codec::{
     Alpha, Budget, CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture,
-    Pixels, PngDepth, PngOptions, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
+    Pixels, PngDepth, PngOptions, StatedCamera, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
@@ -25,6 +25,6 @@ pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{
-    FileError, Source, default_budget, read, read_bytes, read_text, read_within, real_path, sequence, write_atomic,
-    write_exr, write_jpeg, write_png,
+    FileError, Source, default_budget, read, read_bytes, read_camera, read_text, read_within, real_path, sequence,
+    write_atomic, write_exr, write_jpeg, write_png,
 };

@@ -72,7 +72,7 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
 
 /// The camera of a frame. What its file does not say of the frame before is what the last file says.
 fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<BlockData, Failure> {
-    let file = CameraFile::read(&source.path)?;
+    let file = CameraFile::read(source)?;
     let data = file.data(before.get(name));
     before.insert(name.to_owned(), file);
     Ok(data.expect("both files have finite matrices with inverses"))

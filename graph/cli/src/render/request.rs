@@ -233,7 +233,7 @@ fn no_further_input() -> Failure {
 
 fn missing_camera(name: &str) -> Failure {
     Failure::user(format!("the pipeline needs a camera for its input `{name}`"))
-        .hint(format!("name a JSON file with its matrices: `--input {name}=FILE.json`"))
+        .hint(format!("name a JSON file with its matrices, or an EXR file that states them: `--input {name}=FILE`"))
 }
 
 fn missing_input(name: &str) -> Failure {

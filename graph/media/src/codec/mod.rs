@@ -29,7 +29,9 @@ use std::io::{BufRead, Read as _, Seek};
 #[cfg(feature = "avif")]
 pub use avif::{AvifOptions, encode_avif};
 pub use error::{CodecError, ErrorKind};
-pub use exr::{ExrCompression, ExrOptions, encode_exr};
+#[cfg(test)]
+pub(crate) use exr::of_attributes;
+pub use exr::{ExrCompression, ExrOptions, StatedCamera, encode_exr};
 pub use jpeg::{JpegOptions, encode_jpeg};
 pub use limits::Budget;
 pub use panics::catch_panic;
@@ -50,6 +52,20 @@ pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>, budget: Budg
         (Format::Png, None) => png::decode(reader, budget),
         (_, Some(layer)) => Err(no_layers(layer)),
     });
+    decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+/// The camera that an EXR file states for a layer: `worldToCamera`, `worldToNDC` and, where they are there, `near` and
+/// `far`. Only headers are read.
+///
+/// # Errors
+/// Another format, what the decoder reports, and a file that states no camera.
+pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<StatedCamera, CodecError> {
+    if !matches!(Format::of(&mut reader)?, Format::Exr) {
+        return Err(CodecError::new(ErrorKind::Unsupported, "only EXR files state a camera")
+            .hint("write the camera into a JSON file: `--input camera=FILE.json`"));
+    }
+    let decoded = catch_panic(|| exr::camera(reader, layer));
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 

@@ -22,7 +22,8 @@ pub use regular::{read_bytes, read_text, real_path};
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, decode, encode_exr, encode_jpeg, encode_png,
+    Budget, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, StatedCamera, decode, decode_camera,
+    encode_exr, encode_jpeg, encode_png,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -61,6 +62,19 @@ pub fn read_within(source: &Source, budget: Budget) -> Result<Picture, FileError
     }
     let (file, _) = regular::open(path)?;
     decode(BufReader::new(file), source.layer.as_deref(), budget).map_err(|error| FileError::at(path, error))
+}
+
+/// Reads the camera that an EXR file states.
+///
+/// # Errors
+/// See [`FileError`] and [`decode_camera`].
+pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
+    let path = &source.path;
+    if path.is_dir() {
+        return Err(FileError::folder(path));
+    }
+    let (file, _) = regular::open(path)?;
+    decode_camera(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
 }
 
 /// Writes `picture` as an EXR file, atomically.

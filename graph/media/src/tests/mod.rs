@@ -6,6 +6,7 @@ mod atomic;
 #[cfg(feature = "avif")]
 mod avif;
 mod budget;
+mod camera;
 mod chromaticities;
 mod exr_read;
 mod exr_write;

@@ -1,6 +1,7 @@
 //! OpenEXR in and out. Reading goes header → choice of layer → size limits → blocks, and nothing
 //! is allocated for pixels before the limits have passed.
 
+mod camera;
 mod counters;
 mod decode;
 mod read;
@@ -11,6 +12,10 @@ use exr::error::Error;
 
 use crate::codec::{CodecError, ErrorKind};
 
+pub use camera::StatedCamera;
+pub(crate) use camera::camera;
+#[cfg(test)]
+pub(crate) use camera::of_attributes;
 pub(crate) use read::decode;
 pub use write::{ExrCompression, ExrOptions, encode_exr};
 

@@ -41,7 +41,7 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
 }
 
 /// Reads the headers and refuses what would exhaust memory later.
-fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<Metered<R>>, CodecError> {
+pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<Metered<R>>, CodecError> {
     let failed = |error| CodecError::reading(&error);
     let length = reader.seek(SeekFrom::End(0)).map_err(failed)?;
     reader.rewind().map_err(failed)?;
