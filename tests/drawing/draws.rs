@@ -254,7 +254,11 @@ fn verify_finds_what_is_wrong_with_ranges_in_a_buffer() {
     for batch in &mut unordered.batches {
         batch.transitions.retain(|transition| !(is_ranges(transition.resource) && transition.to == Use::Read));
     }
+    let mut unwritten = plan.clone();
+    let choose = unwritten.passes.iter_mut().find(|planned| planned.pass.label == "choose").expect("it is there");
+    choose.pass.kernels[0].args.clear();
     let cases = [
+        (unwritten, "pass `result: shifted` reads `result.ranges` before any pass has written it"),
         (draws(|ranges| ranges.offset = 2), "reads 2 ranges from byte 2 of `result.ranges`, which has 44"),
         (draws(|ranges| ranges.offset = 16), "reads 2 ranges from byte 16 of `result.ranges`, which has 44"),
         (draws(|ranges| ranges.ranges = 3), "reads 3 ranges from byte 4 of `result.ranges`, which has 44"),

@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::walk::{Access, Faults, Walk};
-use afterimage_graph::node::{ImageId, Origin, Resource};
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     for (resource, history) in walk.histories() {
         check_conflicts(walk, resource, &history, faults);
         check_sequence(walk, resource, &history, faults);
-        resource.image().into_iter().for_each(|image| check_origin(walk, image, &history, faults));
+        match resource {
+            Resource::Image(image) => check_origin(walk, image, &history, faults),
+            Resource::Buffer(buffer) => check_life(walk, buffer, &history, faults),
+        }
     }
     check_histories(walk, faults);
     check_outputs(walk, faults);
@@ -65,6 +68,15 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
         }
     } else if let Some((pass, _)) = history.iter().find(|(_, access)| access.writes) {
         faults.add(format!("pass `{}` writes `{name}`, which is not made in this frame", walk.passes[*pass]));
+    }
+}
+
+/// Buffers that live for a frame are written before they are read.
+fn check_life(walk: &Walk<'_>, buffer: BufferId, history: &[(usize, Access)], faults: &mut Faults) {
+    let is_of_frame = walk.plan.buffers[buffer.0 as usize].life == BufferLife::Frame;
+    if let Some((pass, _)) = history.first().filter(|(_, access)| is_of_frame && !access.writes) {
+        let name = walk.name(Resource::Buffer(buffer));
+        faults.add(format!("pass `{}` reads `{name}` before any pass has written it", walk.passes[*pass]));
     }
 }
 
