@@ -1,4 +1,4 @@
-// ACES 2.0 output transform: J is lightness, M colourfulness. The hue is a unit vector, so that no trigonometry is
+// ACES 2.0 output transform: J is lightness, M colorfulness. The hue is a unit vector, so that no trigonometry is
 // needed. Names and formulas are those of nodes/src/aces2.
 #import math
 #import sampling
@@ -40,7 +40,7 @@ struct Hull {
     reach: f32,
 }
 
-// The line start + slope * M, and where the line through the cusp meets the grey axis.
+// The line start + slope * M, and where the line through the cusp meets the gray axis.
 struct Line {
     start: f32,
     slope: f32,
@@ -132,7 +132,7 @@ fn slope_gain(j: f32, hull: Hull, params: Aces2Output) -> f32 {
     return gain * (1.0 + adjustment * adjustment);
 }
 
-// J where the line through a point meets the grey axis.
+// J where the line through a point meets the gray axis.
 fn axis_meeting(point: vec2f, focus: f32, gain: f32, params: Aces2Output) -> f32 {
     let scaled = point.y / gain;
     let a = scaled / focus;

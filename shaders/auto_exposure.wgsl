@@ -70,7 +70,7 @@ struct AutoExposureRanks {
     total: u32,
 }
 
-// The part of a bin between the percentiles: the weight times the bin's centre, and the weight.
+// The part of a bin between the percentiles: the weight times the bin's center, and the weight.
 fn auto_exposure_part(bin: u32, below: u32, count: u32, bins: AutoExposureBins, ranks: AutoExposureRanks) -> vec2f {
     let through = below + count;
     let edge = bins.lo + (f32(bin) - 1.0) * bins.per_bin;
@@ -92,7 +92,7 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
-    // Two neighbouring bins per invocation, scanned from the darkest to the brightest.
+    // Two neighboring bins per invocation, scanned from the darkest to the brightest.
     let bin = 2u * workgroup_rank(invocation);
     let counts = vec2u(auto_exposure_count(bin, bins), auto_exposure_count(bin + 1u, bins));
     // The number of pixels in these bins and all darker ones, and in all bins.

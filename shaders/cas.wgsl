@@ -42,7 +42,7 @@ fn cas_sharp(center: vec3f, near: CasSquare, params: Cas) -> vec3f {
     let low = low_cross + min(low_cross, low_corners);
     let high = high_cross + max(high_cross, high_corners);
     let room = clamp(min(low, 2.0 * params.white - high) / max(high, vec3f(1e-6)), vec3f(0.0), vec3f(1.0));
-    // At most 1/5 of each neighbour is subtracted, so the sum of the weights is at least 1/5.
+    // At most 1/5 of each neighbor is subtracted, so the sum of the weights is at least 1/5.
     let weight = -sqrt(room) / mix(8.0, 5.0, params.sharpness);
     let around = (near.up + near.down) + (near.left + near.right);
     let sharp = (center + weight * around) / (1.0 + 4.0 * weight);

@@ -12,6 +12,6 @@ struct Cdl {
 fn cdl(source: vec4f, params: Cdl) -> vec4f {
     let moved = source.rgb * params.slope + params.offset;
     let powered = select(moved, bounded_power3(moved, params.power), moved > vec3f(0.0));
-    let grey = vec3f(dot(powered, params.luminance_weights));
-    return vec4f(bounded(grey + params.saturation * (powered - grey)), source.a);
+    let gray = vec3f(dot(powered, params.luminance_weights));
+    return vec4f(bounded(gray + params.saturation * (powered - gray)), source.a);
 }

@@ -1,6 +1,6 @@
 // The built-in scene: a loft at golden hour, a dim room with a bright window, a low sun, neon and fine detail.
 //
-// Linear Rec.709 radiance in units in which the room's greys are 0.02 to 0.3. Equal parameters give equal images.
+// Linear Rec.709 radiance in units in which the room's grays are 0.02 to 0.3. Equal parameters give equal images.
 #import color
 #import loft
 #import loft_lamps
@@ -12,7 +12,7 @@
 
 struct DemoScene {
     time: f32,   // seconds; animates the neon's flicker and the dust in the sunbeam
-    range: f32,  // stops from the room's grey to the sun's disc: 18 is the reference, 0 makes all light equal
+    range: f32,  // stops from the room's gray to the sun's disc: 18 is the reference, 0 makes all light equal
     walk: f32,   // 0 deep in the room, 1 in front of the window
     step: f32,   // how far the camera has come since the previous frame
     dt: f32,     // seconds since the previous frame
@@ -20,8 +20,8 @@ struct DemoScene {
     samples: i32,
     first: i32,
     jitter: vec2f,  // of the samples, in pixels, y downwards
-    aperture: f32,  // metres
-    focus: f32,     // metres
+    aperture: f32,  // meters
+    focus: f32,     // meters
 }
 
 struct DemoSceneCamera {
@@ -32,8 +32,8 @@ struct DemoSceneCamera {
 }
 
 const DEMO_SCENE_TAN_FOV: f32 = 0.4245;     // of half the vertical field of view, 46 degrees
-const DEMO_SCENE_NEAR: f32 = 0.1;           // metres
-const DEMO_SCENE_SKY_DEPTH: f32 = 1000.0;   // metres
+const DEMO_SCENE_NEAR: f32 = 0.1;           // meters
+const DEMO_SCENE_SKY_DEPTH: f32 = 1000.0;   // meters
 const DEMO_SCENE_BRIGHTEST: f32 = 60000.0;  // half floats end at 65504: leaves room for a filter's overshoot
 
 // A level path past the pouf, along the table, to the window.
@@ -46,10 +46,10 @@ fn demo_scene_camera(walk: f32) -> DemoSceneCamera {
     return DemoSceneCamera(eye, right, cross(back, right), back);
 }
 
-// The ray through a pixel, `offset` pixels from its centre.
+// The ray through a pixel, `offset` pixels from its center.
 fn demo_scene_ray(camera: DemoSceneCamera, at: Point, offset: vec2f) -> Ray {
-    let from_centre = vec2f(at.pixel) + 0.5 + offset - 0.5 * at.size;
-    let xy = from_centre * vec2f(2.0, -2.0) * (DEMO_SCENE_TAN_FOV / at.size.y);
+    let from_center = vec2f(at.pixel) + 0.5 + offset - 0.5 * at.size;
+    let xy = from_center * vec2f(2.0, -2.0) * (DEMO_SCENE_TAN_FOV / at.size.y);
     return Ray(camera.eye, ray_direction(camera.right * xy.x + camera.up * xy.y - camera.back));
 }
 
@@ -61,7 +61,7 @@ fn demo_scene_through_lens(camera: DemoSceneCamera, ray: Ray, point: vec2f, para
     return Ray(ray.origin + aside, ray_direction(sharp - aside));
 }
 
-// The width of a pixel at a distance of one metre.
+// The width of a pixel at a distance of one meter.
 fn demo_scene_pixel(at: Point) -> f32 {
     return 2.0 * DEMO_SCENE_TAN_FOV / at.size.y;
 }
@@ -78,26 +78,26 @@ fn demo_scene_reflectance(surface: LoftSurface, view: vec3f) -> vec3f {
 fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps, pose: LoftPose) -> vec4f {
     var ray = first;
     var share = vec3f(1.0);
-    var colour = vec3f(0.0);
+    var color = vec3f(0.0);
     var glow = 0.0;
-    var travelled = 0.0;
+    var traveled = 0.0;
     for (var bounce = 0; bounce < 2; bounce++) {
         let hit = loft_trace(ray, pose);
-        if bounce == 0 { colour += loft_haze(ray, min(hit.distance, 20.0), lamps); }
+        if bounce == 0 { color += loft_haze(ray, min(hit.distance, 20.0), lamps); }
         if hit.what == LOFT_OUTSIDE {
-            colour += share * loft_view(ray.direction, lamps);
+            color += share * loft_view(ray.direction, lamps);
             break;
         }
         let p = ray.origin + ray.direction * hit.distance;
-        travelled += hit.distance;
-        let surface = loft_surface(hit, p, travelled * pixel, lamps);
-        colour += share * loft_lit(surface, p, -ray.direction, hit.normal, sun, lamps, pose);
+        traveled += hit.distance;
+        let surface = loft_surface(hit, p, traveled * pixel, lamps);
+        color += share * loft_lit(surface, p, -ray.direction, hit.normal, sun, lamps, pose);
         if bounce == 0 { glow = surface.glow; }
         share *= demo_scene_reflectance(surface, -ray.direction);
         if brightest(share) < 0.004 { break; }
         ray = Ray(p + hit.normal * 1e-3, ray_direction(reflect(ray.direction, surface.normal)));
     }
-    return vec4f(colour, glow);
+    return vec4f(color, glow);
 }
 
 // Where sample `i` of `count` lies in a pixel: on a rotated grid for four of them, else in the R2 sequence (Roberts,
@@ -147,7 +147,7 @@ fn demo_scene_seen(at: Point, params: DemoScene) -> DemoSceneSeen {
     return DemoSceneSeen(camera, ray, loft_trace(ray, loft_pose(params.time, params.objects)));
 }
 
-// The distance along the view axis in metres.
+// The distance along the view axis in meters.
 fn demo_scene_distance(seen: DemoSceneSeen) -> f32 {
     let depth = -dot(seen.ray.direction, seen.camera.back) * seen.hit.distance;
     return select(depth, DEMO_SCENE_SKY_DEPTH, seen.hit.what == LOFT_OUTSIDE);
@@ -164,7 +164,7 @@ fn demo_scene_projected(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     return vec4f(select(depth, 0.0, seen.hit.what == LOFT_OUTSIDE), 0.0, 0.0, 1.0);
 }
 
-// View-space normal: x right, y up, z towards the viewer. The sky has (0, 0, 1).
+// View-space normal: x right, y up, z toward the viewer. The sky has (0, 0, 1).
 fn demo_scene_normal(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let seen = demo_scene_seen(at, params);
     let normal = seen.hit.normal;
@@ -199,7 +199,7 @@ fn demo_scene_moved(what: u32, params: DemoScene) -> vec3f {
     return select(ball, now.balloon - before.balloon, what == LOFT_BALLOON);
 }
 
-// Where the surface at a pixel's centre is in the image, minus where it was in the previous frame, in uv. The sky is
+// Where the surface at a pixel's center is in the image, minus where it was in the previous frame, in uv. The sky is
 // too far to move with the camera.
 fn demo_scene_motion(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let seen = demo_scene_seen(at, params);

@@ -1,11 +1,11 @@
 // Halves an image. Offsets are in texels of the source. At exactly 2:1 every tap falls on a corner between four texels
-// and is their mean. The weights of every filter sum to 1; alpha is filtered like colour. Means may be in half floats.
+// and is their mean. The weights of every filter sum to 1; alpha is filtered like color. Means may be in half floats.
 // Sums weighted by brightness are in 32 bits, because these weights span many stops.
 #import color
 #import real
 #import tent
 
-// A weighted sum of colours.
+// A weighted sum of colors.
 struct DownsampleSum {
     color: vec4f,
     weight: f32,
@@ -51,14 +51,14 @@ fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point
     return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
 }
 
-// Adds a colour with the weight 1 / (1 + brightness of `around`).
+// Adds a color with the weight 1 / (1 + brightness of `around`).
 fn downsample_add_among(sum: ptr<function, DownsampleSum>, color: vec4f, around: vec4f, share: f32) {
     let weight = share / (1.0 + max(brightest(around.rgb), 0.0));
     (*sum).color += color * weight;
     (*sum).weight += weight;
 }
 
-// Adds a colour with the weight 1 / (1 + brightness), so that one very bright pixel does not flicker in all levels:
+// Adds a color with the weight 1 / (1 + brightness), so that one very bright pixel does not flicker in all levels:
 // Karis, "Tone Mapping", 2013.
 fn downsample_add(sum: ptr<function, DownsampleSum>, color: vec4f, share: f32) {
     downsample_add_among(sum, color, color, share);
@@ -146,7 +146,7 @@ fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at:
 }
 
 // The look of `downsample_tap13_groups` from five taps. Each corner has the weight of a square that it shares with the
-// centre, which counts four times. A bright pixel at the centre is in all squares and is kept; one at a corner is in
+// center, which counts four times. A bright pixel at the center is in all squares and is kept; one at a corner is in
 // one square and is reduced. The factor four is nearest to the thirteen taps on images of rooms, streets and suns.
 fn downsample_tap4_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     let middle = 0.8 * tap(source, source_sampler, at.uv);

@@ -1,6 +1,6 @@
 // Halvings by a row of invocations that moves down the image. Each invocation has one column of squares: the four
 // texels under one texel of the result. Every tap of the filter is the mean of a square, or of the four texels where
-// four squares meet. Both are computed once and shared with the neighbours through workgroup memory, as half floats.
+// four squares meet. Both are computed once and shared with the neighbors through workgroup memory, as half floats.
 #import real
 
 const DOWNSAMPLE_ROWS_INVOCATIONS: u32 = 64u;
@@ -15,8 +15,8 @@ struct DownsampleRows {
     weight: f32,
 }
 
-// Values for the neighbours: two vectors to the left in slots 0 to 3; two vectors and a weight to the right in slots 4
-// to 8. A slot has one number per invocation, contiguous, so that neighbours access different banks.
+// Values for the neighbors: two vectors to the left in slots 0 to 3; two vectors and a weight to the right in slots 4
+// to 8. A slot has one number per invocation, contiguous, so that neighbors access different banks.
 var<workgroup> downsample_rows_handed: array<u32, 9u * DOWNSAMPLE_ROWS_INVOCATIONS>;
 
 const DOWNSAMPLE_ROWS_LEFT: u32 = 0u;
@@ -62,7 +62,7 @@ fn downsample_rows_square(square: Square) -> DownsampleRowsSquare {
     return DownsampleRowsSquare(upper_left, upper_right, lower_left, lower_right, mean);
 }
 
-// The neighbours of an invocation. The outermost ones have no neighbour on one side; their results are not used.
+// The neighbors of an invocation. The outermost ones have no neighbor on one side; their results are not used.
 fn downsample_rows_after(invocation: u32) -> u32 {
     return min(invocation + 1u, DOWNSAMPLE_ROWS_INVOCATIONS - 1u);
 }
@@ -71,7 +71,7 @@ fn downsample_rows_before(invocation: u32) -> u32 {
     return max(invocation, 1u) - 1u;
 }
 
-// These functions return the texel of the previous row. The mean of a square needs no neighbour.
+// These functions return the texel of the previous row. The mean of a square needs no neighbor.
 fn downsample_rows_box(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let above = (*state).mean;
     (*state).mean = downsample_rows_square(texels).mean;

@@ -34,7 +34,7 @@ fn eetf_channels(source: vec4f, params: Eetf) -> vec4f {
     return vec4f(eetf_light(v.r, params), eetf_light(v.g, params), eetf_light(v.b, params), source.a);
 }
 
-// Where the lifted black dominates, light becomes grey.
+// Where the lifted black dominates, light becomes gray.
 fn eetf_largest(source: vec4f, params: Eetf) -> vec4f {
     let most = brightest(source.rgb);
     let shown = eetf_light(max(most, 0.0), params);

@@ -8,7 +8,7 @@ struct Encode {
     row2: vec4f,
     luminance_weights: vec3f,
     limit: f32,            // the brightest light of the result
-    compresses: f32,       // 1: colours are compressed into the gamut, 0: they are clipped
+    compresses: f32,       // 1: colors are compressed into the gamut, 0: they are clipped
     gamma: f32,
     white_nits: f32,
     peak_nits: f32,
@@ -18,7 +18,7 @@ struct Encode {
 // Whether the source has the primaries of the result. The rows are then the identity.
 const ENCODE_SAME_PRIMARIES: bool = false;
 
-// Up to this share of the distance from grey to the border of the gamut, compressed colours stay the same.
+// Up to this share of the distance from gray to the border of the gamut, compressed colors stay the same.
 const ENCODE_GAMUT_KNEE: f32 = 0.8;
 
 // Negative light becomes 0. Each transfer function limits bright light itself.

@@ -1,4 +1,4 @@
-// Selects the light that bloom spreads: each colour times a weight. Alpha passes unchanged.
+// Selects the light that bloom spreads: each color times a weight. Alpha passes unchanged.
 #import color
 #import sanitize
 #import math
@@ -9,7 +9,7 @@ struct Extract {
     intensity: f32,
 }
 
-// Limited, because alpha and intensity may raise a bright colour above the largest half float.
+// Limited, because alpha and intensity may raise a bright color above the largest half float.
 fn extract_scaled(source: vec4f, weight: f32) -> vec4f {
     return vec4f(clamp(source.rgb * weight, vec3f(-HALF_MAX), vec3f(HALF_MAX)), source.a);
 }
@@ -54,7 +54,7 @@ fn extract_all(source: vec4f, params: Extract) -> vec4f {
     return extract_scaled(source, params.intensity);
 }
 
-// A pixel this much brighter than all around it is a firefly. A light of two pixels has a neighbour of at least a
+// A pixel this much brighter than all around it is a firefly. A light of two pixels has a neighbor of at least a
 // quarter of its brightness wherever it lies between pixels.
 const EXTRACT_CONTRAST: f32 = 4.0;
 
@@ -86,7 +86,7 @@ fn extract_is_plain(source: texture_2d<f32>, color: vec4f, p: vec2i) -> bool {
     return is_other && brightest(color.rgb) <= EXTRACT_CONTRAST * brightest(texel(source, side).rgb);
 }
 
-// The colour, dimmed so that no channel exceeds the limit. The only pixel of an image has nothing around it.
+// The color, dimmed so that no channel exceeds the limit. The only pixel of an image has nothing around it.
 fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
     let light = brightest(color.rgb);
     let is_alone = all(at.size <= vec2f(1.0));

@@ -24,7 +24,7 @@ fn film_grain_weights(h: u32) -> vec4f {
 
 // One grain in each cell, at a random position: the sum of their round shapes (1 - r^2)^2 with random weights.
 // Positions are uniform, so the variance is the same everywhere, and weights are independent, so the spectrum is that
-// of one grain and has no direction. Red to blue of the result have weights of their own, and w those of grey grain.
+// of one grain and has no direction. Red to blue of the result have weights of their own, and w those of gray grain.
 fn film_grain_at(p: vec2f, seed: u32) -> vec4f {
     let base = vec2i(floor(p));
     var sum = vec4f();
@@ -41,7 +41,7 @@ fn film_grain_at(p: vec2f, seed: u32) -> vec4f {
     return sum * FILM_GRAIN_SCALE;
 }
 
-// Monochrome and coloured grain. The squares of the factors sum to 1, so the variance is the same for every `color`.
+// Monochrome and colored grain. The squares of the factors sum to 1, so the variance is the same for every `color`.
 fn film_grain_density(p: vec2f, seed: u32, color: f32) -> vec3f {
     let grain = film_grain_at(p, seed);
     let density = sqrt(1.0 - color) * vec3f(grain.w) + sqrt(color) * grain.rgb;

@@ -19,7 +19,7 @@ struct Fog {
     tan_fov: f32,
 }
 
-// The vector to a pixel at the depth 1: x right, y up, z towards the viewer.
+// The vector to a pixel at the depth 1: x right, y up, z toward the viewer.
 fn fog_ray(at: Point, params: Fog) -> vec3f {
     let place = (2.0 * at.uv - 1.0) * vec2f(at.size.x / at.size.y, -1.0);
     return vec3f(place * params.tan_fov, -1.0);

@@ -27,7 +27,7 @@ struct FxaaEdge {
     contrast: f32,     // the least difference from it that ends the edge
 }
 
-// Brightness as the eye sees it: of encoded colours their luminance, of light the square root of it.
+// Brightness as the eye sees it: of encoded colors their luminance, of light the square root of it.
 fn fxaa_brightness(color: vec4f, is_light: bool) -> f32 {
     let y = max(luminance(color.rgb), 0.0);
     return select(y, sqrt(y), is_light);
@@ -57,7 +57,7 @@ fn fxaa_contrast(square: FxaaSquare, params: Fxaa) -> f32 {
     return select(high - low, 0.0, high - low < max(params.floor, high * params.threshold));
 }
 
-// How far a pixel that stands out from all around it moves to its neighbour: this dims dots and thin lines.
+// How far a pixel that stands out from all around it moves to its neighbor: this dims dots and thin lines.
 fn fxaa_subpixel(square: FxaaSquare, contrast: f32, params: Fxaa) -> f32 {
     let upper = square.rows[0];
     let middle = square.rows[1];

@@ -16,13 +16,13 @@ fn gaussian_weight(distance: i32, params: Gaussian) -> f32 {
     return exp2(f32(distance * distance) * params.falloff);
 }
 
-// Both taps at a distance, at texel centres.
+// Both taps at a distance, at texel centers.
 fn gaussian_pair(source: texture_2d<f32>, at: Point, distance: i32, params: Gaussian) -> vec4f {
     let offset = distance * params.axis;
     return texel(source, at.pixel - offset) + texel(source, at.pixel + offset);
 }
 
-// Both taps at a distance between texel centres, where the sampler weights two texels in one read.
+// Both taps at a distance between texel centers, where the sampler weights two texels in one read.
 fn gaussian_tap_pair(
     source: texture_2d<f32>,
     source_sampler: sampler,
@@ -36,7 +36,7 @@ fn gaussian_tap_pair(
 
 fn gaussian_exact(source: texture_2d<f32>, at: Point, params: Gaussian) -> vec4f {
     var sum = texel(source, at.pixel);
-    // The weights are normalised by their sum, so a constant image stays constant however `exp2` rounds.
+    // The weights are normalized by their sum, so a constant image stays constant however `exp2` rounds.
     var total = 1.0;
     for (var i = 1; i <= params.radius; i++) {
         let weight = gaussian_weight(i, params);

@@ -85,7 +85,7 @@ fn grid_build_trilinear(@builtin(workgroup_id) column: vec3u, @builtin(local_inv
     let size = textureDimensions(source);
     let pixels = stride_size(size, params.step);
     let cells = params.size.xy;
-    // All pixels between the centres of the neighbouring cells. Pixels outside have the weight 0.
+    // All pixels between the centers of the neighboring cells. Pixels outside have the weight 0.
     let first = cell_first(max(column.xy, vec2u(1u)) - 1u, pixels, cells);
     let extent = cell_first(min(column.xy + 2u, cells), pixels, cells) - first;
     for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
@@ -110,7 +110,7 @@ fn grid_build_spread(weight: f32, level: f32) {
     if above > 0.0 { grid_build_add(min(bin + 1u, last), weight * above, level); }
 }
 
-// Consecutive pixels of one bin in an invocation. Neighbours mostly share a bin, and an addition in a register is
+// Consecutive pixels of one bin in an invocation. Neighbors mostly share a bin, and an addition in a register is
 // cheaper than an atomic addition.
 struct GridBuildRun {
     bin: u32,
@@ -130,7 +130,7 @@ fn grid_build_begin(cell: Cell) -> GridBuildRun {
 }
 
 fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
-    if !seen.centred { return; }
+    if !seen.centered { return; }
     let level = grid_build_level(seen.color);
     let bin = grid_build_bin(level);
     if bin != (*run).bin {

@@ -31,7 +31,7 @@ fn gtao_arc(horizon: f32, normal: f32) -> f32 {
 struct GtaoPoint {
     pixel: vec2i,
     place: vec3f,
-    towards: vec3f,
+    toward: vec3f,
     normal: vec3f,
 }
 
@@ -55,7 +55,7 @@ fn gtao_horizon(
         if any(p < vec2i(0)) || any(p >= vec2i(textureDimensions(depth))) { continue; }
         let to = surface_place(depth, camera, p) - point.place;
         let distance = length(to);
-        let cosine = dot(to, point.towards) / max(distance, 1e-6);
+        let cosine = dot(to, point.toward) / max(distance, 1e-6);
         let near = clamp((params.radius - distance) / (params.falloff * params.radius), 0.0, 1.0);
         let rise = clamp(dot(to, point.normal) / max(GTAO_FLAT * distance, 1e-6), 0.0, 1.0);
         highest = max(highest, mix(lowest, cosine, near * rise));
@@ -73,12 +73,12 @@ fn gtao_slice(
     params: Gtao,
 ) -> f32 {
     let along = vec3f(direction, 0.0);
-    let towards = point.towards;
-    let side = surface_unit(cross(along, towards));
+    let toward = point.toward;
+    let side = surface_unit(cross(along, toward));
     let within = point.normal - side * dot(point.normal, side);
     let size = length(within);
-    let tangent = along - towards * dot(along, towards);
-    let cosine = clamp(dot(within, towards) / max(size, 1e-6), -1.0, 1.0);
+    let tangent = along - toward * dot(along, toward);
+    let cosine = clamp(dot(within, toward) / max(size, 1e-6), -1.0, 1.0);
     let angle = select(-acos(cosine), acos(cosine), dot(tangent, within) >= 0.0);
     let image = vec2f(textureDimensions(depth));
     let way = camera_uv_apart(camera, direction * params.radius, -point.place.z) * image;
@@ -110,7 +110,7 @@ fn gtao_visible(depth: texture_2d<f32>, camera: Camera, point: GtaoPoint, texel_
 fn gtao_found(depth: texture_2d<f32>, camera: Camera, pixel: vec2i, normal: vec3f, at: Point, params: Gtao) -> vec4f {
     let inverse = depth_inverse(depth, pixel);
     let place = surface_place(depth, camera, pixel);
-    let point = GtaoPoint(pixel, place, surface_towards(camera, place), normal);
+    let point = GtaoPoint(pixel, place, surface_toward(camera, place), normal);
     if inverse * SURFACE_FARTHEST < 1.0 { return vec4f(1.0, inverse, 0.0, 1.0); }
     return vec4f(gtao_visible(depth, camera, point, at.pixel, params), inverse, 0.0, 1.0);
 }

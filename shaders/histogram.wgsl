@@ -20,7 +20,7 @@ struct Histogram {
     full_weight: f32,
 }
 
-// How pixels are weighted by their distance from the centre.
+// How pixels are weighted by their distance from the center.
 override HISTOGRAM_WEIGHT: u32 = 0;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;
@@ -110,7 +110,7 @@ fn histogram_bin(light: f32) -> u32 {
     return 1u + u32(clamp(place, 0.0, f32(params.bins) - 2.0));
 }
 
-// The luminance to count: of the pixel, or of a grey card in the same light, 0.18 L / albedo. Negative for an excluded
+// The luminance to count: of the pixel, or of a gray card in the same light, 0.18 L / albedo. Negative for an excluded
 // pixel.
 fn histogram_metered(rgb: vec3f, uv: vec2f) -> f32 {
     let light = luminance(rgb);

@@ -1,4 +1,4 @@
-// Distortion of a lens: where in the source the light of a pixel comes from. Places are relative to the optical centre;
+// Distortion of a lens: where in the source the light of a pixel comes from. Places are relative to the optical center;
 // the distance 1 is half of the image's diagonal.
 //
 // Brown, "Decentering Distortion of Lenses", 1966, in the form of Conrady's and OpenCV's coefficients; Fitzgibbon,
@@ -51,7 +51,7 @@ fn lens_distortion_division_scale(r: f32, params: LensDistortion) -> LensDistort
     return LensDistortionScale(1.0 / below, -r * (2.0 * params.k1 + 4.0 * s * params.k2) / (below * below));
 }
 
-// One step of Newton's method towards the distance that the radial function maps to `wanted`.
+// One step of Newton's method toward the distance that the radial function maps to `wanted`.
 fn lens_distortion_step(r: f32, wanted: f32, scale: LensDistortionScale, params: LensDistortion) -> f32 {
     let rise = max(scale.factor + r * scale.slope, 0.05);
     return clamp(r - (r * scale.factor - wanted) / rise, 0.0, params.limit);

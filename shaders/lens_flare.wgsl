@@ -1,4 +1,4 @@
-// Reflections between the glass surfaces of a lens, from the image itself: ghosts on the line through the centre, and a
+// Reflections between the glass surfaces of a lens, from the image itself: ghosts on the line through the center, and a
 // ring. After Chapman, "Pseudo Lens Flare", 2013; ghosts have magnifications, as in Hullin et al., "Physically-Based
 // Real-Time Lens Flare Rendering", 2011.
 #import grade
@@ -14,7 +14,7 @@ struct LensFlare {
     aspect: f32,
 }
 
-// The colours that coatings leave of the reflections; each has the luminance 1.
+// The colors that coatings leave of the reflections; each has the luminance 1.
 const LENS_FLARE_TINTS = array<vec3f, 4>(
     vec3f(0.6, 1.0785, 1.4),
     vec3f(1.6, 0.8418, 0.8),
@@ -30,7 +30,7 @@ fn lens_flare_window(uv: vec2f) -> f32 {
     return smooth_step(0.0, LENS_FLARE_FADE, inside.x) * smooth_step(0.0, LENS_FLARE_FADE, inside.y);
 }
 
-// The light at a place relative to the centre, with red and blue read nearer to it and farther from it.
+// The light at a place relative to the center, with red and blue read nearer to it and farther from it.
 fn lens_flare_light(source: texture_2d<f32>, s: sampler, place: vec2f, dispersion: f32) -> vec3f {
     let red = 0.5 + place * (1.0 - dispersion);
     let green = 0.5 + place;

@@ -85,7 +85,7 @@ fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
     log_gaussian_store(cell, *sum);
 }
 
-// The image has few texels, and a texel has many neighbours. So four invocations share the neighbours of one texel.
+// The image has few texels, and a texel has many neighbors. So four invocations share the neighbors of one texel.
 const LOG_GAUSSIAN_PARTS: i32 = 4;
 const LOG_GAUSSIAN_TEXELS: u32 = 64u;
 

@@ -1,4 +1,4 @@
-// The Purkinje shift: rods share the pathways of the cones, so that colours turn blue and lose their differences in the
+// The Purkinje shift: rods share the pathways of the cones, so that colors turn blue and lose their differences in the
 // dark. Cao, Pokorny and Smith (2008) for the retina, Kirk and O'Brien (2011) for images, Patry (2021) for games.
 #import color
 #import math

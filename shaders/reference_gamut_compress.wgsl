@@ -18,7 +18,7 @@ fn rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
     return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
 }
 
-// The distance of each channel from the largest one is 0 for grey and 1 at the border of AP1.
+// The distance of each channel from the largest one is 0 for gray and 1 at the border of AP1.
 fn reference_gamut_compress(source: vec4f, params: ReferenceGamutCompress) -> vec4f {
     let v = rows(params.enter0, params.enter1, params.enter2, source.rgb);
     let most = brightest(v);

@@ -1,7 +1,7 @@
 // One pixel from samples. A mean of light before a tone curve lets one bright sample hide the others, so light may be
 // weighted by 1 / (1 + gain * its largest component) (Karis, "Tone Mapping", 2013; Lottes). The window of the wider
 // filters is that of Harris, "On the Use of Windows for Harmonic Analysis", 1978, by the distance from the pixel's
-// centre (Pettineo, "Experimenting with Reconstruction Filters for MSAA Resolve", 2012).
+// center (Pettineo, "Experimenting with Reconstruction Filters for MSAA Resolve", 2012).
 #import grade
 
 struct Resolve {

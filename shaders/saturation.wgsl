@@ -6,8 +6,8 @@ struct Saturation {
 }
 
 fn saturation_moved(source: vec4f, params: Saturation) -> vec3f {
-    let grey = vec3f(dot(source.rgb, params.luminance_weights));
-    return grey + params.amount * (source.rgb - grey);
+    let gray = vec3f(dot(source.rgb, params.luminance_weights));
+    return gray + params.amount * (source.rgb - gray);
 }
 
 fn saturation_scene(source: vec4f, params: Saturation) -> vec4f {

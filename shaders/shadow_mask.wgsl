@@ -25,13 +25,13 @@ const SHADOW_GRAZING: f32 = 0.05;
 
 // A place as the light sees it.
 struct ShadowPlace {
-    texel: vec2f,      // in the depth map, where centres have whole numbers
+    texel: vec2f,      // in the depth map, where centers have whole numbers
     distance: f32,     // along the light's axis, less the bias
-    width: f32,        // what a texel covers at this distance, in metres
+    width: f32,        // what a texel covers at this distance, in meters
 }
 
 // A disc around a place. Taps are compared with distances that fall from that of the place, in the middle, by `rise`
-// metres at the rim.
+// meters at the rim.
 struct ShadowDisc {
     radius: f32,       // in texels
     rise: f32,
@@ -93,7 +93,7 @@ fn shadow_is_soft(light: Camera, params: ShadowMask) -> bool {
     return select(params.tangent, params.light_diameter, light.projection[2].w != 0.0) > 0.0;
 }
 
-// Half of the penumbra's width in texels, of an edge that is `gap` metres nearer to the light than the place. It is the
+// Half of the penumbra's width in texels, of an edge that is `gap` meters nearer to the light than the place. It is the
 // distance in the map, too, up to which what is that much nearer lies before a part of the light.
 fn shadow_penumbra(light: Camera, place: ShadowPlace, gap: f32, params: ShadowMask) -> f32 {
     let lamp = 0.5 * params.light_diameter * gap / max(place.distance - gap, 1e-3);
@@ -127,7 +127,7 @@ fn shadow_gap(map: texture_2d<f32>, light: Camera, place: ShadowPlace, disc: Sha
 }
 
 // The share for a light of some size: a disc as wide as the penumbra of the mean blocker, at least that of `kernel`.
-// Its taps are compared with a cone towards the light, half as steep as that of the light's rays, which no surface
+// Its taps are compared with a cone toward the light, half as steep as that of the light's rays, which no surface
 // reaches by its slope alone.
 fn shadow_soft(map: texture_2d<f32>, light: Camera, place: ShadowPlace, turn: f32, params: ShadowMask) -> f32 {
     let least = 0.5 * f32(params.kernel);
@@ -172,8 +172,8 @@ fn shadow_share(
 ) -> f32 {
     let place = (light.view * vec4f(world, 1.0)).xyz;
     let n = (light.view * vec4f(normal, 0.0)).xyz;
-    let towards = surface_towards(light, place);
-    let facing = dot(n, towards);
+    let toward = surface_toward(light, place);
+    let facing = dot(n, toward);
     if facing <= 0.0 { return 1.0; }
     let size = vec2f(textureDimensions(map));
     // What a texel covers at this distance.
@@ -186,7 +186,7 @@ fn shadow_share(
     // How much nearer the plane of the surface is at the farthest texel that is compared.
     let is_soft = shadow_is_soft(light, params);
     let reach = (0.5 * f32(params.kernel) + select(0.5, 1.0, is_soft || params.is_disc > 0.5)) * width;
-    let slope = (abs(n.x) + abs(n.y)) * max(towards.z, 0.0) / max(facing, SHADOW_GRAZING);
+    let slope = (abs(n.x) + abs(n.y)) * max(toward.z, 0.0) / max(facing, SHADOW_GRAZING);
     let bias = params.bias + params.slope_bias * reach * slope;
     let found = ShadowPlace(uv.xy * size - 0.5, -moved.z - bias, width);
     let turn = surface_turn(at.pixel);

@@ -22,7 +22,7 @@ struct ToneMap {
     from_lms2: vec4f,
     light_scale: f32,
     keep_hue: f32,
-    compress: f32,     // 1: colours are compressed into the gamut, 0: they are clipped
+    compress: f32,     // 1: colors are compressed into the gamut, 0: they are clipped
     gamut_knee: f32,
     peak: f32,
     peak_lightness: f32,
@@ -45,7 +45,7 @@ struct ToneMap {
 
 // Whether the working space is that of the image. The rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
-// Whether colours outside of the gamut are clipped. The search for its border is much for a driver to compile.
+// Whether colors outside of the gamut are clipped. The search for its border is much for a driver to compile.
 const TONE_MAP_CLIPS: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
@@ -69,7 +69,7 @@ fn tone_map_from_lms(lms: vec3f, params: ToneMap) -> vec3f {
     return tone_map_rows(params.from_lms0, params.from_lms1, params.from_lms2, lms);
 }
 
-// Colours of all shares of this chroma at one lightness.
+// Colors of all shares of this chroma at one lightness.
 fn tone_map_line(lightness: f32, chroma: vec2f, params: ToneMap) -> OklabLine {
     let k = oklab_deviation(chroma) / max(lightness, 1e-6);
     let k2 = k * k;
@@ -82,10 +82,10 @@ fn tone_map_line(lightness: f32, chroma: vec2f, params: ToneMap) -> OklabLine {
 
 fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f {
     let l = clamp(lightness, 0.0, params.peak_lightness);
-    let grey = l * l * l;
+    let gray = l * l * l;
     let line = tone_map_line(l, chroma, params);
-    let share = oklab_share(line, params.peak / max(grey, 1e-30), max(params.gamut_knee, 1e-3));
-    return grey * oklab_at(line, vec3f(share));
+    let share = oklab_share(line, params.peak / max(gray, 1e-30), max(params.gamut_knee, 1e-3));
+    return gray * oklab_at(line, vec3f(share));
 }
 
 fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
@@ -220,7 +220,7 @@ fn tone_map_uchimura(source: vec4f, params: ToneMap) -> vec4f {
     return tone_map_result(tone_map_uchimura_curve(tone_map_enter(source, params), params), source, params);
 }
 
-// --- Khronos PBR Neutral: below 0.8 the colour itself minus the Fresnel offset of 0.04 ---
+// --- Khronos PBR Neutral: below 0.8 the color itself minus the Fresnel offset of 0.04 ---
 
 fn tone_map_khronos_neutral_curve(v: vec3f) -> vec3f {
     let least = min(v.r, min(v.g, v.b));
@@ -229,8 +229,8 @@ fn tone_map_khronos_neutral_curve(v: vec3f) -> vec3f {
     let peak = brightest(c);
     let over = max(peak - 0.76, 0.0);
     let pressed = 1.0 - 0.24 * 0.24 / (over + 0.24);
-    let grey = 1.0 - 1.0 / (0.15 * max(peak - pressed, 0.0) + 1.0);
-    return select(mix(c * (pressed / max(peak, 0.76)), vec3f(pressed), grey), c, peak < 0.76);
+    let gray = 1.0 - 1.0 / (0.15 * max(peak - pressed, 0.0) + 1.0);
+    return select(mix(c * (pressed / max(peak, 0.76)), vec3f(pressed), gray), c, peak < 0.76);
 }
 
 fn tone_map_khronos_neutral(source: vec4f, params: ToneMap) -> vec4f {
@@ -239,7 +239,7 @@ fn tone_map_khronos_neutral(source: vec4f, params: ToneMap) -> vec4f {
 
 // --- AgX ---
 
-// Position of light between ten stops below middle grey (0) and 6.5 stops above (1), after the inset matrix.
+// Position of light between ten stops below middle gray (0) and 6.5 stops above (1), after the inset matrix.
 fn tone_map_agx_log(v: vec3f) -> vec3f {
     let inset = vec3f(
         dot(v, vec3f(0.842479062253, 0.078433600000, 0.079223745148)),

@@ -8,7 +8,7 @@ struct Upsample {
     rest: f32,  // weight of the coarser levels
 }
 
-// Limited, because sums of levels without normalisation may exceed the largest half float.
+// Limited, because sums of levels without normalization may exceed the largest half float.
 fn upsample_join(level: vec4f, rest: vec4f, params: Upsample) -> vec4f {
     return clamp(params.own * level + params.rest * rest, vec4f(-HALF_MAX), vec4f(HALF_MAX));
 }

@@ -88,7 +88,7 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 fn the_baseline_looks_like_its_pipeline_and_is_reported_beside_no_other() {
     let folder = Folder::new("baseline");
     // The baseline has the curve as published.
-    let sets = ["mapped.space=Rec709", "mapped.middle_grey=Native", "mapped.keep_hue=0.0", "mapped.gamut=Clip"];
+    let sets = ["mapped.space=Rec709", "mapped.middle_gray=Native", "mapped.keep_hue=0.0", "mapped.gamut=Clip"];
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let baseline = folder.figures("lynx", "320x180", &sets)["baseline"].clone();
     for key in ["fragment_ms", "compute_ms"] {

@@ -11,7 +11,7 @@ mod memory;
 mod outputs;
 mod pictures;
 mod plans;
-mod quantise;
+mod quantize;
 mod readings;
 mod scaffold;
 mod sequences;
@@ -131,7 +131,7 @@ fn built_in(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines").join(format!("{name}.ron"))
 }
 
-/// Middle grey, with a white lamp of four pixels in it and light that grows from left to right.
+/// Middle gray, with a white lamp of four pixels in it and light that grows from left to right.
 fn room(width: u32, height: u32) -> Picture {
     let mut pixels = Vec::new();
     for y in 0..height {

@@ -29,7 +29,7 @@ const SMALL: Round = Round { reloads: 3, resizes: 3, frames: 5, openings: 1 };
 
 const SIZE: Size = Size { width: 64, height: 48, depth: 1 };
 
-/// The colour of every pixel of the input.
+/// The color of every pixel of the input.
 const LIGHT: f32 = 0.5;
 
 /// How much the kind of this edit multiplies. Exact in 32 bits, and so is the product.

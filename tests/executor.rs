@@ -36,7 +36,7 @@ fn without_features() -> Gpu {
     Gpu { caps, ..plain }
 }
 
-/// A picture of one grey.
+/// A picture of one gray.
 fn flat(width: u32, height: u32, light: f32) -> Picture {
     Picture::new(width, height, |_, _| [light, light, light, 1.0])
 }
@@ -50,10 +50,10 @@ fn lively(width: u32, height: u32) -> Picture {
     })
 }
 
-/// The one colour of a picture of one colour.
+/// The one color of a picture of one color.
 fn level(picture: &Picture) -> f32 {
     let first = picture.at(0, 0);
-    assert!(picture.pixels.iter().all(|pixel| *pixel == first), "the picture is not of one colour");
+    assert!(picture.pixels.iter().all(|pixel| *pixel == first), "the picture is not of one color");
     first[0]
 }
 

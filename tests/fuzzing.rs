@@ -46,7 +46,7 @@ fn no_table_makes_its_reader_panic() {
 }
 
 #[test]
-fn no_colour_file_makes_its_reader_panic() {
+fn no_color_file_makes_its_reader_panic() {
     let accepted = survives(Target::ColorFile, 5000);
     assert!((100..4000).contains(&accepted), "{accepted} files are right: mutation changes too little, or too much");
 }

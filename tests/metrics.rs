@@ -1,7 +1,7 @@
 //! The metrics of `measure` against published figures and independent programs.
 //!
 //! The pair of pictures is made from whole numbers by a formula, so that another program can make the very same pair. The figures of
-//! other programs come from scikit-image 0.26.0 (SSIM and PSNR), colour-science 0.4.7 (CIEDE2000 and dE ITP) and flip-evaluator 1.7
+//! other programs come from scikit-image 0.26.0 (SSIM and PSNR), color-science 0.4.7 (CIEDE2000 and dE ITP) and flip-evaluator 1.7
 //! (FLIP), all on Python 3.11.
 
 use afterimage_lab::metrics::{

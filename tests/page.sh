@@ -62,7 +62,7 @@ echo "a broken text"
 text=$(python3 -c 'import sys, urllib.parse; print(urllib.parse.quote(sys.stdin.read().replace("Narkowicz", "Narkowich")))' \
     <pipelines/lynx.ron)
 browse shot "$site/#text=$text&image=scene.exr&still" "$out/broken.png" 15 || fail "the page of a broken text has errors"
-# The colour in which the viewer writes errors.
+# The color in which the viewer writes errors.
 red=$(convert "$out/broken.png" -fuzz 12% -fill black +opaque '#f06a5c' -fill white -opaque '#f06a5c' \
     -format '%[fx:int(mean*w*h)]' info:)
 [ "$red" -gt 40 ] || fail "the errors are not shown ($red pixels)"

@@ -21,7 +21,7 @@ targets=("$@")
 [ ${#targets[@]} -gt 0 ] || targets=(
     x86_64-unknown-linux-gnu x86_64-pc-windows-gnu aarch64-apple-darwin aarch64-linux-android wasm32-unknown-unknown
 )
-# Artefacts of another Rust must not replace those of the tests.
+# Artifacts of another Rust must not replace those of the tests.
 export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-target}/targets
 sysroot=$(rustc --print sysroot)
 logs=$(mktemp -d)

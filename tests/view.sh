@@ -91,7 +91,7 @@ echo "exported"
 key ctrl+e; settle
 [ "$(identify -format '%wx%h' "$work/look.png")" = 320x180 ] || fail "no picture of 320x180 was exported"
 key h; shot alone; key h
-echo "resized and minimised"
+echo "resized and minimized"
 for number in $(seq 60); do
     xdotool windowsize "$window" $((640 + number * 137 % 700)) $((400 + number * 89 % 400)); sleep 0.05
 done

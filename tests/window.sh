@@ -65,4 +65,4 @@ same tiers
 key Escape
 for _ in $(seq 20); do kill -0 $renderer 2>/dev/null || break; sleep 0.5; done
 kill -0 $renderer 2>/dev/null && fail "Escape does not end it"
-echo "the window shows the picture that is made without a window, after resizes, minimising, a split screen, a lost device"
+echo "the window shows the picture that is made without a window, after resizes, minimizing, a split screen, a lost device"

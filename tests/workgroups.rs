@@ -44,7 +44,7 @@ fn graph(kind: NodeKind, nodes: &str) -> Graph {
     check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
 
-/// A picture without two equal neighbours, and with specks.
+/// A picture without two equal neighbors, and with specks.
 fn scene(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let spark = if (x * 7 + y * 3) % 11 == 0 { 40.0 } else { 0.0 };

@@ -8,12 +8,12 @@ use crate::aces2::{OutputTransform, SEGMENTS};
 use crate::bisection::bisected;
 use crate::color::rows;
 use crate::display_range::DisplayRange;
-use crate::tone_map::MiddleGrey;
+use crate::tone_map::MiddleGray;
 
 static SHADER: Shader = shader!("aces2_output");
 
 choices! {
-    /// The gamut that limits the colours of the result.
+    /// The gamut that limits the colors of the result.
     pub enum Aces2Gamut {
         /// That of the `Encode` after it, the widest of several, or Rec.709 without one.
         Display,
@@ -29,19 +29,19 @@ choices! {
 params! {
     /// The output transform of ACES 2.0: tone scale, chroma compression and gamut compression in one operator.
     ///
-    /// After the Academy's reference (the CTL of aces-output): the light is limited to AP1, a colour appearance model
-    /// separates lightness, colourfulness and hue, the tone scale of the peak changes the lightness, and the
-    /// colourfulness follows it into the gamut of the display. The tables of the gamut are computed in double precision
-    /// when the plan is made. graph/docs/colour.md has the largest differences from OpenColorIO's built-in transforms.
+    /// After the Academy's reference (the CTL of aces-output): the light is limited to AP1, a color appearance model
+    /// separates lightness, colorfulness and hue, the tone scale of the peak changes the lightness, and the
+    /// colorfulness follows it into the gamut of the display. The tables of the gamut are computed in double precision
+    /// when the plan is made. graph/docs/color.md has the largest differences from OpenColorIO's built-in transforms.
     /// A pixel takes 17 powers and four reads of a table, where `ToneMap` takes nine powers.
     ///
     /// The result is display-linear in the primaries of `gamut`, from 0 to `peak`. An `Encode` for other primaries
     /// converts it: with `gamut: P3` and `Encode(primaries: Rec2020)` the file has the primaries of Rec.2020 and the
-    /// colours of P3, and for narrower primaries `gamut` of `Encode` fits the colours. Light that the display after it
+    /// colors of P3, and for narrower primaries `gamut` of `Encode` fits the colors. Light that the display after it
     /// cannot show is an error: a `peak` above 1 needs `transfer: Pq` or `Hlg` in `Encode`, the same `white_nits`, and
     /// a `peak_nits` of at least `peak` times that.
     pub struct Aces2Output {
-        /// The gamut that limits the colours.
+        /// The gamut that limits the colors.
         pub gamut: Aces2Gamut = Aces2Gamut::Display;
         /// The peak of the display, as in `ToneMap`: 4.926 for 1000 cd/m2 at a white of 203. With 1 the transform is
         /// that for SDR, 100 cd/m2.
@@ -49,9 +49,9 @@ params! {
         /// For a `peak` above 1: the luminance of display-linear 1. `Encode` has the same default.
         pub white_nits: f32 = 203.0
             => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
-        /// Which light becomes middle grey. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of
+        /// Which light becomes middle gray. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of
         /// 1000 cd/m2.
-        pub middle_grey: MiddleGrey = MiddleGrey::Matched;
+        pub middle_gray: MiddleGray = MiddleGray::Matched;
     }
 }
 
@@ -131,7 +131,7 @@ impl Aces2Output {
     }
 
     /// The transform in double precision: exposed light of Rec.709 to display-linear light in the primaries of `gamut`,
-    /// as the shader computes it on the GPU. `Display` counts as Rec.709. A colour takes some microseconds.
+    /// as the shader computes it on the GPU. `Display` counts as Rec.709. A color takes some microseconds.
     pub fn evaluator(&self) -> impl Fn([f64; 3]) -> [f64; 3] + use<> {
         let transform = OutputTransform::of(self.limit().unwrap_or(Chromaticities::REC709), self.peak_nits());
         let enter = Chromaticities::REC709.conversion(&Chromaticities::ACES_CG) * self.light_scale(&transform);
@@ -154,11 +154,11 @@ impl Aces2Output {
         if self.peak > 1.0 { f64::from(self.white_nits) } else { 100.0 }
     }
 
-    /// The factor of exposed light before the transform. The tone scale alone determines greys.
+    /// The factor of exposed light before the transform. The tone scale alone determines grays.
     fn light_scale(&self, transform: &OutputTransform) -> f64 {
-        match self.middle_grey {
-            MiddleGrey::Native => 1.0,
-            MiddleGrey::Matched => {
+        match self.middle_gray {
+            MiddleGray::Native => 1.0,
+            MiddleGray::Matched => {
                 let is_below = |scale: f64| 100.0 * transform.tone().apply(0.18 * scale) < 0.18 * self.unit();
                 bisected(1.0 / 16.0, 16.0, is_below)
             }

@@ -13,7 +13,7 @@ params! {
     /// feed an `Exposure`: (stops, mean of log2 luminance, lux, 1). All four are 0 before the first metered frame. If
     /// the whole image is dark, the last exposure is kept.
     pub struct Adapt {
-        /// Target of the mean, in exposed luminance. 0.18 is middle grey.
+        /// Target of the mean, in exposed luminance. 0.18 is middle gray.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness.
         pub min_ev: f32 = LOWEST_EV => within(-24.0..=24.0), unit("EV100");

@@ -33,14 +33,14 @@ params! {
     /// exposure to the target of this frame. The result lies between these two.
     ///
     /// The result is (stops, metered mean of log2 luminance, lux, 1). All four are 0 before the first metered frame.
-    /// Lux is the illuminance of a grey card of 18 % with the metered luminance L: pi L / 0.18. It is exact where
+    /// Lux is the illuminance of a gray card of 18 % with the metered luminance L: pi L / 0.18. It is exact where
     /// luminance is in cd/m2 and the histogram has an albedo, and an estimate otherwise. It is not adapted over time.
     pub struct AutoExposure {
         /// Lower percentile: the share of the counted pixels, from the darkest, that the mean ignores.
         pub low: f32 = 0.4 => within(0.0..=1.0);
         /// Upper percentile: the share at which the mean ends. 0.95 ignores the brightest 5 %.
         pub high: f32 = 0.95 => within(0.0..=1.0);
-        /// Target of the metered mean, in exposed luminance. 0.18 is middle grey.
+        /// Target of the metered mean, in exposed luminance. 0.18 is middle gray.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness, so that night
         /// stays dark. -4 is moonlight. The default is the lower end of the range of `Histogram`.

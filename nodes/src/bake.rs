@@ -1,4 +1,4 @@
-//! Evaluates a chain of colour nodes in double precision at the entries of a 3-D table.
+//! Evaluates a chain of color nodes in double precision at the entries of a 3-D table.
 
 use afterimage_graph::color::Chromaticities;
 use glam::DVec3;

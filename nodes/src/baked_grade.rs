@@ -46,13 +46,13 @@ params! {
     /// With `size` 64 and `LogC`, the error against the four nodes is, for 99 % of all channels, below 0.6 codes of 8
     /// bits with `Aces2ToneScale` and `AgX`, 0.7 with `AcesNarkowicz`, 1.0 with `Uchimura` in the Tsushima space and
     /// 1.5 with `KhronosNeutral`, measured over light from 0.0001 to 60 of any saturation with a warm balance. Where
-    /// the hue or the gamut bends within a cell of the table, single saturated colours have larger errors: 6 codes
+    /// the hue or the gamut bends within a cell of the table, single saturated colors have larger errors: 6 codes
     /// with `AgX`, 8 with `Aces2ToneScale`, 11 with `AcesNarkowicz` and 17 with `Uchimura`. A larger table does not
     /// remove these. `size` 32 has three to four times the error. Light above 2^`high` counts as 2^`high`.
     ///
     /// The axes of the table are light in `primaries`, without negative channels: before and after the white balance,
-    /// colours outside of these primaries are clipped to them, which the four nodes do not do. For a source of wide
-    /// colours and a Rec.709 display, use the four nodes.
+    /// colors outside of these primaries are clipped to them, which the four nodes do not do. For a source of wide
+    /// colors and a Rec.709 display, use the four nodes.
     pub struct BakedGrade {
         /// Entries per side of the table.
         pub size: u32 = 64 => within(8.0..=96.0), usually(16.0..=64.0), quality(64, [48, 32, 16]);
@@ -63,7 +63,7 @@ params! {
         /// How the table is interpolated. `Tetrahedral` takes four reads instead of one and halves the error of
         /// `KhronosNeutral`; the other curves gain little.
         pub interpolation: Interpolation = Interpolation::Trilinear;
-        /// The colour that white becomes, as in `WhiteBalance` with Bradford and `keep_luminance`.
+        /// The color that white becomes, as in `WhiteBalance` with Bradford and `keep_luminance`.
         pub target: [f32; 3] = [1.0, 1.0, 1.0]
             => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]), replans();
         /// The tone curve, as in `ToneMap` with default parameters.

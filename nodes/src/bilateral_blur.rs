@@ -9,7 +9,7 @@ static SHADER: Shader = shader!("bilateral_blur");
 params! {
     /// Blurs an image within surfaces, and not over their edges: for occlusion, shadows and other noisy light.
     ///
-    /// A Gaussian along one axis and then along the other. A neighbour counts less the farther it lies off the plane of
+    /// A Gaussian along one axis and then along the other. A neighbor counts less the farther it lies off the plane of
     /// the pixel's own surface, which the inverse of the depth shows at any slope in perspective, and, with normals,
     /// the more it faces another way. Alpha passes unchanged. After Tomasi and Manduchi, "Bilateral Filtering for Gray
     /// and Color Images", ICCV 1998; separated, so that corners of surfaces are blurred less than by the whole kernel.

@@ -1,4 +1,4 @@
-//! Cdl: the colour decision list of the American Society of Cinematographers.
+//! Cdl: the color decision list of the American Society of Cinematographers.
 
 use std::sync::Arc;
 
@@ -10,9 +10,9 @@ use crate::lut::{ColorCorrection, LutError, parse_correction};
 static SHADER: Shader = shader!("cdl");
 
 params! {
-    /// An ASC colour decision list: slope, offset, power and saturation, as cameras and grading programs exchange them.
+    /// An ASC color decision list: slope, offset, power and saturation, as cameras and grading programs exchange them.
     ///
-    /// `(source * slope + offset)^power`, then `saturation` scales the distance from the grey of the same luminance.
+    /// `(source * slope + offset)^power`, then `saturation` scales the distance from the gray of the same luminance.
     /// Values at or below 0 skip the power and may stay below 0, and values above 1 stay: the style `FwdNoClamp` of the
     /// Common LUT Format. With neutral values the node is skipped.
     ///
@@ -21,7 +21,7 @@ params! {
     pub struct Cdl {
         /// A `.cdl`, `.cc` or `.ccc` file with the values.
         pub file: FileValue = FileValue::default();
-        /// The id of the colour correction in the file. A file with one correction needs none.
+        /// The id of the color correction in the file. A file with one correction needs none.
         pub id: Arc<str> = Arc::from("");
         /// Factor of each channel.
         pub slope: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
@@ -29,7 +29,7 @@ params! {
         pub offset: [f32; 3] = [0.0, 0.0, 0.0] => within(-4.0..=4.0), usually(-0.2..=0.2), neutral([0.0, 0.0, 0.0]);
         /// Exponent of each channel. Below 1 brightens midtones, above 1 darkens them.
         pub power: [f32; 3] = [1.0, 1.0, 1.0] => within(0.05..=20.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
-        /// Factor of the distance from grey. 0 is grey, 1 changes nothing.
+        /// Factor of the distance from gray. 0 is gray, 1 changes nothing.
         pub saturation: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=2.0), neutral(1.0);
     }
 }

@@ -1,14 +1,14 @@
-//! ChromaticAberration: coloured fringes towards the corners.
+//! ChromaticAberration: colored fringes toward the corners.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("chromatic_aberration");
 
 params! {
-    /// Moves red and blue outwards or inwards, so that edges far from the centre have coloured fringes.
+    /// Moves red and blue outwards or inwards, so that edges far from the center have colored fringes.
     ///
-    /// A lens magnifies colours differently (lateral chromatic aberration). A channel of the pixel at a place p from
-    /// the centre is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
+    /// A lens magnifies colors differently (lateral chromatic aberration). A channel of the pixel at a place p from
+    /// the center is that of the source at p / (1 + amount m s): m is `red` or `blue`, and s is 1 or, by `growth`, the
     /// square of the distance, which is 1 at the corners. Green and alpha stay. It is a warp: with a `LensDistortion`
     /// before or after it, it is one pass, which reads each image three times. Beyond the border the border is read.
     pub struct ChromaticAberration {
@@ -21,7 +21,7 @@ params! {
         /// 0 for the same magnification everywhere, 1 for one that grows with the square of the distance, so that the
         /// middle of the image stays sharp.
         pub growth: f32 = 0.5 => within(0.0..=1.0);
-        /// The optical centre, from the centre of the image.
+        /// The optical center, from the center of the image.
         pub center: [f32; 2] = [0.0, 0.0] => within(-0.5..=0.5), unit("uv");
     }
 }

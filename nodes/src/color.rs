@@ -1,4 +1,4 @@
-//! White balance as matrices in double precision, and the colour spaces that only nodes use.
+//! White balance as matrices in double precision, and the color spaces that only nodes use.
 
 use afterimage_graph::color::{self, Chromaticities, Xy};
 use afterimage_graph::prelude::*;
@@ -28,7 +28,7 @@ choices! {
     pub enum Cones {
         /// Lam's Bradford transform (1985), the usual choice.
         Bradford,
-        /// CAT16 (Li et al. 2017): better for strongly coloured lights.
+        /// CAT16 (Li et al. 2017): better for strongly colored lights.
         Cat16,
     }
 }
@@ -61,7 +61,7 @@ pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool
 }
 
 /// The matrix on linear Rec.709 that makes a light of this temperature neutral. `duv` is the distance of the light from
-/// the locus in CIE 1960 uv, positive towards green.
+/// the locus in CIE 1960 uv, positive toward green.
 pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
     fn a_light_moves_smoothly_with_its_temperature() {
         // Without a blend it was 0.0073 from 3999 K to 4000 K.
         for duv in [0.0, 0.02, -0.02] {

@@ -25,16 +25,16 @@ choices! {
 }
 
 params! {
-    /// Grades by a look-up table or another colour file.
+    /// Grades by a look-up table or another color file.
     ///
     /// The file is a `.cube` or `.spi1d` or `.spi3d` table, a PNG with tiles or in HALD layout, or a `.clf` file in
-    /// Common LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and colour decision
+    /// Common LUT Format (version 3, SMPTE ST 2136-1): tables, matrices, ranges, logarithms, powers and color decision
     /// lists in any order.
     ///
     /// State in `from` the space that the table was made for, and in `to` that of its results. Without them, the author
     /// of the table decides, and the node belongs where the image is in that space. With them, the node converts. A
     /// look for sRGB works on light, before `Encode`, as it would after it, and a table that contains a display
-    /// transform replaces `ToneMap` and `Encode`, with `state`. Colours outside of a table's domain use its border. For
+    /// transform replaces `ToneMap` and `Encode`, with `state`. Colors outside of a table's domain use its border. For
     /// light above 1, state `from`, or set `shaper` to the spacing of the table's axes; the domain in the file applies
     /// after the shaper.
     ///
@@ -44,9 +44,9 @@ params! {
     pub struct ColorLut {
         /// The file. Without a file the node changes nothing.
         pub file: FileValue = FileValue::default();
-        /// The space of the colours that the table expects. An image in another space is converted to it.
+        /// The space of the colors that the table expects. An image in another space is converted to it.
         pub from: LutSpace = LutSpace::Same;
-        /// The space of the colours that the table returns. They are converted to the result.
+        /// The space of the colors that the table returns. They are converted to the result.
         pub to: LutSpace = LutSpace::Same;
         /// The color state of the result.
         pub state: LutState = LutState::Source;
@@ -54,7 +54,7 @@ params! {
         pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
         /// For a PNG: the layout of the table.
         pub layout: PngLayout = PngLayout::Tiles;
-        /// How a colour maps to a position in the table.
+        /// How a color maps to a position in the table.
         pub shaper: Shaper = Shaper::None;
         /// For `Log2`: the darkest light of the table.
         pub low: f32 = -12.0 => within(-24.0..=4.0), usually(-16.0..=-6.0), unit("stops from 1");

@@ -23,7 +23,7 @@ params! {
         pub form: ContrastForm = ContrastForm::Log;
         /// 1 changes nothing, more increases contrast, 0 maps everything to the pivot.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.5..=2.0), neutral(1.0);
-        /// The value that stays constant: 0.18 is middle grey in light, 0.5 the middle of encoded values.
+        /// The value that stays constant: 0.18 is middle gray in light, 0.5 the middle of encoded values.
         pub pivot: f32 = 0.18 => within(0.01..=16.0), usually(0.05..=0.6);
     }
 }

@@ -34,13 +34,13 @@ pub(crate) const AGX_OUT_2020: DMat3 = DMat3::from_cols(
 );
 
 /// The constants of the curve that replaces AgX's sigmoid on HDR displays (A. Pestaluky 2025, for Godot): up to middle
-/// grey x^1.25 / (x^1.25 + toe), above it a shoulder after Reinhard that reaches the peak at 16.29 times the peak.
+/// gray x^1.25 / (x^1.25 + toe), above it a shoulder after Reinhard that reaches the peak at 16.29 times the peak.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AgxHdr {
     pub(crate) toe: f64,
-    /// The slope at middle grey.
+    /// The slope at middle gray.
     pub(crate) slope: f64,
-    /// From middle grey to the peak.
+    /// From middle gray to the peak.
     pub(crate) rise: f64,
     /// What makes the shoulder end at the peak.
     pub(crate) white: f64,
@@ -50,26 +50,26 @@ pub(crate) struct AgxHdr {
 const AGX_CONTRAST: f64 = 1.25;
 
 /// Where the toe of AgX's curve for HDR displays ends.
-const AGX_GREY: f64 = 0.18;
+const AGX_GRAY: f64 = 0.18;
 
 impl AgxHdr {
     pub(crate) fn new(peak: f64) -> Self {
-        let power = AGX_GREY.powf(AGX_CONTRAST);
-        let toe = (1.0 / AGX_GREY - 1.0) * power;
-        let slope = AGX_CONTRAST * power / AGX_GREY * toe / (power + toe).powi(2);
-        let rise = peak - AGX_GREY;
-        let white = (16.29 * peak - AGX_GREY).powi(2) * slope / rise;
+        let power = AGX_GRAY.powf(AGX_CONTRAST);
+        let toe = (1.0 / AGX_GRAY - 1.0) * power;
+        let slope = AGX_CONTRAST * power / AGX_GRAY * toe / (power + toe).powi(2);
+        let rise = peak - AGX_GRAY;
+        let white = (16.29 * peak - AGX_GRAY).powi(2) * slope / rise;
         Self { toe, slope, rise, white }
     }
 
     pub(crate) fn apply(self, x: f64) -> f64 {
-        if x < AGX_GREY {
+        if x < AGX_GRAY {
             let power = x.powf(AGX_CONTRAST);
             return power / (power + self.toe);
         }
-        let above = x - AGX_GREY;
+        let above = x - AGX_GRAY;
         let line = self.slope * above;
-        AGX_GREY + (line * (1.0 + above / self.white) / (1.0 + line / self.rise)).min(self.rise)
+        AGX_GRAY + (line * (1.0 + above / self.white) / (1.0 + line / self.rise)).min(self.rise)
     }
 }
 
@@ -148,8 +148,8 @@ pub(crate) fn pq_encode(nits: f64) -> f64 {
 /// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aces2Tone {
-    /// The result for middle grey.
-    pub(crate) grey: f64,
+    /// The result for middle gray.
+    pub(crate) gray: f64,
     pub(crate) factor: f64,
     pub(crate) offset: f64,
 }
@@ -167,12 +167,12 @@ impl Aces2Tone {
         let before_toe = |y: f64| 0.5 * (y + (y * (y + 4.0 * ACES2_TOE)).sqrt());
         let power = |x: f64| (x / (x + 1.0)).powf(ACES2_CONTRAST);
         let hit = Self::hit(peak);
-        let grey = 0.10013 * (1.0 + 0.14 * (peak / 100.0).log2());
+        let gray = 0.10013 * (1.0 + 0.14 * (peak / 100.0).log2());
         let top = before_toe(peak / 100.0);
-        let share = (before_toe(grey) / (top / power(hit / top))).powf(1.0 / ACES2_CONTRAST);
+        let share = (before_toe(gray) / (top / power(hit / top))).powf(1.0 / ACES2_CONTRAST);
         let offset = 0.18 * (1.0 - share) / share;
         let factor = top / power(hit / offset);
-        Self { grey, factor, offset }
+        Self { gray, factor, offset }
     }
 
     /// The light that reaches the peak.

@@ -9,7 +9,7 @@ use crate::bisection::bisected;
 use crate::color::LUMINANCE;
 use crate::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
 use crate::oklab::Lab;
-use crate::tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap};
+use crate::tone_map::{AgxLook, Curve, Gamut, MiddleGray, Sigmoid, ToneMap};
 
 /// PQ (SMPTE ST 2084) to cd/m².
 fn pq_decode(v: f64) -> f64 {
@@ -36,20 +36,20 @@ impl ToneMap {
 
     /// The factor of exposed light before the curve.
     pub(crate) fn light_scale(&self) -> f64 {
-        match self.middle_grey {
-            MiddleGrey::Native => 1.0,
-            MiddleGrey::Matched if self.curve == Curve::None => 1.0,
-            MiddleGrey::Matched => {
+        match self.middle_gray {
+            MiddleGray::Native => 1.0,
+            MiddleGray::Matched if self.curve == Curve::None => 1.0,
+            MiddleGray::Matched => {
                 // A look and the polynomial keep the exposure of the curve that they belong to.
                 let plain = Self { look: AgxLook::Base, sigmoid: Sigmoid::Exact, ..self.clone() };
-                bisected(LEAST_SCALE, 1.0 / LEAST_SCALE, |scale| plain.grey(scale) < MIDDLE_GREY)
+                bisected(LEAST_SCALE, 1.0 / LEAST_SCALE, |scale| plain.gray(scale) < MIDDLE_GRAY)
             }
         }
     }
 
-    /// What middle grey becomes if the light is scaled.
-    fn grey(&self, scale: f64) -> f64 {
-        self.bend(DVec3::splat(scale * MIDDLE_GREY), scale).y
+    /// What middle gray becomes if the light is scaled.
+    fn gray(&self, scale: f64) -> f64 {
+        self.bend(DVec3::splat(scale * MIDDLE_GRAY), scale).y
     }
 
     /// The curve alone, in its working space, on light that was scaled by `scale`.
@@ -107,10 +107,10 @@ impl ToneMap {
     }
 }
 
-/// Exposed middle grey, and the display-linear value that it becomes.
-const MIDDLE_GREY: f64 = 0.18;
+/// Exposed middle gray, and the display-linear value that it becomes.
+const MIDDLE_GRAY: f64 = 0.18;
 
-/// The smallest factor of light that matches a curve to middle grey; its inverse is the largest.
+/// The smallest factor of light that matches a curve to middle gray; its inverse is the largest.
 const LEAST_SCALE: f64 = 1.0 / 16.0;
 
 fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
@@ -134,8 +134,8 @@ fn khronos_neutral(v: DVec3) -> DVec3 {
         return c;
     }
     let pressed = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);
-    let grey = 1.0 - 1.0 / (0.15 * (peak - pressed) + 1.0);
-    (c * (pressed / peak)).lerp(DVec3::splat(pressed), grey)
+    let gray = 1.0 - 1.0 / (0.15 * (peak - pressed) + 1.0);
+    (c * (pressed / peak)).lerp(DVec3::splat(pressed), gray)
 }
 
 const AGX_INSET: DMat3 = DMat3::from_cols(
@@ -146,7 +146,7 @@ const AGX_INSET: DMat3 = DMat3::from_cols(
 
 static AGX_INSET_INVERSE: LazyLock<DMat3> = LazyLock::new(|| AGX_INSET.inverse());
 
-/// Sobotka's sigmoid on normalised log2: slope 2 at (10/16.5, 0.5), toe of power 3, shoulder of power 3.25.
+/// Sobotka's sigmoid on normalized log2: slope 2 at (10/16.5, 0.5), toe of power 3, shoulder of power 3.25.
 fn agx_sigmoid(t: f64) -> f64 {
     let pivot = 10.0 / 16.5;
     if t < pivot { 0.5 - agx_arm(pivot - t, pivot, 3.0) } else { 0.5 + agx_arm(t - pivot, 1.0 - pivot, 3.25) }

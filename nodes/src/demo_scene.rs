@@ -13,12 +13,12 @@ params! {
     ///
     /// The shader traces rays through analytic shapes, so the scene needs no files and has any size. Equal parameters
     /// give equal images. With a lens of some diameter, `result` is what a thin lens shows; the other outputs are those
-    /// of its middle. Light is in units of the room: its greys are 0.02 to 0.3, the sky is near 6, the neon near
+    /// of its middle. Light is in units of the room: its grays are 0.02 to 0.3, the sky is near 6, the neon near
     /// 11, the disc of the sun 18900. Alpha is the emissive strength: 0 for surfaces that emit no light.
     pub struct DemoScene {
         /// Time of the animation: the neon flickers, dust drifts.
         pub time: f32 = 0.0 => within(0.0..=1e6), unit("s");
-        /// Stops from the room's grey to the disc of the sun. 0 makes all light equal.
+        /// Stops from the room's gray to the disc of the sun. 0 makes all light equal.
         pub range: f32 = 18.0 => within(0.0..=24.0), unit("stops");
         /// Position of the camera: 0 is deep in the room, 1 in front of the window.
         pub walk: f32 = 0.0 => within(0.0..=1.0);
@@ -52,7 +52,7 @@ impl Node for DemoScene {
         Output::image(
             "depth",
             OutputState::Always(ColorState::Data),
-            "Distance along the view axis in metres, 1000 for the sky, in x.",
+            "Distance along the view axis in meters, 1000 for the sky, in x.",
         ),
         Output::image(
             "projected",
@@ -94,7 +94,7 @@ impl Node for DemoScene {
 
 /// Of half the vertical field of view, as the shader has it.
 const TAN_FOV: f64 = 0.4245;
-/// The near plane in metres.
+/// The near plane in meters.
 const NEAR: f64 = 0.1;
 
 impl DemoScene {

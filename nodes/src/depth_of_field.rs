@@ -17,7 +17,7 @@ params! {
     /// it.
     ///
     /// Place it before the tone curve, so that bright lights become bright discs. The depth is the distance along the
-    /// view axis in metres. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in
+    /// view axis in meters. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in
     /// the middle of the largest circle. Alpha passes unchanged. After Jimenez, "Next Generation Post Processing in
     /// Call of Duty: Advanced Warfare", SIGGRAPH 2014.
     pub struct DepthOfField {
@@ -83,7 +83,7 @@ impl Numbers {
 impl Node for DepthOfField {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis in metres, in x.").accepts(&[ColorState::Data]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];

@@ -1,14 +1,14 @@
-//! Dither: quantisation with noise against banding.
+//! Dither: quantization with noise against banding.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("dither");
 
-/// Half floats keep codes apart up to this many bits, also on devices that round towards 0.
+/// Half floats keep codes apart up to this many bits, also on devices that round toward 0.
 const HALF_BITS: u32 = 10;
 
 params! {
-    /// Quantises an encoded image to the codes of a file or a display, with noise against banding.
+    /// Quantizes an encoded image to the codes of a file or a display, with noise against banding.
     ///
     /// The noise has a triangular distribution, so neither the mean nor the variance of the error depends on the image.
     /// It fades within half a code of black and white, so that solid black and white stay solid. The results are exact
@@ -16,7 +16,7 @@ params! {
     /// unless `format` says otherwise. Use it as the last node. Do not use it where the target stores floats. Equal
     /// seeds and frames give equal noise on every device.
     ///
-    /// `bits` is for a host that shows or stores the image itself. The program `afterimage` quantises once, when it
+    /// `bits` is for a host that shows or stores the image itself. The program `afterimage` quantizes once, when it
     /// writes the file, with this noise and at the depth of the file.
     pub struct Dither {
         /// Bits per channel of the file or the display.

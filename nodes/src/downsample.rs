@@ -29,7 +29,7 @@ choices! {
         /// It does not: small lights keep all of their energy.
         Off,
         /// The five squares of `Tap13` are weighted by 1 / (1 + brightness). With a cheaper filter the first halving is
-        /// a `Tap4` whose corners are weighted together with the centre, 5 reads, so that a change of the filter keeps
+        /// a `Tap4` whose corners are weighted together with the center, 5 reads, so that a change of the filter keeps
         /// the look.
         Groups,
         /// Each tap is weighted by 1 / (1 + brightness): the strongest. It also dims small lights that are intended
@@ -44,7 +44,7 @@ params! {
     /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
     /// The weights of every filter sum to 1, so a constant image stays the same on every level. Alpha is filtered like
-    /// colour. Reads beyond the border return the border.
+    /// color. Reads beyond the border return the border.
     pub struct Downsample {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
@@ -59,7 +59,7 @@ params! {
 }
 
 impl DownsampleFilter {
-    /// Distance of the outermost taps from the centre, in texels.
+    /// Distance of the outermost taps from the center, in texels.
     fn reach(self) -> f32 {
         match self {
             Self::Box => 0.0,
@@ -88,7 +88,7 @@ impl Downsample {
 }
 
 impl Downsample {
-    /// Distance of the outermost taps of a halving from the centre, in texels.
+    /// Distance of the outermost taps of a halving from the center, in texels.
     fn reach(&self, is_first: bool) -> f32 {
         let weighs = is_first && self.firefly == Firefly::Groups;
         if weighs { self.filter.reach().max(1.0) } else { self.filter.reach() }

@@ -14,7 +14,7 @@ choices! {
         /// The largest channel, and all channels are scaled alike: chromaticities stay the same, and no channel exceeds
         /// the peak.
         Largest,
-        /// Each channel: bright saturated colours lose saturation.
+        /// Each channel: bright saturated colors lose saturation.
         Channels,
     }
 }

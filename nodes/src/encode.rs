@@ -17,7 +17,7 @@ choices! {
         Gamma,
         /// None: for files that hold linear light.
         Linear,
-        /// Perceptual quantiser (SMPTE ST 2084): absolute luminance, for HDR10.
+        /// Perceptual quantizer (SMPTE ST 2084): absolute luminance, for HDR10.
         Pq,
         /// Hybrid log-gamma (ITU-R BT.2100): HDR relative to the peak of the display.
         Hlg,
@@ -53,13 +53,13 @@ params! {
     /// values. Both usually run in one dispatch, and the file writer rounds. To write to an `-srgb` texture, use
     /// `transfer: Linear`: the device encodes. `Srgb`, `Gamma` and `Linear` clip to 0 to 1; `Pq` and `Hlg` accept more,
     /// up to `peak_nits`. A `ToneMap` before it maps the light into these primaries, or into wider ones if the same
-    /// light is also encoded for those: then `gamut` fits the colours into these primaries.
+    /// light is also encoded for those: then `gamut` fits the colors into these primaries.
     pub struct Encode {
         /// The transfer function.
         pub transfer: Transfer = Transfer::Srgb;
         /// The primaries of the result.
         pub primaries: Primaries = Primaries::Rec709;
-        /// How colours outside of these primaries are fitted into them. Without effect where the source has these
+        /// How colors outside of these primaries are fitted into them. Without effect where the source has these
         /// primaries or narrower ones.
         pub gamut: Gamut = Gamut::Compress;
         /// For `Gamma`: the gamma of the display. 1 is linear.
@@ -129,7 +129,7 @@ impl Encode {
     }
 }
 
-/// Whether no colour of the first primaries is outside of the others, up to the rounding of published coordinates.
+/// Whether no color of the first primaries is outside of the others, up to the rounding of published coordinates.
 fn is_within(from: &Chromaticities, to: &Chromaticities) -> bool {
     from.conversion(to).to_cols_array().into_iter().all(|share| share >= -0.005)
 }

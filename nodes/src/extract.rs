@@ -15,10 +15,10 @@ choices! {
         Knee,
         /// All of the light of a pixel above the threshold, with a smooth step between: the threshold of Lynx.
         Gate,
-        /// A luminance clamp for an image after the exponential curve: twice the colour, through a smooth step from
+        /// A luminance clamp for an image after the exponential curve: twice the color, through a smooth step from
         /// luminance 0.8 to 1. Ignores `threshold`, `knee` and `brightness`.
         Clamp,
-        /// Alpha is the emissive strength. The result is colour times alpha where alpha is above the threshold:
+        /// Alpha is the emissive strength. The result is color times alpha where alpha is above the threshold:
         /// Caracal's selective bloom.
         Emissive,
         /// All light: for a `Composite` with `blend: Mix`.
@@ -48,7 +48,7 @@ choices! {
 }
 
 params! {
-    /// Selects the light that bloom spreads: the colour of the source times a weight.
+    /// Selects the light that bloom spreads: the color of the source times a weight.
     ///
     /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
     /// the scene. Black stays black. Results are limited to 65504. Alpha passes unchanged.
@@ -56,7 +56,7 @@ params! {
     /// `fireflies: Limit` compares each pixel with the eight around it and, with `before` wired to the own output
     /// `peaks` of the previous frame (`before: "bright.peaks@previous"`), with what was there or next to it in that
     /// frame. So an outlier of one frame goes, and a light of one pixel stays if it moves by less than a pixel per
-    /// frame. In the first frame of a sequence, and in a single image, only the neighbours count: stars and lamps of
+    /// frame. In the first frame of a sequence, and in a single image, only the neighbors count: stars and lamps of
     /// one pixel keep their light in the image, but get little bloom.
     pub struct Extract {
         /// How light is selected.

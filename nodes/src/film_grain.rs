@@ -17,7 +17,7 @@ params! {
         pub amount: f32 = 0.15 => within(0.0..=1.0), usually(0.0..=0.4), neutral(0.0);
         /// Diameter of a grain. 1 is one grain per pixel.
         pub size: f32 = 1.5 => within(1.0..=64.0), usually(1.0..=4.0), unit("px");
-        /// 0 for monochrome grain (equal in all channels), 1 for colour grain (independent channels). The strength in
+        /// 0 for monochrome grain (equal in all channels), 1 for color grain (independent channels). The strength in
         /// each channel is the same for all values.
         pub color: f32 = 0.3 => within(0.0..=1.0);
         /// Strength of the grain in the darkest shadows, relative to midtones.

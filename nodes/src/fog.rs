@@ -13,14 +13,14 @@ params! {
     /// Along each ray the light of the scene is multiplied by exp(-optical depth), and the rest is `color` plus
     /// `sun_color` times the phase function of Henyey and Greenstein (times 4 pi). The optical depth of a density that
     /// falls exponentially with the height has a closed form (Quilez, "Better Fog", 2010). Place it before exposure.
-    /// The depth is the distance along the view axis in metres; the sky has a large one. With a camera, directions and
+    /// The depth is the distance along the view axis in meters; the sky has a large one. With a camera, directions and
     /// heights are those of the world, so the fog stays where it is when the camera moves; `eye_height` and `fov` are
-    /// not used. Without one, directions are in view space: x to the right, y up, z towards the viewer. Alpha passes
+    /// not used. Without one, directions are in view space: x to the right, y up, z toward the viewer. Alpha passes
     /// unchanged.
     pub struct Fog {
-        /// Share of the light that a metre of fog absorbs, at `level`. 0 changes nothing.
+        /// Share of the light that a meter of fog absorbs, at `level`. 0 changes nothing.
         pub density: f32 = 0.02 => within(0.0..=10.0), usually(0.0..=0.2), unit("1/m"), neutral(0.0);
-        /// How fast the density falls with the height: by 1/e in 1/falloff metres. 0 is the same fog everywhere.
+        /// How fast the density falls with the height: by 1/e in 1/falloff meters. 0 is the same fog everywhere.
         pub falloff: f32 = 0.0 => within(0.0..=10.0), usually(0.0..=0.5), unit("1/m"), neutral(0.0);
         /// The height at which the fog has its density.
         pub level: f32 = 0.0 => within(-10000.0..=10000.0), usually(-100.0..=100.0), unit("m");
@@ -34,7 +34,7 @@ params! {
         pub most: f32 = 1.0 => within(0.0..=1.0);
         /// The light that the fog scatters from all sides, in the units of the source.
         pub color: [f32; 3] = [0.5, 0.6, 0.7] => within(0.0..=1000.0), usually(0.0..=4.0);
-        /// Towards the sun, of length 1.
+        /// Toward the sun, of length 1.
         pub sun: [f32; 3] = [0.0, 0.0, -1.0] => within(-1.0..=1.0);
         /// The light of the sun that the fog scatters, of all directions on average.
         pub sun_color: [f32; 3] = [0.0, 0.0, 0.0] => within(0.0..=1000.0), usually(0.0..=4.0);
@@ -48,7 +48,7 @@ params! {
 impl Node for Fog {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis in metres, in x.").accepts(&[ColorState::Data]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
         Input::block("camera", &CAMERA, "The camera, for fog that stands in the world.").optional(),
     ];
     const OUTPUTS: &'static [Output] =

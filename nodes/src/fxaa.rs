@@ -17,12 +17,12 @@ choices! {
 }
 
 params! {
-    /// Smooths the steps of edges in a finished image, from its colours alone: FXAA.
+    /// Smooths the steps of edges in a finished image, from its colors alone: FXAA.
     ///
     /// Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found by its contrast, followed
     /// to both of its ends, and each pixel beside it is read between the two sides of the edge. Place it last, before
     /// grain and dither: noise makes edges. Text and fine patterns lose sharpness; `subpixel` says how much. Alpha is
-    /// filtered like colour. Brightness is the luminance of encoded colours, and the square root of that of
+    /// filtered like color. Brightness is the luminance of encoded colors, and the square root of that of
     /// display-linear ones.
     pub struct Fxaa {
         /// How much dots and lines of one pixel are dimmed: 0 leaves them, 1 is the softest.

@@ -58,7 +58,7 @@ blur! {
     /// Blurs an image by a Gaussian, first along x, then along y.
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
-    /// blurred like colour.
+    /// blurred like color.
     Gaussian
 }
 
@@ -68,11 +68,11 @@ blur! {
     /// Each level is blurred twice as wide as the previous one.
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
-    /// blurred like colour.
+    /// blurred like color.
     GaussianPyramid
 }
 
-/// At this sigma and below, all but 4e-6 of the weight is at the centre.
+/// At this sigma and below, all but 4e-6 of the weight is at the center.
 const NO_BLUR: f32 = 0.2;
 /// Sigma and radius of the kernel `Course33`.
 const COURSE: (f32, u32) = (3.5119, 16);

@@ -6,11 +6,11 @@ pub(crate) struct GaussianWeights {
     pub(crate) radius: u32,
     /// Factor of the squared offset in the exponent; negative.
     pub(crate) falloff: f64,
-    /// The weight at the centre.
+    /// The weight at the center.
     pub(crate) scale: f64,
 }
 
-/// At this sigma and below, all but 4e-6 of the weight is at the centre.
+/// At this sigma and below, all but 4e-6 of the weight is at the center.
 const NO_BLUR: f32 = 0.2;
 
 impl GaussianWeights {

@@ -31,8 +31,8 @@ params! {
         pub height: u32 = 32 => within(4.0..=256.0), usually(8.0..=64.0), unit("cells");
         /// Number of cells along luminance.
         pub depth: u32 = 64 => within(4.0..=256.0), usually(16.0..=128.0), unit("cells");
-        /// Lower end of the range, rounded to 1/64. Darker pixels count as this. The default range has middle grey at
-        /// its centre.
+        /// Lower end of the range, rounded to 1/64. Darker pixels count as this. The default range has middle gray at
+        /// its center.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Upper end of the range, rounded to 1/64. Brighter pixels count as this.
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");

@@ -17,7 +17,7 @@ params! {
     /// The default range is EV100 -10 to 19 for luminance in cd/m2, up to the largest half float. For brighter light,
     /// give the input a factor in the pipeline file, `Color(scale: 0.001)`.
     ///
-    /// With `albedo` wired, the meter measures illumination and not reflected light: each pixel counts as a grey card
+    /// With `albedo` wired, the meter measures illumination and not reflected light: each pixel counts as a gray card
     /// of 18 % in the same light, 0.18 L / albedo (Lambert), with the albedo's luminance limited to 0.04 to 1. Without
     /// it, the mean reflectance of the scene is assumed to be 18 %.
     ///

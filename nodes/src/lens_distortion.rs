@@ -27,7 +27,7 @@ choices! {
 params! {
     /// Bends an image as a lens does, or undoes it.
     ///
-    /// Places are relative to the optical centre, and the distance r = 1 is half of the diagonal. The model of
+    /// Places are relative to the optical center, and the distance r = 1 is half of the diagonal. The model of
     /// `BrownConrady` is that of OpenCV: a straight place is at p (1 + k1 r^2 + k2 r^4 + k3 r^6) plus the tangential
     /// part in the image of the lens (coefficients for a focal length f are multiplied by powers of half of the
     /// diagonal over f: k1 by its square). In `Division` a place p of the lens's image is straight at p / (1 + k1 r^2 +
@@ -52,14 +52,14 @@ params! {
         pub p1: f32 = 0.0 => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0);
         /// Tangential, sideways; for `BrownConrady`.
         pub p2: f32 = 0.0 => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0);
-        /// The optical centre, from the centre of the image.
+        /// The optical center, from the center of the image.
         pub center: [f32; 2] = [0.0, 0.0] => within(-0.5..=0.5), unit("uv");
-        /// Magnification of the result about the optical centre.
+        /// Magnification of the result about the optical center.
         pub zoom: f32 = 1.0 => within(0.25..=4.0), usually(0.8..=1.25), neutral(1.0);
     }
 }
 
-/// No place of an image is farther from its optical centre, in halves of the diagonal, at any zoom.
+/// No place of an image is farther from its optical center, in halves of the diagonal, at any zoom.
 const FARTHEST: f64 = 12.0;
 /// The least slope of the radial function: places beyond are continued.
 const LEAST_RISE: f64 = 0.1;

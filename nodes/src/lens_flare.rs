@@ -9,8 +9,8 @@ params! {
     ///
     /// Wire light that an `Extract` has selected and a `Downsample` has blurred (its `coarsest`, or an `Upsample` of
     /// the coarse levels), and add the result with a `Composite`. Ghost i is the image with the magnification -1, 2,
-    /// -3, 4 and so on times `spacing`, in the colours of coatings: all ghosts of a light lie on the line through the
-    /// centre of the image. Light within a tenth of the border fades, and there is none outside: a light that leaves
+    /// -3, 4 and so on times `spacing`, in the colors of coatings: all ghosts of a light lie on the line through the
+    /// center of the image. Light within a tenth of the border fades, and there is none outside: a light that leaves
     /// the image takes its ghosts with it. After Chapman, "Pseudo Lens Flare", 2013. Alpha is 0.
     pub struct LensFlare {
         /// Number of ghosts.
@@ -19,11 +19,11 @@ params! {
         pub spacing: f32 = 0.35 => within(0.05..=2.0), usually(0.1..=1.0);
         /// Factor of the mean of the ghosts.
         pub ghost_strength: f32 = 0.3 => within(0.0..=64.0), usually(0.0..=2.0), neutral(0.0);
-        /// Radius of the ring that a light in the centre makes.
+        /// Radius of the ring that a light in the center makes.
         pub halo_radius: f32 = 0.4 => within(0.0..=1.0), unit("heights");
         /// Factor of the ring.
         pub halo_strength: f32 = 0.1 => within(0.0..=64.0), usually(0.0..=2.0), neutral(0.0);
-        /// How far red and blue are from green in a ghost, as a share of the distance from the centre. In the ring it
+        /// How far red and blue are from green in a ghost, as a share of the distance from the center. In the ring it
         /// is four times as much.
         pub dispersion: f32 = 0.01 => within(0.0..=0.2), neutral(0.0);
     }

@@ -171,7 +171,7 @@ pub use ssao::Ssao;
 pub use streaks::{Streaks, StreaksAxis};
 pub use surface::NormalSpace;
 pub use taa::{HistoryFilter, Taa};
-pub use tone_map::{AgxLook, Curve, Gamut, MiddleGrey, Sigmoid, ToneMap, WorkingSpace};
+pub use tone_map::{AgxLook, Curve, Gamut, MiddleGray, Sigmoid, ToneMap, WorkingSpace};
 pub use upsample::{Upsample, UpsampleBlend, UpsampleFilter};
 pub use vignette::Vignette;
 pub use visibility::OcclusionSize;

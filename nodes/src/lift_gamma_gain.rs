@@ -1,4 +1,4 @@
-//! LiftGammaGain: the three controls of colour grading for shadows, midtones and highlights.
+//! LiftGammaGain: the three controls of color grading for shadows, midtones and highlights.
 
 use afterimage_graph::prelude::*;
 use glam::DVec3;

@@ -10,13 +10,13 @@ choices! {
     pub enum DepthEncoding {
         /// What the camera's projection writes to a depth buffer: from 0 to 1, with the near plane at either end.
         Projected,
-        /// The distance along the view axis in metres, as files have it.
+        /// The distance along the view axis in meters, as files have it.
         Distance,
     }
 }
 
 params! {
-    /// Turns a depth buffer into the distance along the view axis, in metres if the world is.
+    /// Turns a depth buffer into the distance along the view axis, in meters if the world is.
     ///
     /// The projection of the camera may be any: perspective or orthographic, with the near plane at 0 or at 1, and with
     /// a far plane at an infinite distance. What is farther than 65504 m, the largest half float, counts as being

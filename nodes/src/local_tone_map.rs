@@ -12,7 +12,7 @@ params! {
     /// In stops: o = midpoint + contrast (base - midpoint) + detail (l - base). l is the log2 luminance of the pixel.
     /// The base is the log2 luminance of its surroundings: a share of the bilateral grid, which respects edges, plus a
     /// share of the wide Gaussian, which does not (the hybrid of Ghost of Tsushima has 0.4 and 0.6).
-    /// The colour is multiplied by 2^(o - l), so its chromaticity stays the same. The factor is limited to 16 stops
+    /// The color is multiplied by 2^(o - l), so its chromaticity stays the same. The factor is limited to 16 stops
     /// either way and the result to 65504.
     ///
     /// Where the grid has no samples near a pixel, the base is the Gaussian, or the pixel's own luminance if the
@@ -23,7 +23,7 @@ params! {
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);
         /// Contrast within regions: 1 keeps it, more sharpens.
         pub detail: f32 = 1.0 => within(0.0..=4.0), usually(0.8..=1.5), neutral(1.0);
-        /// The exposed luminance that does not change. The default is middle grey, log2 of 0.18.
+        /// The exposed luminance that does not change. The default is middle gray, log2 of 0.18.
         pub midpoint: f32 = -2.4739312 => within(-16.0..=16.0), usually(-6.0..=2.0), unit("log2 of luminance");
         /// The grid's share of the base. The rest is the wide Gaussian's. At an edge of nine stops with contrast 0.5,
         /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most

@@ -1,11 +1,11 @@
-//! Colour files of any kind.
+//! Color files of any kind.
 
 use crate::clf::parse_clf;
 use crate::lut::text::lines;
 use crate::lut::{Lut, LutError, PngLayout, parse_cube, parse_png, parse_spi1d, parse_spi3d};
 use crate::process::Process;
 
-/// The content of a colour file.
+/// The content of a color file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LutFile {
     /// A table.
@@ -16,7 +16,7 @@ pub enum LutFile {
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG";
 
-/// Parses a colour file of any kind, which is recognised by its content. `layout` is that of a PNG.
+/// Parses a color file of any kind, which is recognized by its content. `layout` is that of a PNG.
 ///
 /// # Errors
 /// The first error of the parser of its kind, or that it is of no known kind.

@@ -44,7 +44,7 @@ choices! {
     pub enum MeteringWeight {
         /// Equal weights.
         Uniform,
-        /// A Gaussian of the distance from `center`: centre-weighted metering.
+        /// A Gaussian of the distance from `center`: center-weighted metering.
         Center,
         /// 1 within `radius` of `center`, 0 beyond: spot metering.
         Spot,

@@ -35,7 +35,7 @@ pub(crate) fn rgb_from_lms(space: &Chromaticities) -> DMat3 {
     Chromaticities::REC709.conversion(space) * *REC709_FROM_LMS
 }
 
-/// A colour of Oklab.
+/// A color of Oklab.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lab {
     lightness: f64,
@@ -56,7 +56,7 @@ impl Lab {
         REC709_FROM_LMS.mul_vec3(roots * roots * roots)
     }
 
-    /// This lightness and amount of chroma, with a share of another colour's hue.
+    /// This lightness and amount of chroma, with a share of another color's hue.
     pub(crate) fn with_hue_of(self, other: Self, share: f64) -> Self {
         let amount = self.chroma.length();
         let wanted = other.chroma * (amount / other.chroma.length().max(1e-20));
@@ -64,7 +64,7 @@ impl Lab {
         Self { chroma: mixed * (amount / mixed.length().max(1e-20)), ..self }
     }
 
-    /// The colour of this hue in the gamut from 0 to `peak` of the primaries that `display` converts Rec.709 to, and in
+    /// The color of this hue in the gamut from 0 to `peak` of the primaries that `display` converts Rec.709 to, and in
     /// these primaries. Up to the share `knee` of the gamut's chroma nothing changes; x / (1 + x) compresses the rest.
     pub(crate) fn fitted(self, display: &DMat3, peak: f64, knee: f64) -> DVec3 {
         let knee = knee.max(1e-3);
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_colour_comes_back_and_white_has_no_chroma() {
+    fn a_color_comes_back_and_white_has_no_chroma() {
         for rgb in [dvec3(0.2, 0.5, 0.1), dvec3(-0.1, 0.3, 4.0), DVec3::ZERO] {
             assert!((Lab::of(rgb).rgb() - rgb).abs().max_element() < 1e-7, "{rgb}");
         }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn outer_colours_are_fitted_on_their_hue_and_lightness() {
+    fn outer_colors_are_fitted_on_their_hue_and_lightness() {
         for rgb in [dvec3(1.4, 0.2, -0.1), dvec3(0.1, -0.05, 0.9), dvec3(0.4, 0.9, -0.2)] {
             let (source, fitted) = (Lab::of(rgb), Lab::of(Lab::of(rgb).fitted(&DMat3::IDENTITY, 1.0, 0.8)));
             assert!((source.lightness - fitted.lightness).abs() < 1e-6, "{rgb}");

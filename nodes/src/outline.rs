@@ -12,9 +12,9 @@ params! {
     /// An edge is where the inverse of the depth bends: it is linear on a plane in perspective, so planes have no lines
     /// at any slope. With normals, folds between surfaces of equal depth are edges, too. Alpha passes unchanged.
     pub struct Outline {
-        /// Share of the line's colour. 0 changes nothing.
+        /// Share of the line's color. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// The colour of lines, in the units of the source.
+        /// The color of lines, in the units of the source.
         pub color: [f32; 3] = [0.0, 0.0, 0.0] => within(0.0..=1000.0), usually(0.0..=1.0);
         /// Half of the width of a line.
         pub width: u32 = 1 => within(1.0..=16.0), unit("pixels"), live();

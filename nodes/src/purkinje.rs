@@ -1,4 +1,4 @@
-//! Purkinje: colour vision in dim light.
+//! Purkinje: color vision in dim light.
 
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec3};

@@ -10,7 +10,7 @@ params! {
     /// A night look: less saturation, more blue, less red and more brightness as the light fades.
     ///
     /// It is the identity at 10 lux and above. Saturation falls by up to 70 % below 10 lux, blue and red move by up to
-    /// 30 % towards 1.2 and 0.9 times the luminance below 5 lux, and up to half of the luminance is added below 1 lux.
+    /// 30 % toward 1.2 and 0.9 times the luminance below 5 lux, and up to half of the luminance is added below 1 lux.
     /// Each ramp is a Hermite step. It costs about a third of `Purkinje` and is a different look, not an approximation
     /// of it. It expects exposed light before any tone curve.
     pub struct PurkinjeSimple {
@@ -42,7 +42,7 @@ impl Node for PurkinjeSimple {
         let function = if pass.wired("meter") { "purkinje_simple_metered" } else { "purkinje_simple" };
         let (lux, strength) = (self.illuminance, f64::from(self.strength));
         pass.function(&SHADER, function)
-            .set("grey", 0.7 * strength * fading(0.01, 10.0, lux))
+            .set("gray", 0.7 * strength * fading(0.01, 10.0, lux))
             .set("blue", 0.3 * strength * fading(0.01, 5.0, lux))
             .set("boost", 0.5 * strength * fading(0.001, 1.0, lux))
             .write("result", desc);

@@ -8,12 +8,12 @@ use crate::color::rows;
 static SHADER: Shader = shader!("reference_gamut_compress");
 
 params! {
-    /// Brings colours of cameras and wide gamuts into AP1, before the tone curve.
+    /// Brings colors of cameras and wide gamuts into AP1, before the tone curve.
     ///
     /// The reference gamut compression of ACES 1.3 (LMT.Academy.ReferenceGamutCompress). In AP1, the distance of each
-    /// channel from the largest one is compressed, so that negative channels become positive, and colours up to 80 %
+    /// channel from the largest one is compressed, so that negative channels become positive, and colors up to 80 %
     /// of the gamut stay the same. Use it where saturated lights of wide-gamut sources become flat patches. It is
-    /// scene light before and after: colours outside of Rec.709 keep negative channels.
+    /// scene light before and after: colors outside of Rec.709 keep negative channels.
     pub struct ReferenceGamutCompress {
     }
 }
@@ -36,7 +36,7 @@ impl Node for ReferenceGamutCompress {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Scene light.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The light, with no colour outside of AP1.")
+        &[Output::image("result", OutputState::same("source"), "The light, with no color outside of AP1.")
             .or_input("source")];
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -26,12 +26,12 @@ params! {
     /// A plain mean of the samples at an edge against bright light is nearly as bright as that light, and the curve
     /// then shows a hard edge. So each sample is weighted by 1 / (1 + `gain` times its largest component), which gives
     /// the pixel that tone-mapped samples would have on average: Karis, "Tone Mapping", 2013. With a `gain` of 0 light
-    /// is kept, as a resolve by the device keeps it. The windows reach into neighbours and count each sample by its
-    /// distance from the pixel's centre, for the standard places of 2, 4, 8 or 16 samples. Alpha has the window's
+    /// is kept, as a resolve by the device keeps it. The windows reach into neighbors and count each sample by its
+    /// distance from the pixel's center, for the standard places of 2, 4, 8 or 16 samples. Alpha has the window's
     /// weights alone. A depth needs `Smallest` or `Largest`, whichever is nearer: the mean of two depths is at neither
     /// surface.
     ///
-    /// Numbers of samples that are not finite are limited, and do not come from neighbours. Place it first, for each
+    /// Numbers of samples that are not finite are limited, and do not come from neighbors. Place it first, for each
     /// multisampled input; the host gives these, and files have none. A pipeline for both declares an input
     /// `"samples": Color(multisampled: true, optional: true)` and wires the plain image to `otherwise`.
     pub struct Resolve {

@@ -1,4 +1,4 @@
-//! Saturation: scales the distance of colours from grey.
+//! Saturation: scales the distance of colors from gray.
 
 use afterimage_graph::prelude::*;
 
@@ -7,12 +7,12 @@ use crate::color::luminance_weights;
 static SHADER: Shader = shader!("saturation");
 
 params! {
-    /// Scales the distance of every colour from the grey of its luminance.
+    /// Scales the distance of every color from the gray of its luminance.
     ///
     /// The luminance of linear light stays the same. Scene light may leave the triangle of Rec.709: its channels become
     /// negative. Light of a display stays in the display's gamut: its channels are clipped at 0.
     pub struct Saturation {
-        /// 0 is grey, 1 changes nothing, 2 doubles the distance from grey.
+        /// 0 is gray, 1 changes nothing, 2 doubles the distance from gray.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);
     }
 }

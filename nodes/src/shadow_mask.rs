@@ -22,7 +22,7 @@ params! {
     /// Darkens what a light does not reach: percentage-closer filtering of the light's depth map.
     ///
     /// `light` is the camera that the depth map was drawn with, perspective or orthographic, and `map` is what its
-    /// projection wrote; the near plane may be at either end. Distances in metres are compared, so all biases are
+    /// projection wrote; the near plane may be at either end. Distances in meters are compared, so all biases are
     /// lengths or texels. What lies outside of the map or behind the light is lit, and what faces away from the light
     /// is not. Reeves, Salesin and Cook, "Rendering Antialiased Shadows with Depth Maps", 1987;
     /// graph/docs/depth.md compares it with rays.
@@ -45,7 +45,7 @@ params! {
         pub taps: u32 = 16 => within(1.0..=64.0), usually(4.0..=32.0), quality(16u32, [8, 4]), live();
         /// How far before the surface an occluder must be: more than the depth map is rounded by.
         pub bias: f32 = 0.01 => within(0.0..=100.0), usually(0.0..=0.1), unit("m"), neutral(0.0);
-        /// Bias by the slope of the surface: 1 is as much as a plane rises towards the light within the kernel, so that
+        /// Bias by the slope of the surface: 1 is as much as a plane rises toward the light within the kernel, so that
         /// no plane shadows itself.
         pub slope_bias: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(0.0);
         /// How far along its normal a place is moved, more the more the light grazes the surface.

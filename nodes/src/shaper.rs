@@ -3,9 +3,9 @@
 use afterimage_graph::prelude::*;
 
 choices! {
-    /// How a colour maps to a position in a table.
+    /// How a color maps to a position in a table.
     pub enum Shaper {
-        /// Unchanged: for tables of encoded or display-linear colours.
+        /// Unchanged: for tables of encoded or display-linear colors.
         None,
         /// Log2, from 2^`low` to 2^`high`: equal steps in stops. Darker light counts as 2^`low`.
         Log2,

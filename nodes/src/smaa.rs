@@ -20,11 +20,11 @@ params! {
     /// Smooths the steps of edges in a finished image by their shapes: SMAA 1x.
     ///
     /// Jimenez and others, "SMAA: Enhanced Subpixel Morphological Antialiasing", 2012. Edges are found by contrast,
-    /// followed to their ends, and drawn anew as straight lines; each pixel is mixed with its neighbour by the area
+    /// followed to their ends, and drawn anew as straight lines; each pixel is mixed with its neighbor by the area
     /// that the line cuts off. Lines and text stay sharper than with `Fxaa`, and what is smaller than a pixel stays as
     /// it is: `Taa` is for that. Areas are computed, where the published method reads them from a table. Place it
     /// before grain and dither, and before `Encode` if you can: light is then mixed as light. Alpha is mixed like
-    /// colour. Three passes.
+    /// color. Three passes.
     pub struct Smaa {
         /// The least difference of a component of two pixels that is an edge: of encoded numbers, or of the square
         /// roots of light.

@@ -28,7 +28,7 @@ params! {
         pub length: f32 = 0.08 => within(0.0..=1.0), usually(0.0..=0.3), replans();
         /// The direction.
         pub axis: StreaksAxis = StreaksAxis::Across;
-        /// The colour that the lens gives the streaks.
+        /// The color that the lens gives the streaks.
         pub tint: [f32; 3] = [0.35, 0.6, 1.0] => within(0.0..=4.0);
         /// Factor of the result.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=8.0), neutral(1.0);

@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 choices! {
     /// The space that normals are in.
     pub enum NormalSpace {
-        /// The camera's: x right, y up, z towards the camera.
+        /// The camera's: x right, y up, z toward the camera.
         View,
         /// The world's.
         World,

@@ -36,7 +36,7 @@ choices! {
         Hable,
         /// Uchimura's curve (CEDEC 2017): a toe, a linear part and a shoulder with parameters.
         Uchimura,
-        /// Khronos PBR Neutral, for product images: with the three switches of the published operators, colours below
+        /// Khronos PBR Neutral, for product images: with the three switches of the published operators, colors below
         /// 0.8 are exact.
         KhronosNeutral,
         /// AgX (Sobotka): a wide range; bright lights become white as on film. With `peak` above 1 the curve and the
@@ -74,19 +74,19 @@ choices! {
 }
 
 choices! {
-    /// What happens to colours outside of the display's gamut.
+    /// What happens to colors outside of the display's gamut.
     pub enum Gamut {
-        /// Colours move towards the grey of their Oklab lightness, smoothly from `gamut_knee` on: hues and gradients
+        /// Colors move toward the gray of their Oklab lightness, smoothly from `gamut_knee` on: hues and gradients
         /// are kept.
         Compress,
-        /// Each channel is clipped: cheap, saturated colours lose gradients and may change their hue.
+        /// Each channel is clipped: cheap, saturated colors lose gradients and may change their hue.
         Clip,
     }
 }
 
 choices! {
-    /// Which light a curve shows as middle grey.
-    pub enum MiddleGrey {
+    /// Which light a curve shows as middle gray.
+    pub enum MiddleGray {
         /// Exposed 0.18 becomes display-linear 0.18: the light is scaled before the curve, within 1/16 to 16.
         Matched,
         /// The published exposure of the curve, which differs from curve to curve.
@@ -122,31 +122,31 @@ params! {
     ///
     /// The light is converted to the working space, scaled, mapped by the curve, and converted to the primaries of the
     /// display: those of the `Encode` after it, the widest of several, or Rec.709 without one. Then it gets its own hue
-    /// again, and colours outside of the gamut are fitted into it. The result is display-linear, from 0 to
+    /// again, and colors outside of the gamut are fitted into it. The result is display-linear, from 0 to
     /// `peak`; 1 is SDR white, which `Encode` shows at 203 cd/m2 in HDR. No curve includes a transfer function: use
     /// `Encode`.
     ///
     /// All curves show the exposed light 0.18 as 0.18, so that another curve is not another exposure. As published they
-    /// differ by 1.9 stops; a table and a plot are in graph/docs/colour.md. For the published operator, set
-    /// `middle_grey: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
+    /// differ by 1.9 stops; a table and a plot are in graph/docs/color.md. For the published operator, set
+    /// `middle_gray: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
     ///
     /// A curve per channel turns hues: fire becomes yellow and, in wide primaries, a bright blue becomes purple. The
     /// default keeps the hue of the light in Oklab (Ottosson 2020), exactly up to rounding. It costs six cube roots per
-    /// pixel, and `gamut: Compress` 18 halvings of an interval for colours near the border of the gamut.
+    /// pixel, and `gamut: Compress` 18 halvings of an interval for colors near the border of the gamut.
     pub struct ToneMap {
         /// The tone curve.
         pub curve: Curve = Curve::Aces2ToneScale;
         /// The working space: the primaries in which the curve works per channel. `AcesHill`, `KhronosNeutral`, `AgX`,
         /// `Gt7` and `ReinhardLuminance` define their own: with them `space` must be `Auto`.
         pub space: WorkingSpace = WorkingSpace::Auto;
-        /// Which light becomes middle grey.
-        pub middle_grey: MiddleGrey = MiddleGrey::Matched;
+        /// Which light becomes middle gray.
+        pub middle_gray: MiddleGray = MiddleGray::Matched;
         /// Share of the light's own hue in the result, in Oklab: 0 is the hue that the curve makes. A `look` turns hues
         /// on purpose, so that this is 0 with one.
         pub keep_hue: f32 = 1.0 => within(0.0..=1.0);
-        /// How colours outside of the display's gamut are fitted into it.
+        /// How colors outside of the display's gamut are fitted into it.
         pub gamut: Gamut = Gamut::Compress;
-        /// For `gamut: Compress`: colours stay unchanged up to this share of the distance from grey (0) to the gamut's
+        /// For `gamut: Compress`: colors stay unchanged up to this share of the distance from gray (0) to the gamut's
         /// border (1). 1 is the hardest.
         pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
         /// The largest value of the result, in units of SDR white: 1 for SDR, 4.93 for 1000 cd/m2 at a white of 203.
@@ -155,7 +155,7 @@ params! {
         pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans();
         /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
         pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
-        /// For `Exponential` with `middle_grey: Native`: factor of the light.
+        /// For `Exponential` with `middle_gray: Native`: factor of the light.
         pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0);
         /// For `Uchimura`: P, the limit for bright light.
         pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white");

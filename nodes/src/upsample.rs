@@ -32,7 +32,7 @@ params! {
     ///
     /// With `Mix`, the level of index i of L levels has the weight (1 - spread) spread^i, and the coarsest
     /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. A pyramid of one level is returned unchanged.
-    /// Results are limited to 65504. Alpha is combined like colour.
+    /// Results are limited to 65504. Alpha is combined like color.
     pub struct Upsample {
         /// How a level is combined with the coarser ones.
         pub blend: UpsampleBlend = UpsampleBlend::Mix;

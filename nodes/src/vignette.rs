@@ -1,11 +1,11 @@
-//! Vignette: darkens the image towards its corners.
+//! Vignette: darkens the image toward its corners.
 
 use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("vignette");
 
 params! {
-    /// Darkens the image towards its corners, as a lens does.
+    /// Darkens the image toward its corners, as a lens does.
     ///
     /// The factor falls from 1 to 0 by a Hermite step over a ring. The outer radius of the ring is 0.5 in uv. An
     /// intensity of 0 still darkens the corners: `amount` 0 switches the effect off. In optics a vignette belongs
@@ -13,7 +13,7 @@ params! {
     pub struct Vignette {
         /// Share of the effect. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// How far the darkening reaches inwards: distances from the centre are multiplied by 1 + intensity.
+        /// How far the darkening reaches inwards: distances from the center are multiplied by 1 + intensity.
         pub intensity: f32 = 0.0 => within(-1.0..=8.0), usually(0.0..=1.0);
         /// Width of the ring in which the light falls. 0 is a hard edge.
         pub smoothness: f32 = 0.3 => within(0.0..=1.0), unit("uv");

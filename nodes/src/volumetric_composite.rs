@@ -32,12 +32,12 @@ params! {
     /// Puts the fog of a froxel volume before the scene.
     ///
     /// A froxel is a cell of a grid over the picture and the depth. A texel of the volume holds what a march from the
-    /// camera has found up to its distance: the light that the fog scatters towards the camera in rgb, and the share of
+    /// camera has found up to its distance: the light that the fog scatters toward the camera in rgb, and the share of
     /// light that passes in alpha (Wronski, "Volumetric Fog", 2014). The result is source * (1 - amount * (1 - passed))
     /// + amount * light * scattered. Between texels the volume is filtered trilinearly, in w along the depth: the
     /// error falls with the square of the number of slices.
     /// Between `near` and the first texel, the fog begins with none; before `near` is none, and behind the last texel
-    /// is that of the last texel. The depth is the distance along the view axis in metres; the sky has a large one.
+    /// is that of the last texel. The depth is the distance along the view axis in meters; the sky has a large one.
     /// Place it before exposure. Alpha passes unchanged.
     pub struct VolumetricComposite {
         /// How the slices lie between `near` and `far`.
@@ -72,7 +72,7 @@ impl VolumetricComposite {
 impl Node for VolumetricComposite {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene]),
-        Input::image("depth", "Distance along the view axis in metres, in x.").accepts(&[ColorState::Data]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
         Input::volume("volume", "Scattered light in rgb, the share that passes in alpha.")
             .accepts(&[ColorState::Scene]),
     ];
@@ -113,7 +113,7 @@ impl Node for VolumetricComposite {
     }
 }
 
-/// The least `near` of exponential slices, in metres: a curve over more has no slices left for the scene.
+/// The least `near` of exponential slices, in meters: a curve over more has no slices left for the scene.
 const LEAST_NEAR: f32 = 1e-4;
 /// Curves below this are straight to the precision of 32-bit floats.
 const STRAIGHT: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! WhiteBalance: changes the colour of white by chromatic adaptation.
+//! WhiteBalance: changes the color of white by chromatic adaptation.
 
 use afterimage_graph::color::Xy;
 use afterimage_graph::prelude::*;
@@ -14,7 +14,7 @@ const NEUTRAL_KELVIN: f32 = 6500.0;
 choices! {
     /// The meaning of the parameters.
     pub enum WhiteBalanceMode {
-        /// `target` is the colour that white becomes: a look.
+        /// `target` is the color that white becomes: a look.
         Target,
         /// `temperature` and `tint` are those of the scene's light, which becomes neutral: a correction.
         Temperature,
@@ -22,17 +22,17 @@ choices! {
 }
 
 params! {
-    /// Changes the colour of white by scaling cone responses (Bradford or CAT16).
+    /// Changes the color of white by scaling cone responses (Bradford or CAT16).
     ///
-    /// Place it before the tone curve: after it, clipped highlights would be tinted. With a grey `target`, or with 6500
-    /// K and no tint, the node is skipped. Saturated colours may leave the triangle of Rec.709: their
+    /// Place it before the tone curve: after it, clipped highlights would be tinted. With a gray `target`, or with 6500
+    /// K and no tint, the node is skipped. Saturated colors may leave the triangle of Rec.709: their
     /// channels become negative.
     pub struct WhiteBalance {
         /// Which parameters apply.
         pub mode: WhiteBalanceMode = WhiteBalanceMode::Target;
         /// The model of chromatic adaptation.
         pub adaptation: Cones = Cones::Bradford;
-        /// For `Target`: the colour that white becomes, in linear Rec.709. Components are raised to at least 0.0001.
+        /// For `Target`: the color that white becomes, in linear Rec.709. Components are raised to at least 0.0001.
         pub target: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.0..=1.0), neutral([1.0, 1.0, 1.0]);
         /// For `Target`: whether to use only the chromaticity of `target` and keep the luminance of white.
         pub keep_luminance: bool = true;
@@ -40,7 +40,7 @@ params! {
         /// exactly D65. Up to 3333 K it is that of a black body, from 4000 K that of daylight, and a blend between.
         pub temperature: f32 = 6500.0
             => within(1667.0..=25000.0), usually(2500.0..=12000.0), unit("K"), neutral(6500.0);
-        /// For `Temperature`: distance of the light from the locus of daylight and black bodies, positive towards
+        /// For `Temperature`: distance of the light from the locus of daylight and black bodies, positive toward
         /// green.
         pub tint: f32 = 0.0 => within(-0.05..=0.05), usually(-0.02..=0.02), unit("Duv"), neutral(0.0);
     }

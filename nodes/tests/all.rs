@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod clf;
-mod colour_files;
+mod color_files;
 mod lut;
 mod pipeline_files;
 mod tone_map;

@@ -119,7 +119,7 @@ fn exponents_follow_their_styles() {
 }
 
 #[test]
-fn colour_decision_lists_follow_their_styles() {
+fn color_decision_lists_follow_their_styles() {
     let cdl = |style: &str| {
         let sop = "<Slope>2 2 2</Slope><Offset>-0.1 -0.1 -0.1</Offset><Power>2 2 2</Power>";
         let sat = "<SatNode><Saturation>0.5</Saturation></SatNode>";
@@ -153,7 +153,7 @@ fn one_dimensional_tables_are_linear_between_entries() {
 
 #[test]
 fn a_half_domain_has_an_entry_for_each_half_float() {
-    // The negative of each half float, as raw codes, and the sum of both neighbours between two halves.
+    // The negative of each half float, as raw codes, and the sum of both neighbors between two halves.
     let codes: Vec<String> = (0..65536_u32)
         .map(|code| if code & 0x7c00 == 0x7c00 { "0".into() } else { (code ^ 0x8000).to_string() })
         .collect();
@@ -224,7 +224,7 @@ fn the_kind_of_a_file_is_seen_in_its_content() {
         assert!(matches!(kind(table), Ok(LutFile::Table(_))));
     }
     let correction = kind(include_bytes!("files/warm.cc")).expect_err("a correction").to_string();
-    assert_eq!(correction, "line 2: the file is a colour correction: use a node `Cdl`");
+    assert_eq!(correction, "line 2: the file is a color correction: use a node `Cdl`");
 }
 
 /// Wrong files: the process nodes, and the error.

@@ -90,8 +90,8 @@ fn a_picture_that_holds_no_table_is_reported() {
     let message = |bytes: &[u8]| parse_png(bytes, PngLayout::Tiles).expect_err("an error").to_string();
     let sides = message(&encoded(&[0; 100 * 100 * 3], 100, png::ColorType::Rgb));
     assert!(sides.contains("not 100x100"), "{sides}");
-    let grey = message(&encoded(&[0; 64 * 64], 64, png::ColorType::Grayscale));
-    assert!(grey.contains("has no colours"), "{grey}");
+    let gray = message(&encoded(&[0; 64 * 64], 64, png::ColorType::Grayscale));
+    assert!(gray.contains("has no colors"), "{gray}");
     let whole = identity(PngLayout::Tiles);
     let cut = message(&whole[..whole.len() / 2]);
     assert!(cut.starts_with("the PNG cannot be read"), "{cut}");

@@ -1,6 +1,6 @@
 // A loft at golden hour: its solids, and their intersections with a ray. All intersections have closed forms.
 //
-// Units are metres; x to the right, y up, z towards the viewer. The window is in the wall at z = -4.
+// Units are meters; x to the right, y up, z toward the viewer. The window is in the wall at z = -4.
 #import loft_pose
 #import noise
 #import ray
@@ -43,7 +43,7 @@ const LOFT_BAR: f32 = 0.03;           // half the width of a glazing bar
 const LOFT_BLIND_LOW = vec2f(0.7, 2.45);
 const LOFT_SLAT: f32 = 0.05;          // from one slat of the blind to the next
 
-const LOFT_RING = vec2f(2.66, 2.5);   // centre of the cyan ring; the magenta one is its afterimage
+const LOFT_RING = vec2f(2.66, 2.5);   // center of the cyan ring; the magenta one is its afterimage
 const LOFT_RING_STEP = vec2f(0.4, -0.08);
 const LOFT_RING_RADIUS: f32 = 0.4;
 const LOFT_UNDERLINE_LOW = vec2f(2.3, 1.72);
@@ -54,7 +54,7 @@ const LOFT_TUBE: f32 = 0.016;
 fn loft_box(hit: ptr<function, LoftHit>, ray: Ray, low: vec3f, high: vec3f, what: u32) {
     let t = ray_box(ray, low, high);
     if t.x < t.y && t.x > 1e-4 && t.x < (*hit).distance {
-        // The side that was entered last, where the surface is furthest from the centre.
+        // The side that was entered last, where the surface is furthest from the center.
         let p = ray.origin + ray.direction * t.x;
         let out = (p - 0.5 * (low + high)) / (high - low);
         let most = max(max(abs(out.x), abs(out.y)), abs(out.z));
@@ -62,11 +62,11 @@ fn loft_box(hit: ptr<function, LoftHit>, ray: Ray, low: vec3f, high: vec3f, what
     }
 }
 
-fn loft_ball(hit: ptr<function, LoftHit>, ray: Ray, centre: vec3f, radii: vec3f, what: u32) {
-    let t = ray_ellipsoid(ray, centre, radii);
+fn loft_ball(hit: ptr<function, LoftHit>, ray: Ray, center: vec3f, radii: vec3f, what: u32) {
+    let t = ray_ellipsoid(ray, center, radii);
     if t > 1e-4 && t < (*hit).distance {
         let p = ray.origin + ray.direction * t;
-        *hit = LoftHit(t, normalize((p - centre) / (radii * radii)), what);
+        *hit = LoftHit(t, normalize((p - center) / (radii * radii)), what);
     }
 }
 
@@ -141,10 +141,10 @@ fn loft_furniture(ray: Ray, nearest: LoftHit, pose: LoftPose) -> LoftHit {
 }
 
 // The nearest point of each tube of the sign to a point in its plane: xy and the distance.
-fn loft_on_ring(p: vec2f, centre: vec2f) -> vec3f {
-    let v = p - centre;
+fn loft_on_ring(p: vec2f, center: vec2f) -> vec3f {
+    let v = p - center;
     let far = max(length(v), 1e-4);
-    return vec3f(centre + v * (LOFT_RING_RADIUS / far), abs(far - LOFT_RING_RADIUS));
+    return vec3f(center + v * (LOFT_RING_RADIUS / far), abs(far - LOFT_RING_RADIUS));
 }
 
 fn loft_on_underline(p: vec2f) -> vec3f {
@@ -169,7 +169,7 @@ fn loft_neon(hit: ptr<function, LoftHit>, ray: Ray) {
     }
 }
 
-// Distance of a point of the window from the centre of the nearest bar, along each axis.
+// Distance of a point of the window from the center of the nearest bar, along each axis.
 fn loft_from_bar(p: vec2f) -> vec2f {
     let u = p - LOFT_WINDOW_LOW;
     let count = LOFT_WINDOW_SIZE / LOFT_PANE;

@@ -1,4 +1,4 @@
-// The brightness of the loft's lights: linear Rec.709 radiance in units in which the room's greys are 0.02 to 0.3.
+// The brightness of the loft's lights: linear Rec.709 radiance in units in which the room's grays are 0.02 to 0.3.
 // Every level is for a range of 18 stops; `loft_lamps` scales them for another.
 #import noise
 
@@ -15,7 +15,7 @@ const LOFT_AMBER = vec3f(12.0, 4.6, 0.7);
 
 const LOFT_REFERENCE: f32 = 18.0;           // stops
 
-// A point of the sun's disc for a sample of a pixel, `offset` pixels from its centre; at the disc's edge beyond 0.55.
+// A point of the sun's disc for a sample of a pixel, `offset` pixels from its center; at the disc's edge beyond 0.55.
 fn loft_sun_point(offset: vec2f) -> vec3f {
     let inside = offset * min(1.0, 0.55 / max(length(offset), 1e-6));
     let right = normalize(cross(LOFT_SUN, vec3f(0.0, 1.0, 0.0)));
@@ -31,7 +31,7 @@ struct LoftLamps {
     neon: vec3f,     // cyan ring, magenta ring, amber bar
 }
 
-// At every range a light keeps its share of the stops between the room's grey and the disc.
+// At every range a light keeps its share of the stops between the room's gray and the disc.
 fn loft_lamps(time: f32, range: f32) -> LoftLamps {
     let less = range / LOFT_REFERENCE - 1.0;
     let neon = loft_flicker(time) * exp2(7.0 * less);

@@ -24,9 +24,9 @@ fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
     let house = noise_cell(vec2f(across, rank));
     let chance = hash_cell(house);
     let top = 0.022 - 0.042 * rank + width * (0.1 + 1.5 * chance * chance);
-    let storey = vec2f(fract(across) * 8.0, (top - at.y) / width * 6.0);
-    let glazed = step(0.3, fract(storey.x)) * step(0.35, fract(storey.y)) * step(0.5, storey.y);
-    let lit = step(0.92, hash_cell(noise_cell(storey) + vec2i(house.x * 13, row * 71)));
+    let story = vec2f(fract(across) * 8.0, (top - at.y) / width * 6.0);
+    let glazed = step(0.3, fract(story.x)) * step(0.35, fract(story.y)) * step(0.5, story.y);
+    let lit = step(0.92, hash_cell(noise_cell(story) + vec2i(house.x * 13, row * 71)));
     let corner = 0.7 + 0.6 * step(0.5, fract(across)) * chance;
     let wall = mix(vec3f(0.55, 0.46, 0.43), vec3f(0.14, 0.17, 0.23), fract(chance * 7.0)) * corner;
     let glass = mix(wall * 0.55, vec3f(2.4, 1.7, 0.9), lit * 0.7);
@@ -36,15 +36,15 @@ fn loft_street(at: vec2f, row: i32, haze: vec3f) -> vec4f {
 // Radiance from outside. Everything is far away, so it depends only on the direction.
 fn loft_view(direction: vec3f, lamps: LoftLamps) -> vec3f {
     let at = direction.xy / max(-direction.z, 1e-3);
-    var colour = loft_sky(direction) * lamps.sky;
+    var color = loft_sky(direction) * lamps.sky;
     let haze = loft_sky(vec3f(direction.x, 0.02, direction.z)) * 0.42;
     let ridge = 0.066 + 0.025 * sin(at.x * 2.3 + 0.6) + 0.012 * sin(at.x * 6.1) + 0.004 * sin(at.x * 17.0);
     let near = ridge - 0.02 - 0.016 * sin(at.x * 3.7 + 2.0);
-    if at.y < ridge { colour = haze * vec3f(0.92, 1.0, 1.12) * lamps.sky; }
-    if at.y < near { colour = haze * vec3f(0.66, 0.78, 0.92) * lamps.sky; }
+    if at.y < ridge { color = haze * vec3f(0.92, 1.0, 1.12) * lamps.sky; }
+    if at.y < near { color = haze * vec3f(0.66, 0.78, 0.92) * lamps.sky; }
     for (var row = 0; row < 5; row++) {
         let street = loft_street(at, row, haze * vec3f(0.75, 0.75, 0.8));
-        colour = mix(colour, street.rgb * lamps.sky, street.w);
+        color = mix(color, street.rgb * lamps.sky, street.w);
     }
-    return colour + loft_sun(direction) * lamps.sun * step(ridge, at.y);
+    return color + loft_sun(direction) * lamps.sun * step(ridge, at.y);
 }

@@ -148,7 +148,7 @@ fn loft_lit(
     return surface.emission + diffuse + loft_glint(surface, n, view) * LOFT_SUNLIGHT * sunlit;
 }
 
-// Length of sunbeam along the ray up to `distance`, in metres: computed exactly per pane, without visible steps.
+// Length of sunbeam along the ray up to `distance`, in meters: computed exactly per pane, without visible steps.
 fn loft_beam_length(ray: Ray, distance: f32) -> f32 {
     let slope = LOFT_SUN.xy / LOFT_SUN.z;
     let start = ray.origin.xy + slope * (-4.2 - ray.origin.z) - LOFT_WINDOW_LOW;
@@ -169,10 +169,10 @@ fn loft_beam_length(ray: Ray, distance: f32) -> f32 {
     return sum;
 }
 
-// Sunlight that the room's dust scatters towards the eye, mostly forwards.
+// Sunlight that the room's dust scatters toward the eye, mostly forwards.
 fn loft_haze(ray: Ray, distance: f32, lamps: LoftLamps) -> vec3f {
-    let towards = max(dot(ray.direction, LOFT_SUN), 0.0);
-    let phase = 0.00002 + 0.00012 * pow(towards, 10.0);
+    let toward = max(dot(ray.direction, LOFT_SUN), 0.0);
+    let phase = 0.00002 + 0.00012 * pow(toward, 10.0);
     let middle = ray.origin + ray.direction * min(distance, 6.0) * 0.5;
     let drift = 0.8 + 0.4 * noise(middle.xy * 1.1 + vec2f(lamps.time * 0.07, lamps.time * 0.03));
     return LOFT_SUNLIGHT * (lamps.sunlight * phase * drift * loft_beam_length(ray, distance));

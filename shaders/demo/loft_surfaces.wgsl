@@ -30,7 +30,7 @@ fn loft_metal(mirror: vec3f, normal: vec3f, roughness: f32) -> LoftSurface {
     return LoftSurface(vec3f(0.0), normal, mirror, roughness, 0.0, vec3f(0.0), 0.0);
 }
 
-// Coverage of a pixel by a line: `d` is the distance from its centre, `half_width` its half width, `pixel` the pixel's
+// Coverage of a pixel by a line: `d` is the distance from its center, `half_width` its half width, `pixel` the pixel's
 // width.
 fn loft_line(d: f32, half_width: f32, pixel: f32) -> f32 {
     let blur = max(pixel, 1e-4);
@@ -133,7 +133,7 @@ fn loft_books(p: vec3f, normal: vec3f) -> vec3f {
     return select(loft_binding(kind, size), vec3f(0.36, 0.28, 0.14), gilt);
 }
 
-// Colours of cloth and leather: mostly browns, some navy, green, oxblood and cream.
+// Colors of cloth and leather: mostly browns, some navy, green, oxblood and cream.
 fn loft_binding(kind: f32, shade: f32) -> vec3f {
     var dye = vec3f(0.17, 0.09, 0.05);
     if kind > 0.38 { dye = vec3f(0.05, 0.08, 0.14); }
@@ -184,7 +184,7 @@ fn loft_radiator(p: vec3f, n: vec3f) -> LoftSurface {
     return loft_matte(vec3f(0.4, 0.39, 0.37) * hollow, normalize(n + vec3f(fin * 2.4 * n.z, 0.0, 0.0)));
 }
 
-// The material at the hit point `p`; `pixel` is the width of a pixel there, in metres.
+// The material at the hit point `p`; `pixel` is the width of a pixel there, in meters.
 fn loft_surface(hit: LoftHit, p: vec3f, pixel: f32, lamps: LoftLamps) -> LoftSurface {
     let n = hit.normal;
     switch hit.what {

@@ -24,12 +24,12 @@ fn ray_box(ray: Ray, low: vec3f, high: vec3f) -> vec2f {
 }
 
 // First hit with the outside of an axis-aligned ellipsoid.
-fn ray_ellipsoid(ray: Ray, centre: vec3f, radii: vec3f) -> f32 {
-    let o = (ray.origin - centre) / radii;
+fn ray_ellipsoid(ray: Ray, center: vec3f, radii: vec3f) -> f32 {
+    let o = (ray.origin - center) / radii;
     let d = ray.direction / radii;
     let a = dot(d, d);
     let b = dot(o, d);
-    // The squared distance of the line from the centre is exact where b * b - a * c would cancel.
+    // The squared distance of the line from the center is exact where b * b - a * c would cancel.
     let away = o - d * (b / a);
     let rest = 1.0 - dot(away, away);
     let t = (-b - sqrt(max(rest, 0.0) * a)) / a;

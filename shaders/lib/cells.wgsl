@@ -17,8 +17,8 @@ struct Seen {
     color: vec4f,
     // The area within one of the finest cells, as a share of the pixel.
     share: f32,
-    // Whether the pixel's centre is in the cell, which holds for one cell of each lattice.
-    centred: bool,
+    // Whether the pixel's center is in the cell, which holds for one cell of each lattice.
+    centered: bool,
 }
 
 // The share of a pixel within a cell along each axis. Integers before the division, so nothing is lost or counted
@@ -28,7 +28,7 @@ fn cell_share(pixel: vec2u, cell: vec2u, pixels: vec2u, cells: vec2u) -> vec2f {
     return vec2f(overlap) / vec2f(cells);
 }
 
-// The first pixel whose centre is in the cell or beyond: the smallest p with (p + 1/2) / pixels * cells >= cell.
+// The first pixel whose center is in the cell or beyond: the smallest p with (p + 1/2) / pixels * cells >= cell.
 fn cell_first(cell: vec2u, pixels: vec2u, cells: vec2u) -> vec2u {
     return (max(2u * pixels * cell, cells) - cells + 2u * cells - 1u) / (2u * cells);
 }

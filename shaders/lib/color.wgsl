@@ -7,7 +7,7 @@ fn luminance(rgb: vec3f) -> f32 {
     return dot(rgb, LUMINANCE);
 }
 
-// Scene light in the Rec.709 basis with a luminance of 0 or more: colours outside of Rec.709 have negative components,
+// Scene light in the Rec.709 basis with a luminance of 0 or more: colors outside of Rec.709 have negative components,
 // which become smaller where the luminance would be below 0. Light without negative components stays the same.
 fn extended_light(rgb: vec3f) -> vec3f {
     let light = max(rgb, vec3f(0.0));

@@ -2,7 +2,7 @@
 #import math
 #import sampling
 
-// The eight entries around a colour, weighted in 32 bits.
+// The eight entries around a color, weighted in 32 bits.
 fn cube_trilinear(table: texture_3d<f32>, rgb: vec3f) -> vec3f {
     let last = vec3f(textureDimensions(table)) - 1.0;
     let p = clamp(rgb, vec3f(0.0), vec3f(1.0)) * last;
@@ -12,15 +12,15 @@ fn cube_trilinear(table: texture_3d<f32>, rgb: vec3f) -> vec3f {
     return between(tap3_plane(table, i, f.xy), tap3_plane(table, i + vec3i(0, 0, 1), f.xy), f.z).rgb;
 }
 
-// The eight entries around a colour, weighted by the device's filter, which has 8 bits.
+// The eight entries around a color, weighted by the device's filter, which has 8 bits.
 fn cube_fetched(table: texture_3d<f32>, table_sampler: sampler, rgb: vec3f) -> vec3f {
     let size = vec3f(textureDimensions(table));
     let uvw = (clamp(rgb, vec3f(0.0), vec3f(1.0)) * (size - 1.0) + 0.5) / size;
     return tap3(table, table_sampler, uvw).rgb;
 }
 
-// The four corners of the tetrahedron around a colour: from the lowest corner along the axis of the largest fraction,
-// then of the middle one, then of the smallest. Greys depend only on entries of the grey axis.
+// The four corners of the tetrahedron around a color: from the lowest corner along the axis of the largest fraction,
+// then of the middle one, then of the smallest. Grays depend only on entries of the gray axis.
 fn cube_tetrahedral(table: texture_3d<f32>, rgb: vec3f) -> vec3f {
     let last = vec3f(textureDimensions(table)) - 1.0;
     let p = clamp(rgb, vec3f(0.0), vec3f(1.0)) * last;

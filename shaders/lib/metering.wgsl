@@ -4,7 +4,7 @@
 
 const METERING_PI: f32 = 3.14159265;
 // The assumed mean reflectance of a scene.
-const METERING_GREY: f32 = 0.18;
+const METERING_GRAY: f32 = 0.18;
 const METERING_EV100: f32 = 3.0;
 // Within this distance, in stops, an exposure becomes exactly equal to a constant target.
 const METERING_ARRIVAL: f32 = 0.0009765625;
@@ -28,9 +28,9 @@ fn metering_held(hold: u32, before: f32, adapted: f32) -> f32 {
     return select(adapted, before, hold != 0u);
 }
 
-// Lux on a grey card whose log2 luminance is `mean`: E = pi L / 0.18 (Lambert).
+// Lux on a gray card whose log2 luminance is `mean`: E = pi L / 0.18 (Lambert).
 fn metering_lux(mean: f32) -> f32 {
-    return METERING_PI / METERING_GREY * exp2(clamp(mean, -32.0, 32.0));
+    return METERING_PI / METERING_GRAY * exp2(clamp(mean, -32.0, 32.0));
 }
 
 // Piecewise linear through four points, constant beyond the ends. `evs` is in ascending order; of two equal ones the

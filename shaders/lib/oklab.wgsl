@@ -20,15 +20,15 @@ fn oklab_deviation(chroma: vec2f) -> vec3f {
     );
 }
 
-// Chroma of unchanged amount with a share of the hue of another colour.
+// Chroma of unchanged amount with a share of the hue of another color.
 fn oklab_turn(chroma: vec2f, other: vec2f, share: f32) -> vec2f {
     let amount = length(chroma);
     let mixed = mix(chroma, other * (amount / max(length(other), 1e-20)), share);
     return mixed * (amount / max(length(mixed), 1e-20));
 }
 
-// Colours of one lightness and hue. At the share t of the chroma, a channel of RGB is 1 + t * (c1 + t * (c2 + t * c3)),
-// in units of the grey of this lightness.
+// Colors of one lightness and hue. At the share t of the chroma, a channel of RGB is 1 + t * (c1 + t * (c2 + t * c3)),
+// in units of the gray of this lightness.
 struct OklabLine {
     c1: vec3f,
     c2: vec3f,
@@ -76,7 +76,7 @@ fn oklab_border(line: OklabLine, top: f32, knee: f32) -> f32 {
 }
 
 // The share of the chroma in the gamut from 0 to `top`. Up to the share `knee`, above 0, of the gamut's chroma nothing
-// changes. Beyond it, x/(1+x) compresses the rest, so that a colour approaches the border and never passes it.
+// changes. Beyond it, x/(1+x) compresses the rest, so that a color approaches the border and never passes it.
 fn oklab_share(line: OklabLine, top: f32, knee: f32) -> f32 {
     if oklab_is_inside(line, 1.0 / knee, top) { return 1.0; }
     let border = oklab_border(line, top, knee);

@@ -1,6 +1,6 @@
 // Built-in arguments of a kernel function.
 
-// The pixel of the result: its index, the uv of its centre (v downwards) and the size of the image.
+// The pixel of the result: its index, the uv of its center (v downwards) and the size of the image.
 struct Point {
     pixel: vec2i,
     uv: vec2f,

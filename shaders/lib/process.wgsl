@@ -1,4 +1,4 @@
-// The steps of colour processes: see nodes/src/process. Each limits the arguments of powers, logarithms and
+// The steps of color processes: see nodes/src/process. Each limits the arguments of powers, logarithms and
 // exponentials like the version in double precision.
 #import color
 #import transfer
@@ -111,12 +111,12 @@ fn process_cdl_reverse(
     low: f32,
     high: f32,
 ) -> vec3f {
-    let grey = process_saturated(clamp(v, vec3f(low), vec3f(high)), saturation);
-    let base = process_cdl_power(clamp(grey, vec3f(low), vec3f(high)), power);
+    let gray = process_saturated(clamp(v, vec3f(low), vec3f(high)), saturation);
+    let base = process_cdl_power(clamp(gray, vec3f(low), vec3f(high)), power);
     return clamp((base - offset) * slope, vec3f(low), vec3f(high));
 }
 
-// cd/m2 to the perceptual quantiser. Negative light counts as 0, and light above 10000 as that.
+// cd/m2 to the perceptual quantizer. Negative light counts as 0, and light above 10000 as that.
 fn process_pq_encode(nits: vec3f) -> vec3f {
     let n = clamp(nits, vec3f(0.0), vec3f(10000.0));
     return vec3f(pq_encode(n.r), pq_encode(n.g), pq_encode(n.b));

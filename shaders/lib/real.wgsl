@@ -1,7 +1,7 @@
-// Sums of weighted colours in half floats, if the options ask for them and the device supports them. Otherwise in
+// Sums of weighted colors in half floats, if the options ask for them and the device supports them. Otherwise in
 // 32-bit floats without conversion: the linker sets `real` and REAL_IS_HALF.
-// The largest half float is 65504, and a colour may have this value. So sums are of quarters: four colours can be added
-// before they are weighted, and rounded weights whose sum is slightly above 1 do not overflow. More than four colours
+// The largest half float is 65504, and a color may have this value. So sums are of quarters: four colors can be added
+// before they are weighted, and rounded weights whose sum is slightly above 1 do not overflow. More than four colors
 // must not share a weight, because a compiler may add them before it applies the weight.
 #import sanitize
 
@@ -13,13 +13,13 @@ alias real4 = vec4<real>;
 // Whether they are half floats.
 const REAL_IS_HALF: bool = false;
 
-// Converts a colour for a sum.
+// Converts a color for a sum.
 fn to_real(v: vec4f) -> real4 {
     if REAL_IS_HALF { return real4(0.25 * v); }
     return real4(v);
 }
 
-// Converts a weighted sum back to a colour.
+// Converts a weighted sum back to a color.
 fn of_real(v: real4) -> vec4f {
     if REAL_IS_HALF { return clamp(4.0 * vec4f(v), vec4f(-HALF_MAX), vec4f(HALF_MAX)); }
     return vec4f(v);

@@ -14,9 +14,9 @@ fn sanitize_channel(bits: vec4u, channel: i32) -> u32 {
     return select(select(bits.x, bits.y, channel == 1), select(bits.z, bits.w, channel == 3), channel >= 2);
 }
 
-// The bits of a number of a neighbour: 0 to 8 are the rows of the square around a texel. NaN for the texel itself and
+// The bits of a number of a neighbor: 0 to 8 are the rows of the square around a texel. NaN for the texel itself and
 // outside of the texture, so that these are not used.
-fn sanitize_neighbour(t: texture_2d<f32>, p: vec2i, index: i32, channel: i32) -> u32 {
+fn sanitize_neighbor(t: texture_2d<f32>, p: vec2i, index: i32, channel: i32) -> u32 {
     let at = p + vec2i(index % 3 - 1, index / 3 - 1);
     let inside = clamp(at, vec2i(0), vec2i(textureDimensions(t)) - 1);
     let is_other = all(at == inside) && any(at != p);
@@ -31,7 +31,7 @@ fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
     return sanitize(v);
 }
 
-// The number of this rank, from 1, among the finite neighbours in one channel, within the limits. Equal numbers have
+// The number of this rank, from 1, among the finite neighbors in one channel, within the limits. Equal numbers have
 // successive ranks.
 fn sanitize_ranked(t: texture_2d<f32>, p: vec2i, channel: i32, rank: i32, end: i32) -> f32 {
     var found = -1e9;
@@ -40,7 +40,7 @@ fn sanitize_ranked(t: texture_2d<f32>, p: vec2i, channel: i32, rank: i32, end: i
         var next = 1e9;
         var count = 0;
         for (var index = 0; index < end; index++) {
-            let bits = sanitize_neighbour(t, p, index, channel);
+            let bits = sanitize_neighbor(t, p, index, channel);
             let limited = clamp(bitcast<f32>(bits), -HALF_MAX, HALF_MAX);
             let one = select(-1e9, limited, (bits & INFINITY_BITS) != INFINITY_BITS);
             if one > found {
@@ -54,14 +54,14 @@ fn sanitize_ranked(t: texture_2d<f32>, p: vec2i, channel: i32, rank: i32, end: i
     return found;
 }
 
-// Repairs a number that is not finite. NaN, negative infinity, and an infinity that no neighbour shares become the
-// median of the finite neighbours: the lower of two. The median is one of the numbers, so it is exact in any format. An
+// Repairs a number that is not finite. NaN, negative infinity, and an infinity that no neighbor shares become the
+// median of the finite neighbors: the lower of two. The median is one of the numbers, so it is exact in any format. An
 // infinity among others is light, such as a sun, and becomes the limit.
 fn sanitize_number(t: texture_2d<f32>, p: vec2i, bits: u32, channel: i32, end: i32) -> u32 {
     var count = 0;
     var is_shared = false;
     for (var index = 0; index < end; index++) {
-        let near = sanitize_neighbour(t, p, index, channel);
+        let near = sanitize_neighbor(t, p, index, channel);
         count += select(0, 1, (near & INFINITY_BITS) != INFINITY_BITS);
         is_shared |= near == INFINITY_BITS;
     }
@@ -99,7 +99,7 @@ fn sanitize_value(v: vec4f, mode: u32) -> vec4f {
     return sanitize_limited(v, mode);
 }
 
-// A texel of a host image. Only one with a number that is not finite reads its neighbours.
+// A texel of a host image. Only one with a number that is not finite reads its neighbors.
 fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);
     let bits = bitcast<vec4u>(v);
@@ -162,7 +162,7 @@ fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
     return sanitize_texel3(t, inside, TEXEL_SANITIZE);
 }
 
-// A texel of a volume of the host. What is not finite is repaired by its neighbours in its slice: a march from the
+// A texel of a volume of the host. What is not finite is repaired by its neighbors in its slice: a march from the
 // camera carries a NaN into all slices behind it.
 fn sanitize_texel3(t: texture_3d<f32>, p: vec3i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);

@@ -10,7 +10,7 @@ const HALF_MAX_BITS: u32 = 0x477fe000u;
 const INFINITY_BITS: u32 = 0x7f800000u;
 const SIGN_BIT: u32 = 0x80000000u;
 
-// NaN becomes 0, infinity and large values become the limit, negatives become 0. A NaN gets here only if no neighbour
+// NaN becomes 0, infinity and large values become the limit, negatives become 0. A NaN gets here only if no neighbor
 // of its pixel is finite: see `sanitize_texel`. The bits of negatives and of NaN are greater than those of infinity.
 fn sanitize(v: vec4f) -> vec4f {
     let bits = bitcast<vec4u>(v);

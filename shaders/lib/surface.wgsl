@@ -21,7 +21,7 @@ fn surface_tangent(depth: texture_2d<f32>, camera: Camera, p: vec2i, step: vec2i
     return select(before, after, has_after && (!has_before || abs(after.z) < abs(before.z)));
 }
 
-// A unit vector, or the one towards the camera where there is none.
+// A unit vector, or the one toward the camera where there is none.
 fn surface_unit(v: vec3f) -> vec3f {
     let square = dot(v, v);
     return select(vec3f(0.0, 0.0, 1.0), v * inverseSqrt(max(square, 1e-30)), square > 1e-30);
@@ -35,7 +35,7 @@ fn surface_normal(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
 }
 
 // The direction to the camera: parallel ones have one for all places.
-fn surface_towards(camera: Camera, place: vec3f) -> vec3f {
+fn surface_toward(camera: Camera, place: vec3f) -> vec3f {
     return select(vec3f(0.0, 0.0, 1.0), surface_unit(-place), camera.projection[2].w != 0.0);
 }
 

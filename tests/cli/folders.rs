@@ -8,9 +8,9 @@ use super::{Folder, save};
 
 const NODE: &str = r#"Kind(
     name: "Posterize",
-    doc: "Quantises each channel to a few levels.",
+    doc: "Quantizes each channel to a few levels.",
     inputs: { "source": Image(doc: "The image.", accepts: [Scene]) },
-    outputs: { "result": Image(doc: "The quantised image.", state: Same("source")) },
+    outputs: { "result": Image(doc: "The quantized image.", state: Same("source")) },
     parameters: { "levels": Float(doc: "Levels of each channel.", default: 4.0, within: (2.0, 256.0)) },
 )"#;
 

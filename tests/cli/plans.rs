@@ -33,7 +33,7 @@ fn switches_turn_off_what_they_say() {
 #[test]
 fn arithmetic_is_as_it_is_asked_for() {
     let text = plan("{lynx} --half --subgroups");
-    assert!(text.contains("  half       sums of colours may be in half floats in "), "{text}");
+    assert!(text.contains("  half       sums of colors may be in half floats in "), "{text}");
     assert!(text.contains("  subgroups  sums over workgroups"), "{text}");
     let exact = plan("{lynx} --half=on --subgroups=off --exact");
     assert!(exact.contains("ignored\n  half  `exact` wants all bits") && !exact.contains("subgroups"), "{exact}");

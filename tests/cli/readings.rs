@@ -9,8 +9,8 @@ const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\":
                        \"meter\": AutoExposure(histogram: \"bins\", rate_bright: 1.0), \
                        \"lit\": Exposure(source: \"scene\", meter: \"meter\") }, outputs: { \"light\": \"lit\" })";
 
-/// A grey picture with these numbers in its first pixels.
-fn grey(light: f32, first: &[[f32; 4]]) -> Picture {
+/// A gray picture with these numbers in its first pixels.
+fn gray(light: f32, first: &[[f32; 4]]) -> Picture {
     let mut pixels = vec![[light, light, light, 1.0]; 8 * 6];
     pixels[..first.len()].copy_from_slice(first);
     Picture::new(8, 6, Pixels::Float(pixels.as_flattened().to_vec()))
@@ -29,7 +29,7 @@ fn stops(folder: &Folder, json: &str) -> Vec<f64> {
 fn a_cut_is_exposed_at_once() {
     let folder = Folder::new("cut");
     for (frame, light) in [(1, 0.25), (2, 16.0), (3, 16.0)] {
-        save(&folder.file(&format!("shot.{frame}.exr")), &grey(light, &[]));
+        save(&folder.file(&format!("shot.{frame}.exr")), &gray(light, &[]));
     }
     folder.with("meter.ron", METERED.as_bytes());
     folder.run("render meter.ron shot.#.exr -o out.#.exr --json slow.json").good();
@@ -48,7 +48,7 @@ fn a_cut_is_exposed_at_once() {
 fn the_exposure_and_repaired_pixels_are_reported() {
     let folder = Folder::new("readings");
     let bad = [[f32::NAN, 1.0, 1.0, 1.0], [f32::INFINITY, 1.0, 1.0, 1.0], [-1.0, 1.0, 1.0, 1.0], [-1.0; 4]];
-    save(&folder.file("bad.exr"), &grey(2.0, &bad));
+    save(&folder.file("bad.exr"), &gray(2.0, &bad));
     folder.with("meter.ron", METERED.as_bytes());
     let words = folder.run("render meter.ron bad.exr -o out.exr --json report.json").notes();
     assert!(words.contains("repaired pixels of `scene`: 1 NaN, 1 infinite, 1 negative"), "{words}");
@@ -64,8 +64,8 @@ fn the_exposure_and_repaired_pixels_are_reported() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_image_without_the_mask_that_a_pipeline_needs_gets_a_warning() {
     let folder = Folder::new("mask");
-    save(&folder.file("opaque.exr"), &grey(2.0, &[]));
-    save(&folder.file("masked.exr"), &grey(2.0, &[[1.0, 1.0, 1.0, 0.0]]));
+    save(&folder.file("opaque.exr"), &gray(2.0, &[]));
+    save(&folder.file("masked.exr"), &gray(2.0, &[[1.0, 1.0, 1.0, 0.0]]));
     let pipeline = "Pipeline(inputs: { \"scene\": Color(needs_alpha: true) }, nodes: { \
                     \"lit\": Extract(source: \"scene\", method: Emissive) }, outputs: { \"light\": \"lit\" })";
     folder.with("mask.ron", pipeline.as_bytes());
@@ -79,7 +79,7 @@ fn an_image_without_the_mask_that_a_pipeline_needs_gets_a_warning() {
 fn a_factor_brings_brighter_light_into_range() {
     let folder = Folder::new("factor");
     let float = ExrOptions { float: true, ..ExrOptions::default() };
-    write_exr(&folder.file("sun.exr"), &grey(4.0, &[[1e7, 2e6, -5.0, 0.5]]), &float).expect("it can be written");
+    write_exr(&folder.file("sun.exr"), &gray(4.0, &[[1e7, 2e6, -5.0, 0.5]]), &float).expect("it can be written");
     let pipeline = "Pipeline(inputs: { \"scene\": Color(scale: 0.001) }, nodes: {}, outputs: { \"light\": \"scene\" })";
     folder.with("scaled.ron", pipeline.as_bytes());
     folder.run("render scaled.ron sun.exr -o out.exr --depth 32").good();

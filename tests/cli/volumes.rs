@@ -4,11 +4,11 @@ use afterimage_media::{Picture, Pixels, Source, read};
 
 use super::{Folder, save_exact};
 
-/// Fog whose froxels each end a metre farther than the one before.
+/// Fog whose froxels each end a meter farther than the one before.
 const FOGGY: &str = "Pipeline(inputs: { \"fog\": Color(volume: true), \"in\": Color, \"depth\": Depth }, nodes: { \
                      \"foggy\": VolumetricComposite(source: \"in\", depth: \"depth\", volume: \"fog\", \
                      slices: Linear, near: 0.0, far: 4.0) }, outputs: { \"foggy\": \"foggy\" })";
-/// Metres, one for each column.
+/// Meters, one for each column.
 const FAR: [f32; 6] = [0.0, 0.5, 1.0, 2.75, 4.0, 1000.0];
 
 fn picture(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 4]) -> Picture {
@@ -16,15 +16,15 @@ fn picture(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 4]) -> Pic
     Picture::new(width, height, Pixels::Float(places.flat_map(|(x, y)| pixel(x, y)).collect()))
 }
 
-/// A scene, its depth, and a volume of 3 x 2 x 4 froxels: a metre of fog gives one of red light and takes an eighth.
+/// A scene, its depth, and a volume of 3 x 2 x 4 froxels: a meter of fog gives one of red light and takes an eighth.
 fn folder(test: &str) -> Folder {
     let folder = Folder::new(test);
     folder.with("foggy.ron", FOGGY.as_bytes());
     save_exact(&folder.file("scene.exr"), &picture(6, 2, |_, _| [16.0, 4.0, 2.0, 1.0]));
     save_exact(&folder.file("depth.exr"), &picture(6, 2, |x, _| [FAR[x as usize], 0.0, 0.0, 1.0]));
     let fog = picture(3, 8, |_, y| {
-        let metres = (y / 2 + 1) as f32;
-        [metres, 0.0, 0.0, 1.0 - 0.125 * metres]
+        let meters = (y / 2 + 1) as f32;
+        [meters, 0.0, 0.0, 1.0 - 0.125 * meters]
     });
     save_exact(&folder.file("fog.exr"), &fog);
     folder
@@ -41,11 +41,11 @@ fn a_volume_comes_from_an_image_of_its_slices() {
     assert_eq!((found.width, found.height), (6, 2));
     let pixels = found.pixels.to_f32();
     for (index, pixel) in pixels.chunks_exact(4).enumerate() {
-        let metres = FAR[index % 6].min(4.0);
-        let passed = 1.0 - 0.125 * metres;
-        let wanted = [16.0 * passed + metres, 4.0 * passed, 2.0 * passed];
+        let meters = FAR[index % 6].min(4.0);
+        let passed = 1.0 - 0.125 * meters;
+        let wanted = [16.0 * passed + meters, 4.0 * passed, 2.0 * passed];
         let is_near = (0..3).all(|channel| (pixel[channel] - wanted[channel]).abs() < 2e-3 * wanted[channel]);
-        assert!(is_near, "{metres} m: {pixel:?} instead of {wanted:?}");
+        assert!(is_near, "{meters} m: {pixel:?} instead of {wanted:?}");
     }
 }
 

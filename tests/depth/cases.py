@@ -2,7 +2,7 @@
 from dataclasses import dataclass, field
 
 COLOR = "ViewLayer.Combined"
-# Colours are compared as a display shows them: the same exposure and curve for the reference and for the result.
+# Colors are compared as a display shows them: the same exposure and curve for the reference and for the result.
 VIEW = '"exposed": Exposure(source: "%s", stops: 0.0), "view": ToneMap(source: "exposed"),'
 LENS = "amount: 3.33333, f_stop: 0.5, focal_length: 35.0, focus: 5.0, sensor: 20.25, largest: 0.1, blades: 6,"
 
@@ -17,8 +17,8 @@ class Case:
 
 
 def occlusion(more, kind="Gtao", radius="radius: 1.0, falloff: 0.3"):
-    ports = 'source: "grey", depth: "depth", camera: "camera"'
-    return f'"grey": DemoScene(), "made": {kind}({ports}, {more} {radius}),'
+    ports = 'source: "gray", depth: "depth", camera: "camera"'
+    return f'"gray": DemoScene(), "made": {kind}({ports}, {more} {radius}),'
 
 
 def points(more):

@@ -6,16 +6,16 @@
 
 Each folder holds frames of one scene that Blender's Cycles has rendered, multi-part, and `camera.####.json`:
 
-beauty    colour; depth in metres along the view axis; normals of the world; `Vector`, in pixels upwards, x and y to the
+beauty    color; depth in meters along the view axis; normals of the world; `Vector`, in pixels upwards, x and y to the
           frame before; ambient occlusion by rays of at most 1 m
 aliased   one sample in the middle of each pixel, moved by `jitter` of the JSON: pixels to the right and upwards
 dof, blur, both   the same frames with depth of field, with a shutter of half a frame, with both
-light     depth in metres from the sun's orthographic camera, 0.1 m to 60 m
+light     depth in meters from the sun's orthographic camera, 0.1 m to 60 m
 sun, open everything white and lit by the sun alone, with and without its shadow, by `sun_frames.py`
 sun6, open6  the same with a sun whose diameter in the sky is 6 degrees
 
 Prints a table in Markdown for each case of `cases.py`: PSNR and the mean of FLIP over the frames of each folder,
-without the node and with it in several settings. Colours are compared as a display shows them: exposed by 0 stops,
+without the node and with it in several settings. Colors are compared as a display shows them: exposed by 0 stops,
 through `ToneMap` with its defaults, encoded as sRGB. The chart has each frame, with the first setting.
 """
 import argparse, os, subprocess, tempfile
@@ -85,8 +85,8 @@ def references(program, case, folder, prepared):
         return [shown(program, replace(case, source=name), "", folder, prepared) for name in both]
     numbers = frames.numbers(folder, case.reference)
     rays = {frame: frames.channels(frames.at(folder, "beauty", frame), "Occlusion", "R") for frame in numbers}
-    grey = {frame: visibility(folder, frame, share) for frame, share in rays.items()}
-    return [grey, {frame: np.ones_like(image) for frame, image in grey.items()}]
+    gray = {frame: visibility(folder, frame, share) for frame, share in rays.items()}
+    return [gray, {frame: np.ones_like(image) for frame, image in gray.items()}]
 
 
 def compare(program, case, folder, prepared, keep):

@@ -17,7 +17,7 @@ from compare_cycles import encoded, errors
 from walk import run
 
 WALKS, SIZE, APERTURE, FOCUS, FACTOR = (0.15, 0.4, 0.6), "320x180", 0.032, 4.0, 4.0
-# Of a sensor of 24 mm with the scene's field of view, in millimetres.
+# Of a sensor of 24 mm with the scene's field of view, in millimeters.
 SENSOR_DISTANCE = 12.0 / 0.4245
 SHOW = VIEW.replace("stops: 0.0", "stops: 1.0")
 AMOUNTS = {"`DepthOfField`": 1.0, "with 0.85 of its `amount`": 0.85, "with 0.73 of it": 0.73}

@@ -31,7 +31,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Chosen>(),
 ];
 
-/// Vertices with a place in clip space and a colour, and what readers of levels need.
+/// Vertices with a place in clip space and a color, and what readers of levels need.
 pub static SHADER: Shader = Shader::new(
     "draw_test.wgsl",
     "struct Corner { @builtin(position) place: vec4f, @location(0) color: vec4f }
@@ -62,7 +62,7 @@ struct Corner { @builtin(position) place: vec4f, @location(0) color: vec4f }
 /// A vertex: its place in clip space, and its color.
 pub type Vertex = ([f32; 3], [f32; 4]);
 
-/// A triangle whose corners lie on no centre of a pixel of the sizes of the tests.
+/// A triangle whose corners lie on no center of a pixel of the sizes of the tests.
 pub const LARGE: [Vertex; 3] = [
     ([-0.875, -0.75, 0.25], [1.0, 0.0, 0.5, 1.0]),
     ([0.9375, -0.3125, 0.25], [0.0, 4.0, 0.5, 0.5]),

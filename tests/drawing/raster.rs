@@ -203,7 +203,7 @@ params! {
     }
 }
 
-/// Columns and rows of the centres of the four vertices, in pixels.
+/// Columns and rows of the centers of the four vertices, in pixels.
 const CORNERS: [[u32; 2]; 4] = [[8, 6], [40, 6], [8, 22], [40, 22]];
 const LIGHT: u32 = 3;
 const TINT: [u8; 4] = [51, 102, 255, 0];

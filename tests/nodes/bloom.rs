@@ -34,7 +34,7 @@ pub(super) struct Precision {
 
 impl Precision {
     pub(super) fn within(&self, relative: f64, absolute: f64) -> Tolerance {
-        Tolerance { absolute, relative, of: Scale::Neighbourhood, reason: self.reason }
+        Tolerance { absolute, relative, of: Scale::Neighborhood, reason: self.reason }
     }
 }
 

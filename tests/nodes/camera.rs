@@ -2,12 +2,12 @@
 
 use afterimage_graph::image::Size;
 
-use crate::reference::image::centre_uv;
+use crate::reference::image::center_uv;
 use crate::reference::math::{Rgb, dot, mix};
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::Nodes;
 
-/// A floor that recedes, and an object before it that is off the focus, in metres.
+/// A floor that recedes, and an object before it that is off the focus, in meters.
 pub(super) fn depths([width, height]: [u32; 2]) -> Picture {
     Picture::new(width, height, |x, y| {
         let is_object = x * 3 > width && x * 2 < width && y * 3 > height;
@@ -169,7 +169,7 @@ fn the_motion_of_the_scene_leads_to_where_surfaces_were() {
     let (before, axes_before) = camera(f64::from(0.52_f32 - 0.02));
     let (aspect, tan) = (160.0 / 90.0, f64::from(0.4245_f32));
     for (index, (depth, found)) in depth.pixels.iter().zip(&motion.pixels).enumerate() {
-        let [u, v] = centre_uv(index % 160, index / 160, 160, 90);
+        let [u, v] = center_uv(index % 160, index / 160, 160, 90);
         let depth = f64::from(depth[0]);
         let ray = [(2.0 * u - 1.0) * aspect * tan, (1.0 - 2.0 * v) * tan, -1.0].map(|x| x * depth);
         let place = |i: usize| axes[0][i] * ray[0] + axes[1][i] * ray[1] + axes[2][i] * ray[2];

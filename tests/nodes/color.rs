@@ -1,4 +1,4 @@
-//! The tone and colour kinds on the GPU, compared with their CPU references.
+//! The tone and color kinds on the GPU, compared with their CPU references.
 
 pub(super) mod aces2;
 mod baked;
@@ -37,7 +37,7 @@ pub(super) const fn tolerance(absolute: f64, relative: f64, reason: &'static str
     Tolerance { absolute, relative, of: Scale::Pixel, reason }
 }
 
-/// Colours at which tone curves have been wrong before.
+/// Colors at which tone curves have been wrong before.
 const SPECIAL: [Rgb; 16] = [
     [0.18; 3],
     [0.0; 3],
@@ -57,14 +57,14 @@ const SPECIAL: [Rgb; 16] = [
     [0.22, 0.532, 0.76],
 ];
 
-/// The special colours, then light from 2^-14 to the largest half float in every saturation. Alpha is any number.
+/// The special colors, then light from 2^-14 to the largest half float in every saturation. Alpha is any number.
 pub(super) fn light([width, height]: [u32; 2]) -> Picture {
     let mut numbers = Numbers(0x9e37_79b9_7f4a_7c15);
     let mut random = move || (30.0 * numbers.next() - 14.0).exp2();
     picture([width, height], move |index| SPECIAL.get(index).copied().unwrap_or_else(|| [random(), random(), random()]))
 }
 
-/// Colours from 0 to 1, black and white among them.
+/// Colors from 0 to 1, black and white among them.
 pub(super) fn unit([width, height]: [u32; 2]) -> Picture {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);
     let corner = |index: usize| [0, 1, 2].map(|channel| f64::from((index >> channel & 1) as u8));
@@ -93,7 +93,7 @@ fn rgb(pixel: [f32; 4]) -> Rgb {
     [pixel[0], pixel[1], pixel[2]].map(f64::from)
 }
 
-/// Compares a node with its CPU reference, which maps colours, on a picture of every size.
+/// Compares a node with its CPU reference, which maps colors, on a picture of every size.
 fn compare(
     state: &str,
     node: &str,

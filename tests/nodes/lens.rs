@@ -18,7 +18,7 @@ pub(super) fn lights([width, height]: [u32; 2]) -> Picture {
     })
 }
 
-/// A colour, and the half-plane a·u + b·v + c > 0 that has it.
+/// A color, and the half-plane a·u + b·v + c > 0 that has it.
 type HalfPlane = ([f64; 3], [f64; 3]);
 
 /// Edges in four directions.
@@ -38,7 +38,7 @@ const STAIRCASES: [HalfPlane; 4] = [
     ([0.05, 0.03, 0.09], [-0.93 * 161.0, 97.0, -22.0]),
 ];
 
-/// The colour at a place: the last half-plane that contains it.
+/// The color at a place: the last half-plane that contains it.
 fn plane(planes: &[HalfPlane], [u, v]: [f64; 2]) -> [f64; 3] {
     let inside = |(_, [a, b, c]): &&HalfPlane| a * u + b * v + c > 0.0;
     planes.iter().rev().find(inside).map_or([0.93, 0.95, 0.86], |(color, _)| *color)
@@ -95,7 +95,7 @@ fn every_search_of_fxaa_equals_the_published_one_and_comes_nearer_to_the_supersa
             );
             let found = Nodes::new(&text, &[("in", state)]).exact(&[&picture]);
             let reason = "the place of the last read is a quotient of distances in f32";
-            let tolerance = Tolerance { absolute: 1e-6, relative: 2e-4, of: Scale::Neighbourhood, reason };
+            let tolerance = Tolerance { absolute: 1e-6, relative: 2e-4, of: Scale::Neighborhood, reason };
             // Whether an edge ends at a read between two pixels is a tie but for the noise: f32 may decide otherwise.
             let differ = differences(&found, &fxaa.apply(&image(&picture)), &tolerance);
             assert!(differ.len() <= 8, "{search} in {state}: {} pixels\n{}", differ.len(), differ[..4].join("\n"));
@@ -118,7 +118,7 @@ fn errors_of_smaa(planes: &[HalfPlane], state: &str) -> [f64; 4] {
         let smaa = Smaa { threshold: 0.08, corners: 0.5, reach: *reach, diagonals: *diagonals, is_light };
         let found = rendered(&format!("Smaa(source: \"in\", search: {search}, threshold: 0.08, corners: 0.5)"));
         let reason = "shares are quotients in f32";
-        let tolerance = Tolerance { absolute: 1e-6, relative: 2e-5, of: Scale::Neighbourhood, reason };
+        let tolerance = Tolerance { absolute: 1e-6, relative: 2e-5, of: Scale::Neighborhood, reason };
         assert_close(search, &found, &smaa.apply(&image(&picture)), &tolerance);
         errors[index] = error(&found);
     }

@@ -80,7 +80,7 @@ fn finite(picture: &Picture) -> Picture {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_step_is_a_smaller_picture() {
-    // A pixel of the smaller picture has other neighbours to be repaired from.
+    // A pixel of the smaller picture has other neighbors to be repaired from.
     let whole = finite(&scene(641, 359));
     for step in [2, 3, 8] {
         let seen = picked(&whole, step);
@@ -312,7 +312,7 @@ fn seen_at_night(kind: &str, parameters: &str) -> String {
     format!("\"exposed\": Exposure(source: \"scene\"), \"result\": {kind}(source: \"exposed\", {parameters})")
 }
 
-fn assert_colours(found: &Picture, wanted: &Image, what: &str) {
+fn assert_colors(found: &Picture, wanted: &Image, what: &str) {
     let tolerance =
         Tolerance { absolute: 1e-6, relative: 2e-4, of: Scale::Channel, reason: "powers of small numbers in f32" };
     assert_close(what, found, &wanted.map_rgb(|rgb| rgb.map(|x| x.min(65504.0))), &tolerance);
@@ -327,9 +327,9 @@ fn night_vision_equals_its_cpu_reference() {
             let parameters = format!("illuminance: {lux:.3}");
             let seen = shown(&seen_at_night("Purkinje", &parameters), &scene);
             let wanted = sanitized(&scene).map_rgb(|rgb| full(rgb, strength_log(lux), 380.0));
-            assert_colours(&seen, &wanted, &format!("full, {lux} lux"));
+            assert_colors(&seen, &wanted, &format!("full, {lux} lux"));
             let seen = shown(&seen_at_night("PurkinjeSimple", &parameters), &scene);
-            assert_colours(&seen, &sanitized(&scene).map_rgb(|rgb| simple(rgb, lux)), &format!("simple, {lux} lux"));
+            assert_colors(&seen, &sanitized(&scene).map_rgb(|rgb| simple(rgb, lux)), &format!("simple, {lux} lux"));
         }
     }
 }
@@ -341,7 +341,7 @@ fn a_metered_night_is_the_night_that_the_meter_reads() {
         let scene = Picture::new(9, 5, |_, _| [light * 1.2, light, light * 0.4, 0.25]);
         let image = sanitized(&scene);
         let metered = crate::reference::color::luminance(crate::reference::image::rgb(image.pixels[0]));
-        let lux = std::f64::consts::PI / 0.18 * BINS.centre(BINS.bin(metered)).exp2();
+        let lux = std::f64::consts::PI / 0.18 * BINS.center(BINS.bin(metered)).exp2();
         let night = |kind: &str| {
             let nodes = format!(
                 "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\"), \
@@ -349,7 +349,7 @@ fn a_metered_night_is_the_night_that_the_meter_reads() {
             );
             shown(&nodes, &scene)
         };
-        assert_colours(&night("Purkinje"), &image.map_rgb(|rgb| full(rgb, strength_log(lux), 380.0)), "full, metered");
-        assert_colours(&night("PurkinjeSimple"), &image.map_rgb(|rgb| simple(rgb, lux)), "simple, metered");
+        assert_colors(&night("Purkinje"), &image.map_rgb(|rgb| full(rgb, strength_log(lux), 380.0)), "full, metered");
+        assert_colors(&night("PurkinjeSimple"), &image.map_rgb(|rgb| simple(rgb, lux)), "simple, metered");
     }
 }

@@ -7,7 +7,7 @@ use afterimage_graph::check::{Graph, NoFiles};
 use super::probes::{SIZES, pipeline, sanitized, scene, shown, shown_with};
 use crate::reference::color::luminance;
 use crate::reference::exposure::{
-    Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, grey_card_luminance, limit_mean, pyramid_mean,
+    Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, gray_card_luminance, limit_mean, pyramid_mean,
 };
 use crate::reference::image::{Image, rgb};
 use crate::support::gpu::{Picture, Run};
@@ -95,7 +95,7 @@ fn an_albedo_meters_light_and_not_paint() {
     let (_, bins) = read_table(&shown_with(text, &painted, "albedo", &albedo));
     let mut wanted = vec![0; BINS.count];
     for (surface, pixel) in sanitized(&albedo).pixels.iter().zip(&sanitized(&painted).pixels) {
-        let light = grey_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
+        let light = gray_card_luminance(luminance(rgb(*pixel)), luminance(rgb(*surface)));
         wanted[if surface[3] < 0.5 { 0 } else { BINS.bin(light) }] += 1;
     }
     assert!(wanted[0] >= 4 * 70);
@@ -137,7 +137,7 @@ fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
     frames.iter().map(&mut first_pixel).collect()
 }
 
-fn grey(value: f32) -> Picture {
+fn gray(value: f32) -> Picture {
     Picture::new(8, 8, |_, _| [value, value, value, 1.0])
 }
 
@@ -172,23 +172,23 @@ fn percentiles_cut_as_in_the_cpu_reference() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn limits_compensation_and_highlights_move_the_exposure() {
-    let centre = |light: f64| BINS.centre(BINS.bin(light));
+    let center = |light: f64| BINS.center(BINS.bin(light));
     let key = 0.18_f64.log2();
     for (parameters, light, wanted) in [
-        ("compensation: 1.5", 0.5, key - centre(0.5) + 1.5),
+        ("compensation: 1.5", 0.5, key - center(0.5) + 1.5),
         ("min_ev: 5.0", 0.5, key - 2.0),
         ("max_ev: 1.0", 0.5, key + 2.0),
-        ("key: 1.0", 4.0, -centre(4.0)),
+        ("key: 1.0", 4.0, -center(4.0)),
         // EV100 is log2 of luminance plus 3: the light 2^-2 is at EV 1, half way from -1 (2 stops) to 3 (-1 stop).
         (
             "curve_ev: (-3.0, -1.0, 3.0, 5.0), curve_stops: (4.0, 2.0, -1.0, 0.0)",
             0.25,
-            key - centre(0.25) + 0.5 - 0.75 * (centre(0.25) + 2.0),
+            key - center(0.25) + 0.5 - 0.75 * (center(0.25) + 2.0),
         ),
-        ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (centre(0.5) + 0.45 * 29.0 / 383.0)),
-        ("highlights: Protect, highlight_threshold: 10.0", 0.5, key - centre(0.5)),
+        ("highlights: Protect, highlight_threshold: 0.125", 0.5, -3.0 - (center(0.5) + 0.45 * 29.0 / 383.0)),
+        ("highlights: Protect, highlight_threshold: 10.0", 0.5, key - center(0.5)),
     ] {
-        let value = shown(&auto(parameters), &grey(light as f32)).at(0, 0);
+        let value = shown(&auto(parameters), &gray(light as f32)).at(0, 0);
         assert!((f64::from(value[0]) - wanted).abs() < 1e-4, "{parameters}: {value:?} {wanted}");
     }
 }
@@ -196,7 +196,7 @@ fn limits_compensation_and_highlights_move_the_exposure() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn exposure_snaps_holds_arrives_and_follows() {
-    let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
+    let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let nothing = f32::NAN;
     let frames: Vec<(&Picture, f32, bool)> = vec![
         (&black, 0.1, true),
@@ -213,7 +213,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
         (&black, 0.1, true),
         (&dim, 0.1, false),
     ];
-    let wanted = |light: f64| 0.18_f64.log2() - BINS.centre(BINS.bin(light));
+    let wanted = |light: f64| 0.18_f64.log2() - BINS.center(BINS.bin(light));
     let (of_dim, of_bright) = (wanted(0.25), wanted(16.0));
     for (mode, follow) in [
         ("Exponential", adapt_exponential as fn(f64, Aim, f64, f64, f64) -> f64),
@@ -233,7 +233,7 @@ fn exposure_snaps_holds_arrives_and_follows() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn adaptation_does_not_depend_on_the_frame_rate() {
-    let (dim, bright) = (grey(0.25), grey(16.0));
+    let (dim, bright) = (gray(0.25), gray(16.0));
     let graph = pipeline(&auto(""));
     let after = |rate: usize| {
         // The light goes out in no time: over a whole frame it would go out more slowly the fewer frames there are.
@@ -241,7 +241,7 @@ fn adaptation_does_not_depend_on_the_frame_rate() {
         frames.extend(std::iter::repeat_n((&dim, 1.0 / rate as f32, false), rate));
         f64::from(sequence(&graph, &frames).last().expect("frames")[0])
     };
-    let [from, to] = [16.0, 0.25].map(|light| 0.18_f64.log2() - BINS.centre(BINS.bin(light)));
+    let [from, to] = [16.0, 0.25].map(|light| 0.18_f64.log2() - BINS.center(BINS.bin(light)));
     let wanted = from + (to - from) * (1.0 - (-1.0_f64).exp());
     for rate in [24, 60, 144] {
         assert!((after(rate) - wanted).abs() < 1e-3, "{rate}: {} {wanted}", after(rate));
@@ -272,7 +272,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
-    let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
+    let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let graph = pipeline(
         "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ProbeValue(value: \"auto\")",
     );
@@ -298,5 +298,5 @@ fn an_exposure_without_a_meter_is_manual() {
     let graph = checked(&text, &NoFiles);
     let mut run = Run::new(&graph).exact();
     run.facts.set("metered", false);
-    assert_eq!(run.frame(&[("scene", &grey(0.25))])[0].at(3, 3), [1.0, 1.0, 1.0, 1.0]);
+    assert_eq!(run.frame(&[("scene", &gray(0.25))])[0].at(3, 3), [1.0, 1.0, 1.0, 1.0]);
 }

@@ -10,7 +10,7 @@ use super::surface::{eye, scene};
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::Nodes;
 
-/// A surface that rises and falls before a step, in metres, and in all three numbers normals that turn with it.
+/// A surface that rises and falls before a step, in meters, and in all three numbers normals that turn with it.
 pub(super) fn surfaces([width, height]: [u32; 2]) -> Picture {
     Picture::new(width, height, |x, y| {
         let (u, v) = (x as f32 / width as f32, y as f32 / height as f32);
@@ -135,9 +135,9 @@ fn occlusion_from_depth_is_near_to_that_of_rays() {
 const NODE: &str = "Gtao(source: \"in\", depth: \"data\", camera: \"camera\", radius: 3.0, normal: \"normal\")";
 
 fn lit(node: &str, camera: &Camera, data: &Picture, normal: &Picture) -> Picture {
-    let grey = Picture::new(data.width, data.height, |_, _| [0.5, 0.4, 0.3, 0.2]);
+    let gray = Picture::new(data.width, data.height, |_, _| [0.5, 0.4, 0.3, 0.2]);
     let inputs = [("in", "Color"), ("data", "Depth"), ("normal", "Normals")];
-    Nodes::new(&format!("\"result\": {node}"), &inputs).camera(Some(camera)).exact(&[&grey, data, normal])
+    Nodes::new(&format!("\"result\": {node}"), &inputs).camera(Some(camera)).exact(&[&gray, data, normal])
 }
 
 #[test]

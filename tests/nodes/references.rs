@@ -15,7 +15,7 @@ fn size() -> Size {
     if docs::are_written() { Size::new(320, 180) } else { Size::new(192, 108) }
 }
 
-/// Places of the camera, and what is in focus there, in metres: the table, and the window.
+/// Places of the camera, and what is in focus there, in meters: the table, and the window.
 const PLACES: [(f32, f32); 2] = [(0.15, 4.5), (0.6, 2.5)];
 
 fn camera(walk: f32) -> Camera {
@@ -82,7 +82,7 @@ fn mean_of(pictures: &[Picture]) -> Picture {
     })
 }
 
-/// The diameter of the lens in metres.
+/// The diameter of the lens in meters.
 const APERTURE: f32 = 0.15;
 
 /// A lens of this diameter whose image of the focus fills a sensor of 24 mm with the scene's field of view.
@@ -111,7 +111,7 @@ fn depth_of_field(walk: f32, focus: f32) -> [Picture; 3] {
     compare(&format!("DepthOfField at {walk}"), [&found[0], &found[1], &reference], (2.0, 0.8))
 }
 
-/// Thickens downwards, and glows towards the window.
+/// Thickens downwards, and glows toward the window.
 const DENSITY: f64 = 0.12;
 const FALLOFF: f64 = 0.4;
 const COLOR: DVec3 = DVec3::new(0.2, 0.25, 0.3);

@@ -22,7 +22,7 @@ const SCENE: &str = "
 @fragment fn lamp() -> @location(0) vec4f { return vec4f(50.0, 50.0, 50.0, 1.0); }
 ";
 
-/// The textures of a renderer: colour and depth with this many samples, and the colour that the device resolves.
+/// The textures of a renderer: color and depth with this many samples, and the color that the device resolves.
 struct Drawn {
     color: wgpu::TextureView,
     depth: wgpu::TextureView,
@@ -161,7 +161,7 @@ fn a_depth_is_that_of_one_of_its_surfaces() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn numbers_that_are_not_finite_are_limited_sample_by_sample() {
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5];
-    // One pixel with one bad sample and three of 2, and a good neighbour, which gives nothing.
+    // One pixel with one bad sample and three of 2, and a good neighbor, which gives nothing.
     let samples = |bad: f32| Picture::new(2, 4, |x, y| [if (x, y) == (0, 1) { bad } else { 2.0 }, 1.0, 4.0, 1.0]);
     let found = bad.map(|bad| {
         let node = Nodes::new("\"result\": Resolve(source: \"in\", gain: 0.0)", &[("in", "Color(multisampled: true)")]);

@@ -24,8 +24,8 @@ fn shadow(parameters: &str, depth: &Picture, map: &Picture) -> Picture {
          {parameters}) -> mask.shadow"
     );
     let inputs = [("in", "Color"), ("depth", "Depth"), ("map", "Depth")];
-    let grey = Picture::new(depth.width, depth.height, |_, _| [0.5, 0.4, 0.3, 0.2]);
-    Nodes::new(&text, &inputs).camera(Some(&eye())).exact(&[&grey, depth, map])
+    let gray = Picture::new(depth.width, depth.height, |_, _| [0.5, 0.4, 0.3, 0.2]);
+    Nodes::new(&text, &inputs).camera(Some(&eye())).exact(&[&gray, depth, map])
 }
 
 /// The light sees a sloping plane in texels that are six times as large as pixels.
@@ -54,7 +54,7 @@ fn a_plane_never_shadows_itself_with_a_slope_bias_of_one() {
     }
 }
 
-/// A wall one metre before the plane, in the left half of the map.
+/// A wall one meter before the plane, in the left half of the map.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_shadow_has_its_sides_and_an_edge_as_wide_as_the_kernel() {

@@ -25,7 +25,7 @@ params! {
 params! {
     /// The share of a light that the built-in scene blocks, by rays to it: 0 or 1 for a light without a size.
     pub struct ShadowRays {
-        /// The diameter of a light with a perspective, in metres: a disc across its axis.
+        /// The diameter of a light with a perspective, in meters: a disc across its axis.
         pub diameter: f32 = 0.0 => within(0.0..=10.0);
         /// The angular diameter of a light with parallel rays, in degrees.
         pub angular_diameter: f32 = 0.0 => within(0.0..=90.0);
@@ -67,14 +67,14 @@ fn shadow_rays(
     let is_perspective = light.projection[2].w != 0.0;
     let seen = (light.view * vec4f(place, 1.0)).xyz;
     let way = light.inverse_view[3].xyz - place;
-    let towards = select(light.inverse_view[2].xyz, normalize(way), is_perspective);
+    let toward = select(light.inverse_view[2].xyz, normalize(way), is_perspective);
     let uv = camera_uv(light, seen).xy;
     let is_shown = seen.z < 0.0 && all(abs(uv - 0.5) < vec2f(0.5));
-    if dot(n, towards) <= 0.0 { return vec4f(1.0, 0.0, 0.0, 1.0); }
+    if dot(n, toward) <= 0.0 { return vec4f(1.0, 0.0, 0.0, 1.0); }
     if !is_shown { return vec4f(0.0, 0.0, 0.0, 1.0); }
     // To points on a disc across the axis of the light, which is at its camera.
     let radius = select(params.tangent * -seen.z, 0.5 * params.diameter, is_perspective);
-    let middle = select(-seen.z * towards, way, is_perspective);
+    let middle = select(-seen.z * toward, way, is_perspective);
     var blocked = 0.0;
     for (var i = 0; i < params.rays; i++) {
         let angle = 6.2831853 * fract(f32(i) * 0.618034);

@@ -30,7 +30,7 @@ const TAA: Taa =
 
 /// Places of the history are exact to a thousandth of a texel.
 const PLACES: Tolerance =
-    Tolerance { absolute: 1e-4, relative: 4e-3, of: Scale::Neighbourhood, reason: "places in f32, and their splines" };
+    Tolerance { absolute: 1e-4, relative: 4e-3, of: Scale::Neighborhood, reason: "places in f32, and their splines" };
 
 /// Pixels of a second frame that differ from the CPU reference, which has all of the images.
 fn second_frame(wires: &str, frames: impl Fn(&Frames<'_>) -> Image) {
@@ -224,10 +224,10 @@ fn after(history: [f32; 4], [before, now]: [f32; 2], source: &Picture) -> Pictur
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_is_not_there_any_more_leaves_no_trace() {
-    // A white history over a grey wall is gone at once.
+    // A white history over a gray wall is gone at once.
     let wall = Picture::new(24, 16, |_, _| [0.2, 0.2, 0.2, 1.0]);
-    let grey = after([50.0, 0.0, 9.0, 1.0], [3.0, 3.0], &wall);
-    assert!(grey.pixels.iter().all(|pixel| (pixel[0] - 0.2).abs() < 1e-4), "{:?}", grey.at(9, 9));
+    let gray = after([50.0, 0.0, 9.0, 1.0], [3.0, 3.0], &wall);
+    assert!(gray.pixels.iter().all(|pixel| (pixel[0] - 0.2).abs() < 1e-4), "{:?}", gray.at(9, 9));
     // Over noise, where it could be a part of it, the depth says that it was another surface.
     let noisy = Picture::new(24, 16, |x, y| [noise(x, y), noise(x, y), noise(x, y), 1.0]);
     let [kept, gone] = [[3.0, 3.0], [2.0, 3.0]].map(|depths| after([0.4, 0.4, 0.4, 1.0], depths, &noisy));

@@ -76,7 +76,7 @@ impl Reference {
         Self { camera: Some(camera), ..self }
     }
 
-    /// A kind that maps each colour by itself.
+    /// A kind that maps each color by itself.
     fn colors(
         (kind, state): (&'static str, &'static str),
         parameters: &str,

@@ -100,7 +100,7 @@ fn what_is_not_finite_in_a_volume_is_repaired_from_its_slice() {
         assert_eq!(found.pixels, wanted.pixels, "{bad}");
         assert_ne!(found.pixels, composite(", far: 16.0", [&scene, &depth, &clean]).pixels, "the texel is seen");
     }
-    // Without a neighbour that is finite, there is no light, and none passes.
+    // Without a neighbor that is finite, there is no light, and none passes.
     let lost = composite(", far: 16.0", [&scene, &depth, &constant(3, 2 * SLICES, [f32::NAN; 4])]);
     assert!(lost.pixels.iter().flatten().all(|number| number.is_finite()));
 }

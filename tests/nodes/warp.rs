@@ -20,7 +20,7 @@ fn smooth(width: u32, height: u32) -> Picture {
 
 /// The relative tolerance of places in f32.
 const PLACES: Tolerance =
-    Tolerance { absolute: 1e-4, relative: 4e-3, of: Scale::Neighbourhood, reason: "places of taps in f32" };
+    Tolerance { absolute: 1e-4, relative: 4e-3, of: Scale::Neighborhood, reason: "places of taps in f32" };
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -156,7 +156,7 @@ fn hot_air_rises_with_the_time() {
     assert_eq!(found, picture);
 }
 
-/// The mean error of the colours.
+/// The mean error of the colors.
 fn error(found: &Picture, wanted: &Image) -> f64 {
     let off = |(found, wanted): (&[f32; 4], &[f64; 4])| {
         let wanted = rgb(*wanted);

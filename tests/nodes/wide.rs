@@ -1,4 +1,4 @@
-//! Colours outside of Rec.709 from the host's image to the display, and the negative numbers of each color state.
+//! Colors outside of Rec.709 from the host's image to the display, and the negative numbers of each color state.
 
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
@@ -21,7 +21,7 @@ fn pixel(rgb: Rgb) -> Picture {
     Picture::new(1, 1, |_, _| [r, g, b, 1.0])
 }
 
-/// The result of nodes on one exposed colour, in 32 bits.
+/// The result of nodes on one exposed color, in 32 bits.
 fn shown(nodes: &str, color: Rgb) -> Rgb {
     rgb(Nodes::new(nodes, &[("scene", "Exposed")]).exact(&[&pixel(color)]).at(0, 0).map(f64::from))
 }
@@ -95,7 +95,7 @@ fn logarithms_of_the_host_keep_their_sign() {
 fn a_green_of_rec2020_comes_through_to_its_display() {
     let nodes = |curve: &str, encode: &str| {
         format!(
-            r#""mapped": ToneMap(source: "scene", curve: {curve}, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
+            r#""mapped": ToneMap(source: "scene", curve: {curve}, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_gray: Native),
             "graded": LiftGammaGain(source: "mapped", gain: (1.0, 0.9, 1.0)),
             "result": Encode(source: "graded", transfer: Linear{encode})"#
         )
@@ -108,7 +108,7 @@ fn a_green_of_rec2020_comes_through_to_its_display() {
     let p3 = shown(&nodes("None", ", primaries: DisplayP3"), green);
     let clipped = transform(&conversion(&REC709, &P3_D65), green).map(|x| x.clamp(0.0, 1.0));
     assert_near("DisplayP3", p3, [clipped[0], 0.9 * clipped[1], clipped[2]], 2e-6);
-    // The same numbers are different colours: the wide green has the luminance of Rec.2020's.
+    // The same numbers are different colors: the wide green has the luminance of Rec.2020's.
     let weights = |space: &Space| to_xyz(space)[1];
     assert!((dot(weights(&REC2020), wide) - 0.9 * 0.677998).abs() < 1e-5);
     let reinhard = shown(&nodes("Reinhard", ", primaries: Rec2020"), green.map(|x| 3.0 * x));
@@ -129,9 +129,9 @@ fn the_gamut_of_the_display_is_compressed_into_and_not_that_of_rec709() {
     let in_rec709 = transform(&conversion(&REC2020, &REC709), wide);
     assert!(in_rec709[0] < -0.15, "the wide result is outside of Rec.709: {in_rec709:?}");
     assert!(narrow.iter().all(|x| (0.0..=1.0).contains(x)) && narrow[1] > 0.3, "{narrow:?}");
-    // A colour deep inside of Rec.709 is the same light for both displays.
-    let grey = [0.3, 0.32, 0.28];
-    let (wide, narrow) = (shown(&nodes(", primaries: Rec2020"), grey), shown(&nodes(""), grey));
+    // A color deep inside of Rec.709 is the same light for both displays.
+    let gray = [0.3, 0.32, 0.28];
+    let (wide, narrow) = (shown(&nodes(", primaries: Rec2020"), gray), shown(&nodes(""), gray));
     assert_near("inside", transform(&conversion(&REC2020, &REC709), wide), narrow, 2e-4);
 }
 
@@ -141,7 +141,7 @@ fn one_curve_for_two_displays_is_fitted_by_the_narrower_encoding() {
     let text = |gamut: &str| {
         format!(
             r#"Pipeline(inputs: {{ "scene": Exposed }}, outputs: {{ "narrow": "narrow", "wide": "wide" }}, nodes: {{
-            "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_grey: Native),
+            "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_gray: Native),
             "narrow": Encode(source: "mapped", transfer: Linear, gamut: {gamut}),
             "wide": Encode(source: "mapped", transfer: Linear, primaries: Rec2020) }})"#
         )
@@ -156,14 +156,14 @@ fn one_curve_for_two_displays_is_fitted_by_the_narrower_encoding() {
     }
 }
 
-/// A colour of Rec.709 towards the grey of its luminance, with the knee of `Encode`.
+/// A color of Rec.709 toward the gray of its luminance, with the knee of `Encode`.
 fn compressed(color: Rgb) -> Rgb {
-    let (grey, knee) = (luminance(color), 0.8);
-    let reach = color.map(|x| if x > grey { (x - grey) / (1.0 - grey) } else { (grey - x) / grey });
+    let (gray, knee) = (luminance(color), 0.8);
+    let reach = color.map(|x| if x > gray { (x - gray) / (1.0 - gray) } else { (gray - x) / gray });
     let reach = reach.into_iter().fold(0.0, f64::max);
     let over = reach - knee;
     let share = (knee + over * (1.0 - knee) / (1.0 - knee + over)) / reach;
-    color.map(|x| grey + share * (x - grey))
+    color.map(|x| gray + share * (x - gray))
 }
 
 #[test]
@@ -177,21 +177,21 @@ fn grades_after_the_curve_use_the_luminance_of_the_display() {
                 "result": Encode(source: "graded", transfer: Linear, primaries: {name})"#
             )
         };
-        // A colour inside of all three.
+        // A color inside of all three.
         let color = [0.7, 0.3, 0.2];
-        let grey = [dot(to_xyz(&space)[1], transform(&conversion(&REC709, &space), color)); 3];
+        let gray = [dot(to_xyz(&space)[1], transform(&conversion(&REC709, &space), color)); 3];
         let tolerance = if name == "Rec709" { 5e-5 } else { 1e-5 };
-        assert_near(name, shown(&nodes(r#"Saturation(source: "mapped", amount: 0.0)"#), color), grey, tolerance);
-        assert_near(name, shown(&nodes(r#"Cdl(source: "mapped", saturation: 0.0)"#), color), grey, tolerance);
+        assert_near(name, shown(&nodes(r#"Saturation(source: "mapped", amount: 0.0)"#), color), gray, tolerance);
+        assert_near(name, shown(&nodes(r#"Cdl(source: "mapped", saturation: 0.0)"#), color), gray, tolerance);
         let lifted = shown(&nodes(r#"LiftGammaGain(source: "mapped", lift: (0.2, 0.2, 0.2))"#), color);
         let inside = transform(&conversion(&REC709, &space), color);
-        assert_near(name, lifted, inside.map(|x| x + 0.2 * (1.0 - grey[0])), tolerance);
+        assert_near(name, lifted, inside.map(|x| x + 0.2 * (1.0 - gray[0])), tolerance);
     }
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn nodes_before_the_curve_keep_colours_outside_of_rec709() {
+fn nodes_before_the_curve_keep_colors_outside_of_rec709() {
     let green = rec2020_green().map(|x| 0.5 * x);
     let chain = r#""a": Gaussian(source: "scene", sigma: 2.0),
         "b": Saturation(source: "a", amount: 1.1),
@@ -241,7 +241,7 @@ fn both_outputs_of_the_hdr_pipeline_are_their_reference() {
     for color in colors {
         let outputs = Run::new(&graph).exact().frame(&[("scene", &pixel(color))]);
         let [sdr, hdr] = [0, 1].map(|output| rgb(outputs[output].at(0, 0).map(f64::from)));
-        // A colour has no negative luminance.
+        // A color has no negative luminance.
         let light = if luminance(color) < 0.0 { [0.0; 3] } else { color };
         assert_near("sdr", sdr, light.map(|x| srgb_encode(x.clamp(0.0, 1.0))), 1e-5);
         let peak = 1000.0 / 203.0;

@@ -24,12 +24,12 @@ pub(crate) const OUTSET_2020: Matrix = [
     [-0.14132976349843826, -0.11060664309660294, 1.2519364065950405],
 ];
 
-/// The darkest input, in log2: ten stops below middle grey.
+/// The darkest input, in log2: ten stops below middle gray.
 pub(crate) fn darkest() -> f64 {
     0.18_f64.log2() - 10.0
 }
 
-/// The brightest input, in log2: six and a half stops above middle grey.
+/// The brightest input, in log2: six and a half stops above middle gray.
 pub(crate) fn brightest() -> f64 {
     0.18_f64.log2() + 6.5
 }
@@ -51,7 +51,7 @@ pub(crate) const PUNCHY: Look = Look { slope: [1.0; 3], power: 1.35, saturation:
 /// A warm tint.
 pub(crate) const GOLDEN: Look = Look { slope: [1.0, 0.9, 0.5], power: 0.8, saturation: 0.8 };
 
-/// The sigmoid of the reference configuration, on log2 normalised to [0, 1].
+/// The sigmoid of the reference configuration, on log2 normalized to [0, 1].
 pub(crate) fn sigmoid(t: f64) -> f64 {
     let (x0, y0, slope) = (10.0 / 16.5, 0.5, 2.0);
     let hyperbola = |u: f64, p: f64| u / (1.0 + u.powf(p)).powf(1.0 / p);

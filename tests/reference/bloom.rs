@@ -5,7 +5,7 @@ use super::image::{Image, mix4, rgb};
 use super::math::{Rgb, largest, mix, smooth_step};
 use super::resample::{Down, Firefly, Up, downsample, downsample_karis, half_size, upsample};
 
-/// The factor of a colour of `brightness` under a threshold with a quadratic knee.
+/// The factor of a color of `brightness` under a threshold with a quadratic knee.
 pub(crate) fn knee_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
     let (threshold, knee) = (threshold.max(0.0), knee.max(0.0));
     let hard = (brightness - threshold).max(0.0);
@@ -152,7 +152,7 @@ fn peak(image: &Image, i: i64, j: i64) -> f64 {
     places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
 }
 
-/// What glares in a colour that the exponential curve has mapped.
+/// What glares in a color that the exponential curve has mapped.
 pub(crate) fn glare(rgb: Rgb, exposure: f64) -> Rgb {
     let mapped = rgb.map(|x| super::curves::exponential(x, exposure));
     let gate = smooth_step(0.8, 1.0, luminance(mapped));
@@ -162,11 +162,11 @@ pub(crate) fn glare(rgb: Rgb, exposure: f64) -> Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::image::grey;
+    use crate::reference::image::gray;
 
     #[test]
     fn chains_keep_a_constant_at_any_size() {
-        let image = Image::new(13, 6, |_, _| grey(3.0));
+        let image = Image::new(13, 6, |_, _| gray(3.0));
         let levels = levels(&image, 4, Down::ThirteenTap, Firefly::Groups);
         assert_eq!(levels.len(), 4);
         for result in [lerp_chain(&levels, 0.85, Up::Tent, 1.0), additive_chain(&levels, Up::Bilinear, 1.0)] {
@@ -182,7 +182,7 @@ mod tests {
             let levels: Vec<Image> = sizes
                 .iter()
                 .enumerate()
-                .map(|(i, &[w, h])| Image::new(w, h, |_, _| grey(f64::from(i == wanted))))
+                .map(|(i, &[w, h])| Image::new(w, h, |_, _| gray(f64::from(i == wanted))))
                 .collect();
             let value = lerp_chain(&levels, 0.7, Up::Tent, 1.0).texel(8, 8)[0];
             assert!((value - weight).abs() < 1e-14, "{wanted}: {value} {weight}");

@@ -1,4 +1,4 @@
-//! Colour spaces, chromatic adaptation and white balance.
+//! Color spaces, chromatic adaptation and white balance.
 //!
 //! Matrices from primaries: SMPTE RP 177. Daylight locus: CIE 15. Planckian locus: the cubic fit
 //! of Kim et al. (2002). Bradford: Lam (1985). CAT16: Li et al. (2017).
@@ -84,11 +84,11 @@ fn in_rec709(matrix: &Matrix) -> Matrix {
 }
 
 /// The Rec.709 matrix that turns white into `wanted` (formula book, 6: target mode). Components
-/// below 1e-4 are raised to it; `normalise` scales `wanted` to Y = 1 in XYZ first, because rounded
+/// below 1e-4 are raised to it; `normalize` scales `wanted` to Y = 1 in XYZ first, because rounded
 /// luminance weights would brighten the image by some millionths.
-pub(crate) fn white_balance_target(cone: &Matrix, wanted: Rgb, normalise: bool) -> Matrix {
+pub(crate) fn white_balance_target(cone: &Matrix, wanted: Rgb, normalize: bool) -> Matrix {
     let wanted = transform(&to_xyz(&REC709), wanted.map(|x| x.max(1e-4)));
-    let scale = if normalise { 1.0 / wanted[1] } else { 1.0 };
+    let scale = if normalize { 1.0 / wanted[1] } else { 1.0 };
     in_rec709(&adaptation(cone, xyz(D65), wanted.map(|x| x * scale)))
 }
 
@@ -99,13 +99,13 @@ pub(crate) fn white_balance_scene(cone: &Matrix, kelvin: f64, duv: f64) -> Matri
 }
 
 /// The xy of a light: a black body up to 3333 K, daylight from 4000 K, a blend between; `kelvin` clamps to 1667..25000.
-/// `duv` moves it along the normal of the locus in CIE 1960 uv, positive towards green.
+/// `duv` moves it along the normal of the locus in CIE 1960 uv, positive toward green.
 pub(crate) fn scene_white(kelvin: f64, duv: f64) -> [f64; 2] {
     let kelvin = kelvin.clamp(1667.0, 25000.0);
     let (body, day) = (planck(kelvin), daylight(kelvin));
     let (p, q) = (body.at(kelvin), day.at(kelvin));
     let (dp, dq) = (body.cooler(kelvin), day.cooler(kelvin));
-    // The share of daylight, and its derivative towards cooler light in units of 1000 / K.
+    // The share of daylight, and its derivative toward cooler light in units of 1000 / K.
     let t = ((300.0 - 1e6 / kelvin) / 50.0).clamp(0.0, 1.0);
     let (share, rise) = (t * t * (3.0 - 2.0 * t), 6.0 * t * (1.0 - t) * 20.0);
     let xy = [0, 1].map(|i| mix(p[i], q[i], share));
@@ -192,14 +192,14 @@ fn xy_from_1960([u, v]: [f64; 2]) -> [f64; 2] {
 }
 
 #[test]
-fn tint_moves_by_its_own_length_away_from_the_locus_towards_green() {
+fn tint_moves_by_its_own_length_away_from_the_locus_toward_green() {
     for kelvin in [1800.0, 3200.0, 3600.0, 5000.0, 7000.0, 12000.0] {
         let on = uv_1960(scene_white(kelvin, 0.0));
         let beside = scene_white(kelvin, 0.015);
         let moved = uv_1960(beside);
         let distance = (moved[0] - on[0]).hypot(moved[1] - on[1]);
         assert!((distance - 0.015).abs() < 1e-12, "{kelvin} K moved by {distance}");
-        assert!(moved[1] > on[1], "{kelvin} K moved towards magenta");
+        assert!(moved[1] > on[1], "{kelvin} K moved toward magenta");
         // Every other point of the locus is farther away than the foot of the normal.
         for near in [kelvin * 0.97, kelvin * 1.03] {
             let other = uv_1960(scene_white(near, 0.0));

@@ -1,4 +1,4 @@
-//! Tone curves of `exposed` light, and the wrapper that runs one in another colour space.
+//! Tone curves of `exposed` light, and the wrapper that runs one in another color space.
 //!
 //! Curves that work on one channel take and give an f64; curves that mix channels an [`Rgb`].
 //! None is clamped to [0, 1] unless its definition is: [`display`] does that at the end.
@@ -144,8 +144,8 @@ pub(crate) fn pbr_neutral(rgb: Rgb, start: f64, desaturation: f64) -> Rgb {
     }
     let d = 1.0 - knee;
     let new_peak = 1.0 - d * d / (peak + d - knee);
-    let grey = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
-    rgb.map(|x| mix(x * new_peak / peak, new_peak, grey))
+    let gray = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0);
+    rgb.map(|x| mix(x * new_peak / peak, new_peak, gray))
 }
 
 /// Runs a one-channel curve in `space` on linear Rec.709 and clamps the result to [0, 1]

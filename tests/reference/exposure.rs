@@ -56,8 +56,8 @@ impl Bins {
         1 + ((t * (self.count - 1) as f64).floor() as usize).min(self.count - 2)
     }
 
-    /// The log2 luminance at the centre of bin i ≥ 1.
-    pub(crate) fn centre(&self, bin: usize) -> f64 {
+    /// The log2 luminance at the center of bin i ≥ 1.
+    pub(crate) fn center(&self, bin: usize) -> f64 {
         self.low + (bin as f64 - 0.5) / (self.count - 1) as f64 * (self.high - self.low)
     }
 
@@ -78,19 +78,19 @@ impl Bins {
         if total == 0.0 {
             None
         } else if b <= a {
-            Some(self.centre(quantile_bin(counts, a)))
+            Some(self.center(quantile_bin(counts, a)))
         } else {
             Some(self.window_sum(counts, a, b) / (b - a))
         }
     }
 
-    /// The sum of bin centres, each as often as its pixels lie in ranks a..b.
+    /// The sum of bin centers, each as often as its pixels lie in ranks a..b.
     fn window_sum(&self, counts: &[u32], a: f64, b: f64) -> f64 {
         let mut sum = 0.0;
         let mut below: f64 = 0.0;
         for (bin, &count) in counts.iter().enumerate().skip(1) {
             let through = below + f64::from(count);
-            sum += (through.clamp(a, b) - below.clamp(a, b)) * self.centre(bin);
+            sum += (through.clamp(a, b) - below.clamp(a, b)) * self.center(bin);
             below = through;
         }
         sum
@@ -164,8 +164,8 @@ pub(crate) fn illuminance(luminance: f64, albedo: f64) -> f64 {
     std::f64::consts::PI * luminance / albedo.clamp(0.04, 1.0)
 }
 
-/// The luminance that a grey card of 18 % would have in the same light: what the meter counts.
-pub(crate) fn grey_card_luminance(luminance: f64, albedo: f64) -> f64 {
+/// The luminance that a gray card of 18 % would have in the same light: what the meter counts.
+pub(crate) fn gray_card_luminance(luminance: f64, albedo: f64) -> f64 {
     0.18 * illuminance(luminance, albedo) / std::f64::consts::PI
 }
 
@@ -231,7 +231,7 @@ fn an_aim_that_turns_back_never_pulls_away_or_past() {
 }
 
 #[test]
-fn a_grey_card_meters_as_itself() {
-    assert!((grey_card_luminance(0.36, 0.18) - 0.36).abs() < 1e-15);
-    assert!((grey_card_luminance(0.36, 0.72) - 0.09).abs() < 1e-15);
+fn a_gray_card_meters_as_itself() {
+    assert!((gray_card_luminance(0.36, 0.18) - 0.36).abs() < 1e-15);
+    assert!((gray_card_luminance(0.36, 0.72) - 0.09).abs() < 1e-15);
 }

@@ -9,7 +9,7 @@ pub(crate) struct Grain {
     pub(crate) amount: f64,
     /// The diameter of a grain in pixels.
     pub(crate) size: f64,
-    /// 0 for grey grain, 1 for grain of independent channels.
+    /// 0 for gray grain, 1 for grain of independent channels.
     pub(crate) color: f64,
     pub(crate) seed: u32,
 }
@@ -44,7 +44,7 @@ fn grains([x, y]: [f64; 2], seed: u32) -> [f64; 4] {
 }
 
 impl Grain {
-    /// The colour of a pixel with grain, for colours from 0 to 1.
+    /// The color of a pixel with grain, for colors from 0 to 1.
     pub(crate) fn apply(&self, rgb: Rgb, pixel: [usize; 2]) -> Rgb {
         let y = luminance(rgb);
         let rising = mix(SHADOWS, 1.0, smooth_step(0.0, PIVOT, y));
@@ -56,8 +56,8 @@ impl Grain {
     /// The random number of each channel of a pixel.
     fn density(&self, pixel: [usize; 2]) -> Rgb {
         let grains = grains(pixel.map(|side| side as f64 / self.size), self.seed);
-        let (grey, tinted) = ((1.0 - self.color).sqrt(), self.color.sqrt());
-        [0, 1, 2].map(|channel| (grey * grains[3] + tinted * grains[channel]).clamp(-1.0, 1.0))
+        let (gray, tinted) = ((1.0 - self.color).sqrt(), self.color.sqrt());
+        [0, 1, 2].map(|channel| (gray * grains[3] + tinted * grains[channel]).clamp(-1.0, 1.0))
     }
 }
 
@@ -69,8 +69,8 @@ fn correlation(field: &[f64], side: usize, [dx, dy]: [i64; 2]) -> f64 {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
-fn the_variance_of_grain_depends_neither_on_colour_nor_on_size() {
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+fn the_variance_of_grain_depends_neither_on_color_nor_on_size() {
     for size in [1.0, 1.5, 3.0] {
         for color in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let grain = Grain { amount: 1.0, size, color, seed: 5 };
@@ -83,7 +83,7 @@ fn the_variance_of_grain_depends_neither_on_colour_nor_on_size() {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
 fn grain_has_no_direction_and_no_grid() {
     let (side, size) = (600, 6.0);
     let grain = Grain { amount: 1.0, size, color: 0.0, seed: 2 };

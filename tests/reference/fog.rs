@@ -4,11 +4,11 @@
 use afterimage_graph::node::Camera;
 use glam::{DMat4, DVec3};
 
-use super::image::{Image, centre_uv};
+use super::image::{Image, center_uv};
 use super::math::{Rgb, dot};
 use super::view::View;
 
-/// The fog and the camera, in metres. Directions are in view space.
+/// The fog and the camera, in meters. Directions are in view space.
 #[derive(Clone, Copy)]
 pub(crate) struct Fog {
     pub(crate) density: f64,
@@ -27,7 +27,7 @@ pub(crate) struct Fog {
 }
 
 impl Fog {
-    /// The optical depth up to a distance on a ray that begins at a height and rises by this much in a metre.
+    /// The optical depth up to a distance on a ray that begins at a height and rises by this much in a meter.
     pub(crate) fn optical_depth(&self, eye_height: f64, rise: f64, distance: f64) -> f64 {
         let way = (distance - self.start).max(0.0);
         let height = eye_height + rise * self.start - self.level;
@@ -45,7 +45,7 @@ impl Fog {
         let (width, height) = (image.width, image.height);
         let tan = (0.5 * self.fov).to_radians().tan();
         Image::new(width, height, |x, y| {
-            let [u, v] = centre_uv(x, y, width, height);
+            let [u, v] = center_uv(x, y, width, height);
             let ray = [(2.0 * u - 1.0) * width as f64 / height as f64 * tan, (1.0 - 2.0 * v) * tan, -1.0];
             let length = dot(ray, ray).sqrt();
             let direction = ray.map(|part| part / length);

@@ -53,7 +53,7 @@ impl Eetf {
         pq_decode(low + range * e3)
     }
 
-    /// On the largest channel: all channels are scaled alike, and a lifted black adds grey.
+    /// On the largest channel: all channels are scaled alike, and a lifted black adds gray.
     pub(crate) fn on_largest(&self, nits: Rgb) -> Rgb {
         let most = largest(nits);
         let shown = self.apply(most);

@@ -14,14 +14,14 @@ pub(crate) fn taps(sigma: f64, radius: usize) -> Vec<f64> {
     raw.iter().map(|weight| weight / total).collect()
 }
 
-/// Half a kernel as `[offset, weight]` of bilinear taps: the centre, then pairs, then what is
+/// Half a kernel as `[offset, weight]` of bilinear taps: the center, then pairs, then what is
 /// left over.
 pub(crate) fn linear_pairs(half: &[f64]) -> Vec<[f64; 2]> {
     let mut pairs = vec![[0.0, half[0]]];
     for (i, pair) in half[1..].chunks(2).enumerate() {
         let weight: f64 = pair.iter().sum();
-        let towards_next = pair.get(1).map_or(0.0, |next| next / weight);
-        pairs.push([(2 * i + 1) as f64 + towards_next, weight]);
+        let toward_next = pair.get(1).map_or(0.0, |next| next / weight);
+        pairs.push([(2 * i + 1) as f64 + toward_next, weight]);
     }
     pairs
 }
@@ -53,14 +53,14 @@ pub(crate) fn blur(image: &Image, sigma: f64) -> Image {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::image::grey;
+    use crate::reference::image::gray;
 
     #[test]
     fn a_blur_keeps_a_constant_and_spreads_a_spike_by_sigma() {
-        let constant = blur(&Image::new(5, 3, |_, _| grey(0.7)), 2.0);
+        let constant = blur(&Image::new(5, 3, |_, _| gray(0.7)), 2.0);
         assert!(constant.pixels.iter().all(|pixel| (pixel[0] - 0.7).abs() < 1e-14));
 
-        let spike = Image::new(33, 33, |x, y| grey(if (x, y) == (16, 16) { 1.0 } else { 0.0 }));
+        let spike = Image::new(33, 33, |x, y| gray(if (x, y) == (16, 16) { 1.0 } else { 0.0 }));
         let blurred = blur(&spike, 2.0);
         let variance: f64 = (0..33)
             .flat_map(|y| (0..33).map(move |x| (x, y)))
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn linear_pairs_read_what_the_taps_read() {
-        let image = Image::new(40, 1, |x, _| grey((x * x % 17) as f64));
+        let image = Image::new(40, 1, |x, _| gray((x * x % 17) as f64));
         for radius in [4, 5] {
             let half = taps(1.7, radius);
             let direct = blur_axis(&image, &half, [1, 0]).texel(20, 0)[0];
@@ -89,7 +89,7 @@ mod tests {
 
     #[test]
     fn a_small_sigma_changes_nothing() {
-        let image = Image::new(4, 1, |x, _| grey(x as f64));
+        let image = Image::new(4, 1, |x, _| gray(x as f64));
         assert_eq!(blur(&image, 0.2), image);
     }
 }

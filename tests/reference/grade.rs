@@ -49,7 +49,7 @@ impl Cdl {
     }
 }
 
-/// Moves away from grey of the same luminance: 0 is grey, 1 changes nothing.
+/// Moves away from gray of the same luminance: 0 is gray, 1 changes nothing.
 pub(crate) fn saturation(rgb: Rgb, amount: f64) -> Rgb {
     let y = luminance(rgb);
     rgb.map(|x| y + amount * (x - y))

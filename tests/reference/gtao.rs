@@ -39,7 +39,7 @@ pub(crate) struct Surfaces<'a> {
 struct Seen {
     pixel: [i64; 2],
     place: DVec3,
-    towards: DVec3,
+    toward: DVec3,
     normal: DVec3,
 }
 
@@ -74,7 +74,7 @@ impl Surfaces<'_> {
     fn seen(&self, pixel: [i64; 2], normal: DVec3) -> Seen {
         let place = self.place(pixel);
         let is_perspective = self.view.projection.z_axis.w != 0.0;
-        Seen { pixel, place, towards: if is_perspective { (-place).normalize() } else { DVec3::Z }, normal }
+        Seen { pixel, place, toward: if is_perspective { (-place).normalize() } else { DVec3::Z }, normal }
     }
 }
 
@@ -94,7 +94,7 @@ impl Gtao {
             let to = surfaces.has(other).then(|| surfaces.place(other) - seen.place)?;
             let near = ((self.radius - to.length()) / (self.falloff * self.radius)).clamp(0.0, 1.0);
             let rise = (to.dot(seen.normal) / (FLAT * to.length()).max(1e-6)).clamp(0.0, 1.0);
-            Some(mix(lowest, to.dot(seen.towards) / to.length().max(1e-6), near * rise))
+            Some(mix(lowest, to.dot(seen.toward) / to.length().max(1e-6), near * rise))
         });
         cosines.fold(lowest, f64::max)
     }
@@ -102,10 +102,10 @@ impl Gtao {
     fn slice(&self, surfaces: Surfaces<'_>, seen: Seen, turn: f64, shift: f64) -> f64 {
         let direction = DVec2::new(turn.cos(), turn.sin());
         let along = direction.extend(0.0);
-        let side = along.cross(seen.towards).normalize();
+        let side = along.cross(seen.toward).normalize();
         let within = seen.normal - side * seen.normal.dot(side);
-        let cosine = (within.dot(seen.towards) / within.length().max(1e-6)).clamp(-1.0, 1.0);
-        let tangent = along - seen.towards * along.dot(seen.towards);
+        let cosine = (within.dot(seen.toward) / within.length().max(1e-6)).clamp(-1.0, 1.0);
+        let tangent = along - seen.toward * along.dot(seen.toward);
         let angle = if tangent.dot(within) >= 0.0 { cosine.acos() } else { -cosine.acos() };
         let way = surfaces.view.pixels_apart(direction * self.radius, -seen.place.z);
         let way = way * (self.most / way.length().max(1e-6)).min(1.0);

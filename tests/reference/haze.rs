@@ -1,6 +1,6 @@
 //! Hot air: places that waver by value noise.
 
-use super::image::{Image, centre_uv};
+use super::image::{Image, center_uv};
 
 /// PCG's output permutation over one step of its generator.
 fn hash(v: u32) -> u32 {
@@ -44,7 +44,7 @@ impl Haze {
     pub(crate) fn apply(&self, image: &Image, mask: Option<&Image>) -> Image {
         let aspect = image.width as f64 / image.height as f64;
         Image::new(image.width, image.height, |x, y| {
-            let [u, v] = centre_uv(x, y, image.width, image.height);
+            let [u, v] = center_uv(x, y, image.width, image.height);
             let amount = mask.map_or(1.0, |mask| mask.tap([u, v])[0].clamp(0.0, 1.0));
             let [dx, dy] = self.moved([u * aspect, v]);
             image.tap([u + amount * dx / aspect, v + amount * dy])

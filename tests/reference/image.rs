@@ -16,9 +16,9 @@ impl Image {
         Image { width, height, pixels }
     }
 
-    /// Calls `pixel` with the texture coordinate of every pixel's centre.
+    /// Calls `pixel` with the texture coordinate of every pixel's center.
     pub(crate) fn from_uv(width: usize, height: usize, pixel: impl Fn([f64; 2]) -> [f64; 4]) -> Image {
-        Image::new(width, height, |x, y| pixel(centre_uv(x, y, width, height)))
+        Image::new(width, height, |x, y| pixel(center_uv(x, y, width, height)))
     }
 
     /// The pixel at (x, y), clamped to the edge.
@@ -48,7 +48,7 @@ impl Image {
         Image { pixels: self.pixels.iter().map(|&pixel| f(pixel)).collect(), ..*self }
     }
 
-    /// The same image with `f` applied to the colour of each pixel, alpha untouched.
+    /// The same image with `f` applied to the color of each pixel, alpha untouched.
     pub(crate) fn map_rgb(&self, f: impl Fn([f64; 3]) -> [f64; 3]) -> Image {
         self.map(|[r, g, b, a]| {
             let [r, g, b] = f([r, g, b]);
@@ -57,18 +57,18 @@ impl Image {
     }
 }
 
-/// The texture coordinate of the centre of pixel (x, y).
-pub(crate) fn centre_uv(x: usize, y: usize, width: usize, height: usize) -> [f64; 2] {
+/// The texture coordinate of the center of pixel (x, y).
+pub(crate) fn center_uv(x: usize, y: usize, width: usize, height: usize) -> [f64; 2] {
     [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64]
 }
 
-/// The colour of a pixel without its alpha.
+/// The color of a pixel without its alpha.
 pub(crate) fn rgb([r, g, b, _]: [f64; 4]) -> [f64; 3] {
     [r, g, b]
 }
 
-/// An opaque grey pixel.
-pub(crate) fn grey(value: f64) -> [f64; 4] {
+/// An opaque gray pixel.
+pub(crate) fn gray(value: f64) -> [f64; 4] {
     [value, value, value, 1.0]
 }
 
@@ -83,8 +83,8 @@ pub(crate) fn add_weighted(total: [f64; 4], pixel: [f64; 4], weight: f64) -> [f6
 }
 
 #[test]
-fn a_tap_hits_centres_and_halves_and_clamps() {
-    let image = Image::new(3, 2, |x, y| grey((x + 10 * y) as f64));
+fn a_tap_hits_centers_and_halves_and_clamps() {
+    let image = Image::new(3, 2, |x, y| gray((x + 10 * y) as f64));
     assert_eq!(image.tap([0.5, 0.25])[0], 1.0);
     assert_eq!(image.tap([1.0 / 3.0, 0.5])[0], 5.5);
     assert_eq!(image.tap([4.0, 4.0])[0], 12.0);
@@ -92,7 +92,7 @@ fn a_tap_hits_centres_and_halves_and_clamps() {
 }
 
 #[test]
-fn a_map_of_colours_leaves_alpha() {
+fn a_map_of_colors_leaves_alpha() {
     let image = Image::new(2, 1, |x, _| [1.0, 2.0, 3.0, x as f64]);
     let doubled = image.map_rgb(|rgb| rgb.map(|x| 2.0 * x));
     assert_eq!(doubled.pixels, [[2.0, 4.0, 6.0, 0.0], [2.0, 4.0, 6.0, 1.0]]);

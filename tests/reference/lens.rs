@@ -1,7 +1,7 @@
 //! Light that lenses and film spread: halation, streaks, flares, dirt.
 
 use super::gaussian::{blur_axis, taps};
-use super::image::{Image, add_weighted, centre_uv};
+use super::image::{Image, add_weighted, center_uv};
 use super::math::{Rgb, smooth_step};
 use super::resample::{Down, Up, downsample, half_size, upsample};
 
@@ -53,11 +53,11 @@ pub(crate) struct Flare {
     pub(crate) dispersion: f64,
 }
 
-/// The colours of ghosts, one after the other.
+/// The colors of ghosts, one after the other.
 const TINTS: [Rgb; 4] = [[0.6, 1.0785, 1.4], [1.6, 0.8418, 0.8], [0.8, 1.1099, 0.5], [1.1, 0.8996, 1.7]];
 
 impl Flare {
-    /// Light at a place relative to the centre, faded at the border.
+    /// Light at a place relative to the center, faded at the border.
     fn light(image: &Image, [x, y]: [f64; 2], dispersion: f64) -> Rgb {
         [0, 1, 2].map(|channel| {
             let scale = 1.0 + dispersion * (channel as f64 - 1.0);
@@ -70,7 +70,7 @@ impl Flare {
     pub(crate) fn apply(&self, image: &Image) -> Image {
         let aspect = image.width as f64 / image.height as f64;
         Image::new(image.width, image.height, |x, y| {
-            let [u, v] = centre_uv(x, y, image.width, image.height).map(|t| t - 0.5);
+            let [u, v] = center_uv(x, y, image.width, image.height).map(|t| t - 0.5);
             let mut sum = [0.0; 3];
             for i in 0..self.ghosts {
                 let size = self.spacing * (i + 1) as f64 * if i % 2 == 0 { -1.0 } else { 1.0 };
@@ -139,11 +139,11 @@ fn halation_keeps_the_sum_of_light_and_moves_red_most() {
 }
 
 #[test]
-fn a_ghost_of_a_light_is_on_the_other_side_of_the_centre() {
+fn a_ghost_of_a_light_is_on_the_other_side_of_the_center() {
     let light = Image::new(101, 101, |x, y| if (x, y) == (80, 50) { [1.0; 4] } else { [0.0; 4] });
     let flare =
         Flare { ghosts: 1, spacing: 0.5, ghost_strength: 1.0, halo_radius: 0.4, halo_strength: 0.0, dispersion: 0.0 };
     let ghost = flare.apply(&light);
-    // 30 pixels to the right of the centre becomes 15 to the left.
+    // 30 pixels to the right of the center becomes 15 to the left.
     assert!((ghost.texel(35, 50)[1] - TINTS[0][1]).abs() < 1e-12, "{:?}", ghost.texel(35, 50));
 }

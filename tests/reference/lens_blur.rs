@@ -12,12 +12,12 @@ const SOFT: f64 = 0.05;
 /// A lens.
 #[derive(Clone, Copy)]
 pub(crate) struct DepthOfField {
-    /// The distance of the focus in metres.
+    /// The distance of the focus in meters.
     pub(crate) focus: f64,
     pub(crate) f_stop: f64,
-    /// In millimetres.
+    /// In millimeters.
     pub(crate) focal_length: f64,
-    /// The height of the sensor in millimetres.
+    /// The height of the sensor in millimeters.
     pub(crate) sensor: f64,
     /// The largest radius in pixels.
     pub(crate) most: f64,
@@ -42,7 +42,7 @@ impl DepthOfField {
         (self.radius(depth, height).powi(2) - 1.0 / 6.0).max(0.0).sqrt()
     }
 
-    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its four neighbours, if
+    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its four neighbors, if
     /// there is one.
     fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
         let surface = |x: i64, y: i64| {
@@ -179,7 +179,7 @@ impl MotionBlur {
         let (x, y) = (x as i64, y as i64);
         let (center, own) = (image.texel(x, y), paths.texel(x, y));
         let count = self.samples.div_ceil(2);
-        // Colour, path and depth, distance, and how many pixels it stands for.
+        // Color, path and depth, distance, and how many pixels it stands for.
         let samples = |path: [f64; 2]| {
             let length = path[0].hypot(path[1]);
             (0..count).map(move |i| {

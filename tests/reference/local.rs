@@ -4,7 +4,7 @@
 
 use super::color::luminance;
 use super::gaussian;
-use super::image::{Image, centre_uv, rgb};
+use super::image::{Image, center_uv, rgb};
 use super::math::{Rgb, mix, smooth_step};
 use super::resample::area_average;
 use super::sanitize::LARGEST_HALF;
@@ -17,7 +17,7 @@ pub(crate) struct Range {
 }
 
 impl Range {
-    /// The log2 luminance of a colour, clamped to the range; black is the low end.
+    /// The log2 luminance of a color, clamped to the range; black is the low end.
     pub(crate) fn log_luminance(&self, rgb: Rgb) -> f64 {
         luminance(rgb).log2().clamp(self.low, self.high)
     }
@@ -66,7 +66,7 @@ impl Grid {
         let mut cells = vec![[0.0; 2]; size.iter().product()];
         for (i, &pixel) in image.pixels.iter().enumerate() {
             let l = range.log_luminance(rgb(pixel));
-            let uv = centre_uv(i % image.width, i / image.width, image.width, image.height);
+            let uv = center_uv(i % image.width, i / image.width, image.width, image.height);
             let at = grid_coordinate(uv, l, size, range);
             let shares = match splat {
                 Splat::Trilinear => trilinear(at, size),
@@ -82,7 +82,7 @@ impl Grid {
         Grid::new(size, range, cells, full as f64)
     }
 
-    /// Blurs along x, y and luminance with normalised Gaussians; outside the grid lies nothing.
+    /// Blurs along x, y and luminance with normalized Gaussians; outside the grid lies nothing.
     pub(crate) fn blurred(&self, sigmas: [f64; 3], radii: [usize; 3]) -> Grid {
         (0..3).fold(self.clone(), |grid, axis| grid.blurred_along(axis, &gaussian::taps(sigmas[axis], radii[axis])))
     }
@@ -130,7 +130,7 @@ impl Grid {
     }
 }
 
-/// Where a pixel lies in the grid, in cells, 0 at the centre of the first.
+/// Where a pixel lies in the grid, in cells, 0 at the center of the first.
 pub(crate) fn grid_coordinate(uv: [f64; 2], l: f64, size: [usize; 3], range: Range) -> [f64; 3] {
     let t = (l.clamp(range.low, range.high) - range.low) / (range.high - range.low);
     let along = [uv[0], uv[1], t];
@@ -190,7 +190,7 @@ impl LocalToneMap {
     /// Applies the operator to an exposed image with its blurred grid and its wide Gaussian.
     pub(crate) fn apply(&self, image: &Image, grid: &Grid, wide: &Image) -> Image {
         Image::new(image.width, image.height, |x, y| {
-            let uv = centre_uv(x, y, image.width, image.height);
+            let uv = center_uv(x, y, image.width, image.height);
             let [r, g, b, a] = image.texel(x as i64, y as i64);
             let l = grid.range.log_luminance([r, g, b]);
             let around = wide.tap(uv)[0];
@@ -207,7 +207,7 @@ impl LocalToneMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::image::grey;
+    use crate::reference::image::gray;
 
     const RANGE: Range = Range { low: -8.0, high: 8.0 };
     const SIZE: [usize; 3] = [4, 2, 8];
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn equal_contrast_and_detail_need_no_base() {
-        let image = Image::new(9, 5, |x, y| grey(((x * y) as f64 - 12.0).exp2()));
+        let image = Image::new(9, 5, |x, y| gray(((x * y) as f64 - 12.0).exp2()));
         let settings = LocalToneMap { bilateral: 0.4, middle: -2.5, contrast: 0.6, detail: 0.6 };
         for splat in [Splat::Trilinear, Splat::Nearest] {
             for (before, after) in image.pixels.iter().zip(mapped(&image, splat, &settings).pixels) {
@@ -235,8 +235,8 @@ mod tests {
     fn a_constant_image_is_its_own_base() {
         let settings = LocalToneMap { bilateral: 0.4, middle: -2.5, contrast: 0.5, detail: 2.0 };
         for (width, height) in [(1, 1), (9, 5)] {
-            // The level lies at the centre of a cell, where nearest and trilinear agree.
-            let image = Image::new(width, height, |_, _| grey(2.0_f64.powi(3)));
+            // The level lies at the center of a cell, where nearest and trilinear agree.
+            let image = Image::new(width, height, |_, _| gray(2.0_f64.powi(3)));
             for splat in [Splat::Trilinear, Splat::Nearest] {
                 let result = mapped(&image, splat, &settings).pixels[0][0];
                 let wanted = (-2.5 + 0.5 * (3.0 + 2.5_f64)).exp2();
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn black_stays_black_and_the_brightest_stays_finite() {
-        let image = Image::new(6, 4, |x, _| grey(if x < 3 { 0.0 } else { 65504.0 }));
+        let image = Image::new(6, 4, |x, _| gray(if x < 3 { 0.0 } else { 65504.0 }));
         let settings = LocalToneMap { bilateral: 1.0, middle: 8.0, contrast: 0.0, detail: 4.0 };
         let result = mapped(&image, Splat::Trilinear, &settings);
         assert_eq!(result.texel(0, 0)[0], 0.0);

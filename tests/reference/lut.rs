@@ -15,7 +15,7 @@ pub(crate) fn coordinate(c: f64, n: usize) -> f64 {
     c * (n - 1.0) / n + 0.5 / n
 }
 
-/// The lower entry around a clamped x in [0, 1], and how far x lies towards the next.
+/// The lower entry around a clamped x in [0, 1], and how far x lies toward the next.
 fn cell(x: f64, n: usize) -> (usize, f64) {
     let p = x.clamp(0.0, 1.0) * (n - 1) as f64;
     let i = (p.floor() as usize).min(n - 2);
@@ -30,7 +30,7 @@ pub(crate) struct Cube {
 }
 
 impl Cube {
-    /// The table of a function of colour, `size` entries a side.
+    /// The table of a function of color, `size` entries a side.
     pub(crate) fn new(size: usize, color: impl Fn(Rgb) -> Rgb) -> Cube {
         let level = |i: usize| (i % size) as f64 / (size - 1) as f64;
         let at = |i: usize| color([level(i), level(i / size), level(i / size / size)]);
@@ -41,7 +41,7 @@ impl Cube {
         self.entries[r + self.size * (g + self.size * b)]
     }
 
-    /// Interpolation between the eight entries around a colour.
+    /// Interpolation between the eight entries around a color.
     pub(crate) fn trilinear(&self, rgb: Rgb) -> Rgb {
         let cells = rgb.map(|x| cell(x, self.size));
         let mut sum = [0.0; 3];

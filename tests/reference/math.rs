@@ -1,6 +1,6 @@
 //! Three-vectors, row-major 3×3 matrices and the Hermite step, also for equal edges.
 
-/// A colour or any other triple; linear Rec.709 where nothing else is said.
+/// A color or any other triple; linear Rec.709 where nothing else is said.
 pub(crate) type Rgb = [f64; 3];
 
 /// Row-major: row i makes output i of `matrix · column`.

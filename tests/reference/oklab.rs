@@ -26,7 +26,7 @@ pub(crate) fn from_oklab(lab: Rgb) -> Rgb {
     transform(&inverse(&LMS), transform(&inverse(&LAB), lab).map(|x| x.powi(3)))
 }
 
-/// The distance from grey.
+/// The distance from gray.
 pub(crate) fn chroma(rgb: Rgb) -> f64 {
     let [_, a, b] = oklab(rgb);
     a.hypot(b)
@@ -38,20 +38,20 @@ pub(crate) fn hue(rgb: Rgb) -> f64 {
     b.atan2(a).to_degrees()
 }
 
-/// The angle between the hues of two colours, 0 to 180 degrees.
+/// The angle between the hues of two colors, 0 to 180 degrees.
 pub(crate) fn turn(a: Rgb, b: Rgb) -> f64 {
     let turn = (hue(a) - hue(b)).rem_euclid(360.0);
     turn.min(360.0 - turn)
 }
 
-/// A mapped colour with the hue of the light that it was made of.
+/// A mapped color with the hue of the light that it was made of.
 pub(crate) fn with_hue(mapped: Rgb, light: Rgb) -> Rgb {
     let [lightness, ..] = oklab(mapped);
     let (amount, angle) = (chroma(mapped), hue(light).to_radians());
     from_oklab([lightness, amount * angle.cos(), amount * angle.sin()])
 }
 
-/// A colour in the gamut from 0 to `peak`: chroma above the share `knee` of the gamut's is compressed, at one lightness
+/// A color in the gamut from 0 to `peak`: chroma above the share `knee` of the gamut's is compressed, at one lightness
 /// and hue.
 pub(crate) fn fitted(rgb: Rgb, peak: f64, knee: f64) -> Rgb {
     let [lightness, a, b] = oklab(rgb);
@@ -74,7 +74,7 @@ pub(crate) fn fitted(rgb: Rgb, peak: f64, knee: f64) -> Rgb {
 }
 
 #[test]
-fn published_colours() {
+fn published_colors() {
     // Ottosson's table of XYZ examples, as linear Rec.709 red and the CSS Color 4 samples of sRGB.
     let red = oklab([1.0, 0.0, 0.0]);
     assert!(largest([red[0] - 0.62796, red[1] - 0.22486, red[2] - 0.12585].map(f64::abs)) < 1e-5, "{red:?}");
@@ -83,7 +83,7 @@ fn published_colours() {
 }
 
 #[test]
-fn a_fitted_colour_keeps_hue_and_lightness() {
+fn a_fitted_color_keeps_hue_and_lightness() {
     for rgb in [[1.4, 0.2, -0.1], [0.1, -0.05, 0.9], [0.4, 0.9, -0.2]] {
         let to = fitted(rgb, 1.0, 0.8);
         assert!(turn(rgb, to) < 1e-3 && (oklab(rgb)[0] - oklab(to)[0]).abs() < 1e-6, "{rgb:?} became {to:?}");

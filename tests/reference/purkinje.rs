@@ -1,4 +1,4 @@
-//! The Purkinje shift: how colours look in the dark (formula book, 11).
+//! The Purkinje shift: how colors look in the dark (formula book, 11).
 //!
 //! The full model follows Cao et al. (2008), Kirk and O'Brien (2011) and Patry (2021).
 
@@ -50,7 +50,7 @@ pub(crate) fn rod_matrix() -> Matrix {
     product(&inverse(&LMS_FROM_REC709), &to_lms)
 }
 
-/// The full model: `scale` (380) brings exposed colours to the mesopic range of the model.
+/// The full model: `scale` (380) brings exposed colors to the mesopic range of the model.
 pub(crate) fn full(rgb: Rgb, strength: f64, scale: f64) -> Rgb {
     let light = rgb.map(|x| scale * x.max(0.0));
     let rod = dot(ROD_FROM_REC709, light);
@@ -63,13 +63,13 @@ pub(crate) fn full(rgb: Rgb, strength: f64, scale: f64) -> Rgb {
     extended([0, 1, 2].map(|i| (rgb[i] + strength / scale * rod * dot(c[i], regulated)).max(rgb[i].min(0.0))))
 }
 
-/// The simple model for a scene illuminance in lux: grey, blue and brighter as light fades.
+/// The simple model for a scene illuminance in lux: gray, blue and brighter as light fades.
 pub(crate) fn simple(rgb: Rgb, lux: f64) -> Rgb {
-    let grey = 0.7 * (1.0 - smooth_step(0.01, 10.0, lux));
+    let gray = 0.7 * (1.0 - smooth_step(0.01, 10.0, lux));
     let blue = 0.3 * (1.0 - smooth_step(0.01, 5.0, lux));
     let boost = 0.5 * (1.0 - smooth_step(0.001, 1.0, lux));
     let y = luminance(rgb);
-    let [r, g, b] = rgb.map(|x| mix(x, y, grey));
+    let [r, g, b] = rgb.map(|x| mix(x, y, gray));
     [mix(r, 0.9 * y, blue), g, mix(b, 1.2 * y, blue)].map(|x| x + boost * y)
 }
 

@@ -51,7 +51,7 @@ fn taps(filter: Down) -> Vec<Tap> {
     }
 }
 
-/// Four taps in a square around `centre`, at distance `reach` in x and y, sharing `weight`.
+/// Four taps in a square around `center`, at distance `reach` in x and y, sharing `weight`.
 fn corners([x, y]: [f64; 2], reach: f64, weight: f64) -> Vec<Tap> {
     [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]]
         .map(|[i, j]| ([x + i * reach, y + j * reach], weight / 4.0))
@@ -200,7 +200,7 @@ fn cover(i: usize, n: usize, source: usize) -> Vec<(i64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::image::grey;
+    use crate::reference::image::gray;
 
     const FILTERS: [Down; 4] = [Down::Box, Down::FourTap, Down::NineTap, Down::ThirteenTap];
 
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn karis_groups_keep_more_of_a_firefly_than_single_taps() {
-        let spike = Image::new(16, 16, |x, y| grey(if (x, y) == (7, 7) { 500.0 } else { 0.1 }));
+        let spike = Image::new(16, 16, |x, y| gray(if (x, y) == (7, 7) { 500.0 } else { 0.1 }));
         let energy = |firefly, filter| {
             let small = downsample_karis(&spike, [8, 8], filter, firefly);
             small.pixels.iter().map(|pixel| pixel[0] - 0.1).sum::<f64>()
@@ -241,7 +241,7 @@ mod tests {
         let energies = (0..8).map(|phase| {
             let start = 20.0 + 0.25 * f64::from(phase);
             let share = |pixel: usize| ((start + side).min(pixel as f64 + 1.0) - start.max(pixel as f64)).max(0.0);
-            let light = Image::new(64, 64, |x, y| grey(200.0 * share(x) * share(y)));
+            let light = Image::new(64, 64, |x, y| gray(200.0 * share(x) * share(y)));
             let small = downsample_karis(&light, [32, 32], Down::ThirteenTap, firefly);
             small.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() * 4.0 / (2.0 * side * side)
         });
@@ -267,14 +267,14 @@ mod tests {
 
     #[test]
     fn an_area_average_keeps_the_mean_at_any_size() {
-        let image = Image::new(7, 5, |x, y| grey((x * x + 3 * y) as f64));
+        let image = Image::new(7, 5, |x, y| gray((x * x + 3 * y) as f64));
         let mean = |image: &Image| image.pixels.iter().map(|pixel| pixel[0]).sum::<f64>() / image.pixels.len() as f64;
         assert!((mean(&area_average(&image, [3, 2])) - mean(&image)).abs() < 1e-12);
     }
 
     #[test]
     fn a_wider_tent_reaches_farther() {
-        let dot = Image::new(9, 9, |x, y| grey(if (x, y) == (4, 4) { 1.0 } else { 0.0 }));
+        let dot = Image::new(9, 9, |x, y| gray(if (x, y) == (4, 4) { 1.0 } else { 0.0 }));
         let reach = |radius| {
             let wide = upsample(&dot, [18, 18], Up::Tent, radius);
             wide.pixels.iter().filter(|pixel| pixel[0] > 0.0).count()

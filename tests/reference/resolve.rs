@@ -19,7 +19,7 @@ fn window(distance: f64) -> f64 {
     if distance < 1.0 { 0.35875 + 0.48829 * turn(1.0) + 0.14128 * turn(2.0) + 0.01168 * turn(3.0) } else { 0.0 }
 }
 
-/// The colour of samples that are weighted by 1 / (1 + gain * the largest component).
+/// The color of samples that are weighted by 1 / (1 + gain * the largest component).
 pub(crate) fn weighted(samples: &[[f64; 3]], gain: f64) -> [f64; 3] {
     let weight = |sample: &[f64; 3]| 1.0 / (1.0 + gain * sample.iter().copied().fold(0.0, f64::max));
     let total: f64 = samples.iter().map(weight).sum();

@@ -18,8 +18,8 @@ pub(crate) fn sanitize_rgb(rgb: Rgb) -> Rgb {
     rgb.map(|x| sanitize(x, LARGEST_HALF))
 }
 
-/// The image of scene light as nodes read it. NaN, negative infinity, and an infinity that no neighbour of the pixel
-/// shares become the lower median of the finite neighbours in the same channel; then [`sanitize_scene`].
+/// The image of scene light as nodes read it. NaN, negative infinity, and an infinity that no neighbor of the pixel
+/// shares become the lower median of the finite neighbors in the same channel; then [`sanitize_scene`].
 pub(crate) fn sanitized(image: &Image) -> Image {
     Image::new(image.width, image.height, |x, y| {
         sanitize_scene([0, 1, 2, 3].map(|channel| repaired(image, x as i64, y as i64, channel)))
@@ -44,7 +44,7 @@ pub(crate) fn extended(rgb: Rgb) -> Rgb {
 
 fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     let value = image.texel(x, y)[channel];
-    let near: Vec<f64> = neighbours(image, x, y).map(|pixel| pixel[channel]).collect();
+    let near: Vec<f64> = neighbors(image, x, y).map(|pixel| pixel[channel]).collect();
     let is_light = value == f64::INFINITY && near.contains(&f64::INFINITY);
     let limited = |v: &&f64| v.is_finite();
     let mut finite: Vec<f64> = near.iter().filter(limited).map(|v| v.clamp(-LARGEST_HALF, LARGEST_HALF)).collect();
@@ -55,7 +55,7 @@ fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     finite[(finite.len() - 1) / 2]
 }
 
-fn neighbours(image: &Image, x: i64, y: i64) -> impl Iterator<Item = [f64; 4]> + '_ {
+fn neighbors(image: &Image, x: i64, y: i64) -> impl Iterator<Item = [f64; 4]> + '_ {
     let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))).filter(|offset| *offset != (0, 0));
     let at = around.map(move |(i, j)| (x + i, y + j));
     let is_inside = |(x, y): &(i64, i64)| (0..image.width as i64).contains(x) && (0..image.height as i64).contains(y);
@@ -79,7 +79,7 @@ fn only_isolated_infinities_are_repaired() {
         _ => [1.0 + x as f64, 2.0, 3.0, 1.0],
     });
     let clean = sanitized(&image);
-    // The three neighbours of the corner have 1, 2 and 2 in red.
+    // The three neighbors of the corner have 1, 2 and 2 in red.
     assert_eq!(clean.texel(0, 0), [2.0, 2.0, 3.0, 1.0]);
     assert_eq!(clean.texel(3, 1), [LARGEST_HALF, 7.0, -1.0, 1.0]);
     let nothing = sanitized(&Image::new(2, 2, |_, _| [f64::NAN; 4]));

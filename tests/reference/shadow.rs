@@ -28,7 +28,7 @@ pub(crate) struct Shadow {
 /// A light of some size, and how what blocks it is searched.
 #[derive(Clone, Copy)]
 pub(crate) struct Soft {
-    /// The diameter in metres of a light with a perspective, or the angular diameter in degrees.
+    /// The diameter in meters of a light with a perspective, or the angular diameter in degrees.
     pub(crate) diameter: f64,
     /// The widest penumbra, in widths of the map.
     pub(crate) largest: f64,
@@ -37,7 +37,7 @@ pub(crate) struct Soft {
     pub(crate) taps: usize,
 }
 
-/// A place as the light sees it: in texels of the map, whose centres have whole numbers; the distance along the axis,
+/// A place as the light sees it: in texels of the map, whose centers have whole numbers; the distance along the axis,
 /// less the bias; and what a texel covers there.
 #[derive(Clone, Copy)]
 struct Place {
@@ -108,13 +108,13 @@ impl Soft {
     /// Half of the width in texels of the penumbra of an edge that is so much nearer to the light.
     fn penumbra(&self, lamp: &Lamp<'_>, place: Place, gap: f64) -> f64 {
         let half = 0.5 * self.diameter;
-        let metres = if lamp.is_perspective() {
+        let meters = if lamp.is_perspective() {
             // By similar triangles: the light's disc, the edge, the place.
             half * gap / (place.distance - gap).max(1e-3)
         } else {
             half.to_radians().tan() * gap
         };
-        metres / place.width
+        meters / place.width
     }
 
     /// How much nearer to the light its blockers are in the mean, if there are any.
@@ -165,8 +165,8 @@ impl Shadow {
         let from_eye = lamp.to_light * wide(eye.view).inverse();
         let place = (from_eye * surfaces.place(pixel).extend(1.0)).xyz();
         let n = (from_eye * normal.extend(0.0)).xyz();
-        let towards = if lamp.is_perspective() { (-place).normalize() } else { DVec3::Z };
-        let facing = n.dot(towards);
+        let toward = if lamp.is_perspective() { (-place).normalize() } else { DVec3::Z };
+        let facing = n.dot(toward);
         if facing <= 0.0 {
             return 1.0;
         }
@@ -181,7 +181,7 @@ impl Shadow {
         let texel = DVec2::new(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y) * size - 0.5;
         let filtered = if self.disc.is_some() || self.soft.is_some() { 1.0 } else { 0.5 };
         let reach = (0.5 * self.kernel as f64 + filtered) * width;
-        let slope = (n.x.abs() + n.y.abs()) * towards.z.max(0.0) / facing.max(GRAZING);
+        let slope = (n.x.abs() + n.y.abs()) * toward.z.max(0.0) / facing.max(GRAZING);
         let distance = -moved.z - self.bias - self.slope_bias * reach * slope;
         self.filtered(lamp, Place { texel, distance, width }, pixel)
     }

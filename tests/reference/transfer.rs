@@ -1,4 +1,4 @@
-//! Transfer functions, quantisation and dither (formula book, 3).
+//! Transfer functions, quantization and dither (formula book, 3).
 
 use super::color::REC2020;
 use super::math::{Rgb, dot, mix};
@@ -69,7 +69,7 @@ pub(crate) fn hlg_encode(nits: Rgb, peak: f64) -> Rgb {
 }
 
 /// The code of `v` in `bits` bits, rounded to nearest.
-pub(crate) fn quantise(v: f64, bits: u32) -> f64 {
+pub(crate) fn quantize(v: f64, bits: u32) -> f64 {
     (v.clamp(0.0, 1.0) * largest_code(bits) + 0.5).floor()
 }
 

@@ -1,4 +1,4 @@
-//! Darkening towards the corners (formula book, 15).
+//! Darkening toward the corners (formula book, 15).
 
 use super::math::{mix, smooth_step};
 

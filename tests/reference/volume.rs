@@ -1,6 +1,6 @@
 //! A froxel volume before a scene: Wronski, "Volumetric Fog", 2014.
 
-use super::image::{Image, centre_uv};
+use super::image::{Image, center_uv};
 
 /// Slices that lie one below the other, the nearest first.
 pub(crate) struct Volume<'a> {
@@ -36,7 +36,7 @@ impl Volume<'_> {
     }
 }
 
-/// How a volume lies before the scene, in metres.
+/// How a volume lies before the scene, in meters.
 #[derive(Clone, Copy)]
 pub(crate) struct Composite {
     pub(crate) near: f64,
@@ -75,7 +75,7 @@ impl Composite {
         let (width, height) = (source.width, source.height);
         Image::new(width, height, |x, y| {
             let distance = depth.texel(x as i64, y as i64)[0];
-            let fog = self.fog(volume, centre_uv(x, y, width, height), distance);
+            let fog = self.fog(volume, center_uv(x, y, width, height), distance);
             let light = source.texel(x as i64, y as i64);
             let passed = 1.0 - self.amount * (1.0 - fog[3]);
             let [r, g, b] = [0, 1, 2].map(|c| light[c] * passed + self.amount * self.light * fog[c]);
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     const FOG: Composite = Composite { near: 0.5, far: 64.0, curve: 0.0, is_end: true, light: 1.0, amount: 1.0 };
-    /// Optical depth of a metre, and the light that the fog would have if it were infinitely thick.
+    /// Optical depth of a meter, and the light that the fog would have if it were infinitely thick.
     const DENSITY: f64 = 0.04;
     const GLOW: f64 = 3.0;
 

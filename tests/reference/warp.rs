@@ -1,5 +1,5 @@
 //! Warps: lens distortion and lateral chromatic aberration. A warp is a function from a place of the result to one of
-//! the source; places are relative to the centre, and 1 is half of the diagonal.
+//! the source; places are relative to the center, and 1 is half of the diagonal.
 
 use super::image::Image;
 

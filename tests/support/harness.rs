@@ -77,11 +77,11 @@ pub fn checked(text: &str, files: &dyn Loader) -> Graph {
 pub enum Scale {
     /// The expected number itself.
     Channel,
-    /// The largest expected colour channel of the pixel. Alpha is equal.
+    /// The largest expected color channel of the pixel. Alpha is equal.
     Pixel,
     /// The largest expected number of the channel within four pixels, and at least 0.001. The larger of both
     /// tolerances counts.
-    Neighbourhood,
+    Neighborhood,
 }
 
 /// The greatest error of a result.
@@ -104,7 +104,7 @@ impl Tolerance {
                 let [r, g, b, _] = expected.texel(x, y).map(f64::abs);
                 self.absolute + self.relative * r.max(g).max(b)
             }
-            Scale::Neighbourhood => {
+            Scale::Neighborhood => {
                 let around = (-4..=4).flat_map(|j| (-4..=4).map(move |i| (x + i, y + j)));
                 let near = around.map(|(x, y)| at(x, y)).fold(1e-3, f64::max);
                 self.absolute.max(self.relative * near)
@@ -120,9 +120,9 @@ pub fn differences(found: &Picture, expected: &Image, tolerance: &Tolerance) -> 
         let (x, y) = ((index % expected.width) as i64, (index / expected.width) as i64);
         let is_close = |channel: usize| {
             let error = (f64::from(found[channel]) - expected_pixel[channel]).abs();
-            // The neighbourhood includes the pixel. It is slow to search, and the pixel alone is mostly enough.
+            // The neighborhood includes the pixel. It is slow to search, and the pixel alone is mostly enough.
             let own = tolerance.relative * expected_pixel[channel].abs();
-            let is_enough = tolerance.of == Scale::Neighbourhood && error <= own;
+            let is_enough = tolerance.of == Scale::Neighborhood && error <= own;
             error == 0.0 || is_enough || error <= tolerance.allowed(expected, x, y, channel)
         };
         (!(0..4).all(is_close)).then(|| format!("({x}, {y}): {found:?} instead of {expected_pixel:?}"))

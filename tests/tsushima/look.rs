@@ -6,7 +6,7 @@ use super::reference::undithered;
 use super::scene;
 use crate::support::gpu::{Picture, Run, graph};
 
-/// A picture of grey columns as dark as `dark`, and `stops` brighter from the column `at` on.
+/// A picture of gray columns as dark as `dark`, and `stops` brighter from the column `at` on.
 fn edge(at: u32, dark: f32, stops: f32) -> Picture {
     Picture::new(256, 128, |x, _| {
         let light = if x < at { dark } else { dark * stops.exp2() };

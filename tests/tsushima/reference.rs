@@ -11,7 +11,7 @@ use crate::reference::curves::{Uchimura, matched_scale, uchimura};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
-use crate::reference::image::{Image, centre_uv, rgb};
+use crate::reference::image::{Image, center_uv, rgb};
 use crate::reference::local::{Grid, LocalToneMap, Range, Splat};
 use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::oklab::{fitted, with_hue};
@@ -152,7 +152,7 @@ fn vignetted(graph: &Graph, exposed: &Image) -> Image {
     let [amount, intensity, smoothness] = ["amount", "intensity", "smoothness"].map(|name| node.number(name));
     let (width, height) = (exposed.width, exposed.height);
     Image::new(width, height, |x, y| {
-        let factor = vignette::factor(centre_uv(x, y, width, height), intensity, smoothness, 1.0);
+        let factor = vignette::factor(center_uv(x, y, width, height), intensity, smoothness, 1.0);
         let light = vignette::blended(factor, amount);
         let [r, g, b, a] = exposed.texel(x as i64, y as i64);
         [r * light, g * light, b * light, a]
@@ -201,7 +201,7 @@ fn assert_is_its_reference(what: &str, picture: &Picture) -> f64 {
     worst
 }
 
-/// Sixteen stops of gradients and edges in all colours, with a lamp, black, and numbers that are sanitized.
+/// Sixteen stops of gradients and edges in all colors, with a lamp, black, and numbers that are sanitized.
 fn synthetic(width: u32, height: u32) -> Picture {
     Picture::new(width, height, |x, y| {
         let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));

@@ -72,8 +72,8 @@ fn expose(exposure: &mut Session, scene: &InputImage, dt: f64, reset: bool) -> P
 /// The gain of an exposure, from the largest number below 100, which sanitizing has not changed.
 fn gain(scene: &Picture, exposed: &Picture) -> f64 {
     let pairs = scene.pixels.as_flattened().iter().zip(exposed.pixels.as_flattened());
-    let colours = pairs.enumerate().filter(|(i, (from, _))| i % 4 != 3 && **from < 100.0).map(|(_, pair)| pair);
-    let (from, to) = colours.max_by(|a, b| a.0.total_cmp(b.0)).expect("the picture has pixels");
+    let colors = pairs.enumerate().filter(|(i, (from, _))| i % 4 != 3 && **from < 100.0).map(|(_, pair)| pair);
+    let (from, to) = colors.max_by(|a, b| a.0.total_cmp(b.0)).expect("the picture has pixels");
     (f64::from(*to) / f64::from(*from)).log2()
 }
 

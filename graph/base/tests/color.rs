@@ -27,9 +27,9 @@ fn white_stays_white_and_a_conversion_inverts_its_opposite() {
     for (a, b) in SPACES.iter().flat_map(|a| SPACES.iter().map(move |b| (a, b))) {
         let white = a.conversion(b) * DVec3::ONE;
         assert!(white.abs_diff_eq(DVec3::ONE, 1e-12), "{a:?} to {b:?}: {white}");
-        let colour = DVec3::new(0.1, 0.7, -0.2);
-        let back = b.conversion(a) * (a.conversion(b) * colour);
-        assert!(back.abs_diff_eq(colour, 1e-12), "{a:?} to {b:?} and back: {back}");
+        let color = DVec3::new(0.1, 0.7, -0.2);
+        let back = b.conversion(a) * (a.conversion(b) * color);
+        assert!(back.abs_diff_eq(color, 1e-12), "{a:?} to {b:?} and back: {back}");
     }
 }
 
@@ -44,7 +44,7 @@ fn the_matrices_are_the_published_ones() {
 }
 
 #[test]
-fn numbers_that_span_no_colours_are_no_space() {
+fn numbers_that_span_no_colors_are_no_space() {
     let numbers = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
     assert_eq!(Chromaticities::from_numbers(numbers), Some(Chromaticities::REC709));
     for (at, wrong) in [(2, f64::NAN), (4, f64::INFINITY), (7, 0.0), (0, 1e9)] {
@@ -75,7 +75,7 @@ fn transfer_functions_have_the_values_of_their_standards() {
     assert!((nits(0.75) - 983.0).abs() < 1.0, "{}", nits(0.75));
     let hlg_white = 1000.0 * Transfer::Hlg.to_light(0.75).powf(hlg_gamma(1000.0));
     assert!((hlg_white - 203.0).abs() < 0.5, "{hlg_white}");
-    // IEC 61966-2-1: 50 % grey is 21.4 % light.
+    // IEC 61966-2-1: 50 % gray is 21.4 % light.
     assert!((Transfer::Srgb.to_light(0.5) - 0.21404114048223255).abs() < 1e-12);
     assert_eq!([hlg_gamma(1000.0), Transfer::Pq.to_light(0.0), Transfer::Hlg.to_light(0.0)], [1.2, 0.0, 0.0]);
 }

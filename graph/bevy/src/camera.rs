@@ -46,7 +46,7 @@ pub enum Setting {
     Flag(bool),
     /// A number.
     Number(f64),
-    /// A colour or another vector.
+    /// A color or another vector.
     Vector(Vec<f32>),
     /// One of the names that the parameter declares.
     Choice(String),

@@ -51,7 +51,7 @@ fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Fai
     }
     let warnings = warnings.sorted();
     if !warnings.is_empty() {
-        note_styled(&warnings.render(Style::Coloured));
+        note_styled(&warnings.render(Style::Colored));
     }
     if args.plan {
         graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;

@@ -87,7 +87,7 @@ impl Failure {
         match self {
             Self::Error { message, hint: Some(hint), .. } => note(&format!("error: {message}\n  hint: {hint}")),
             Self::Error { message, hint: None, .. } => note(&format!("error: {message}")),
-            Self::Pipeline(diagnostics) => note_styled(&diagnostics.render(Style::Coloured)),
+            Self::Pipeline(diagnostics) => note_styled(&diagnostics.render(Style::Colored)),
             Self::Printed { .. } => {}
         }
     }

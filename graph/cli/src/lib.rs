@@ -15,7 +15,7 @@ mod nodes;
 mod pipeline;
 mod plan;
 mod progress;
-mod quantise;
+mod quantize;
 mod render;
 mod save;
 mod scaffold;

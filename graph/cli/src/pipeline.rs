@@ -30,7 +30,7 @@ impl<'a> PipelineFile<'a> {
     pub(crate) fn graph(&self, options: &PipelineOptions) -> Result<Graph, Failure> {
         let (graph, warnings) = self.check(options)?;
         if !warnings.is_empty() {
-            note_styled(&warnings.render(Style::Coloured));
+            note_styled(&warnings.render(Style::Colored));
         }
         Ok(graph)
     }

@@ -13,7 +13,7 @@ use afterimage_plan::PlanOutput;
 use half::f16;
 
 use crate::failure::Failure;
-use crate::quantise::Noise;
+use crate::quantize::Noise;
 
 /// The format of a file, by the ending of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,22 +73,22 @@ impl SaveOptions {
         self.dither.then(|| self.noise.seed(frame))
     }
 
-    fn png(&self, colour: Colorimetry, frame: usize) -> PngOptions {
+    fn png(&self, color: Colorimetry, frame: usize) -> PngOptions {
         let depth = if self.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight };
-        PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), colour: Some(colour) }
+        PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), color: Some(color) }
     }
 
-    fn jpeg(&self, colour: Colorimetry, frame: usize) -> JpegOptions {
+    fn jpeg(&self, color: Colorimetry, frame: usize) -> JpegOptions {
         let default = JpegOptions::default();
         let quality = self.quality.unwrap_or(default.quality);
-        JpegOptions { quality, dither: self.seed(frame), colour: Some(colour) }
+        JpegOptions { quality, dither: self.seed(frame), color: Some(color) }
     }
 
     /// Ten bits are rounded: they show no banding, and noise costs space.
     #[cfg(feature = "avif")]
-    fn avif(&self, colour: Colorimetry) -> afterimage_media::AvifOptions {
+    fn avif(&self, color: Colorimetry) -> afterimage_media::AvifOptions {
         let default = afterimage_media::AvifOptions::default();
-        afterimage_media::AvifOptions { quality: self.quality.unwrap_or(default.quality), colour, ..default }
+        afterimage_media::AvifOptions { quality: self.quality.unwrap_or(default.quality), color, ..default }
     }
 }
 
@@ -129,12 +129,12 @@ fn save_encoded(
     options: &SaveOptions,
 ) -> Result<(), Failure> {
     let size = (texels.desc.size.width, texels.desc.size.height);
-    let (colour, frame) = (stated.colorimetry, stated.frame);
+    let (color, frame) = (stated.colorimetry, stated.frame);
     match options.format {
-        FileFormat::Jpeg => Ok(write_jpeg(path, size, pixels, &options.jpeg(colour, frame))?),
+        FileFormat::Jpeg => Ok(write_jpeg(path, size, pixels, &options.jpeg(color, frame))?),
         #[cfg(feature = "avif")]
-        FileFormat::Avif => Ok(afterimage_media::write_avif(path, size, pixels, &options.avif(colour))?),
-        _ => Ok(write_png(path, size, pixels, &options.png(colour, frame))?),
+        FileFormat::Avif => Ok(afterimage_media::write_avif(path, size, pixels, &options.avif(color))?),
+        _ => Ok(write_png(path, size, pixels, &options.png(color, frame))?),
     }
 }
 
@@ -151,8 +151,8 @@ fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions)
         picture.meta.layer.adopted_neutral = None;
     }
     let is_light = !matches!(stated.state, ColorState::Data | ColorState::LogLuminance);
-    let colour = is_light.then_some(stated.colorimetry);
-    Ok(write_exr(path, &picture, &ExrOptions { float: options.bits == 32, colour, ..ExrOptions::default() })?)
+    let color = is_light.then_some(stated.colorimetry);
+    Ok(write_exr(path, &picture, &ExrOptions { float: options.bits == 32, color, ..ExrOptions::default() })?)
 }
 
 fn halves(texels: &Texels) -> Vec<f16> {

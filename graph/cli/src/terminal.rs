@@ -56,7 +56,7 @@ fn print_note(text: &str) {
     let _ = writeln!(out, "{}", text.trim_end_matches('\n'));
 }
 
-/// Prints the help, or an error of the arguments, which it quotes: with colours unless they have control characters.
+/// Prints the help, or an error of the arguments, which it quotes: with colors unless they have control characters.
 pub(crate) fn print_usage(error: &clap::Error) {
     let text = error.render().to_string();
     match visible(&text) == text {
@@ -81,7 +81,7 @@ fn push(shown: &mut String, c: char) {
     }
 }
 
-/// The text with escapes in place of control characters that are not part of a colour or another style.
+/// The text with escapes in place of control characters that are not part of a color or another style.
 fn visible_but_styles(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     let mut rest = text;

@@ -123,7 +123,7 @@ mod tests {
     fn what_a_picture_is_made_from_is_seen_to_change_and_the_picture_is_not() {
         let folder = std::env::temp_dir().join(format!("afterimage-watch-{}", std::process::id()));
         let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-        std::fs::create_dir_all(folder.join("kinds/grey")).unwrap();
+        std::fs::create_dir_all(folder.join("kinds/gray")).unwrap();
         std::fs::create_dir_all(folder.join("night")).unwrap();
         let base = "Pipeline(inputs: { \"scene\": Encoded }, outputs: { \"display\": \"look\" }, \
                     nodes: { \"look\": ColorLut(source: \"scene\", file: \"dusk.png\") })";
@@ -141,7 +141,7 @@ mod tests {
         let places: BTreeSet<PathBuf> = places.into_iter().chain(places_of(&words)).collect();
         let mut files = FileWatch::new(|| {});
         files.extend(places);
-        for name in ["base.ron", "dusk.png", "night/a.ron", "shot.0001.exr", "kinds/grey/grey.wgsl"] {
+        for name in ["base.ron", "dusk.png", "night/a.ron", "shot.0001.exr", "kinds/gray/gray.wgsl"] {
             std::fs::write(file(name), "something of another length").unwrap();
             let changed = files.wait();
             assert!(changed.iter().any(|path| path.ends_with(name)), "{name}: {changed:?}");

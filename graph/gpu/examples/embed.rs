@@ -1,7 +1,7 @@
 //! A renderer as a host: it has its own device, its own encoder and its own images.
 //!
 //! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes a parameter in each and a fact between
-//! them, and prints the colour at the centre.
+//! them, and prints the color at the center.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
 use std::error::Error;
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A renderer has its own device.
     let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
     let size = Size::new(64, 64);
-    let scene = upload(&device, &queue, &grey(size, 0.18))?.create_view(&Default::default());
+    let scene = upload(&device, &queue, &gray(size, 0.18))?.create_view(&Default::default());
     let screen = screen(&device, size);
     let screen_view = screen.create_view(&Default::default());
 
@@ -46,12 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let pixels = download(&device, &queue, &screen)?.to_floats();
-    println!("middle grey becomes {:?} on the display", pixels[pixels.len() / 2]);
+    println!("middle gray becomes {:?} on the display", pixels[pixels.len() / 2]);
     Ok(())
 }
 
 /// The renderer's image: one luminance everywhere.
-fn grey(size: Size, light: f32) -> Texels {
+fn gray(size: Size, light: f32) -> Texels {
     Texels::from_floats_as_half(size.width, size.height, &vec![[light, light, light, 1.0]; size.texels() as usize])
 }
 

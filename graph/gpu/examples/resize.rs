@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let (passes, bytes) = (plan.passes.len(), plan.memory.placed);
             let shown = download(&device, &queue, post.output("display"))?.to_floats();
             let middle = shown[shown.len() / 2 + size.width as usize / 2];
-            println!("{tier:4} {}x{}: {passes} passes, {bytes} bytes, centre {middle:.3?}", size.width, size.height);
+            println!("{tier:4} {}x{}: {passes} passes, {bytes} bytes, center {middle:.3?}", size.width, size.height);
         }
     }
     Ok(())

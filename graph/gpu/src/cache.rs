@@ -1,7 +1,7 @@
 //! The driver's pipeline cache as bytes that a program can store between runs.
 //!
 //! wgpu rejects bytes of another version, adapter or driver, and trusts all others. Therefore a header is written in
-//! front: a magic word and a hash, by which damaged bytes are recognised.
+//! front: a magic word and a hash, by which damaged bytes are recognized.
 #![allow(unsafe_code, reason = "wgpu cannot check what the driver will read; the proof is beside the call")]
 
 const MAGIC: &[u8; 8] = b"AIPIPES1";

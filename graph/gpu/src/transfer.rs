@@ -28,7 +28,7 @@ impl Texels {
         Self { desc: ImageDesc::new(Size::new(width, height)), bytes: bytemuck::cast_slice(&halves).to_vec() }
     }
 
-    /// Four floats per texel; missing colour channels are 0, missing alpha is 1.
+    /// Four floats per texel; missing color channels are 0, missing alpha is 1.
     pub fn to_floats(&self) -> Vec<[f32; 4]> {
         let texel = self.desc.format.bytes() as usize;
         self.bytes.chunks_exact(texel).map(|bytes| decode(self.desc.format, bytes)).collect()

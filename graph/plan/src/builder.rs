@@ -84,7 +84,7 @@ pub(crate) fn finite_image(label: String, source: &VirtualImage) -> VirtualImage
     VirtualImage { label, desc, origin: Origin::Transient, finite: true, signedness: source.signedness }
 }
 
-/// A pass that multiplies the colours of the host image `source` by a factor.
+/// A pass that multiplies the colors of the host image `source` by a factor.
 pub(crate) fn scale_pass(input: &str, source: ImageId, factor: f32, result: ImageId) -> Pass {
     let args = [("source", Arg::Texture(source)), ("at", Arg::Point), ("params", Arg::Params)];
     let reflection = SCALE.reflect().expect("the shader is valid");

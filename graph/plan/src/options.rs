@@ -23,7 +23,7 @@ pub struct Options {
     pub batches_first: bool,
     /// Whether unchecked shaders, too, run with the driver's checks of indices and loops. Pixels are the same.
     pub bounds_checks: bool,
-    /// Whether sums of weighted colours (halvings, tents, the filter of Caracal) are made in half floats, where the
+    /// Whether sums of weighted colors (halvings, tents, the filter of Caracal) are made in half floats, where the
     /// device has them and no image of the pass is in 32 bits. What is stored in between has 11 bits anyway; a sum of
     /// them loses about one more.
     pub half: bool,

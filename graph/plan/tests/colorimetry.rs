@@ -213,7 +213,7 @@ fn a_black_output_has_the_colorimetry_of_its_state() {
 }
 
 #[test]
-fn both_displays_of_the_hdr_pipeline_are_labelled() {
+fn both_displays_of_the_hdr_pipeline_are_labeled() {
     let graph = built_in("hdr.ron");
     let plan = planned(&graph, &[]);
     let of = |name: &str| plan.output(Some(name)).expect("the pipeline has the output").colorimetry;

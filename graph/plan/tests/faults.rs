@@ -180,7 +180,7 @@ fn an_offset_without_alignment_or_beyond_the_heap_is_found() {
 }
 
 /// A pass and a later one that reads what it writes, the first in the batch before the second.
-fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
+fn neighbors(plan: &Plan) -> Option<(usize, usize, usize)> {
     plan.batches.windows(2).enumerate().find_map(|(batch, pair)| {
         let reads = |reader: usize, writer: usize| {
             let writes = plan.passes[writer].pass.writes();
@@ -198,7 +198,7 @@ fn neighbours(plan: &Plan) -> Option<(usize, usize, usize)> {
 #[test]
 fn two_exchanged_passes_are_found() {
     for plan in plans(Options::default()) {
-        let (_, writer, reader) = neighbours(&plan).expect("some batch needs the one before");
+        let (_, writer, reader) = neighbors(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
         broken.passes.swap(writer, reader);
         let reported = faults(&broken, "a read comes before its write");
@@ -213,7 +213,7 @@ fn two_exchanged_passes_are_found() {
 #[test]
 fn two_dependent_batches_joined_into_one_are_found() {
     for plan in plans(Options::default()) {
-        let (batch, ..) = neighbours(&plan).expect("some batch needs the one before");
+        let (batch, ..) = neighbors(&plan).expect("some batch needs the one before");
         let mut broken = plan.clone();
         let second = broken.batches.remove(batch + 1);
         broken.batches[batch].passes.end = second.passes.end;

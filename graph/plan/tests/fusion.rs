@@ -77,7 +77,7 @@ pub fn like_source(pass: &mut Recorder<'_>) -> ImageDesc {
     ImageDesc::new(pass.desc(source).size)
 }
 
-kind!(Soft, "Reads its neighbours, and can be part of a chain.", [SOURCE], RESULT, |pass| {
+kind!(Soft, "Reads its neighbors, and can be part of a chain.", [SOURCE], RESULT, |pass| {
     let desc = like_source(pass);
     pass.function(&SOFT, "soft").reach(1.0).write("result", desc);
 });
@@ -360,7 +360,7 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
             Some([sides[0], sides[1] * rows])
         }
         PassKind::TiledChain(chain) => Some([chain.tile; 2]),
-        // The first and the last invocation only make what their neighbours need.
+        // The first and the last invocation only make what their neighbors need.
         PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
         PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute | PassKind::Drawing(_) => None,
     }

@@ -68,7 +68,7 @@ fn outputs_that_hold_linear_light_are_decoded_if_they_are_encoded_for_an_sdr_dis
     assert_golden("decoded.txt", &power.to_text());
 }
 
-/// The state is that of the wire; the colours are those of the image that comes.
+/// The state is that of the wire; the colors are those of the image that comes.
 #[test]
 fn an_output_of_a_node_that_is_skipped_has_the_state_of_its_wire() {
     let text = r#"Pipeline(inputs: { "scene": Color }, nodes: { "same": Exposure(source: "scene", stops: 0.0) },
@@ -104,11 +104,11 @@ fn plans_that_differ_in_numbers_alone_are_told_from_others() {
     assert!(!one.differs_in_uniforms_only(&exposed(1.0, ", \"b\": Exposure(source: \"scene\")").clone_with_label()));
 }
 
-trait Labelled {
+trait Labeled {
     fn clone_with_label(&self) -> Self;
 }
 
-impl Labelled for Plan {
+impl Labeled for Plan {
     /// The plan with another label of its first pass.
     fn clone_with_label(&self) -> Self {
         let mut plan = self.clone();

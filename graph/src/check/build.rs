@@ -169,8 +169,8 @@ impl<'a> Builder<'a> {
     /// The name that people shall see, from the top, if it differs from the full name.
     pub(super) fn full_label(&self, draft: &NodeDraft) -> Option<String> {
         let shown = |scope: &Scope| Some(scope.label.clone().unwrap_or_else(|| scope.name.value.clone()));
-        let labelled = draft.label.is_some() || self.scopes_around(draft.scope).any(|scope| scope.label.is_some());
-        labelled.then(|| {
+        let labeled = draft.label.is_some() || self.scopes_around(draft.scope).any(|scope| scope.label.is_some());
+        labeled.then(|| {
             let own = draft.label.clone().unwrap_or_else(|| draft.name.value.clone());
             self.inside(draft.scope, own, shown)
         })

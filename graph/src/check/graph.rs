@@ -42,7 +42,7 @@ pub struct GraphInput {
     /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
     /// without one.
     pub needs_alpha: bool,
-    /// A factor of its colours, before they are limited to the range of half floats.
+    /// A factor of its colors, before they are limited to the range of half floats.
     pub scale: f64,
 }
 

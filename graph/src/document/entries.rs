@@ -52,7 +52,7 @@ pub struct InputEntry {
     pub volume: bool,
     /// Whether the pipeline needs an alpha that is not 1 everywhere.
     pub needs_alpha: bool,
-    /// A factor of its colours, before anything is limited.
+    /// A factor of its colors, before anything is limited.
     pub scale: f64,
 }
 

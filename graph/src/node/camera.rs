@@ -21,7 +21,7 @@ pub static CAMERA: HostBlock = HostBlock {
         matrix("inverse_projection", "From clip space to the camera."),
         matrix("previous_view", "`view` of the frame before."),
         matrix("previous_projection", "`projection` of the frame before."),
-        pair("jitter", "How far this frame's samples lie from the centres of pixels, in pixels, y downwards."),
+        pair("jitter", "How far this frame's samples lie from the centers of pixels, in pixels, y downwards."),
         pair("previous_jitter", "`jitter` of the frame before."),
     ],
 };
@@ -46,7 +46,7 @@ pub struct Camera {
     pub previous_view: Matrix,
     /// `projection` of the frame before.
     pub previous_projection: Matrix,
-    /// How far this frame's samples lie from the centres of pixels, in pixels, y downwards.
+    /// How far this frame's samples lie from the centers of pixels, in pixels, y downwards.
     pub jitter: [f32; 2],
     /// `jitter` of the frame before.
     pub previous_jitter: [f32; 2],

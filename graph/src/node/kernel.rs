@@ -145,7 +145,7 @@ pub struct ByRows {
 ///   follows;
 /// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation reads,
 ///   where it must not wait for others. A pixel is read once for each of the finest cells that it touches: its shares
-///   of the cells add up to its area, and in one cell it is `centred`;
+///   of the cells add up to its area, and in one cell it is `centered`;
 /// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to combine the invocations' states and
 ///   to store the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 
-/// What arrives at a node's inputs once the graph is specialised.
+/// What arrives at a node's inputs once the graph is specialized.
 #[derive(Clone, Debug, Default)]
 pub struct Arrivals {
     zero: Vec<Shared<str>>,

@@ -88,7 +88,7 @@ pub struct TileStage {
 /// A halving by workgroups of one row of invocations that walk down the source.
 ///
 /// At each step an invocation makes the four texels under one texel of the result with all kernels but the last, and
-/// gives them to the last kernel, which shares what its neighbours need through workgroup memory. So each texel of the
+/// gives them to the last kernel, which shares what its neighbors need through workgroup memory. So each texel of the
 /// source, which is exactly twice as large as the result, is made about once and never stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowDownsample {

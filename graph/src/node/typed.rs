@@ -214,7 +214,7 @@ impl std::fmt::Debug for NodeInstance {
 /// ```
 /// use afterimage_graph::prelude::*;
 /// params! {
-///     /// Darkens the picture towards its corners.
+///     /// Darkens the picture toward its corners.
 ///     pub struct Corners {
 ///         /// Share of the effect that is mixed in; 0 changes nothing.
 ///         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);

@@ -4,7 +4,7 @@ use afterimage_graph::node::{folder_kind, folder_kind_of};
 
 pub(super) const DECLARATION: &str = r#"Kind(
     name: "Posterize",
-    doc: "Leaves only a few levels of each colour.",
+    doc: "Leaves only a few levels of each color.",
     inputs: {
         "source": Image(doc: "The picture after the tone curve.", accepts: [DisplayLinear]),
         "mask":   Image(doc: "Where.", optional: true),
@@ -98,7 +98,7 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         ),
         (
             "fn posterize",
-            "fn posterise",
+            "fn posterize",
             "the shader has no function `posterize` that gives a `vec4f`",
             "node.ron:2:11",
         ),

@@ -67,7 +67,7 @@ params! {
 }
 
 params! {
-    /// Colours a picture.
+    /// Colors a picture.
     pub struct Tint {
         /// Factors of red, green and blue.
         pub color: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0);
@@ -77,7 +77,7 @@ params! {
 }
 
 params! {
-    /// Maps colours by a table.
+    /// Maps colors by a table.
     pub struct Grade {
         /// The table.
         pub table: FileValue = FileValue::default();

@@ -148,7 +148,7 @@ const TINT: &str = r#"Kind(
         "count": Int(doc: "A number.", default: 3, within: (1, 9)),
         "strong": Bool(doc: "Whether it is strong.", default: false),
         "place": Vector2(doc: "A place.", default: (0.5, 0.5), within: (0.0, 1.0)),
-        "color": Vector3(doc: "A colour.", default: (0.5, 0.5, 1.0), within: (0.0, 1.0)),
+        "color": Vector3(doc: "A color.", default: (0.5, 0.5, 1.0), within: (0.0, 1.0)),
     },
 )
 "#;

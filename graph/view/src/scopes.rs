@@ -1,13 +1,13 @@
-//! Scopes: what a coarse grid of the picture says about its light and its colours.
+//! Scopes: what a coarse grid of the picture says about its light and its colors.
 
 /// Columns of a histogram and of a waveform.
 pub const COLUMNS: usize = 256;
 /// Rows of a waveform, and both sides of a vectorscope.
 pub const ROWS: usize = 128;
-/// The lowest and the highest stop of a histogram of light, from middle grey.
+/// The lowest and the highest stop of a histogram of light, from middle gray.
 pub const STOPS: (f32, f32) = (-10.0, 10.0);
-/// Middle grey.
-const GREY: f32 = 0.18;
+/// Middle gray.
+const GRAY: f32 = 0.18;
 /// The luminance of Rec.709.
 const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
@@ -19,9 +19,9 @@ pub struct Scopes {
     /// For each column of the picture, from left to right, how many pixels have each brightness, from bottom to top;
     /// row by row.
     pub waveform: Vec<u32>,
-    /// How many pixels have each pair of colour differences, row by row, neutral in the middle.
+    /// How many pixels have each pair of color differences, row by row, neutral in the middle.
     pub vectors: Vec<u32>,
-    /// The least and the largest finite number of the colour channels.
+    /// The least and the largest finite number of the color channels.
     pub range: (f32, f32),
     /// The part of the pixels that has a channel at or over 1, and the part that has none over 0.
     pub clipped: [f32; 2],
@@ -68,7 +68,7 @@ fn level(number: f32, is_light: bool) -> f32 {
     if !is_light {
         return number;
     }
-    let stops = (number.max(f32::MIN_POSITIVE) / GREY).log2();
+    let stops = (number.max(f32::MIN_POSITIVE) / GRAY).log2();
     (stops - STOPS.0) / (STOPS.1 - STOPS.0)
 }
 
@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_is_counted_in_stops_from_middle_grey_and_signals_in_codes() {
+    fn light_is_counted_in_stops_from_middle_gray_and_signals_in_codes() {
         let pixels = [[0.18, 0.36, 0.09, 1.0]];
         let light = Scopes::of(&pixels, 1, true);
         let peak = |channel: usize| light.histogram[channel].iter().position(|count| *count == 1);
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_waveform_keeps_columns_and_a_vectorscope_has_grey_in_the_middle() {
+    fn a_waveform_keeps_columns_and_a_vectorscope_has_gray_in_the_middle() {
         let scopes = Scopes::of(&[[0.25; 4], [0.75; 4]], 2, false);
         let lit: Vec<usize> =
             scopes.waveform.iter().enumerate().filter(|(_, count)| **count > 0).map(|(index, _)| index).collect();

@@ -136,10 +136,10 @@ fn a_number_that_changes_in_the_text_again_needs_no_plan() {
 
 #[test]
 fn an_image_that_changes_is_read_again_and_a_broken_one_leaves_the_picture() {
-    let (grey, is_new) = (Rc::new(Cell::new(Ok(0.2_f32))), Rc::new(Cell::new(false)));
-    let (read_grey, asked) = (grey.clone(), is_new.clone());
+    let (gray, is_new) = (Rc::new(Cell::new(Ok(0.2_f32))), Rc::new(Cell::new(false)));
+    let (read_gray, asked) = (gray.clone(), is_new.clone());
     let read = move |_| {
-        let level = read_grey.get().map_err(|()| "half a file".to_owned())?;
+        let level = read_gray.get().map_err(|()| "half a file".to_owned())?;
         let texels = (0..SIZE.width * SIZE.height).flat_map(|_| [level, level, level, 1.0]).collect();
         Ok(Picture::new(SIZE.width, SIZE.height, Pixels::Float(texels)))
     };
@@ -148,14 +148,14 @@ fn an_image_that_changes_is_read_again_and_a_broken_one_leaves_the_picture() {
     let mut model = model("lynx");
     model.set_images(Images::Files(Box::new(files)));
     let dark = first_frame(&mut model);
-    grey.set(Ok(0.6));
+    gray.set(Ok(0.6));
     model.follow_files();
     assert_eq!(apart(&first_frame(&mut model), &dark), 0, "nobody has said that it changed");
     is_new.set(true);
     model.follow_files();
     let light = first_frame(&mut model);
     assert!(apart(&light, &dark) > 50);
-    grey.set(Err(()));
+    gray.set(Err(()));
     is_new.set(true);
     model.follow_files();
     assert!(model.problem().unwrap().to_string().contains("half a file"));

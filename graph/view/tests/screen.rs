@@ -1,4 +1,4 @@
-//! What an HDR screen gets, for each colour space that a swap chain may have.
+//! What an HDR screen gets, for each color space that a swap chain may have.
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 #![allow(dead_code, reason = "each test program uses a part of the support")]
 
@@ -10,7 +10,7 @@ use afterimage_graph::color::{Chromaticities, Transfer, hlg_gamma};
 use afterimage_view::render::{SDR_WHITE, Screen};
 use support::{gpu, texels};
 
-/// Colours as signals of extended sRGB: greys from black to beyond white, and colours within and outside of Rec.709.
+/// Colors as signals of extended sRGB: grays from black to beyond white, and colors within and outside of Rec.709.
 const COLORS: [[f32; 4]; 8] = [
     [0.0, 0.0, 0.0, 1.0],
     [0.25, 0.25, 0.25, 1.0],
@@ -86,7 +86,7 @@ fn expected(space: SurfaceColorSpace, color: [f32; 4]) -> [f64; 3] {
 }
 
 #[test]
-fn every_colour_space_gets_the_light_that_was_drawn() {
+fn every_color_space_gets_the_light_that_was_drawn() {
     use SurfaceColorSpace as Space;
     for space in [
         Space::ExtendedSrgbLinear,

@@ -121,7 +121,7 @@ fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
     assert!(model.savings().is_none(), "what was measured belongs to other values");
 }
 
-/// A sequence of frames of one grey each, three in a second.
+/// A sequence of frames of one gray each, three in a second.
 fn sequence(lights: &'static [f32]) -> Images {
     let read = move |index: usize| {
         let texel = [lights[index], lights[index], lights[index], 1.0];

@@ -106,7 +106,7 @@ fn the_line_of_a_wipe_is_dragged_and_both_pictures_are_shown() {
     assert!((after - wanted).abs() < 0.02, "{after} {wanted}");
 }
 
-/// The columns between which the picture is shown: what surrounds it has a grey of its own.
+/// The columns between which the picture is shown: what surrounds it has a gray of its own.
 fn picture_columns(window: &Window) -> (f32, f32) {
     let pixels = window.texels().to_floats();
     let row = 40 * WINDOW[0] as usize;

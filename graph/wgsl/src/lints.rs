@@ -6,7 +6,7 @@ use crate::walk::blocks;
 
 const CONSTANT_PART: &str =
     "a vector constant of the module cannot be a part of a larger vector: write its components, `NAME.x, NAME.y`";
-const NEIGHBOURS: &str = "this compares neighbouring pixels of a draw, which a dispatch has not: read textures through \
+const NEIGHBORS: &str = "this compares neighboring pixels of a draw, which a dispatch has not: read textures through \
                           `tap(source, source_sampler, uv)` or `texel(source, pixel)`";
 const DISCARD: &str = "a dispatch cannot discard a pixel: return what came in";
 const ENDLESS: &str = "this loop never ends: it has no `break` and no `return`";
@@ -19,20 +19,20 @@ pub(crate) fn first(module: &Module) -> Option<(Span, &'static str)> {
     let draws = draws_only(module);
     functions.chain(entries).find_map(|function| {
         told(constant_part(module, function), CONSTANT_PART)
-            .or_else(|| told(neighbours(function).filter(|_| !draws), NEIGHBOURS))
+            .or_else(|| told(neighbors(function).filter(|_| !draws), NEIGHBORS))
             .or_else(|| told(find(&function.body, &is_discard).filter(|_| !draws), DISCARD))
             .or_else(|| told(find(&function.body, &|statement| is_endless(function, statement)), ENDLESS))
     })
 }
 
-/// Whether all entry points are of a drawing pass, whose fragments have neighbours and can be discarded.
+/// Whether all entry points are of a drawing pass, whose fragments have neighbors and can be discarded.
 fn draws_only(module: &Module) -> bool {
     let is_of_draw = |stage: ShaderStage| matches!(stage, ShaderStage::Vertex | ShaderStage::Fragment);
     !module.entry_points.is_empty() && module.entry_points.iter().all(|entry| is_of_draw(entry.stage))
 }
 
 /// What needs the pixels around: derivatives, and samples whose level of detail comes from them.
-fn neighbours(function: &Function) -> Option<Span> {
+fn neighbors(function: &Function) -> Option<Span> {
     let (at, _) = function.expressions.iter().find(|(_, expression)| {
         matches!(
             expression,
@@ -104,7 +104,7 @@ fn constant_part(module: &Module, function: &Function) -> Option<Span> {
 
 #[cfg(test)]
 mod tests {
-    use super::{CONSTANT_PART, DISCARD, ENDLESS, NEIGHBOURS, first};
+    use super::{CONSTANT_PART, DISCARD, ENDLESS, NEIGHBORS, first};
 
     fn told(source: &str) -> Option<(String, &'static str)> {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{source}: {error}"));
@@ -145,8 +145,8 @@ mod tests {
 
     #[test]
     fn what_only_a_draw_can_do_is_found() {
-        assert_eq!(in_body("y = dpdx(x);"), Some(NEIGHBOURS));
-        assert_eq!(in_body("y = textureSample(t, s, vec2f(x)).x;"), Some(NEIGHBOURS));
+        assert_eq!(in_body("y = dpdx(x);"), Some(NEIGHBORS));
+        assert_eq!(in_body("y = textureSample(t, s, vec2f(x)).x;"), Some(NEIGHBORS));
         assert_eq!(in_body("y = textureSampleLevel(t, s, vec2f(x), 0.0).x;"), None);
         assert_eq!(in_body("if x < 0.0 { discard; }"), Some(DISCARD));
     }
@@ -158,7 +158,7 @@ mod tests {
         let draws = format!("{discards} {entry}");
         assert_eq!(told(&draws), None);
         let with_dispatch = format!("{draws} @compute @workgroup_size(1) fn other() {{ }}");
-        assert_eq!(told(&with_dispatch).map(|(_, why)| why), Some(NEIGHBOURS));
+        assert_eq!(told(&with_dispatch).map(|(_, why)| why), Some(NEIGHBORS));
     }
 
     #[test]

@@ -66,7 +66,7 @@ impl Shader {
     /// Whatever its inputs and parameters hold, NaN and the largest integers among them, every index into an array and
     /// every texel that is loaded must lie inside, every loop must end, and no memory of a workgroup may be read before
     /// it is written. This holds for the files that it imports too.
-    #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behaviour on the device")]
+    #[allow(unsafe_code, reason = "the promise is the author's, and breaking it is undefined behavior on the device")]
     pub const unsafe fn unchecked(file: &'static str, text: &'static str) -> Self {
         let mut shader = Self::new(file, text);
         shader.unchecked = true;

@@ -79,7 +79,7 @@ fn what_devices_may_not_have_is_refused_also_with_a_workgroup() {
     for (body, message) in [
         ("let first = workgroupUniformLoad(&flag);", "only some devices check"),
         ("storageBarrier();", "cannot wait for others"),
-        ("let sum = subgroupAdd(source.x);", "does not see its neighbours"),
+        ("let sum = subgroupAdd(source.x);", "does not see its neighbors"),
         ("textureStore(out, at.pixel, source);", "writes only its result"),
     ] {
         let error = refused(&with_body(body).replace("\nfn kind", "var<workgroup> flag: u32;\nfn kind"));

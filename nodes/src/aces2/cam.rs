@@ -1,4 +1,4 @@
-//! The colour appearance model of ACES 2.0: lightness J, colourfulness M and hue h after CAM16 (Li et al. 2017), as
+//! The color appearance model of ACES 2.0: lightness J, colorfulness M and hue h after CAM16 (Li et al. 2017), as
 //! simplified by Hellwig and Fairchild (2022), for a dim surround.
 
 use afterimage_graph::color::{Chromaticities, Xy};
@@ -48,7 +48,7 @@ fn expand(v: f64) -> f64 {
     (CONE_OFFSET * limited / (1.0 - limited)).powf(1.0 / 0.42).copysign(v)
 }
 
-/// Lightness, colourfulness, and hue as a point of the unit circle.
+/// Lightness, colorfulness, and hue as a point of the unit circle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Jmh {
     pub(super) j: f64,
@@ -68,7 +68,7 @@ pub(super) fn direction(degrees: f64) -> DVec2 {
     DVec2::from_angle(degrees.to_radians())
 }
 
-/// The model for linear RGB of some primaries. White is adapted completely, so 1, 1, 1 has no colourfulness.
+/// The model for linear RGB of some primaries. White is adapted completely, so 1, 1, 1 has no colorfulness.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Model {
     /// RGB to cone responses.
@@ -106,9 +106,9 @@ impl Model {
     /// The matrix of the opponents. `white` is the compressed response to white, for which A is 1.
     fn opponents(white: DVec3) -> DMat3 {
         let achromatic = dvec3(2.0, 1.0, 1.0 / 20.0);
-        let colour = 4.0 * REFERENCE * 43.0 * SURROUND[2];
-        let a = colour * dvec3(1.0, -12.0 / 11.0, 1.0 / 11.0);
-        let b = colour / 9.0 * dvec3(1.0, 1.0, -2.0);
+        let color = 4.0 * REFERENCE * 43.0 * SURROUND[2];
+        let a = color * dvec3(1.0, -12.0 / 11.0, 1.0 / 11.0);
+        let b = color / 9.0 * dvec3(1.0, 1.0, -2.0);
         DMat3::from_cols(achromatic / achromatic.dot(white), a, b).transpose()
     }
 

@@ -1,4 +1,4 @@
-//! The gamut compression of ACES 2.0: along lines in J and M at one hue, towards a focus on the grey axis.
+//! The gamut compression of ACES 2.0: along lines in J and M at one hue, toward a focus on the gray axis.
 
 /// The width of the smooth minimum at the cusp, and what widens the cusps to make room for it.
 pub(super) const SMOOTH_CUSPS: f64 = 0.12;
@@ -11,7 +11,7 @@ const COMPRESSION_THRESHOLD: f64 = 0.75;
 /// The hulls at one hue.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hull {
-    /// The cusp of the display: the brightest of the most colourful colours.
+    /// The cusp of the display: the brightest of the most colorful colors.
     pub(super) cusp_j: f64,
     pub(super) cusp_m: f64,
     /// The inverse exponent of the upper hull of the display.
@@ -23,9 +23,9 @@ pub(super) struct Hull {
 /// What is equal for all hues.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GamutParams {
-    /// J of a grey at the peak.
+    /// J of a gray at the peak.
     pub(crate) limit_j: f64,
-    /// J of middle grey.
+    /// J of middle gray.
     pub(crate) mid_j: f64,
     pub(crate) focus_distance: f64,
     /// The inverse exponent of the lower hull of the display.
@@ -52,7 +52,7 @@ impl GamutParams {
         gain * (adjustment * adjustment + 1.0)
     }
 
-    /// J where the line through a point meets the grey axis.
+    /// J where the line through a point meets the gray axis.
     fn intersection(&self, j: f64, m: f64, focus: f64, gain: f64) -> f64 {
         let scaled = m / gain;
         let a = scaled / focus;
@@ -105,7 +105,7 @@ impl GamutParams {
     }
 }
 
-/// The line `start + slope * M`, and where the line through the cusp meets the grey axis.
+/// The line `start + slope * M`, and where the line through the cusp meets the gray axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
     pub(super) start: f64,

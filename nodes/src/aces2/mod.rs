@@ -109,7 +109,7 @@ impl OutputTransform {
         let (tone, log_peak) = (Aces2Tone::new(peak), (peak / REFERENCE).log10());
         let gamut = GamutParams {
             limit_j: source.lightness(peak),
-            mid_j: source.lightness(REFERENCE * tone.grey),
+            mid_j: source.lightness(REFERENCE * tone.gray),
             focus_distance: 1.35 + 1.35 * 1.75 * log_peak,
             lower_gamma_inv: 1.0 / (1.14 + 0.07 * log_peak),
             model_gamma_inv: 1.0 / lightness_exponent(),

@@ -32,7 +32,7 @@ pub(super) fn matrix(node: Node<'_, '_>, depths: Depths<'_>) -> Result<Step, Lut
     Ok(Step::Matrix(rows.map(|[r, g, b, offset]| [r * factor, g * factor, b * factor, offset / output])))
 }
 
-/// The bounds of a range: input and output, normalised.
+/// The bounds of a range: input and output, normalized.
 type Bound = Option<[f64; 2]>;
 
 pub(super) fn range(node: Node<'_, '_>, depths: Depths<'_>) -> Result<Step, LutError> {
@@ -242,7 +242,7 @@ fn exponent_params(params: Node<'_, '_>, is_curve: bool) -> Result<(f64, f64), L
 }
 
 /// A power with a linear part near black. An exponent of 1 and an offset of 0, for which the formula divides by 0, are
-/// replaced by their neighbours.
+/// replaced by their neighbors.
 fn monitor_curve(gamma: f64, offset: f64, is_inverse: bool) -> Power {
     const NEAR: f64 = 1e-6;
     let (g, k) = (gamma.max(1.0 + NEAR), offset.max(NEAR));

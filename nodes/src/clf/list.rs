@@ -21,7 +21,7 @@ const METADATA: [&str; 5] = ["Description", "InputDescriptor", "OutputDescriptor
 /// Names of the process nodes.
 const NODES: &str = "`LUT1D`, `LUT3D`, `Matrix`, `Range`, `Log`, `Exponent` and `ASC_CDL`";
 
-/// Parses a file in Common LUT Format. Its numbers are normalised: 1 is the largest code of an integer bit depth.
+/// Parses a file in Common LUT Format. Its numbers are normalized: 1 is the largest code of an integer bit depth.
 ///
 /// # Errors
 /// The first error, with its line: XML that cannot be read, another version, an unknown element or attribute, bit
@@ -30,7 +30,7 @@ pub fn parse_clf(text: &str) -> Result<Process, LutError> {
     let document = xml::parse(text)?;
     let root = document.root_element();
     if matches!(name(root), "ColorCorrection" | "ColorCorrectionCollection" | "ColorDecisionList") {
-        return Err(error(root, "the file is a colour correction: use a node `Cdl`"));
+        return Err(error(root, "the file is a color correction: use a node `Cdl`"));
     }
     if name(root) != "ProcessList" {
         return Err(error(root, format!("the file is no `ProcessList`, but a `{}`", short(name(root)))));

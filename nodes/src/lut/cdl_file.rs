@@ -1,4 +1,4 @@
-//! Colour corrections in `.cdl`, `.cc` and `.ccc` files (ASC CDL 1.2).
+//! Color corrections in `.cdl`, `.cc` and `.ccc` files (ASC CDL 1.2).
 
 use roxmltree::Node;
 
@@ -6,7 +6,7 @@ use super::LutError;
 use super::text::short;
 use super::xml::{self, elements, error, name, numbers};
 
-/// The values of a colour correction.
+/// The values of a color correction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorCorrection {
     /// Factor of each channel.
@@ -15,7 +15,7 @@ pub struct ColorCorrection {
     pub offset: [f32; 3],
     /// Exponent of each channel.
     pub power: [f32; 3],
-    /// Factor of the distance from grey.
+    /// Factor of the distance from gray.
     pub saturation: f32,
 }
 
@@ -31,7 +31,7 @@ const SAT: [&str; 3] = ["SatNode", "SATNode", "ASC_SAT"];
 /// Texts for people.
 const DESCRIPTIONS: [&str; 3] = ["Description", "InputDescription", "ViewingDescription"];
 
-/// Parses the colour correction with this id from a file. Without an id the file must have exactly one correction.
+/// Parses the color correction with this id from a file. Without an id the file must have exactly one correction.
 ///
 /// # Errors
 /// XML that cannot be read, another kind of file, an id that is missing, unknown or there twice, numbers that are
@@ -43,7 +43,7 @@ pub fn parse_correction(text: &str, id: &str) -> Result<ColorCorrection, LutErro
         "ColorCorrection" => vec![root],
         "ColorCorrectionCollection" => corrections(root),
         "ColorDecisionList" => decisions(root)?,
-        other => return Err(error(root, format!("`{}` is no element of a colour correction", short(other)))),
+        other => return Err(error(root, format!("`{}` is no element of a color correction", short(other)))),
     };
     values(chosen(root, &corrections, id)?)
 }

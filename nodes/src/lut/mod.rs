@@ -1,4 +1,4 @@
-//! Look-up tables and colour corrections as data, and the files that contain them.
+//! Look-up tables and color corrections as data, and the files that contain them.
 
 pub(crate) mod cdl_file;
 mod cube;
@@ -34,7 +34,7 @@ pub(crate) const LARGEST: f32 = 65504.0;
 pub struct Lut {
     /// One curve per channel.
     pub curve: Option<Table>,
-    /// A table over colours. Red varies fastest.
+    /// A table over colors. Red varies fastest.
     pub cube: Option<Table>,
     /// Half of the step in which the file's numbers are written. Smaller differences are rounding errors.
     pub tolerance: f32,
@@ -43,7 +43,7 @@ pub struct Lut {
 choices! {
     /// How a 3-D table is interpolated.
     pub enum Interpolation {
-        /// Between the four corners of a tetrahedron, as grading programs do: greys stay grey and gradients stay
+        /// Between the four corners of a tetrahedron, as grading programs do: grays stay gray and gradients stay
         /// linear.
         Tetrahedral,
         /// Between the eight corners of a cell.

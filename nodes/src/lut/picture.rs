@@ -23,7 +23,7 @@ choices! {
 /// Parses a table stored as a PNG image. Codes are used as they are, from 0 to 1, and the image's gamma is ignored.
 ///
 /// # Errors
-/// Images that are broken, not in colour, or not square with a side of 8, 27, 64 and so on up to 4096.
+/// Images that are broken, not in color, or not square with a side of 8, 27, 64 and so on up to 4096.
 pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     let broken = |error: png::DecodingError| LutError::new(0, format!("the PNG cannot be read: {error}"));
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MOST_BYTES });
@@ -53,7 +53,7 @@ fn level(width: u32, height: u32) -> Result<usize, LutError> {
 /// The pixels as three numbers from 0 to 1.
 fn colors(pixels: &[u8], color: ColorType, depth: BitDepth) -> Result<Vec<[f32; 3]>, LutError> {
     if !matches!(color, ColorType::Rgb | ColorType::Rgba) {
-        return Err(LutError::new(0, "the PNG has no colours: a table needs red, green and blue"));
+        return Err(LutError::new(0, "the PNG has no colors: a table needs red, green and blue"));
     }
     let channels = color.samples();
     Ok(if depth == BitDepth::Sixteen {

@@ -1,4 +1,4 @@
-//! XML of colour files: parsed within limits, with the line of every error.
+//! XML of color files: parsed within limits, with the line of every error.
 
 use roxmltree::{Document, Error, Node, ParsingOptions};
 

@@ -1,4 +1,4 @@
-//! The colour decision list of the American Society of Cinematographers, version 1.2, with and without limits.
+//! The color decision list of the American Society of Cinematographers, version 1.2, with and without limits.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::curves::{LIMIT, each, power};
 use crate::color::LUMINANCE;
 use crate::lut::ColorCorrection;
 
-/// A colour decision list and the direction in which it is applied.
+/// A color decision list and the direction in which it is applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CdlStep {
     /// Factor of each channel; of the reverse, its reciprocal.
@@ -15,7 +15,7 @@ pub(crate) struct CdlStep {
     pub(crate) offset: DVec3,
     /// Exponent of each channel; of the reverse, its reciprocal.
     pub(crate) power: DVec3,
-    /// Factor of the distance from grey; of the reverse, its reciprocal.
+    /// Factor of the distance from gray; of the reverse, its reciprocal.
     pub(crate) saturation: f64,
     /// Whether values are limited to 0 to 1.
     pub(crate) is_limited: bool,

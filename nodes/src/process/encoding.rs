@@ -13,7 +13,7 @@ pub(crate) enum Encoding {
     Log(Logarithm),
     /// From light to numbers, and back. Both for 0 to 1.
     Display([Power; 2]),
-    /// The perceptual quantiser, with the luminance of light of 1 in cd/m2.
+    /// The perceptual quantizer, with the luminance of light of 1 in cd/m2.
     Pq(f64),
     /// Hybrid log-gamma.
     Hlg(Hlg),
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use crate::process::Process;
 
-    /// The light of grey at a signal, in units of 203 cd/m2, which is graphics white.
+    /// The light of gray at a signal, in units of 203 cd/m2, which is graphics white.
     fn light(encoding: Encoding, signal: f64) -> f64 {
         Process::new(encoding.decode()).apply([signal; 3])[1]
     }

@@ -1,4 +1,4 @@
-//! Processes: colour operations in a row, evaluated in double precision or written as WGSL.
+//! Processes: color operations in a row, evaluated in double precision or written as WGSL.
 //!
 //! A `ColorLut` runs a file in Common LUT Format, and the conversions around a table, as processes. Values between two
 //! steps are limited to ±1e12, so that 32 bits hold them.
@@ -27,20 +27,20 @@ use crate::lut::{ColorCorrection, Interpolation, Lut, Table};
 use crate::shaper::Shape;
 use curves::each;
 
-/// Colour operations in a row.
+/// Color operations in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Process {
     pub(crate) steps: Vec<Step>,
 }
 
-/// One colour operation.
+/// One color operation.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Step {
     /// Rows of factors for red, green and blue, and an offset.
     Matrix([[f64; 4]; 3]),
     /// `x * slope + offset`, limited to `low` and `high`.
     Range { slope: f64, offset: f64, low: f64, high: f64 },
-    /// A colour decision list.
+    /// A color decision list.
     Cdl(CdlStep),
     /// A logarithm per channel.
     Logarithm([Logarithm; 3]),
@@ -48,7 +48,7 @@ pub(crate) enum Step {
     Antilog([Antilog; 3]),
     /// A power per channel.
     Power([Power; 3]),
-    /// Light, in units of the white of this luminance in cd/m2, to the perceptual quantiser.
+    /// Light, in units of the white of this luminance in cd/m2, to the perceptual quantizer.
     PqEncode(f64),
     /// The reverse.
     PqDecode(f64),
@@ -79,7 +79,7 @@ impl Process {
         Self { steps: curve.into_iter().chain(cube).collect() }
     }
 
-    /// The result for a colour, in double precision. The GPU computes the same in 32 bits.
+    /// The result for a color, in double precision. The GPU computes the same in 32 bits.
     pub fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let bounded = |v: DVec3| v.clamp(DVec3::splat(-LIMIT), DVec3::splat(LIMIT));
         self.steps.iter().fold(DVec3::from(rgb), |v, step| bounded(step.apply(v))).to_array()

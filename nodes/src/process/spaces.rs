@@ -1,4 +1,4 @@
-//! The colour spaces that tables are made for.
+//! The color spaces that tables are made for.
 
 use afterimage_graph::color::{Chromaticities, Colorimetry, Transfer};
 use afterimage_graph::prelude::*;
@@ -8,7 +8,7 @@ use super::{Logarithm, Step};
 use crate::color::ARRI_WIDE_GAMUT_3;
 
 choices! {
-    /// The colour space of a table's numbers: primaries, and the function between light and numbers. Light of 1 is that
+    /// The color space of a table's numbers: primaries, and the function between light and numbers. Light of 1 is that
     /// of the image.
     pub enum LutSpace {
         /// For `from`: that of the image, so that its numbers are not converted. For `to`: that of `from`.
@@ -33,7 +33,7 @@ choices! {
         Gamma22,
         /// A power of 2.4, Rec.709 (ITU-R BT.1886 with a black of 0).
         Gamma24,
-        /// The perceptual quantiser, Rec.2020 (ITU-R BT.2100). Light of 1 has the luminance `white_nits`.
+        /// The perceptual quantizer, Rec.2020 (ITU-R BT.2100). Light of 1 has the luminance `white_nits`.
         Pq,
     }
 }

@@ -5,12 +5,12 @@ use glam::DVec3;
 
 use super::curves::{each, power};
 
-/// Luminance in cd/m2, limited to 0 to 10000, to the perceptual quantiser.
+/// Luminance in cd/m2, limited to 0 to 10000, to the perceptual quantizer.
 pub(super) fn pq_encode(nits: f64) -> f64 {
     Transfer::Pq.to_signal(nits / 10000.0)
 }
 
-/// The perceptual quantiser, limited to 0 to 1, to luminance in cd/m2.
+/// The perceptual quantizer, limited to 0 to 1, to luminance in cd/m2.
 pub(super) fn pq_decode(signal: f64) -> f64 {
     10000.0 * Transfer::Pq.to_light(signal)
 }

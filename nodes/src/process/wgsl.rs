@@ -37,18 +37,18 @@ impl Textures<'_> {
     }
 }
 
-/// What a kernel function does to a colour.
+/// What a kernel function does to a color.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Parts {
     /// What comes first.
     pub(crate) before: Process,
-    /// What makes the unchanged colour of the result of `before`, for the parameter `strength`.
+    /// What makes the unchanged color of the result of `before`, for the parameter `strength`.
     pub(crate) unchanged: Process,
-    /// What makes the changed colour of the result of `before`.
+    /// What makes the changed color of the result of `before`.
     pub(crate) changed: Process,
-    /// What comes last, on the mixed colour.
+    /// What comes last, on the mixed color.
     pub(crate) after: Process,
-    /// Whether a colour that is not changed is that of the image. Otherwise it is what the steps make of it, which end
+    /// Whether a color that is not changed is that of the image. Otherwise it is what the steps make of it, which end
     /// at the limits of their space.
     pub(crate) keeps_source: bool,
     /// Whether the result is scene light, whose luminance is not below 0.
@@ -95,7 +95,7 @@ fn body<'a>(process: &'a Process, textures: &mut Textures<'a>) -> String {
     text
 }
 
-/// The expression of a step, of the colour `v`.
+/// The expression of a step, of the color `v`.
 fn call<'a>(step: &'a Step, textures: &mut Textures<'a>) -> String {
     match step {
         Step::Matrix(rows) => format!("process_matrix(v, {})", list(rows.map(vec4))),

@@ -26,7 +26,7 @@ fn crt_glass(uv: vec2f, params: Crt) -> vec2f {
     return 0.5 + 0.5 * place * bulge;
 }
 
-// 1 on a stripe of phosphor of this colour, less on the other two. The mean of three stripes stays the same.
+// 1 on a stripe of phosphor of this color, less on the other two. The mean of three stripes stays the same.
 fn crt_stripe(x: f32, params: Crt) -> vec3f {
     let index = i32(x / params.stripe_width) % 3;
     let own = vec3f(vec3i(index) == vec3i(0, 1, 2));

@@ -1,5 +1,5 @@
 // The mean of an image along an axis, weighted by a Gaussian that ends at three standard deviations. The weights are
-// normalised by their sum, so a constant image stays constant. Reads beyond the border return the border.
+// normalized by their sum, so a constant image stays constant. Reads beyond the border return the border.
 fn gauss_along(source: texture_2d<f32>, pixel: vec2i, axis: vec2i, sigma: f32) -> vec4f {
     let falloff = -1.0 / (2.0 * sigma * sigma);
     var sum = texel(source, pixel);

@@ -1,4 +1,4 @@
-//! Colour files from arbitrary text.
+//! Color files from arbitrary text.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

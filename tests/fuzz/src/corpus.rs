@@ -165,7 +165,7 @@ fn files(folder: &str) -> Vec<(String, String)> {
     paths.into_iter().filter_map(named).collect()
 }
 
-/// A colour file of each kind.
+/// A color file of each kind.
 const COLOR_FILES: [&str; 6] = [
     include_str!("../../../nodes/tests/files/display.clf"),
     include_str!("../../../nodes/tests/files/teal.clf"),
@@ -237,7 +237,7 @@ impl Corpus {
         }
     }
 
-    /// Colour files of each kind.
+    /// Color files of each kind.
     pub(crate) fn color_files() -> Self {
         let words = [
             "<LUT1D inBitDepth=\"32f\" outBitDepth=\"32f\"><Array dim=\"2 1\">0 1</Array></LUT1D>",

@@ -43,7 +43,7 @@ pub enum Target {
     Plan,
     /// The text of a `.cube` file.
     Cube,
-    /// The text of another colour file.
+    /// The text of another color file.
     ColorFile,
     /// The text of a `node.ron`.
     Declaration,

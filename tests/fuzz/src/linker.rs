@@ -54,21 +54,21 @@ fn is_placed(text: &str, error: &ShaderError) {
 }
 
 /// A shader with names of its own, which no other file may change.
-fn neighbour() -> &'static (Shader, String) {
-    static NEIGHBOUR: OnceLock<(Shader, String)> = OnceLock::new();
-    NEIGHBOUR.get_or_init(|| {
+fn neighbor() -> &'static (Shader, String) {
+    static NEIGHBOR: OnceLock<(Shader, String)> = OnceLock::new();
+    NEIGHBOR.get_or_init(|| {
         let [_, kernel] = pair(0).hostile;
-        (shader("neighbour.wgsl", &text(&kernel)), kernel.function)
+        (shader("neighbor.wgsl", &text(&kernel)), kernel.function)
     })
 }
 
-/// What is accepted is valid beside a neighbour, too.
+/// What is accepted is valid beside a neighbor, too.
 fn links(shader: &Shader, reflection: &Reflection) {
-    let (neighbour, last) = neighbour();
+    let (neighbor, last) = neighbor();
     let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
     let of_pixels =
         reflection.functions.iter().filter(|function| matches!(function.args[..], [(_, ArgType::Floats(4))]));
-    let names = of_pixels.take(MOST_CALLS).map(|function| (shader, &function.name)).chain([(neighbour, last)]);
+    let names = of_pixels.take(MOST_CALLS).map(|function| (shader, &function.name)).chain([(neighbor, last)]);
     let mut calls = String::new();
     for (file, name) in names {
         let instance = linker.add(file.source(), &[]).unwrap_or_else(|error| panic!("accepted, but: {error}"));

@@ -27,7 +27,7 @@ fn downsample_weighs_fireflies_as_its_cpu_reference() {
             );
             for size in SIZES {
                 // A light leaks out of its texel by the rounding of the sampler's weights; next to the brightest number
-                // that is light enough to change what its neighbours weigh, except where taps fall on corners.
+                // that is light enough to change what its neighbors weigh, except where taps fall on corners.
                 let steady = size.iter().all(|side| side % 2 == 0 || *side == 1);
                 for spikes in [false, true].into_iter().filter(|spikes| steady || !spikes) {
                     let scene = picture(size, spikes);

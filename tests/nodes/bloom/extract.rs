@@ -57,7 +57,7 @@ fn the_clamp_after_the_exponential_curve_is_the_deck_s() {
     });
     let nodes = r#"
         "exposed": Exposure(source: "scene", stops: 0.0),
-        "mapped": ToneMap(source: "exposed", curve: Exponential, middle_grey: Native, keep_hue: 0.0, gamut: Clip),
+        "mapped": ToneMap(source: "exposed", curve: Exponential, middle_gray: Native, keep_hue: 0.0, gamut: Clip),
         "result": Extract(source: "mapped", method: Clamp)"#;
     let result = &Nodes::new(nodes, SCENE).exact(&[&scene]);
     let printed = [0.0, 0.0, 0.425441201, 1.6057573, 1.99990889, 0.0];

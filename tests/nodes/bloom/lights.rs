@@ -28,7 +28,7 @@ fn moving_glow(pipeline: &str) -> Vec<f64> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
 fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
     for name in ["lynx.ron", "tsushima.ron"] {
         let now = text(name);
@@ -45,17 +45,17 @@ fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pixel_that_is_not_finite_changes_no_other() {
-    let grey = Picture::new(120, 90, |_, _| [0.3, 0.3, 0.3, 1.0]);
+    let gray = Picture::new(120, 90, |_, _| [0.3, 0.3, 0.3, 1.0]);
     for name in ["caracal.ron", "exposure.ron", "glare.ron", "lynx.ron", "tsushima.ron"] {
         let graph = built_in(name, None);
         let run = Run::new(&graph);
         let shown = |picture: &Picture| run.frame(&[("scene", picture)]).remove(0).pixels;
-        let clean = shown(&grey);
+        let clean = shown(&gray);
         for number in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
-            let mut bad = Picture::new(120, 90, |x, y| grey.at(x, y));
+            let mut bad = Picture::new(120, 90, |x, y| gray.at(x, y));
             bad.pixels[50 + 40 * 120][..3].fill(number);
             assert!(shown(&bad) == clean, "{name}: one pixel with {number} changes the image");
-            // Two infinite neighbours are light.
+            // Two infinite neighbors are light.
             bad.pixels[51 + 40 * 120][..3].fill(number);
             assert_eq!(shown(&bad) == clean, number != f32::INFINITY, "{name}: two pixels with {number}");
         }
@@ -73,7 +73,7 @@ fn sun() -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
 fn the_glare_of_a_sun_is_no_white_blob() {
     let [none, added, screened] = [("lit.strength", "0.0"), ("lit.blend", "Add"), ("lit.blend", "Screen")].map(|set| {
         let graph = changed("glare.ron", None, &[set]);

@@ -28,7 +28,7 @@ fn upsample_joins_levels_as_its_cpu_reference() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn levels_that_are_not_normalised_are_summed() {
+fn levels_that_are_not_normalized_are_summed() {
     let nodes = r#"
         "mips": Downsample(source: "scene", levels: 3, filter: Tap4),
         "result": Upsample(source: "mips", blend: Add, normalize: false)"#;

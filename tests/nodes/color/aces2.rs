@@ -5,7 +5,7 @@ use crate::reference::math::{Rgb, largest};
 use crate::support::gpu::Picture;
 use crate::support::harness::{assert_close, image};
 use afterimage_graph::check::NoFiles;
-use afterimage_nodes::{Aces2Gamut, Aces2Output, MiddleGrey};
+use afterimage_nodes::{Aces2Gamut, Aces2Output, MiddleGray};
 
 /// A line of `tests/vectors/aces2.txt`: linear Rec.709, and the display's linear RGB in units of 100 cd/m2.
 struct Vector {
@@ -33,7 +33,7 @@ fn gamut(display: &str) -> Aces2Gamut {
 
 /// The transform with the exposure and the unit of OpenColorIO.
 fn native(gamut: Aces2Gamut, peak: f64) -> Aces2Output {
-    Aces2Output { gamut, peak: (peak / 100.0) as f32, white_nits: 100.0, middle_grey: MiddleGrey::Native }
+    Aces2Output { gamut, peak: (peak / 100.0) as f32, white_nits: 100.0, middle_gray: MiddleGray::Native }
 }
 
 fn distance(a: Rgb, b: Rgb) -> f64 {
@@ -75,7 +75,7 @@ fn the_shader_agrees_with_opencolorio() {
 
 fn node(display: &str, peak: f64) -> String {
     let peak = peak / 100.0;
-    format!("Aces2Output(gamut: {display}, peak: {peak:?}, white_nits: 100.0, middle_grey: Native)")
+    format!("Aces2Output(gamut: {display}, peak: {peak:?}, white_nits: 100.0, middle_gray: Native)")
 }
 
 /// Light of every saturation, from 2^-9 to 2^7.
@@ -101,14 +101,14 @@ fn the_shader_agrees_with_the_evaluation() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn middle_grey_is_matched_in_units_of_white() {
-    let grey = Picture::new(1, 1, |_, _| [0.18, 0.18, 0.18, 1.0]);
+fn middle_gray_is_matched_in_units_of_white() {
+    let gray = Picture::new(1, 1, |_, _| [0.18, 0.18, 0.18, 1.0]);
     for rest in ["", "peak: 4.926, gamut: Rec2020", "peak: 5.0, white_nits: 120.0"] {
-        let [r, g, b] = rgb(run("Exposed", &format!("Aces2Output({rest})"), &NoFiles, &grey).at(0, 0));
+        let [r, g, b] = rgb(run("Exposed", &format!("Aces2Output({rest})"), &NoFiles, &gray).at(0, 0));
         assert!([r, g, b].iter().all(|x| (x - 0.18).abs() < 1e-4), "{rest}: {r} {g} {b}");
     }
     // As published: 10 cd/m2 for SDR.
-    let native = rgb(run("Exposed", "Aces2Output(middle_grey: Native)", &NoFiles, &grey).at(0, 0));
+    let native = rgb(run("Exposed", "Aces2Output(middle_gray: Native)", &NoFiles, &gray).at(0, 0));
     assert!((native[1] - 0.1).abs() < 1e-4, "{native:?}");
 }
 
@@ -125,6 +125,6 @@ fn light_of_any_kind_stays_in_the_gamut() {
         }
         assert_eq!(rgb(output.at(1, 0)), [0.0; 3], "black");
         let white = rgb(output.at(3, 0));
-        assert!(distance(white, [top; 3]) < 1e-3 * top, "the brightest grey is {white:?}");
+        assert!(distance(white, [top; 3]) < 1e-3 * top, "the brightest gray is {white:?}");
     }
 }

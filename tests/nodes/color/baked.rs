@@ -21,7 +21,7 @@ fn codes(rgb: Rgb, curve: &dyn Fn(Rgb) -> Rgb) -> Rgb {
     GRADE.apply(curve(balanced)).map(|x| 255.0 * srgb_encode(x.min(1.0)))
 }
 
-/// Colours of the formula book's population A: each channel on its own, log-uniform from 1e-4 to 60.
+/// Colors of the formula book's population A: each channel on its own, log-uniform from 1e-4 to 60.
 fn population() -> Picture {
     let mut numbers = super::Numbers(0x1234_5678_9abc_def1);
     let (low, high) = (1e-4_f64.log2(), 60.0_f64.log2());
@@ -88,7 +88,7 @@ fn the_error_is_what_the_manual_says() {
 fn the_table_works_in_the_primaries_of_its_display() {
     let input = population();
     let grade = "lift: (0.01, 0.0, 0.0), gamma: (1.05, 1.0, 1.0)";
-    // The errors are those of interpolation where the gamut bends: the wider the display, the fewer colours are there.
+    // The errors are those of interpolation where the gamut bends: the wider the display, the fewer colors are there.
     for (primaries, limit, largest) in [("Rec709", 4.0, 20.0), ("DisplayP3", 1.4, 9.0), ("Rec2020", 0.6, 6.0)] {
         let nodes = format!(
             r#""mapped": ToneMap(source: "in"), "graded": LiftGammaGain(source: "mapped", {grade}),

@@ -1,4 +1,4 @@
-//! The table and the plot of the tone curves in `graph/docs/colour.md`.
+//! The table and the plot of the tone curves in `graph/docs/color.md`.
 
 use std::path::PathBuf;
 
@@ -8,20 +8,20 @@ use crate::reference::gt7;
 use crate::reference::transfer::srgb_encode;
 use afterimage_lab::plot::canvas::{Anchor, Canvas};
 
-/// A curve on grey light: as published, and the factor of the light that makes 0.18 of 0.18.
-struct Grey {
+/// A curve on gray light: as published, and the factor of the light that makes 0.18 of 0.18.
+struct Gray {
     name: &'static str,
-    colour: &'static str,
+    color: &'static str,
     published: fn(f64) -> f64,
     scale: f64,
     /// With the factor.
     matched: Box<dyn Fn(f64) -> f64>,
 }
 
-impl Grey {
-    fn new(name: &'static str, colour: &'static str, published: fn(f64) -> f64) -> Self {
+impl Gray {
+    fn new(name: &'static str, color: &'static str, published: fn(f64) -> f64) -> Self {
         let scale = matched_scale(published);
-        Self { name, colour, published, scale, matched: Box::new(move |x| published(scale * x).min(1.0)) }
+        Self { name, color, published, scale, matched: Box::new(move |x| published(scale * x).min(1.0)) }
     }
 
     /// The light at which an sRGB display shows the code 250 of 255.
@@ -51,30 +51,30 @@ impl Grey {
     }
 }
 
-fn all() -> Vec<Grey> {
+fn all() -> Vec<Gray> {
     // The white of the extended curve is exposed light, so it is scaled too.
     let white = 4.0;
     let scale = (1.0 - 0.18 / (white * white)) / 0.82;
-    let extended = Grey {
+    let extended = Gray {
         name: "ReinhardExtended",
-        colour: "#9b6bc9",
+        color: "#9b6bc9",
         published: |x| reinhard_extended(x, 4.0),
         scale,
         matched: Box::new(move |x| reinhard_extended(scale * x, scale * white).min(1.0)),
     };
     vec![
-        Grey::new("None", "#9aa3ad", |x| x),
-        Grey::new("Reinhard", "#c9a4e4", reinhard),
+        Gray::new("None", "#9aa3ad", |x| x),
+        Gray::new("Reinhard", "#c9a4e4", reinhard),
         extended,
-        Grey::new("Exponential", "#7d8a2e", |x| exponential(x, 1.0)),
-        Grey::new("Aces2ToneScale", "#1c2128", |x| aces2_tone_scale(x, 100.0)),
-        Grey::new("AcesNarkowicz", "#c9621b", narkowicz),
-        Grey::new("AcesHill", "#e4a06b", |x| hill([x; 3])[1]),
-        Grey::new("Hable", "#8c5a3c", |x| hable(x, 2.0, 11.2)),
-        Grey::new("Uchimura", "#2f6f4f", |x| uchimura(x, &UCHIMURA)),
-        Grey::new("KhronosNeutral", "#138a86", |x| pbr_neutral([x; 3], 0.8, 0.15)[1]),
-        Grey::new("AgX", "#3563c9", |x| agx::linear([x; 3], agx::sigmoid, &agx::BASE)[1]),
-        Grey::new("Gt7", "#b8324f", |x| gt7::hdr([x; 3], 203.0)[1] / 2.03),
+        Gray::new("Exponential", "#7d8a2e", |x| exponential(x, 1.0)),
+        Gray::new("Aces2ToneScale", "#1c2128", |x| aces2_tone_scale(x, 100.0)),
+        Gray::new("AcesNarkowicz", "#c9621b", narkowicz),
+        Gray::new("AcesHill", "#e4a06b", |x| hill([x; 3])[1]),
+        Gray::new("Hable", "#8c5a3c", |x| hable(x, 2.0, 11.2)),
+        Gray::new("Uchimura", "#2f6f4f", |x| uchimura(x, &UCHIMURA)),
+        Gray::new("KhronosNeutral", "#138a86", |x| pbr_neutral([x; 3], 0.8, 0.15)[1]),
+        Gray::new("AgX", "#3563c9", |x| agx::linear([x; 3], agx::sigmoid, &agx::BASE)[1]),
+        Gray::new("Gt7", "#b8324f", |x| gt7::hdr([x; 3], 203.0)[1] / 2.03),
     ]
 }
 
@@ -84,10 +84,10 @@ fn docs(name: &str) -> PathBuf {
 
 #[test]
 fn the_table_in_the_docs_is_computed() {
-    let text = std::fs::read_to_string(docs("colour.md")).unwrap();
-    let rows: Vec<String> = all().iter().map(Grey::row).collect();
+    let text = std::fs::read_to_string(docs("color.md")).unwrap();
+    let rows: Vec<String> = all().iter().map(Gray::row).collect();
     let missing = rows.iter().any(|row| !text.contains(row));
-    assert!(!missing, "graph/docs/colour.md has other figures than\n{}", rows.join("\n"));
+    assert!(!missing, "graph/docs/color.md has other figures than\n{}", rows.join("\n"));
 }
 
 /// With `AFTERIMAGE_WRITE_DOCS=1` this writes the plot.
@@ -108,7 +108,7 @@ const BOTTOM: f64 = 430.0;
 const INK: &str = "#1c2128";
 const GRID: &str = "#e3e6ea";
 
-/// Exposed light in stops from middle grey, from -7 to 7, against the code of an sRGB display.
+/// Exposed light in stops from middle gray, from -7 to 7, against the code of an sRGB display.
 fn plot() -> String {
     let x = |stops: f64| LEFT + (stops + 7.0) / 14.0 * (RIGHT - LEFT);
     let y = |signal: f64| BOTTOM - signal * (BOTTOM - TOP);
@@ -123,14 +123,14 @@ fn plot() -> String {
         canvas.line((LEFT, at), (RIGHT, at), GRID, code == 118);
         canvas.text((LEFT - 8.0, at + 4.0), 12.0, Anchor::End, INK, &code.to_string());
     }
-    canvas.text((LEFT, 18.0), 13.0, Anchor::Start, INK, "sRGB code of exposed light in stops from middle grey (0.18)");
+    canvas.text((LEFT, 18.0), 13.0, Anchor::Start, INK, "sRGB code of exposed light in stops from middle gray (0.18)");
     for (index, curve) in all().iter().enumerate() {
         let point = |step: i32| {
             let stops = f64::from(step) / 16.0;
             (x(stops), y(srgb_encode((curve.matched)(0.18 * stops.exp2()).clamp(0.0, 1.0))))
         };
-        canvas.path(&(-112..=112).map(point).collect::<Vec<_>>(), curve.colour);
-        canvas.text((RIGHT + 16.0, 50.0 + 20.0 * index as f64), 13.0, Anchor::Start, curve.colour, curve.name);
+        canvas.path(&(-112..=112).map(point).collect::<Vec<_>>(), curve.color);
+        canvas.text((RIGHT + 16.0, 50.0 + 20.0 * index as f64), 13.0, Anchor::Start, curve.color, curve.name);
     }
     canvas.finish()
 }

@@ -66,7 +66,7 @@ fn curves_of_single_channels_match() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn curves_of_whole_colours_match() {
+fn curves_of_whole_colors_match() {
     let check = |curve: &str, reference: fn(Rgb) -> Rgb| {
         compare("Exposed", &published(curve), light, TRANSCENDENTAL, reference)
     };
@@ -170,24 +170,24 @@ fn every_curve_and_gamut_stays_finite_and_in_range() {
             assert!(largest(black) < 1e-6, "{node} makes {black:?} of black");
             let white = rgb(output.at(3, 0));
             let shift = largest(white) - white[0].min(white[1]).min(white[2]);
-            assert!(shift < 1e-3 || curve.contains("Golden"), "{node} makes {white:?} of the brightest grey");
+            assert!(shift < 1e-3 || curve.contains("Golden"), "{node} makes {white:?} of the brightest gray");
         }
     }
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn greys_stay_grey_in_every_space() {
+fn grays_stay_gray_in_every_space() {
     let ramp = Picture::new(64, 1, |x, _| {
-        let grey = (x as f32 * 0.25 - 12.0).exp2();
-        [grey, grey, grey, 1.0]
+        let gray = (x as f32 * 0.25 - 12.0).exp2();
+        [gray, gray, gray, 1.0]
     });
     for space in ["Rec709", "AcesCg", "Tsushima", "Rec2020"] {
         for gamut in ["Clip", "Compress"] {
-            let node = format!("ToneMap(curve: Uchimura, space: {space}, gamut: {gamut}, middle_grey: Native)");
+            let node = format!("ToneMap(curve: Uchimura, space: {space}, gamut: {gamut}, middle_gray: Native)");
             let output = run("Exposed", &node, &NoFiles, &ramp);
             let expected = image(&ramp).map_rgb(|rgb| display(rgb.map(|x| uchimura(x, &UCHIMURA))));
-            let tolerance = tolerance(2e-6, 1e-5, "cube roots in f32; the curve of a grey has no error of matrices");
+            let tolerance = tolerance(2e-6, 1e-5, "cube roots in f32; the curve of a gray has no error of matrices");
             assert_close(&format!("{space}, {gamut}"), &output, &expected, &tolerance);
         }
     }
@@ -195,7 +195,7 @@ fn greys_stay_grey_in_every_space() {
 
 /// A curve as published: with its own exposure and hues, and clipped.
 fn published(curve: &str) -> String {
-    format!("ToneMap(curve: {curve}, middle_grey: Native, keep_hue: 0.0, gamut: Clip)")
+    format!("ToneMap(curve: {curve}, middle_gray: Native, keep_hue: 0.0, gamut: Clip)")
 }
 
 /// A curve that works per channel as published, in the primaries of the image.

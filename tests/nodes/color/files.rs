@@ -1,4 +1,4 @@
-//! Colour files: `ColorLut` with steps and conversions, and `Cdl` with a file, compared with the evaluation in double
+//! Color files: `ColorLut` with steps and conversions, and `Cdl` with a file, compared with the evaluation in double
 //! precision, which `nodes/tests/clf.rs` compares with known values.
 
 use afterimage_graph::check::NoFiles;
@@ -29,7 +29,7 @@ fn assert_matches(nodes: &str, picture: fn([u32; 2]) -> crate::support::gpu::Pic
     compare_with("Exposed", "ColorLut(file: \"a.clf\")", &file, picture, tolerance, |rgb| stored(process.apply(rgb)));
 }
 
-/// The same for numbers from -1 to 1, which the first node makes of colours: images of light have no negative numbers.
+/// The same for numbers from -1 to 1, which the first node makes of colors: images of light have no negative numbers.
 fn assert_matches_signed(nodes: &str, tolerance: Tolerance) {
     let bounds =
         "<minInValue>0</minInValue><maxInValue>1</maxInValue><minOutValue>-1</minOutValue><maxOutValue>1</maxOutValue>";
@@ -90,7 +90,7 @@ fn exponents_match() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn colour_decision_lists_match() {
+fn color_decision_lists_match() {
     let sop = "<Slope>1.1 0.9 1.3</Slope><Offset>0.05 -0.1 0.02</Offset><Power>1.2 0.8 2.0</Power>";
     let body = format!("<SOPNode>{sop}</SOPNode><SatNode><Saturation>1.3</Saturation></SatNode>");
     for style in ["Fwd", "Rev", "FwdNoClamp", "RevNoClamp"] {

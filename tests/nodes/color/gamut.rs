@@ -8,7 +8,7 @@ use crate::support::gpu::Picture;
 use crate::support::harness::{assert_close, image};
 use afterimage_graph::check::NoFiles;
 
-/// Colours of AP0's size: channels of Rec.709 below 0.
+/// Colors of AP0's size: channels of Rec.709 below 0.
 fn wide([width, height]: [u32; 2]) -> Picture {
     let mut numbers = Numbers(0x7a31_55e0_c9b8_1f27);
     picture([width, height], move |_| {
@@ -23,8 +23,8 @@ fn the_gamut_compression_matches() {
     compare("Exposed", "ReferenceGamutCompress()", light, TRANSCENDENTAL, reference_compress);
     let input = wide([61, 37]);
     let output = run("Exposed", "ReferenceGamutCompress()", &NoFiles, &input);
-    let tolerance = tolerance(1e-4, 1e-4, "the distance is a quotient, which is large for dark colours");
-    // A colour whose largest channel of AP1 is nearly 0 has no defined distance. A negative luminance does not exist.
+    let tolerance = tolerance(1e-4, 1e-4, "the distance is a quotient, which is large for dark colors");
+    // A color whose largest channel of AP1 is nearly 0 has no defined distance. A negative luminance does not exist.
     let is_lit = |rgb| largest(transform(&conversion(&REC709, &AP1), rgb)) > 0.01 && luminance(rgb) > 1e-3;
     let expected = image(&input).map_rgb(|rgb| if is_lit(rgb) { reference_compress(rgb) } else { [0.0; 3] });
     let lit = |picture: &Picture| {
@@ -33,7 +33,7 @@ fn the_gamut_compression_matches() {
             if is_lit(rgb(input.at(x, y))) { picture.at(x, y) } else { [0.0, 0.0, 0.0, a] }
         })
     };
-    assert_close("wide colours", &lit(&output), &expected, &tolerance);
+    assert_close("wide colors", &lit(&output), &expected, &tolerance);
     let inside = output.pixels.iter().zip(&input.pixels).filter(|(_, from)| is_lit(rgb(**from)));
     for (to, from) in inside {
         let ap1 = transform(&conversion(&REC709, &AP1), rgb(*to));

@@ -1,4 +1,4 @@
-//! The middle grey, the hues and the gamut step of ToneMap.
+//! The middle gray, the hues and the gamut step of ToneMap.
 
 use super::{Numbers, light, rgb, run, tolerance};
 use crate::reference::color::{AP1, REC709, conversion};
@@ -13,7 +13,7 @@ use afterimage_nodes::Curve;
 /// Cube roots, their cubes, and a share of the chroma that is found by 18 halvings.
 const OKLAB: Tolerance = tolerance(1e-4, 1e-4, "the border of the gamut is found to 6e-5 of the chroma");
 
-/// The default curve per channel in ACEScg, matched to middle grey.
+/// The default curve per channel in ACEScg, matched to middle gray.
 fn default_curve(rgb: Rgb) -> Rgb {
     let curve = |x: f64| aces2_tone_scale(x, 100.0);
     let scale = matched_scale(curve);
@@ -44,14 +44,14 @@ fn the_default_matches_its_reference() {
     });
 }
 
-/// Display-linear values of exposed greys.
-fn greys(node: &str, lights: &[f32]) -> Vec<f64> {
+/// Display-linear values of exposed grays.
+fn grays(node: &str, lights: &[f32]) -> Vec<f64> {
     let ramp =
         Picture::new(lights.len() as u32, 1, |x, _| [lights[x as usize], lights[x as usize], lights[x as usize], 1.0]);
     run("Exposed", node, &NoFiles, &ramp).pixels.iter().map(|pixel| f64::from(pixel[1])).collect()
 }
 
-/// The curves, and what they make of middle grey as published.
+/// The curves, and what they make of middle gray as published.
 const NATIVE: [(&str, f64); 13] = [
     ("None", 0.18),
     ("Reinhard", 0.1525),
@@ -70,20 +70,20 @@ const NATIVE: [(&str, f64); 13] = [
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn every_curve_shows_middle_grey_as_middle_grey() {
+fn every_curve_shows_middle_gray_as_middle_gray() {
     assert_eq!(
         NATIVE.map(|(name, _)| name).as_slice(),
         Curve::ALL.iter().map(|curve| curve.name()).collect::<Vec<_>>()
     );
     for (curve, native) in NATIVE {
         for rest in ["", ", peak: 4.926", ", gamut: Clip, keep_hue: 0.0"] {
-            let [grey] = greys(&format!("ToneMap(curve: {curve}{rest})"), &[0.18])[..] else { panic!("one pixel") };
-            // The published matrices of AgX tint grey by 1e-4, and the hue of so little is a matter of rounding.
+            let [gray] = grays(&format!("ToneMap(curve: {curve}{rest})"), &[0.18])[..] else { panic!("one pixel") };
+            // The published matrices of AgX tint gray by 1e-4, and the hue of so little is a matter of rounding.
             let tolerance = if curve == "AgX" { 5e-5 } else { 2e-5 };
-            assert!((grey - 0.18).abs() < tolerance, "{curve}{rest}: {grey}");
+            assert!((gray - 0.18).abs() < tolerance, "{curve}{rest}: {gray}");
         }
-        let [grey] = greys(&format!("ToneMap(curve: {curve}, middle_grey: Native)"), &[0.18])[..] else { panic!() };
-        assert!((grey - native).abs() < 6e-5, "{curve}: {grey}");
+        let [gray] = grays(&format!("ToneMap(curve: {curve}, middle_gray: Native)"), &[0.18])[..] else { panic!() };
+        assert!((gray - native).abs() < 6e-5, "{curve}: {gray}");
     }
 }
 
@@ -99,11 +99,11 @@ fn parameters_of_a_curve_do_not_change_the_exposure() {
         "AgX, sigmoid: Polynomial",
     ];
     for case in cases {
-        let [grey] = greys(&format!("ToneMap(curve: {case})"), &[0.18])[..] else { panic!("one pixel") };
+        let [gray] = grays(&format!("ToneMap(curve: {case})"), &[0.18])[..] else { panic!("one pixel") };
         let allowed = if case.contains("Polynomial") { 3e-3 } else { 2e-5 };
-        assert!((grey - 0.18).abs() < allowed, "{case}: {grey}");
+        assert!((gray - 0.18).abs() < allowed, "{case}: {gray}");
     }
-    let [white] = greys("ToneMap(curve: ReinhardExtended, white_level: 8.0)", &[8.0])[..] else { panic!("one pixel") };
+    let [white] = grays("ToneMap(curve: ReinhardExtended, white_level: 8.0)", &[8.0])[..] else { panic!("one pixel") };
     assert!((white - 1.0).abs() < 1e-5, "`white_level` is exposed light: {white}");
 }
 
@@ -125,8 +125,8 @@ fn turns(node: &str) -> [f64; 6] {
             [r, g, b, 1.0]
         });
         let output = run("Exposed", node, &NoFiles, &ramp);
-        let coloured = output.pixels.iter().map(|pixel| rgb(*pixel)).filter(|shown| chroma(*shown) >= 0.08);
-        coloured.map(|shown| turn(shown, light)).fold(0.0, f64::max)
+        let colored = output.pixels.iter().map(|pixel| rgb(*pixel)).filter(|shown| chroma(*shown) >= 0.08);
+        colored.map(|shown| turn(shown, light)).fold(0.0, f64::max)
     })
 }
 
@@ -145,7 +145,7 @@ fn the_defaults_keep_hues() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn published_curves_turn_hues() {
-    let published = "middle_grey: Native, keep_hue: 0.0, gamut: Clip";
+    let published = "middle_gray: Native, keep_hue: 0.0, gamut: Clip";
     let [.., orange, _, fire] = turns(&format!("ToneMap(curve: AcesNarkowicz, space: Rec709, {published})"));
     assert!(orange > 25.0 && fire > 45.0, "orange turns by {orange}, fire by {fire}");
     let [_, _, blue, ..] = turns(&format!("ToneMap(curve: Uchimura, space: Tsushima, {published})"));
@@ -154,13 +154,13 @@ fn published_curves_turn_hues() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn compression_keeps_inner_colours_and_the_lightness_of_outer_ones() {
+fn compression_keeps_inner_colors_and_the_lightness_of_outer_ones() {
     let size = [61, 37];
-    // Colours around the middle of the range, up to twice as far from grey as the gamut goes.
+    // Colors around the middle of the range, up to twice as far from gray as the gamut goes.
     let mut numbers = Numbers(77);
     let input = Picture::new(size[0], size[1], |_, _| {
-        let grey = 0.1 + 0.7 * numbers.next();
-        let [r, g, b] = [0, 1, 2].map(|_| (grey * (0.3 + 1.6 * numbers.next())) as f32);
+        let gray = 0.1 + 0.7 * numbers.next();
+        let [r, g, b] = [0, 1, 2].map(|_| (gray * (0.3 + 1.6 * numbers.next())) as f32);
         [r, g, b, 1.0]
     });
     let output = run("Exposed", "ToneMap(curve: None, gamut_knee: 0.6)", &NoFiles, &input);
@@ -180,7 +180,7 @@ fn compression_keeps_inner_colours_and_the_lightness_of_outer_ones() {
             assert!(chroma(to) < 0.02 || turn(to, from) < 0.1, "{from:?} became {to:?}");
         }
     }
-    assert!(inner > 200 && outer > 500, "{inner} inner and {outer} outer colours");
+    assert!(inner > 200 && outer > 500, "{inner} inner and {outer} outer colors");
     let expected = image(&input).map_rgb(|rgb| fitted(rgb, 1.0, f64::from(0.6_f32)));
     assert_close("None, compressed", &output, &expected, &OKLAB);
 }

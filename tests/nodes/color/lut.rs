@@ -51,7 +51,7 @@ fn the_fast_way_stays_close() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn colours_outside_of_the_domain_end_at_its_border() {
+fn colors_outside_of_the_domain_end_at_its_border() {
     let cube = Cube::new(5, look);
     let text = cube.text().replacen('\n', "\nDOMAIN_MIN 0.1 0 -1\nDOMAIN_MAX 0.9 2 1\n", 1);
     let place = |[r, g, b]: Rgb| [(r - 0.1) / 0.8, g / 2.0, (b + 1.0) / 2.0];

@@ -1,7 +1,7 @@
 //! Dither and FilmGrain.
 
 use super::{run, unit};
-use crate::reference::transfer::{dither, quantise};
+use crate::reference::transfer::{dither, quantize};
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::Nodes;
 use afterimage_graph::check::NoFiles;
@@ -29,7 +29,7 @@ pub(in crate::nodes) fn random(x: u32, y: u32, channel: usize, seed: u32) -> [f6
 }
 
 fn codes(pixel: [f32; 4], bits: u32) -> [f64; 3] {
-    [0, 1, 2].map(|channel| quantise(f64::from(pixel[channel]), bits))
+    [0, 1, 2].map(|channel| quantize(f64::from(pixel[channel]), bits))
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn grain_keeps_black_white_and_the_mean_and_stays_in_range() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn grain_of_silver_has_no_colour_and_a_seed_of_its_own() {
+fn grain_of_silver_has_no_color_and_a_seed_of_its_own() {
     let flat = Picture::new(64, 64, |_, _| [0.4, 0.4, 0.4, 1.0]);
     let grain = |seed: u32| run("Encoded", &format!("FilmGrain(color: 0.0, seed: {seed})"), &NoFiles, &flat);
     let (one, other) = (grain(1), grain(2));

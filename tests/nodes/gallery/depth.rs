@@ -4,7 +4,7 @@ use afterimage_graph::node::NodeKind;
 use afterimage_nodes::DemoScene;
 
 use super::super::shadow_rays::{DepthMap, lamp};
-use super::kinds::{Clay, Grey, Lamplight, SLICES, marched};
+use super::kinds::{Clay, Gray, Lamplight, SLICES, marched};
 use super::sheet::Crop;
 use super::{Page, Panel, size};
 use crate::support::docs;
@@ -24,12 +24,12 @@ const SHADOW: &str = "light_diameter: 0.3";
 const MIST: &str = "density: 0.4, falloff: 1.8, most: 0.9, color: (0.28, 0.3, 0.34)";
 const LENS: &str = "focus: 3.6, f_stop: 1.4, focal_length: 85.0, rings: 12, largest: 0.04";
 
-/// What a depth buffer holds, eight times as bright, and distances, of which white is ten metres.
+/// What a depth buffer holds, eight times as bright, and distances, of which white is ten meters.
 fn linear_depth(crop: Crop) -> Panel {
     let nodes = r#"
         "LinearDepth": LinearDepth(depth: "room.projected", camera: "camera"),
-        "written": Grey(source: "room.projected", scale: 8.0), "LinearDepth-0": Encode(source: "written"),
-        "metres": Grey(source: "LinearDepth", scale: 0.1), "LinearDepth-1": Encode(source: "metres"),
+        "written": Gray(source: "room.projected", scale: 8.0), "LinearDepth-0": Encode(source: "written"),
+        "meters": Gray(source: "LinearDepth", scale: 0.1), "LinearDepth-1": Encode(source: "meters"),
     "#;
     Panel { kind: "LinearDepth", parameters: "", nodes: nodes.to_owned(), crop }
 }
@@ -76,7 +76,7 @@ pub(super) fn page() -> Page {
         own: vec![
             NodeKind::of::<Clay>(),
             NodeKind::of::<DepthMap>(),
-            NodeKind::of::<Grey>(),
+            NodeKind::of::<Gray>(),
             NodeKind::of::<Lamplight>(),
         ],
         images: vec![("fog", marched(&camera, volume))],

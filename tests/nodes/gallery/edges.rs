@@ -10,7 +10,7 @@ use crate::support::gpu::{Picture, Run, graph};
 
 const WALK: &str = "walk: 0.56";
 
-/// The standard places of four samples in a pixel, less its centre: those of Direct3D, Metal and Vulkan.
+/// The standard places of four samples in a pixel, less its center: those of Direct3D, Metal and Vulkan.
 const PLACES: [[f32; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]];
 
 /// Four samples of each pixel, as the input of a multisampled texture has them: four pictures one below the other.

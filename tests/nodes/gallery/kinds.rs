@@ -1,4 +1,4 @@
-//! What panels show and no kind makes: a lamp alone, a sky over clay, sunlight in fog, and numbers as grey.
+//! What panels show and no kind makes: a lamp alone, a sky over clay, sunlight in fog, and numbers as gray.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, Camera};
@@ -9,7 +9,7 @@ use crate::support::gpu::{Picture, Run, graph_with};
 params! {
     /// What a lamp at a camera's place sends to the camera from surfaces, without shadows.
     pub struct Lamplight {
-        /// The light at one metre from a white surface.
+        /// The light at one meter from a white surface.
         pub color: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=1000.0);
     }
 }
@@ -23,20 +23,20 @@ params! {
 }
 
 params! {
-    /// Numbers of data as grey for a display.
-    pub struct Grey {
+    /// Numbers of data as gray for a display.
+    pub struct Gray {
         /// Factor of the numbers in x. White is 1.
         pub scale: f32 = 1.0 => within(0.0..=1000.0);
     }
 }
 
 params! {
-    /// Fog in the room: the light that a metre of it scatters towards the camera in rgb, and the light that it takes in
+    /// Fog in the room: the light that a meter of it scatters toward the camera in rgb, and the light that it takes in
     /// alpha, for each texel of a volume that lies before the camera. The slices lie one below the other.
     pub struct Froxels {
-        /// The light that a metre takes.
+        /// The light that a meter takes.
         pub density: f32 = 0.02 => within(0.0..=10.0);
-        /// The sunlight that a metre scatters.
+        /// The sunlight that a meter scatters.
         pub dust: f32 = 0.0015 => within(0.0..=10.0);
     }
 }
@@ -70,8 +70,8 @@ fn clay(normal: vec4f, camera: Camera, params: Clay) -> vec4f {
     let up = (camera.inverse_view * vec4f(normal.xyz, 0.0)).y;
     return vec4f(vec3f(1.0, 0.97, 0.92) * params.light * (2.0 + up) / 3.0, 0.0);
 }
-struct Grey { scale: f32 }
-fn grey(source: vec4f, params: Grey) -> vec4f {
+struct Gray { scale: f32 }
+fn gray(source: vec4f, params: Gray) -> vec4f {
     return vec4f(vec3f(clamp(source.x * params.scale, 0.0, 1.0)), 1.0);
 }
 struct Froxels { density: f32, dust: f32, slices: f32, near: f32, far: f32 }
@@ -98,7 +98,7 @@ fn froxels(camera: Camera, at: Point, params: Froxels) -> vec4f {
         let sun = select(0.0, 1.0, hit.what == LOFT_OUTSIDE);
         let light = LOFT_SUNLIGHT * (params.dust * sun * forward / 12.566371)
             + vec3f(0.1, 0.12, 0.15) * params.density;
-        // Of a metre along the view axis.
+        // Of a meter along the view axis.
         sum += vec4f(light, params.density + params.dust) * (length(there) / distance);
     }
     return sum / f32(SAMPLES);
@@ -143,14 +143,14 @@ impl Node for Clay {
     }
 }
 
-impl Node for Grey {
+impl Node for Gray {
     const INPUTS: &'static [Input] = &[Input::image("source", "Numbers.").accepts(&[ColorState::Data])];
     const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The grey.")];
+        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The gray.")];
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());
-        pass.function(&SHADER, "grey").write("result", desc);
+        pass.function(&SHADER, "gray").write("result", desc);
     }
 }
 

@@ -1,9 +1,9 @@
 //! What both meters have in common: the range, weights, and a held exposure.
 
-use super::{grey, sequence};
+use super::{gray, sequence};
 use crate::nodes::probes::{pipeline, sanitized, shown, shown_with};
 use crate::reference::color::luminance;
-use crate::reference::image::{centre_uv, rgb};
+use crate::reference::image::{center_uv, rgb};
 use crate::support::gpu::Picture;
 
 /// The nodes of both meters, with further parameters of the kind that reads the image and of the one that exposes.
@@ -23,11 +23,11 @@ fn meters(reading: &str, exposing: &str) -> [String; 2] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/colour.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
 fn flat_fields_of_the_whole_range_come_out_alike() {
     for nodes in meters("", "") {
         for light in [1.2208e-4, 0.001, 0.05, 1.0, 40.0, 1024.0, 4000.0, 10000.0, 6e4, 65504.0] {
-            let stops = f64::from(shown(&nodes, &grey(light)).at(0, 0)[0]);
+            let stops = f64::from(shown(&nodes, &gray(light)).at(0, 0)[0]);
             let exposed = f64::from(light).log2() + stops;
             println!("{light:>11}: {:+.4} stops from the key, {nodes:.14}", exposed - 0.18_f64.log2());
             // Half a bin.
@@ -36,10 +36,10 @@ fn flat_fields_of_the_whole_range_come_out_alike() {
         // Darker fields are exposed as the darkest of the range; only exact black is not metered.
         let darkest = 0.18_f64.log2() + 13.0;
         for light in [6e-8, 1e-6, 1e-5, 1e-4] {
-            let value = shown(&nodes, &grey(light)).at(0, 0);
+            let value = shown(&nodes, &gray(light)).at(0, 0);
             assert!((f64::from(value[0]) - darkest).abs() < 0.5 * 29.0 / 383.0 + 1e-4, "{light}: {value:?}");
         }
-        assert_eq!(shown(&nodes, &grey(0.0)).at(0, 0), [0.0; 4]);
+        assert_eq!(shown(&nodes, &gray(0.0)).at(0, 0), [0.0; 4]);
     }
 }
 
@@ -48,9 +48,9 @@ fn flat_fields_of_the_whole_range_come_out_alike() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_narrow_range_cuts_flat_fields() {
     let [nodes, _] = meters("bins: 256, lo: -10.0, hi: 10.0, black: 0.0009765625", "min_ev: -4.0, max_ev: 16.0");
-    assert_eq!(shown(&nodes, &grey(9e-4)).at(0, 0), [0.0; 4], "it counts as black");
+    assert_eq!(shown(&nodes, &gray(9e-4)).at(0, 0), [0.0; 4], "it counts as black");
     for (light, wanted) in [(0.001_f32, -3.0), (0.5, 0.0), (4000.0, 2.0), (10000.0, 3.3), (6e4, 5.9)] {
-        let stops = f64::from(shown(&nodes, &grey(light)).at(0, 0)[0]);
+        let stops = f64::from(shown(&nodes, &gray(light)).at(0, 0)[0]);
         let away = f64::from(light).log2() + stops - 0.18_f64.log2();
         assert!((away - wanted).abs() < 0.05, "{light}: {away} stops from the key");
     }
@@ -70,7 +70,7 @@ fn weighted_mean(picture: &Picture, weight: impl Fn([f64; 2]) -> f64) -> f64 {
     let image = sanitized(picture);
     let (mut sum, mut total) = (0.0, 0.0);
     for (index, pixel) in image.pixels.iter().enumerate() {
-        let uv = centre_uv(index % image.width, index / image.width, image.width, image.height);
+        let uv = center_uv(index % image.width, index / image.width, image.width, image.height);
         sum += weight(uv) * luminance(rgb(*pixel)).log2();
         total += weight(uv);
     }
@@ -79,7 +79,7 @@ fn weighted_mean(picture: &Picture, weight: impl Fn([f64; 2]) -> f64) -> f64 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn both_meters_weigh_spots_centres_and_masks_alike() {
+fn both_meters_weigh_spots_centers_and_masks_alike() {
     let scene = uneven(90, 61);
     let aspect = 90.0 / 61.0;
     let squared = |[u, v]: [f64; 2], [x, y]: [f64; 2]| ((u - x) * aspect).powi(2) + (v - y).powi(2);
@@ -107,7 +107,7 @@ fn both_meters_weigh_spots_centres_and_masks_alike() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_held_exposure_stays_while_the_reading_follows() {
-    let (dim, bright, black) = (grey(0.25), grey(16.0), grey(0.0));
+    let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let frames = [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 9.0, false), (&bright, 0.1, true)];
     for nodes in meters("", "hold: true") {
         let values = sequence(&pipeline(&nodes), &frames);

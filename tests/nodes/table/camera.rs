@@ -16,7 +16,7 @@ use crate::support::harness::{Scale, Tolerance, image};
 const EDGES: Tolerance = Tolerance {
     absolute: 2e-3,
     relative: 4e-3,
-    of: Scale::Neighbourhood,
+    of: Scale::Neighborhood,
     reason: "places of samples in f32, times the steep edges of circles and paths",
 };
 

@@ -9,7 +9,7 @@ use crate::reference::curves::{UCHIMURA, display, matched_scale, narkowicz, uchi
 use crate::reference::film_grain::Grain;
 use crate::reference::gamut::{Eetf, reference_compress};
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
-use crate::reference::image::{Image, centre_uv};
+use crate::reference::image::{Image, center_uv};
 use crate::reference::lut::Cube;
 use crate::reference::math::{Rgb, transform};
 use crate::reference::sanitize::extended;
@@ -56,12 +56,12 @@ pub(super) fn exposure_and_grade() -> Vec<Reference> {
 pub(super) fn display_kinds() -> Vec<Reference> {
     let cube = Cube::new(5, color::lut::look);
     let one_code = tolerance(1.0 / 255.0, 0.0, "a value at the border of two codes may be rounded to either");
-    let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colours a side");
+    let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colors a side");
     let grain = Grain { amount: 0.5, size: 1.5, color: 0.5, seed: 3 };
     vec![
         Reference::colors(
             ("ToneMap", "Exposed"),
-            "curve: AcesNarkowicz, space: Rec709, middle_grey: Native, keep_hue: 0.0, gamut: Clip",
+            "curve: AcesNarkowicz, space: Rec709, middle_gray: Native, keep_hue: 0.0, gamut: Clip",
             POWERS,
             |rgb| display(rgb.map(narkowicz)),
         ),
@@ -126,7 +126,7 @@ pub(super) fn display_kinds() -> Vec<Reference> {
             tolerance(1e-6, 2e-5, "the fade is the cube of a distance in f32"),
             |image| {
                 at_pixels(image, |rgb, [x, y]| {
-                    let uv = centre_uv(x, y, image.width, image.height);
+                    let uv = center_uv(x, y, image.width, image.height);
                     let factor = vignette::factor(uv, 0.5, 0.25, 1.0);
                     rgb.map(|x| x * vignette::blended(factor, 0.75))
                 })
@@ -135,7 +135,7 @@ pub(super) fn display_kinds() -> Vec<Reference> {
     ]
 }
 
-/// An image whose colours are mapped with the place of their pixels.
+/// An image whose colors are mapped with the place of their pixels.
 fn at_pixels(image: &Image, f: impl Fn(Rgb, [usize; 2]) -> Rgb) -> Image {
     Image::new(image.width, image.height, |x, y| {
         let [r, g, b, a] = image.texel(x as i64, y as i64);

@@ -6,7 +6,7 @@ use crate::nodes::color::{self, tolerance};
 use crate::nodes::lens::{aliased, lights};
 use crate::reference::fxaa::{Fxaa, STEPS};
 use crate::reference::haze::Haze;
-use crate::reference::image::{Image, centre_uv};
+use crate::reference::image::{Image, center_uv};
 use crate::reference::lens::{Flare, dirt, halation, streaks};
 use crate::reference::sharpen::{Unsharp, cas};
 use crate::reference::smaa::Smaa;
@@ -14,9 +14,9 @@ use crate::reference::warp::{Lens, aberration, inverse, warped};
 use crate::support::gpu::Picture;
 use crate::support::harness::{Scale, Tolerance, image};
 
-/// A tolerance relative to the brightest number within four pixels: sums of neighbours.
+/// A tolerance relative to the brightest number within four pixels: sums of neighbors.
 const fn near(relative: f64, reason: &'static str) -> Tolerance {
-    Tolerance { absolute: 1e-6, relative, of: Scale::Neighbourhood, reason }
+    Tolerance { absolute: 1e-6, relative, of: Scale::Neighborhood, reason }
 }
 
 pub(super) fn sharpness_kinds() -> Vec<Reference> {
@@ -25,14 +25,14 @@ pub(super) fn sharpness_kinds() -> Vec<Reference> {
             ("Cas", "DisplayLinear"),
             "\"result\": Cas(source: \"scene\", sharpness: 0.8, amount: 0.75)",
             color::unit,
-            near(2e-5, "a root and a division in f32, of differences of neighbours"),
+            near(2e-5, "a root and a division in f32, of differences of neighbors"),
             |image| cas(image, 0.8, 1.0, 0.75),
         ),
         Reference::new(
             ("Sharpen", "Encoded"),
             "\"result\": Sharpen(source: \"scene\", amount: 1.5, radius: 1.5, threshold: 0.01, halo: 0.1)",
             color::unit,
-            near(2e-5, "differences of sums of 81 neighbours in f32"),
+            near(2e-5, "differences of sums of 81 neighbors in f32"),
             |image| Unsharp { amount: 1.5, sigma: 1.5, threshold: 0.01, halo: 0.1, ceiling: 1.0 }.apply(image),
         ),
         Reference::new(
@@ -94,7 +94,7 @@ pub(super) fn lens_kinds() -> Vec<Reference> {
                 let aspect = image.width as f64 / image.height as f64;
                 Image::new(image.width, image.height, |x, y| {
                     let [r, g, b, a] = image.texel(x as i64, y as i64);
-                    let dirt = dirt(centre_uv(x, y, image.width, image.height), aspect, 6.0, 3);
+                    let dirt = dirt(center_uv(x, y, image.width, image.height), aspect, 6.0, 3);
                     let [r, g, b] = [r, g, b].map(|x| (x * (1.0 + 2.0 * dirt)).min(65504.0));
                     [r, g, b, a]
                 })
@@ -103,11 +103,11 @@ pub(super) fn lens_kinds() -> Vec<Reference> {
     ]
 }
 
-/// Places are exact to a thousandth of a texel. Neighbouring texels of `lights` differ by up to 60.
+/// Places are exact to a thousandth of a texel. Neighboring texels of `lights` differ by up to 60.
 const PLACES: Tolerance = Tolerance {
     absolute: 1e-4,
     relative: 4e-3,
-    of: Scale::Neighbourhood,
+    of: Scale::Neighborhood,
     reason: "places of taps in f32, and the last step of Newton's method",
 };
 

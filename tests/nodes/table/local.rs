@@ -11,7 +11,7 @@ use crate::reference::purkinje::{full, simple, strength_log};
 use crate::support::gpu::Picture;
 use crate::support::harness::{Scale, Tolerance};
 
-/// A flat picture whose log2 luminance is at the centre of a cell of the grid: rounding moves no pixel to another cell.
+/// A flat picture whose log2 luminance is at the center of a cell of the grid: rounding moves no pixel to another cell.
 fn in_one_slice([width, height]: [u32; 2]) -> Picture {
     let light = (-1.875_f32).exp2();
     Picture::new(width, height, |_, _| [light, light, light, 1.0])

@@ -9,9 +9,9 @@ use crate::reference::image::{Image, rgb};
 use crate::support::gpu::Picture;
 use crate::support::harness::{Scale, Tolerance};
 
-/// A flat picture at the centre of a bin: rounding moves no pixel to another bin.
+/// A flat picture at the center of a bin: rounding moves no pixel to another bin.
 fn in_one_bin([width, height]: [u32; 2]) -> Picture {
-    let light = BINS.centre(150).exp2() as f32;
+    let light = BINS.center(150).exp2() as f32;
     Picture::new(width, height, |_, _| [light, light, light, 1.0])
 }
 
@@ -55,7 +55,7 @@ pub(super) fn metering_kinds() -> Vec<Reference> {
             ),
             in_one_bin,
             logarithm,
-            |_| exposure(BINS.centre(150)),
+            |_| exposure(BINS.center(150)),
         ),
         Reference::new(("MeanLuminance", "Color"), metered, smooth, logarithm, move |image| exposure(mean(image))),
         Reference::new(("Adapt", "Color"), metered, smooth, logarithm, move |image| exposure(mean(image))),

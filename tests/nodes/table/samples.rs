@@ -28,7 +28,7 @@ fn distances(size: [u32; 2]) -> Picture {
 const WINDOWS: Tolerance = Tolerance {
     absolute: 1e-9,
     relative: 2e-5,
-    of: Scale::Neighbourhood,
+    of: Scale::Neighborhood,
     reason: "cosines of f32, whose sum is small at the end of a window",
 };
 

@@ -111,7 +111,7 @@ pub(super) fn surface_kinds() -> Vec<Reference> {
 const BLURRED: Tolerance = Tolerance {
     absolute: 1e-6,
     relative: 1e-4,
-    of: crate::support::harness::Scale::Neighbourhood,
+    of: crate::support::harness::Scale::Neighborhood,
     reason: "weights by differences of inverse depths in f32",
 };
 

@@ -10,7 +10,7 @@ params! {
     pub struct Halftone {
         /// Share of the effect. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// Distance between the centres of two dots.
+        /// Distance between the centers of two dots.
         pub pitch: f32 = 6.0 => within(2.0..=64.0), unit("px");
         /// Angle of the rows of dots.
         pub angle: f32 = 45.0 => within(0.0..=90.0), unit("degrees");

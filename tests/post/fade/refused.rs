@@ -46,10 +46,10 @@ fn an_output_that_a_pass_reads() {
             "meter": AutoExposure(histogram: "bins"),
             "exposed": Exposure(source: "scene", meter: "meter"),
             "shown": Gaussian(source: "exposed", sigma: 3.0),
-            "grey": Saturation(source: "shown", amount: 0.0, when: "night"),
+            "gray": Saturation(source: "shown", amount: 0.0, when: "night"),
             "trail": Composite(base: "shown", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
         },
-        outputs: { "display": "grey" },
+        outputs: { "display": "gray" },
     )"#;
     let mut host = Host::new(text);
     host.show_in(super::SIZE, wgpu::TextureFormat::Rgba16Float);

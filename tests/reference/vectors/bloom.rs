@@ -6,7 +6,7 @@ use crate::reference::bloom::{
     level_sizes, select_emissive, unreal_weights,
 };
 use crate::reference::color::luminance;
-use crate::reference::image::{Image, grey};
+use crate::reference::image::{Image, gray};
 use crate::reference::math::{Rgb, largest};
 use crate::reference::resample::{Down, downsample, karis_average};
 
@@ -18,7 +18,7 @@ pub(super) const OPS: &[Op] = &[
     ("karis_average", |case| karis_average(&samples(case), largest).to_vec()),
     ("karis_average_luma", |case| karis_average(&samples(case), luminance).to_vec()),
     ("downsample_4x4_ramp", |case| {
-        let ramp = Image::new(4, 4, |x, y| grey((4 * y + x) as f64));
+        let ramp = Image::new(4, 4, |x, y| gray((4 * y + x) as f64));
         reds(&downsample(&ramp, [2, 2], filter(case.word())))
     }),
     ("downsample_kernel_2d", kernel),
@@ -72,7 +72,7 @@ fn kernel(case: &Case) -> Vec<f64> {
     let filter = filter(case.word());
     let side = if filter == Down::ThirteenTap { 6 } else { 4 };
     let weight = |x, y| {
-        let spot = Image::new(12, 12, |i, j| grey(if (i, j) == (x, y) { 1.0 } else { 0.0 }));
+        let spot = Image::new(12, 12, |i, j| gray(if (i, j) == (x, y) { 1.0 } else { 0.0 }));
         downsample(&spot, [6, 6], filter).texel(2, 2)[0]
     };
     // Destination texel 2 lies on the border of source texels 4 and 5.

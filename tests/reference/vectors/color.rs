@@ -87,9 +87,9 @@ fn single_matrix(name: &str) -> Option<Matrix> {
 /// The saturation matrices of the ACES transforms: a blend with AP1's luminance.
 fn ap1_saturation(amount: f64) -> Matrix {
     let luminance = to_xyz(&AP1)[1].map(|weight| weight * (1.0 - amount));
-    let grey = [luminance; 3];
+    let gray = [luminance; 3];
     let own = diagonal([amount; 3]);
-    [0, 1, 2].map(|row| [0, 1, 2].map(|column| own[row][column] + grey[row][column]))
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| own[row][column] + gray[row][column]))
 }
 
 #[test]

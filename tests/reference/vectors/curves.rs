@@ -1,4 +1,4 @@
-//! Tone curves, by channel, by colour and in a working space.
+//! Tone curves, by channel, by color and in a working space.
 
 use super::Op;
 use crate::reference::color::{AP1, CUSTOM};

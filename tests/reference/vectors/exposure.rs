@@ -16,7 +16,7 @@ pub(super) const OPS: &[Op] = &[
     ("exposure_from_ev100", |case| vec![multiplier_from_ev100(case.number())]),
     ("auto_exposure_stops", |case| vec![auto_exposure_stops(case.number(), 0.18, 0.0)]),
     ("hist_bin", |case| vec![bins(case).bin(case.number()) as f64]),
-    ("hist_center", |case| vec![bins(case).centre(case.number() as usize)]),
+    ("hist_center", |case| vec![bins(case).center(case.number() as usize)]),
     ("hist_mean_log2", |case| {
         let (low, high) = (case.part_number("low"), case.part_number("high"));
         vec![bins(case).trimmed_mean(&counts(case), low, high).unwrap_or(f64::NAN)]

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use super::{Case, Op, array};
 use crate::reference::gaussian::{linear_pairs, taps};
-use crate::reference::image::{Image, centre_uv, grey};
+use crate::reference::image::{Image, center_uv, gray};
 use crate::reference::local::{Grid, Range, Splat, grid_coordinate, scale, trilinear};
 
 pub(super) const OPS: &[Op] = &[
@@ -26,7 +26,7 @@ fn splat(case: &Case) -> Vec<f64> {
     let [x, y, l] = case.array();
     let [width, height] = array(&case.params["image"]).map(|n: f64| n as usize);
     let size = array(&case.params["grid"]).map(|n: f64| n as usize);
-    let uv = centre_uv(x as usize, y as usize, width, height);
+    let uv = center_uv(x as usize, y as usize, width, height);
     let listed = |(cell, weight): ([usize; 3], f64)| cell.map(|i| i as f64).into_iter().chain([weight]);
     let at = grid_coordinate(uv, l, size, range(case));
     trilinear(at, size).into_iter().flat_map(listed).collect()
@@ -34,14 +34,14 @@ fn splat(case: &Case) -> Vec<f64> {
 
 /// The step image of the vectors: log2 luminance −4 in the left half and 2 in the right.
 static STEP: LazyLock<Grid> = LazyLock::new(|| {
-    let image = Image::new(8, 4, |x, _| grey(if x < 4 { 2.0_f64.powi(-4) } else { 4.0 }));
+    let image = Image::new(8, 4, |x, _| gray(if x < 4 { 2.0_f64.powi(-4) } else { 4.0 }));
     let range = Range { low: -8.0, high: 8.0 };
     Grid::build(&image, [4, 2, 8], range, Splat::Trilinear).blurred([0.8; 3], [3; 3])
 });
 
 fn slice(case: &Case) -> Vec<f64> {
     let [x, y, l] = case.array();
-    vec![STEP.base(centre_uv(x as usize, y as usize, 8, 4), l, f64::NAN)]
+    vec![STEP.base(center_uv(x as usize, y as usize, 8, 4), l, f64::NAN)]
 }
 
 #[test]

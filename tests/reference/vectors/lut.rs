@@ -17,7 +17,7 @@ pub(super) const OPS: &[Op] = &[
     }),
 ];
 
-/// The table that the operator lists as rows of place and colour.
+/// The table that the operator lists as rows of place and color.
 fn cube(case: &Case) -> Cube {
     let listed = flat(&case.params["entries"]);
     Cube::new(2, |place| {

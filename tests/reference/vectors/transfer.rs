@@ -1,4 +1,4 @@
-//! Sanitizing, the Hermite step, transfer functions, quantisation and dither.
+//! Sanitizing, the Hermite step, transfer functions, quantization and dither.
 
 use super::Op;
 use crate::reference::{math, sanitize, transfer};
@@ -16,7 +16,7 @@ pub(super) const OPS: &[Op] = &[
     ("pq_eotf", |case| vec![transfer::pq_decode(case.number())]),
     ("hlg_oetf", |case| vec![transfer::hlg_oetf(case.number())]),
     ("hlg_encode_display", |case| transfer::hlg_encode(case.rgb(), 1000.0).to_vec()),
-    ("quantize_unorm8", |case| vec![transfer::quantise(case.number(), 8)]),
+    ("quantize_unorm8", |case| vec![transfer::quantize(case.number(), 8)]),
     ("dither_tpdf_8bit", |case| {
         let [v, u1, u2] = case.array();
         vec![transfer::dither(v, u1, u2, 8)]

@@ -72,7 +72,7 @@ pub(super) mod uneven {
 }
 
 pub(super) mod leaning {
-    //! A kind of one pixel that looks at its neighbour.
+    //! A kind of one pixel that looks at its neighbor.
     use super::*;
 
     params! {
@@ -104,7 +104,7 @@ pub(super) mod falling {
     use super::*;
 
     params! {
-        /// Falls above middle grey.
+        /// Falls above middle gray.
         pub struct Contrast {}
     }
     faulty!(

@@ -56,7 +56,7 @@ mod tests {
         for (file, free) in [
             ("graph/media/src/files/regular.rs", true),
             ("shaders/build.rs", true),
-            ("nodes/examples/colour_file.rs", true),
+            ("nodes/examples/color_file.rs", true),
             ("graph/media/src/codec/mod.rs", false),
         ] {
             assert_eq!(may_open(Path::new(file)), free, "{file}");

@@ -13,7 +13,7 @@ pub enum Transfer {
     Srgb,
     /// A power: light is the signal to the power of the exponent, such as 2.2. 1 is white.
     Gamma(Decimal),
-    /// Perceptual quantiser (SMPTE ST 2084). A signal of 1 is 10000 cd/m2.
+    /// Perceptual quantizer (SMPTE ST 2084). A signal of 1 is 10000 cd/m2.
     Pq,
     /// Hybrid log-gamma (ITU-R BT.2100). A signal of 1 is the peak of the display.
     Hlg,

@@ -170,8 +170,8 @@ pub enum Style {
     /// Text only.
     #[default]
     Plain,
-    /// With the colours of a terminal.
-    Coloured,
+    /// With the colors of a terminal.
+    Colored,
 }
 
 /// The number of diagnostics that are shown; more are only counted.
@@ -186,7 +186,7 @@ impl Diagnostics {
     pub fn render(&self, style: Style) -> String {
         let renderer = match style {
             Style::Plain => Renderer::plain(),
-            Style::Coloured => Renderer::styled(),
+            Style::Colored => Renderer::styled(),
         };
         let mut parts: Vec<String> = self.iter().take(MOST_SHOWN).map(|d| one(d, &self.sources, &renderer)).collect();
         if self.len() > MOST_SHOWN {

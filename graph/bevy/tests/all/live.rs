@@ -177,9 +177,9 @@ fn node_folders_and_tables_are_followed() {
 
 const NODE: &str = r#"Kind(
     name: "Tinted",
-    doc: "Multiplies light by a colour.",
+    doc: "Multiplies light by a color.",
     inputs: { "source": Image(doc: "The light.", accepts: [Scene, Exposed, DisplayLinear]) },
-    outputs: { "result": Image(doc: "The light in the colour.", state: Same("source")) },
+    outputs: { "result": Image(doc: "The light in the color.", state: Same("source")) },
 )"#;
 
 const SHADER: &str = "#import tint\nfn tinted(source: vec4f) -> vec4f { return vec4f(source.rgb * tint(), source.a); }";

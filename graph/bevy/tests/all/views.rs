@@ -102,7 +102,7 @@ fn a_camera_that_does_not_hold_linear_light_is_said() {
     shown.until("no error", |status| status.frame.is_none() && status.is_running);
 }
 
-/// What lies in no viewport has the colour of the background.
+/// What lies in no viewport has the color of the background.
 fn assert_around(shown: &[u8], target: Target) {
     let background = Srgba::from(BACKGROUND).to_u8_array();
     for (at, texel) in shown.as_chunks::<4>().0.iter().enumerate() {
@@ -197,7 +197,7 @@ fn the_user_interface_is_drawn_on_the_result() {
             }
         }
         shown.run(20);
-        // The main texture holds the colour in half floats, which may be another code.
+        // The main texture holds the color in half floats, which may be another code.
         assert!(differing(&shown.settled(), &wanted).1 <= 1, "{target:?}");
     }
 }

@@ -19,7 +19,7 @@ are measured before dither and quantization.
   p99.9     the error that one pixel in a thousand exceeds, in codes
   PSNR      in decibels
   SSIM      structural similarity, 1 is equal; FLIP: the visible difference of alternating images, 0 to 1
-  dE2000    mean colour difference (dE ITP for HDR outputs); 1 is just noticeable
+  dE2000    mean color difference (dE ITP for HDR outputs); 1 is just noticeable
   flicker   the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
 /// The images that a pipeline is measured on.

@@ -68,7 +68,7 @@ pub(crate) struct PlanOptions {
 /// it is off.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct ArithmeticOptions {
-    /// Sum colours in half floats, if the device has them
+    /// Sum colors in half floats, if the device has them
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
     pub(crate) half: Option<Use>,
     /// Use subgroup operations for sums over workgroups, if the device has them

@@ -18,7 +18,7 @@ const MOST: f64 = 1.0;
 const WANTED: &str = "#a9b1bb";
 const UNDECLARED: &str = ORANGE;
 /// Of each rate.
-const COLOURS: [&str; 3] = ["#c2347c", BLUE, GREEN];
+const COLORS: [&str; 3] = ["#c2347c", BLUE, GREEN];
 
 /// A linear axis from `low` to `high`.
 #[derive(Clone, Copy)]
@@ -60,7 +60,7 @@ fn exposure(canvas: &mut Canvas, walk: &Walk) {
     canvas.path(&line(&mut walk.wanted.points()), WANTED);
     canvas.path(&line(&mut walk.undeclared.points().filter(|(seconds, _)| *seconds >= CUT)), UNDECLARED);
     if let Some((highest, others)) = walk.followed.split_last() {
-        canvas.path(&line(&mut highest.points()), COLOURS[others.len()]);
+        canvas.path(&line(&mut highest.points()), COLORS[others.len()]);
         dots(canvas, up, others.iter().map(|track| track.common().collect()));
     }
     legend(canvas, walk);
@@ -109,20 +109,20 @@ fn events(canvas: &mut Canvas) {
 
 /// Two tracks that may coincide: rings around small dots.
 fn dots(canvas: &mut Canvas, up: Axis, tracks: impl Iterator<Item = Vec<(f64, f64)>>) {
-    for ((points, colour), (radius, fill)) in tracks.zip(COLOURS).zip([(5.0, "none"), (1.5, COLOURS[1])]) {
+    for ((points, color), (radius, fill)) in tracks.zip(COLORS).zip([(5.0, "none"), (1.5, COLORS[1])]) {
         for point in points {
-            canvas.dot(place(up, point), radius, fill, colour, "");
+            canvas.dot(place(up, point), radius, fill, color, "");
         }
     }
 }
 
 fn legend(canvas: &mut Canvas, walk: &Walk) {
     let frames = |track: &Track| format!("{} frames per second", track.rate);
-    let rates = walk.followed.iter().map(frames).zip(COLOURS);
+    let rates = walk.followed.iter().map(frames).zip(COLORS);
     let others = [("exposure of the view alone".to_owned(), WANTED), ("no reset at the cut".to_owned(), UNDECLARED)];
     let mut x = 46.0;
-    for (name, colour) in rates.chain(others) {
-        canvas.dot((x, 78.0), 5.0, colour, colour, "");
+    for (name, color) in rates.chain(others) {
+        canvas.dot((x, 78.0), 5.0, color, color, "");
         canvas.text((x + 13.0, 83.0), 14.0, Anchor::Start, SOFT, &name);
         x += 44.0 + 6.8 * name.chars().count() as f64;
     }

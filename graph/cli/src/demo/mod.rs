@@ -20,7 +20,7 @@ use crate::cameras::{is_eye, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::quantise::unquantised;
+use crate::quantize::unquantized;
 use crate::render::choose_output;
 use crate::save::{FileFormat, SaveOptions, Stated, save};
 use crate::terminal::say;
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let images = ["scene", "depth", "normal", "motion"].map(|name| scene.session.output_image(name, name));
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
-        let graph = unquantised(graph(&registry, name, text, Vec::new())?, 8, true).graph;
+        let graph = unquantized(graph(&registry, name, text, Vec::new())?, 8, true).graph;
         let mut demo = cached(&gpu, graph.clone());
         render(&mut demo.session, &graph, &images, camera.as_ref())?;
         demo.keep_pipelines();

@@ -12,7 +12,7 @@ use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
-use crate::quantise::unquantised;
+use crate::quantize::unquantized;
 use crate::terminal::note;
 
 /// The inputs and the files of one frame.
@@ -71,16 +71,16 @@ impl<'a> Request<'a> {
         cameras.into_iter().flatten().map(move |(scene, input)| (input.name.clone(), scene_camera(scene, size)))
     }
 
-    /// The graph as it is rendered for the files: without the quantisation that the writer does.
+    /// The graph as it is rendered for the files: without the quantization that the writer does.
     pub(super) fn prepare(&mut self, graph: Graph) -> Graph {
         let encoded =
             self.targets.iter_mut().map(|target| &mut target.saving).filter(|saving| saving.format.is_encoded());
         let encoded: Vec<_> = encoded.collect();
         let Some(bits) = encoded.iter().map(|saving| saving.bits).max() else { return graph };
-        let unquantised = unquantised(graph, bits, self.args.depth.is_some());
-        encoded.into_iter().for_each(|saving| saving.noise = unquantised.noise);
-        unquantised.notes.iter().for_each(|text| note(&format!("note: {text}")));
-        unquantised.graph
+        let unquantized = unquantized(graph, bits, self.args.depth.is_some());
+        encoded.into_iter().for_each(|saving| saving.noise = unquantized.noise);
+        unquantized.notes.iter().for_each(|text| note(&format!("note: {text}")));
+        unquantized.graph
     }
 }
 

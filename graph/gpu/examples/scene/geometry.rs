@@ -11,7 +11,7 @@ pub(crate) struct Mesh {
 struct Vertex {
     place: [f32; 3],
     normal: [f32; 3],
-    /// Its colour, and how strongly it emits light.
+    /// Its color, and how strongly it emits light.
     color: [f32; 4],
 }
 
@@ -125,7 +125,7 @@ pub(crate) fn icosahedron() -> Vec<[[f32; 3]; 3]> {
     for (one, golden) in [(-1.0, -t), (-1.0, t), (1.0, -t), (1.0, t)] {
         corners.extend([[one, golden, 0.0], [0.0, one, golden], [golden, 0.0, one]].map(unit));
     }
-    // Neighbours of the unit sphere are this near.
+    // Neighbors of the unit sphere are this near.
     let is_edge = |p: [f32; 3], q: [f32; 3]| dot(p, q) > 0.4 && dot(p, q) < 0.5;
     let mut faces = Vec::new();
     for (i, a) in corners.iter().enumerate() {

@@ -12,7 +12,7 @@ static DEPTH: Shader = Shader::new("scene_depth.wgsl", include_str!("scene_depth
 static LIGHT: Shader = Shader::new("scene_light.wgsl", include_str!("scene_light.wgsl"));
 static SOLIDS: Shader = Shader::new("mip_solids.wgsl", include_str!("mip_solids.wgsl"));
 
-/// Place, normal, and colour with emission.
+/// Place, normal, and color with emission.
 const VERTEX: [VertexFormat; 3] = [VertexFormat::Float32x3, VertexFormat::Float32x3, VertexFormat::Float32x4];
 
 /// The buffers of the scene: vertices, indices, and how many of these.
@@ -94,11 +94,11 @@ impl Node for SceneLight {
 }
 
 params! {
-    /// Icosahedra at growing distances, with an image whose mip levels are drawn one by one in a colour each.
+    /// Icosahedra at growing distances, with an image whose mip levels are drawn one by one in a color each.
     pub struct MipSolids {}
 }
 
-/// Colours of the levels, from the finest.
+/// Colors of the levels, from the finest.
 const COLORS: [[f64; 3]; 10] = [
     [0.9, 0.1, 0.1],
     [0.95, 0.5, 0.1],

@@ -1,4 +1,4 @@
-// Icosahedra in a row, with an image whose mip levels have a colour each.
+// Icosahedra in a row, with an image whose mip levels have a color each.
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var picture_sampler: sampler;
 

@@ -144,7 +144,7 @@ impl Shown {
         Ok(())
     }
 
-    /// The texture of the swap chain; `None` while the window is minimised or changes its size.
+    /// The texture of the swap chain; `None` while the window is minimized or changes its size.
     fn next_texture(&mut self) -> Option<wgpu::SurfaceTexture> {
         if self.config.width == 0 || self.config.height == 0 {
             return None;

@@ -212,7 +212,7 @@ pub(crate) fn write_picture(path: &str, (width, height): (u32, u32)) -> Result<(
     let texels = download(&gpu.device, &gpu.queue, &screen)?;
     let mut file = std::fs::File::create(path)?;
     write!(file, "P6\n{width} {height}\n255\n")?;
-    let colours: Vec<u8> = texels.bytes.as_chunks::<4>().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
-    file.write_all(&colours)?;
+    let colors: Vec<u8> = texels.bytes.as_chunks::<4>().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    file.write_all(&colors)?;
     Ok(())
 }

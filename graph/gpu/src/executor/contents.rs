@@ -42,7 +42,7 @@ impl Executor {
 
     /// Marks each pass with its nodes in the commands, for tools such as RenderDoc.
     pub fn label_passes(&mut self, on: bool) {
-        self.labelled = on;
+        self.labeled = on;
         if let Some(loaded) = &mut self.loaded {
             loaded.labels = on.then(|| loaded.plan.pass_names());
         }

@@ -18,12 +18,12 @@ impl Executor {
     /// Makes an executor that shares what is compiled, on any thread.
     pub(super) fn other(&self) -> impl FnOnce() -> Self + Send + use<> {
         let (compiler, queue, caps) = (self.compiler.clone(), self.queue.clone(), self.caps.clone());
-        let (pool, labelled) = (self.pool.clone(), self.labelled);
+        let (pool, labeled) = (self.pool.clone(), self.labeled);
         move || {
             let mut other = Self::with_caps(&compiler.device, &queue, caps);
             other.compiler.pipelines = compiler.pipelines;
             other.compiler.compiled = compiler.compiled;
-            (other.pool, other.labelled) = (pool, labelled);
+            (other.pool, other.labeled) = (pool, labeled);
             other
         }
     }

@@ -21,8 +21,8 @@ pub struct Frame<'a> {
     /// The rectangles of images, by the names of inputs and outputs; an image without one is whole. New rectangles of
     /// equal size need no new plan. What is around the rectangle of an output stays as it is.
     pub rectangles: &'a [(&'a str, Rectangle)],
-    /// Factors of the colours of inputs, such as the exposure of the view, by their names: at least 0. They are applied
-    /// before colours are limited to the range of half floats, and need no plan after the first.
+    /// Factors of the colors of inputs, such as the exposure of the view, by their names: at least 0. They are applied
+    /// before colors are limited to the range of half floats, and need no plan after the first.
     pub factors: &'a [(&'a str, f32)],
     /// Seconds since the start.
     pub time: f32,

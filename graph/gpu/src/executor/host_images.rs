@@ -78,8 +78,8 @@ pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &Textu
     let texture = view.texture();
     let is_drawn = must_be_drawn(plan, image, texture);
     // Not even trying is allowed with a format of depth.
-    let has_colour = !texture.format().is_depth_stencil_format();
-    check_desc(plan, port, image, texture, has_colour && (!is_drawn || can_be_drawn(plan, image)))?;
+    let has_color = !texture.format().is_depth_stencil_format();
+    check_desc(plan, port, image, texture, has_color && (!is_drawn || can_be_drawn(plan, image)))?;
     if !is_drawn || texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
         return Ok(());
     }

@@ -65,7 +65,7 @@ pub struct Executor {
     /// Where plans are prepared, if the host has a place for it.
     pub(crate) pool: Option<TaskPool>,
     /// Whether passes are marked with their nodes.
-    labelled: bool,
+    labeled: bool,
     frame_index: u32,
     fresh: bool,
     /// Passes for which the last frame has made bind groups.
@@ -119,7 +119,7 @@ impl Executor {
             drawn: Vec::new(),
             formats: Formats::default(),
             pool: None,
-            labelled: false,
+            labeled: false,
             frame_index: 0,
             fresh: true,
             runs_made: 0,
@@ -263,7 +263,7 @@ impl Executor {
             (Prepared::Whole(mut new, base, _), old)
                 if base.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
-                new.labels = self.labelled.then(|| new.plan.pass_names());
+                new.labels = self.labeled.then(|| new.plan.pass_names());
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
                     new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
                 }

@@ -74,7 +74,7 @@ impl Chain {
             // The curve as published.
             (tone_map, "curve", "AcesNarkowicz"),
             (tone_map, "space", "Rec709"),
-            (tone_map, "middle_grey", "Native"),
+            (tone_map, "middle_gray", "Native"),
             (tone_map, "gamut", "Clip"),
             (encode, "transfer", "Srgb"),
         ];

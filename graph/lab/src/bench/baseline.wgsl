@@ -37,7 +37,7 @@ fn extract(p: vec2u) -> vec4f {
     return vec4f(sum, 1.0);
 }
 
-// Sanitizes a colour. The bits of positive floats have the order of the floats; those of negative ones are larger.
+// Sanitizes a color. The bits of positive floats have the order of the floats; those of negative ones are larger.
 fn sane(v: vec4f) -> vec4f {
     if !SAME { return v; }
     let bits = bitcast<vec4u>(v);

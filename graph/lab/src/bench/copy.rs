@@ -13,7 +13,7 @@ const LARGE: Size = Size { width: 7680, height: 4320, depth: 1 };
 const SMALL: Size = Size { width: 1920, height: 1080, depth: 1 };
 const SAMPLES: u32 = 15;
 
-/// Gigabytes per second, reads and writes both counted: the higher of a compute shader that copies half-float colours
+/// Gigabytes per second, reads and writes both counted: the higher of a compute shader that copies half-float colors
 /// and of a buffer copy.
 pub(crate) fn bandwidth(gpu: &Gpu, clock: &Clock) -> Result<f64, LabError> {
     let size = if gpu.is_processor() { SMALL } else { LARGE };

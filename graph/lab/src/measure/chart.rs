@@ -25,7 +25,7 @@ const FINE_GRID: &str = "#f1f3f5";
 /// The line through the Pareto-optimal variants.
 const FRONT: &str = GREEN;
 
-/// The colour and the name of each kind of variant, in the order of the legend.
+/// The color and the name of each kind of variant, in the order of the legend.
 const KINDS: [(VariantKind, &str, &str); 5] = [
     (VariantKind::Reference, SOFT, "reference (32 bits, most accurate)"),
     (VariantKind::Written, INK, "as written"),
@@ -133,9 +133,9 @@ impl Chart<'_> {
             let (ms, error) = row.point();
             let hint =
                 format!("{}: {} ms, {} {}", row.variant, significant(ms), significant(error), self.report.unit());
-            let colour = colour(row.kind);
-            let (radius, fill) = if row.pareto { (7.0, colour) } else { (4.5, "#ffffff") };
-            self.canvas.dot(self.place(row), radius, fill, colour, &hint);
+            let color = color(row.kind);
+            let (radius, fill) = if row.pareto { (7.0, color) } else { (4.5, "#ffffff") };
+            self.canvas.dot(self.place(row), radius, fill, color, &hint);
         }
     }
 
@@ -143,10 +143,10 @@ impl Chart<'_> {
     fn names(&mut self, steps: &[(f64, f64)]) {
         let dots: Vec<(f64, f64)> = self.report.rows.iter().map(|row| self.place(row)).collect();
         let mut labels = Labels::new(&dots, steps, [8.0, TOP - 14.0, WIDTH - 8.0, BOTTOM + 2.0]);
-        for (is_best, size, colour) in [(true, 16.0, INK), (false, 12.5, SOFT)] {
+        for (is_best, size, color) in [(true, 16.0, INK), (false, 12.5, SOFT)] {
             for (row, dot) in self.report.rows.iter().zip(&dots).filter(|(row, _)| row.pareto == is_best) {
                 if let Some(spot) = labels.place(*dot, size, &row.variant) {
-                    self.canvas.text(spot.at, size, spot.anchor, colour, &row.variant);
+                    self.canvas.text(spot.at, size, spot.anchor, color, &row.variant);
                 }
             }
         }
@@ -155,9 +155,9 @@ impl Chart<'_> {
     fn legend(&mut self) {
         let y = HEIGHT - 24.0;
         let mut x = 46.0;
-        for (kind, colour, name) in KINDS {
+        for (kind, color, name) in KINDS {
             if self.report.rows.iter().any(|row| row.kind == kind) {
-                self.canvas.dot((x, y - 5.0), 5.0, colour, colour, "");
+                self.canvas.dot((x, y - 5.0), 5.0, color, color, "");
                 self.canvas.text((x + 13.0, y), 14.0, Anchor::Start, SOFT, name);
                 x += 40.0 + 6.8 * name.chars().count() as f64;
             }
@@ -167,6 +167,6 @@ impl Chart<'_> {
     }
 }
 
-fn colour(kind: VariantKind) -> &'static str {
-    KINDS.iter().find(|(known, ..)| *known == kind).map_or(INK, |(_, colour, _)| colour)
+fn color(kind: VariantKind) -> &'static str {
+    KINDS.iter().find(|(known, ..)| *known == kind).map_or(INK, |(_, color, _)| color)
 }

@@ -11,7 +11,7 @@ use crate::metrics::{Shown, difference};
 const DARK: f32 = 1.0 / 16.0;
 const BRIGHT: f32 = 64.0;
 
-/// The colours of the scale, at even steps from dark to bright: black, indigo, red, orange, yellow, white.
+/// The colors of the scale, at even steps from dark to bright: black, indigo, red, orange, yellow, white.
 const SCALE: [[f32; 3]; 6] = [
     [0.0, 0.0, 0.0],
     [58.0, 20.0, 110.0],
@@ -21,15 +21,15 @@ const SCALE: [[f32; 3]; 6] = [
     [255.0, 255.0, 255.0],
 ];
 
-/// Writes a PNG with the error of each pixel in false colours.
+/// Writes a PNG with the error of each pixel in false colors.
 pub(crate) fn write(path: &Path, reference: &Shown, shown: &Shown) -> Result<(), LabError> {
     let errors = difference(&reference.codes(), &shown.codes());
-    let bytes: Vec<u8> = errors.into_iter().flat_map(colour).collect();
+    let bytes: Vec<u8> = errors.into_iter().flat_map(color).collect();
     let size = (reference.width as u32, reference.height as u32);
     Ok(write_png(path, size, EncodedPixels::Byte(&bytes), &PngOptions { dither: None, ..PngOptions::default() })?)
 }
 
-fn colour(codes: f32) -> [u8; 4] {
+fn color(codes: f32) -> [u8; 4] {
     let place = (codes.max(DARK) / DARK).log2() / (BRIGHT / DARK).log2();
     let place = place.min(1.0) * (SCALE.len() - 1) as f32;
     let at = (place as usize).min(SCALE.len() - 2);

@@ -17,9 +17,9 @@ pub struct Errors {
     /// 1 for no error.
     pub ssim: f64,
     /// The mean CIEDE2000 or dE ITP.
-    pub colour: f64,
+    pub color: f64,
     /// Its 99.9th percentile.
-    pub colour_p999: f64,
+    pub color_p999: f64,
     /// The mean FLIP.
     pub flip: f64,
     /// The change from frame to frame that the reference does not have; `None` for single frames.
@@ -42,8 +42,8 @@ impl Errors {
         p999: 0.0,
         psnr: f64::INFINITY,
         ssim: 1.0,
-        colour: 0.0,
-        colour_p999: 0.0,
+        color: 0.0,
+        color_p999: 0.0,
         flip: 0.0,
         flicker: None,
     };
@@ -64,8 +64,8 @@ impl Errors {
             p999: self.p999.max(other.p999),
             psnr: self.psnr.min(other.psnr),
             ssim: self.ssim.min(other.ssim),
-            colour: self.colour.max(other.colour),
-            colour_p999: self.colour_p999.max(other.colour_p999),
+            color: self.color.max(other.color),
+            color_p999: self.color_p999.max(other.color_p999),
             flip: self.flip.max(other.flip),
             flicker,
         }
@@ -73,7 +73,7 @@ impl Errors {
 
     /// The figures by their names in files; `None` for a figure that does not apply or is infinite.
     pub(crate) fn named(&self, range: Range) -> [(&'static str, Option<f64>); 9] {
-        let (colour, colour_p999) = match range {
+        let (color, color_p999) = match range {
             Range::Sdr => ("ciede2000_mean", "ciede2000_p999"),
             Range::Hdr => ("deitp_mean", "deitp_p999"),
         };
@@ -82,8 +82,8 @@ impl Errors {
             ("p999", Some(self.p999)),
             ("psnr", Some(self.psnr).filter(|psnr| psnr.is_finite())),
             ("ssim", Some(self.ssim)),
-            (colour, Some(self.colour)),
-            (colour_p999, Some(self.colour_p999)),
+            (color, Some(self.color)),
+            (color_p999, Some(self.color_p999)),
             ("flip", Some(self.flip)),
             ("flicker_max", self.flicker.map(|flicker| flicker.max)),
             ("flicker_p999", self.flicker.map(|flicker| flicker.p999)),
@@ -98,7 +98,7 @@ pub(crate) fn errors(reference: &Shown, shown: &Shown) -> Errors {
     }
     let (codes, other) = (reference.codes(), shown.codes());
     let differences = difference(&codes, &other);
-    let colours = match reference.range {
+    let colors = match reference.range {
         Range::Sdr => metrics::ciede2000(&reference.pixels, &shown.pixels),
         Range::Hdr => metrics::delta_e_itp(&reference.pixels, &shown.pixels),
     };
@@ -107,8 +107,8 @@ pub(crate) fn errors(reference: &Shown, shown: &Shown) -> Errors {
         p999: percentile(&differences, SHARE),
         psnr: psnr(&codes, &other, reference.range.peak()),
         ssim: ssim(reference, shown),
-        colour: mean(&colours),
-        colour_p999: percentile(&colours, SHARE),
+        color: mean(&colors),
+        color_p999: percentile(&colors, SHARE),
         flip: mean(&metrics::flip(reference, shown, PIXELS_PER_DEGREE)),
         flicker: None,
     }

@@ -23,7 +23,7 @@ Made by `afterimage measure PIPELINES IMAGE... --docs DIR`. A run on another ada
 Errors are differences from the reference, the same pipeline with f32 intermediates and every quality switch at its most
 accurate, before dither and quantization: the worst over all images, in 8-bit codes. p99.9 is the error that one pixel
 in a thousand exceeds; FLIP is the difference that a viewer sees when the images alternate, from 0 to 1; dE2000 is the
-mean colour difference, 1 is just noticeable. Times are medians of one frame of the largest image; MiB is the memory of
+mean color difference, 1 is just noticeable. Times are medians of one frame of the largest image; MiB is the memory of
 transient images. A dot marks the variants that no other one beats in both time and error.
 ";
 
@@ -229,8 +229,8 @@ fn errors(row: &Value) -> String {
     let psnr = row["psnr"].as_f64().map_or("equal".to_owned(), |psnr| format!("{psnr:.1}"));
     let ssim = row["ssim"].as_f64().map_or("-".to_owned(), |ssim| format!("{ssim:.5}"));
     let worst = row["worst_on"].as_str().unwrap_or_default();
-    let [p999, max, colour, flip] = ["p999", "max", "ciede2000_mean", "flip"].map(|name| number(row, name));
-    format!("{mebibytes:.1} | {p999} | {max} | {psnr} | {ssim} | {colour} | {flip} | {worst}")
+    let [p999, max, color, flip] = ["p999", "max", "ciede2000_mean", "flip"].map(|name| number(row, name));
+    format!("{mebibytes:.1} | {p999} | {max} | {psnr} | {ssim} | {color} | {flip} | {worst}")
 }
 
 fn number(row: &Value, name: &str) -> String {

@@ -27,8 +27,8 @@ pub fn table(report: &MeasureReport) -> String {
 
 fn headings(report: &MeasureReport) -> Vec<&'static str> {
     let time = if report.clock == ClockSource::Gpu { "GPU ms" } else { "host ms" };
-    let colour = if report.range == Range::Sdr { "dE2000" } else { "dE ITP" };
-    let mut headings = vec!["", "variant", time, "MiB", "moved", "max", "p99.9", "PSNR", "SSIM", colour, "FLIP"];
+    let color = if report.range == Range::Sdr { "dE2000" } else { "dE ITP" };
+    let mut headings = vec!["", "variant", time, "MiB", "moved", "max", "p99.9", "PSNR", "SSIM", color, "FLIP"];
     if has_flicker(report) {
         headings.push("flicker");
     }
@@ -57,7 +57,7 @@ fn cells(report: &MeasureReport, row: &Row) -> Vec<Cell> {
         significant(errors.p999),
         if errors.psnr.is_finite() { format!("{:.1}", errors.psnr) } else { "equal".into() },
         format!("{:.5}", errors.ssim),
-        significant(errors.colour),
+        significant(errors.color),
         significant(errors.flip),
     ];
     if has_flicker(report) {

@@ -1,16 +1,16 @@
-//! CIEDE2000: colour difference of display pictures (ISO/CIE 11664-6).
+//! CIEDE2000: color difference of display pictures (ISO/CIE 11664-6).
 //!
 //! The steps and the lints are those of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation
 //! notes, supplementary test data, and mathematical observations", Color Research and Application 30 (2005).
 
 use rayon::prelude::*;
 
-use super::colour::lab_of_srgb;
+use super::color::lab_of_srgb;
 
 /// 25⁷, from which on chroma counts as high.
 const HIGH_CHROMA: f64 = 6_103_515_625.0;
 
-/// The difference of two CIELAB colours; 1 is about just noticeable. All weights are 1.
+/// The difference of two CIELAB colors; 1 is about just noticeable. All weights are 1.
 pub fn ciede2000_of(first: [f64; 3], second: [f64; 3]) -> f64 {
     let mean_chroma = (chroma(first) + chroma(second)) / 2.0;
     let stretch = 1.5 - 0.5 * high(mean_chroma);
@@ -36,13 +36,13 @@ fn chroma([_, a, b]: [f64; 3]) -> f64 {
     a.hypot(b)
 }
 
-/// From 0 for greys to 1 for vivid colours.
+/// From 0 for grays to 1 for vivid colors.
 fn high(chroma: f64) -> f64 {
     let power = chroma.powi(7);
     (power / (power + HIGH_CHROMA)).sqrt()
 }
 
-/// Lightness, chroma and hue in radians, 0 to 2 pi; the a axis is stretched near grey.
+/// Lightness, chroma and hue in radians, 0 to 2 pi; the a axis is stretched near gray.
 struct Polar {
     lightness: f64,
     chroma: f64,
@@ -57,14 +57,14 @@ impl Polar {
     }
 }
 
-fn is_grey(first: &Polar, second: &Polar) -> bool {
+fn is_gray(first: &Polar, second: &Polar) -> bool {
     first.chroma * second.chroma == 0.0
 }
 
 /// The shorter way round from one hue to the other; 0 where one of them has none.
 fn hue_difference(first: &Polar, second: &Polar) -> f64 {
     use std::f64::consts::{PI, TAU};
-    if is_grey(first, second) {
+    if is_gray(first, second) {
         return 0.0;
     }
     let difference = second.hue - first.hue;
@@ -79,7 +79,7 @@ fn hue_difference(first: &Polar, second: &Polar) -> f64 {
 fn mean_hue(first: &Polar, second: &Polar) -> f64 {
     use std::f64::consts::{PI, TAU};
     let sum = first.hue + second.hue;
-    if is_grey(first, second) {
+    if is_gray(first, second) {
         return sum;
     }
     match (first.hue - second.hue).abs() <= PI {
@@ -89,7 +89,7 @@ fn mean_hue(first: &Polar, second: &Polar) -> f64 {
     }
 }
 
-/// The colour halfway between the two, on which the weights depend.
+/// The color halfway between the two, on which the weights depend.
 struct Means {
     lightness: f64,
     chroma: f64,

@@ -10,16 +10,16 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::colour::{XYZ, lab, srgb_decode, white};
+use super::color::{XYZ, lab, srgb_decode, white};
 use super::plane::{Plane, gaussian, offsets};
 use super::{Range, Shown};
 
 /// Pixels in a degree of view that FLIP takes by default: a screen of 3840 pixels and 0.7 m width, seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * PI / 180.0;
 
-/// Exponent of the colour difference.
-const COLOUR_EXPONENT: f64 = 0.7;
-/// The share of the largest colour difference that is mapped to `KNEE_VALUE`.
+/// Exponent of the color difference.
+const COLOR_EXPONENT: f64 = 0.7;
+/// The share of the largest color difference that is mapped to `KNEE_VALUE`.
 const KNEE: f64 = 0.4;
 const KNEE_VALUE: f64 = 0.95;
 /// Exponent of the feature difference.
@@ -46,9 +46,9 @@ pub fn flip(reference: &Shown, other: &Shown, pixels_per_degree: f64) -> Vec<f32
     }
 }
 
-/// What a viewer sees of a picture: colours as blurred by the eye, and the edges and points of its brightness.
+/// What a viewer sees of a picture: colors as blurred by the eye, and the edges and points of its brightness.
 struct Seen {
-    colours: Vec<[f64; 3]>,
+    colors: Vec<[f64; 3]>,
     features: Vec<[f32; 2]>,
 }
 
@@ -62,17 +62,17 @@ impl Seen {
         let opponent: Vec<[f32; 3]> = linear.par_iter().map(|rgb| opponent(XYZ * *rgb).map(|x| x as f32)).collect();
         let plane = |c: usize| Plane::new(shown.width, opponent.iter().map(|pixel| pixel[c]).collect());
         let planes = [plane(0), plane(1), plane(2)];
-        Self { colours: blurred(&planes, pixels_per_degree), features: features(&planes[0], pixels_per_degree) }
+        Self { colors: blurred(&planes, pixels_per_degree), features: features(&planes[0], pixels_per_degree) }
     }
 
     fn difference(&self, other: &Self) -> Vec<f32> {
-        let largest = largest_colour_difference();
+        let largest = largest_color_difference();
         let pixel = |at: usize| {
-            let colour = colour_difference(self.colours[at], other.colours[at], largest);
+            let color = color_difference(self.colors[at], other.colors[at], largest);
             let feature = feature_difference(self.features[at], other.features[at]);
-            colour.powf(1.0 - feature) as f32
+            color.powf(1.0 - feature) as f32
         };
-        (0..self.colours.len()).into_par_iter().map(pixel).collect()
+        (0..self.colors.len()).into_par_iter().map(pixel).collect()
     }
 }
 
@@ -112,17 +112,17 @@ fn blurred(planes: &[Plane; 3], pixels_per_degree: f64) -> Vec<[f64; 3]> {
     };
     let [y, cx, cz] = [0, 1, 2].map(|c| filter(&planes[c], SENSITIVITY[c]));
     let to_light = XYZ.inverse();
-    let colour = |at: usize| hunt(seen_colour(&to_light, [y[at], cx[at], cz[at]].map(f64::from)));
-    (0..y.len()).into_par_iter().map(colour).collect()
+    let color = |at: usize| hunt(seen_color(&to_light, [y[at], cx[at], cz[at]].map(f64::from)));
+    (0..y.len()).into_par_iter().map(color).collect()
 }
 
-/// CIELAB of an opponent colour, brought back to what a screen can show.
-fn seen_colour(to_light: &DMat3, colour: [f64; 3]) -> [f64; 3] {
-    let light = (*to_light * xyz_of_opponent(colour)).clamp(DVec3::ZERO, DVec3::ONE);
+/// CIELAB of an opponent color, brought back to what a screen can show.
+fn seen_color(to_light: &DMat3, color: [f64; 3]) -> [f64; 3] {
+    let light = (*to_light * xyz_of_opponent(color)).clamp(DVec3::ZERO, DVec3::ONE);
     lab(XYZ * light)
 }
 
-/// Colours look more vivid where it is brighter.
+/// Colors look more vivid where it is brighter.
 fn hunt([l, a, b]: [f64; 3]) -> [f64; 3] {
     [l, 0.01 * l * a, 0.01 * l * b]
 }
@@ -133,13 +133,13 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 /// Between full green and full blue.
-fn largest_colour_difference() -> f64 {
+fn largest_color_difference() -> f64 {
     let [green, blue] = [DVec3::Y, DVec3::Z].map(|rgb| hunt(lab(XYZ * rgb)));
-    distance(green, blue).powf(COLOUR_EXPONENT)
+    distance(green, blue).powf(COLOR_EXPONENT)
 }
 
-fn colour_difference(a: [f64; 3], b: [f64; 3], largest: f64) -> f64 {
-    let difference = distance(a, b).powf(COLOUR_EXPONENT);
+fn color_difference(a: [f64; 3], b: [f64; 3], largest: f64) -> f64 {
+    let difference = distance(a, b).powf(COLOR_EXPONENT);
     let knee = KNEE * largest;
     if difference < knee {
         return KNEE_VALUE / knee * difference;

@@ -1,9 +1,9 @@
-//! dE ITP: colour difference of HDR light (ITU-R BT.2124).
+//! dE ITP: color difference of HDR light (ITU-R BT.2124).
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::colour::pq_of_nits;
+use super::color::pq_of_nits;
 
 /// Rec.709 to Rec.2020 (ITU-R BT.2087).
 pub const REC2020: DMat3 = DMat3::from_cols(

@@ -4,7 +4,7 @@
 //! its light. Where another crate or a published program exists, the tests compare with its figures.
 
 mod ciede2000;
-mod colour;
+mod color;
 mod flip;
 mod itp;
 mod percentile;
@@ -14,7 +14,7 @@ mod pu21;
 mod ssim;
 
 pub use ciede2000::{ciede2000, ciede2000_of};
-pub use colour::{lab_of_srgb, nits_of_pq, srgb_decode, srgb_encode};
+pub use color::{lab_of_srgb, nits_of_pq, srgb_decode, srgb_encode};
 pub use flip::{PIXELS_PER_DEGREE, flip};
 pub use itp::{REC2020, delta_e_itp, delta_e_itp_of};
 pub use percentile::{mean, percentile};

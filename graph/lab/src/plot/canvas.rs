@@ -38,7 +38,7 @@ impl Canvas {
     }
 
     /// A line of text.
-    pub fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, colour: &str, text: &str) {
+    pub fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, color: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -48,26 +48,26 @@ impl Canvas {
         let _ = writeln!(
             self.0,
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" \
-             fill=\"{colour}\">{text}</text>"
+             fill=\"{color}\">{text}</text>"
         );
     }
 
     /// A line.
-    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), colour: &str, dashed: bool) {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64), color: &str, dashed: bool) {
         let dashes = if dashed { " stroke-dasharray=\"6 5\"" } else { "" };
         let _ = writeln!(
             self.0,
-            "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{colour}\"{dashes}/>",
+            "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{color}\"{dashes}/>",
             from.0, from.1, to.0, to.1
         );
     }
 
     /// A line through all points.
-    pub fn path(&mut self, points: &[(f64, f64)], colour: &str) {
+    pub fn path(&mut self, points: &[(f64, f64)], color: &str) {
         let list: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         let _ = writeln!(
             self.0,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2.5\" \
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2.5\" \
              stroke-linejoin=\"round\"/>",
             list.join(" ")
         );

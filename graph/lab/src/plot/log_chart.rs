@@ -11,10 +11,10 @@ const BOTTOM: f64 = 42.0;
 const TOP: f64 = 34.0;
 const RIGHT: f64 = 14.0;
 const COLUMNS: usize = 2;
-/// The colours also differ in brightness.
-const COLOURS: [&str; 2] = ["#d9822b", "#3b8ec2"];
+/// The colors also differ in brightness.
+const COLORS: [&str; 2] = ["#d9822b", "#3b8ec2"];
 
-/// Points in one colour.
+/// Points in one color.
 pub(crate) struct Line {
     pub(crate) name: &'static str,
     pub(crate) points: Vec<(f64, f64)>,
@@ -102,14 +102,14 @@ fn draw(chart: &Chart, svg: &mut String) {
         HEIGHT - 12.0,
         escaped(chart.x)
     );
-    for (index, (line, colour)) in chart.lines.iter().zip(COLOURS).enumerate() {
+    for (index, (line, color)) in chart.lines.iter().zip(COLORS).enumerate() {
         let path: Vec<String> = line.points.iter().map(|p| format!("{:.1} {:.1}", x(p.0), y(p.1))).collect();
-        let _ = writeln!(svg, "<path d=\"M{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>", path.join("L"));
+        let _ = writeln!(svg, "<path d=\"M{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2\"/>", path.join("L"));
         for (px, py) in &line.points {
-            let _ = writeln!(svg, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{colour}\"/>", x(*px), y(*py));
+            let _ = writeln!(svg, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{color}\"/>", x(*px), y(*py));
         }
         let at = LEFT + 8.0 + 100.0 * index as f64;
-        let _ = writeln!(svg, "<text x=\"{at}\" y=\"{}\" fill=\"{colour}\">{}</text>", TOP - 6.0, escaped(line.name));
+        let _ = writeln!(svg, "<text x=\"{at}\" y=\"{}\" fill=\"{color}\">{}</text>", TOP - 6.0, escaped(line.name));
     }
 }
 

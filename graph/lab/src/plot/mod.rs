@@ -35,7 +35,7 @@ pub fn save(path: &Path, svg: &str) -> Result<(), LabError> {
     let picture = render(svg)?;
     let size = (picture.width(), picture.height());
     let options = PngOptions { dither: None, ..PngOptions::default() };
-    // The background is opaque, so premultiplied colours are the colours.
+    // The background is opaque, so premultiplied colors are the colors.
     Ok(write_png(path, size, EncodedPixels::Byte(picture.data()), &options)?)
 }
 

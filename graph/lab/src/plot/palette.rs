@@ -1,4 +1,4 @@
-//! Colours of charts on white.
+//! Colors of charts on white.
 
 /// Titles and names.
 pub const INK: &str = "#1c2128";

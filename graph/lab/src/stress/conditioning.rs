@@ -60,15 +60,15 @@ pub struct WorstLight {
     /// The light in red; green and blue are equal to it, or a quarter and a sixteenth of it.
     pub light: f64,
     /// Whether green and blue are equal to red.
-    pub grey: bool,
+    pub gray: bool,
     /// The parameter that is not at its default, as `--set` takes it; empty at the defaults.
     pub set: String,
 }
 
 impl WorstLight {
-    /// The light as text: `grey 0.5` or `red 0.5`.
+    /// The light as text: `gray 0.5` or `red 0.5`.
     pub fn place(&self) -> String {
-        format!("{} {}", if self.grey { "grey" } else { "red" }, self.light)
+        format!("{} {}", if self.gray { "gray" } else { "red" }, self.light)
     }
 }
 
@@ -76,7 +76,7 @@ impl WorstLight {
 #[derive(Clone, Copy)]
 struct Light {
     red: f32,
-    grey: bool,
+    gray: bool,
 }
 
 const SIZE: Size = Size { width: 4, height: 4, depth: 1 };
@@ -96,12 +96,12 @@ impl Light {
     fn all(brightest: i32, per_octave: i32) -> Vec<Self> {
         let steps = (brightest - DARKEST) * per_octave;
         let red = |step: i32| half::f16::from_f32((DARKEST as f32 + step as f32 / per_octave as f32).exp2()).to_f32();
-        (0..=steps).flat_map(|step| [true, false].map(|grey| Self { red: red(step), grey })).collect()
+        (0..=steps).flat_map(|step| [true, false].map(|gray| Self { red: red(step), gray })).collect()
     }
 
     /// The light, with each channel brighter by this number of half-float units.
     fn shot(self, units: f32) -> Shot {
-        let channels = if self.grey { [1.0; 3] } else { [1.0, 0.25, 0.0625] };
+        let channels = if self.gray { [1.0; 3] } else { [1.0, 0.25, 0.0625] };
         let brighter = |share: f32| {
             let light = self.red * share;
             light + units * half_unit(f64::from(light)) as f32
@@ -195,7 +195,7 @@ fn unit_of(state: ColorState) -> ErrorUnit {
     }
 }
 
-/// The largest error of a colour, in units.
+/// The largest error of a color, in units.
 fn growth(exact: &OutputPixels, off: &OutputPixels, unit: ErrorUnit) -> f64 {
     let pairs = exact.pixels.iter().zip(&off.pixels).flat_map(|(a, b)| a[..3].iter().zip(&b[..3]));
     let errors = pairs.map(|(a, b)| {
@@ -212,7 +212,7 @@ fn growth(exact: &OutputPixels, off: &OutputPixels, unit: ErrorUnit) -> f64 {
 fn worst(growths: &[(f64, Light)], overrides: &Overrides) -> Option<WorstLight> {
     let (growth, light) = growths.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let set = arguments(overrides).trim_start_matches(" --set ").replace("it.", "").replace('\'', "");
-    Some(WorstLight { growth: round(*growth), light: round(f64::from(light.red)), grey: light.grey, set })
+    Some(WorstLight { growth: round(*growth), light: round(f64::from(light.red)), gray: light.gray, set })
 }
 
 /// Three digits: drivers differ in the rest.

@@ -54,16 +54,16 @@ const fn constant(light: f32) -> [f32; 4] {
     [light, light, light, 1.0]
 }
 
-const GREY: [f32; 4] = constant(0.18);
+const GRAY: [f32; 4] = constant(0.18);
 
-/// One pixel of another value in a grey image.
+/// One pixel of another value in a gray image.
 fn spot(place: Place, value: f32) -> [f32; 4] {
-    if place.is_middle() { [value; 4] } else { GREY }
+    if place.is_middle() { [value; 4] } else { GRAY }
 }
 
 /// Every extreme image, the harmless ones first.
 pub(crate) const ALL: &[Extreme] = &[
-    Extreme { name: "grey", rule: Rule::Constant(GREY) },
+    Extreme { name: "gray", rule: Rule::Constant(GRAY) },
     Extreme { name: "bright", rule: Rule::Constant(constant(18.0)) },
     Extreme { name: "black", rule: Rule::Constant(constant(0.0)) },
     Extreme { name: "white", rule: Rule::Constant(constant(1.0)) },
@@ -74,7 +74,7 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "all-inf", rule: Rule::Constant([f32::INFINITY; 4]) },
     Extreme {
         name: "negative",
-        rule: Rule::Place(|place| if place.is_first_half() { constant(-1000.0) } else { GREY }),
+        rule: Rule::Place(|place| if place.is_first_half() { constant(-1000.0) } else { GRAY }),
     },
     Extreme { name: "minus-zero", rule: Rule::Constant([-0.0; 4]) },
     Extreme { name: "largest-half", rule: Rule::Constant([LARGEST_HALF; 4]) },
@@ -95,15 +95,15 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
 
-/// Colours with zeros in one or two channels and the largest half float in the others.
+/// Colors with zeros in one or two channels and the largest half float in the others.
 fn primaries(place: Place) -> [f32; 4] {
     let index = place.x + place.y * 3;
     let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
     [channel(0), channel(1), channel(2), 1.0]
 }
 
-/// Colours outside of Rec.709, from dim to bright: the green of Rec.2020 and the blue of ACEScg in the Rec.709 basis,
-/// and a colour of almost no luminance.
+/// Colors outside of Rec.709, from dim to bright: the green of Rec.2020 and the blue of ACEScg in the Rec.709 basis,
+/// and a color of almost no luminance.
 fn wide(place: Place) -> [f32; 4] {
     const COLORS: [[f32; 3]; 4] =
         [[-0.587_64, 1.132_90, -0.100_58], [-0.081_02, -0.014_27, 1.153_00], [1.0, -0.29, 0.0], [0.18; 3]];
@@ -144,7 +144,7 @@ impl Extreme {
         bits(&sanitized(&pixels, size, Signedness::Unsigned)) != bits(&pixels)
     }
 
-    /// One colour everywhere.
+    /// One color everywhere.
     pub(crate) fn constant(pixel: [f32; 4]) -> Self {
         Self { name: "constant", rule: Rule::Constant(pixel) }
     }
@@ -159,19 +159,19 @@ impl Extreme {
 }
 
 /// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
-/// no neighbour of the pixel shares become the lower median of the finite neighbours; then all is limited.
+/// no neighbor of the pixel shares become the lower median of the finite neighbors; then all is limited.
 pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness) -> Vec<[f32; 4]> {
     let clean = |(index, pixel): (usize, &[f32; 4])| {
         if pixel.iter().all(|x| x.is_finite()) {
             return limited(*pixel, signedness);
         }
-        let near = neighbours(pixels, size, index);
+        let near = neighbors(pixels, size, index);
         limited([0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c]))), signedness)
     };
     pixels.iter().enumerate().map(clean).collect()
 }
 
-/// Samples after sanitizing: each by itself, because its neighbours may show other surfaces.
+/// Samples after sanitizing: each by itself, because its neighbors may show other surfaces.
 pub(crate) fn sanitized_samples(samples: &[[f32; 4]], signedness: Signedness) -> Vec<[f32; 4]> {
     samples.iter().map(|sample| limited(*sample, signedness)).collect()
 }
@@ -209,7 +209,7 @@ fn repaired(value: f32, near: impl Iterator<Item = f32> + Clone) -> f32 {
     finite[(finite.len() - 1) / 2]
 }
 
-fn neighbours(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
+fn neighbors(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
     let (width, height) = (size.width as usize, size.height as usize);
     let (x, y) = (index % width, index / width);
     let around = |at: usize, side: usize| at.saturating_sub(1)..(at + 2).min(side);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn sanitizing_repairs_from_neighbours() {
+    fn sanitizing_repairs_from_neighbors() {
         let row = |pixels: &[[f32; 4]], sign| sanitized(pixels, Size::new(pixels.len() as u32, 1), sign);
         let one = [f32::NAN, -2.0, f32::INFINITY, 1e-30];
         assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);

@@ -76,7 +76,7 @@ pub(crate) struct Promises {
     pub(crate) symmetric: bool,
     /// The sum of all pixels stays the same, where nothing reaches the border.
     pub(crate) spreads: bool,
-    /// A rising ramp of greys comes out rising.
+    /// A rising ramp of grays comes out rising.
     pub(crate) rises: bool,
     /// Light may come out negative.
     pub(crate) negative: bool,

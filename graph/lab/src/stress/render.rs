@@ -38,7 +38,7 @@ impl Shot {
 pub(crate) struct OutputPixels {
     pub(crate) name: String,
     pub(crate) state: ColorState,
-    /// The largest colour that its node promises; `None` for any finite half float.
+    /// The largest color that its node promises; `None` for any finite half float.
     pub(crate) limit: Option<f64>,
     pub(crate) size: Size,
     pub(crate) pixels: Vec<[f32; 4]>,
@@ -257,7 +257,7 @@ fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels>
     plan.outputs.iter().zip(&graph.outputs).zip(texels).map(output).collect()
 }
 
-/// The largest colour of an image after the tone curve, if the node that makes it always gives that state: its
+/// The largest color of an image after the tone curve, if the node that makes it always gives that state: its
 /// `peak`, or else 1.
 fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let Source::Node { node, output, .. } = source else { return None };

@@ -55,37 +55,37 @@ fn stepped(name: &str, dt: f32) -> Shot {
 const SEQUENCES: [Sequence; 7] = [
     Sequence {
         name: "time-zero",
-        shots: || vec![first("grey"), stepped("bright", 0.0)],
-        wanted: Some(Wanted { shots: || vec![first("grey"), stepped("grey", 0.0)], tolerance: STILL, always: false }),
+        shots: || vec![first("gray"), stepped("bright", 0.0)],
+        wanted: Some(Wanted { shots: || vec![first("gray"), stepped("gray", 0.0)], tolerance: STILL, always: false }),
     },
     Sequence {
         name: "time-backwards",
-        shots: || vec![first("grey"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
-        wanted: Some(Wanted { shots: || vec![first("grey"), stepped("grey", 0.0)], tolerance: STILL, always: false }),
+        shots: || vec![first("gray"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
+        wanted: Some(Wanted { shots: || vec![first("gray"), stepped("gray", 0.0)], tolerance: STILL, always: false }),
     },
-    Sequence { name: "time-tiny", shots: || vec![first("grey"), stepped("bright", 1e-6)], wanted: None },
+    Sequence { name: "time-tiny", shots: || vec![first("gray"), stepped("bright", 1e-6)], wanted: None },
     Sequence {
         name: "time-huge",
-        shots: || vec![first("grey"), stepped("bright", 1e6)],
+        shots: || vec![first("gray"), stepped("bright", 1e6)],
         wanted: Some(Wanted { shots: || vec![first("bright"), shot("bright")], tolerance: SETTLED, always: false }),
     },
     Sequence {
         name: LONG,
-        shots: || [first("grey")].into_iter().chain(vec![shot("bright"); FRAMES]).collect(),
+        shots: || [first("gray")].into_iter().chain(vec![shot("bright"); FRAMES]).collect(),
         wanted: Some(Wanted { shots: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
     },
     Sequence {
         name: "cut",
-        shots: || vec![first("edge"), shot("all-inf"), first("grey")],
-        wanted: Some(Wanted { shots: || vec![first("grey"); 3], tolerance: Tolerance::NONE, always: true }),
+        shots: || vec![first("edge"), shot("all-inf"), first("gray")],
+        wanted: Some(Wanted { shots: || vec![first("gray"); 3], tolerance: Tolerance::NONE, always: true }),
     },
     Sequence {
         name: "bad-frame",
-        shots: || vec![first("grey"), shot("all-nan"), shot("nan"), shot("bright")],
+        shots: || vec![first("gray"), shot("all-nan"), shot("nan"), shot("bright")],
         wanted: Some(Wanted {
             shots: || {
                 let clean = |name| Shot { sanitized: true, ..shot(name) };
-                vec![first("grey"), clean("all-nan"), clean("nan"), shot("bright")]
+                vec![first("gray"), clean("all-nan"), clean("nan"), shot("bright")]
             },
             tolerance: Tolerance::NONE,
             always: true,

@@ -59,7 +59,7 @@ fn has_luminance(pixel: &[f32; 4]) -> bool {
     0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - LEAST_NORMAL_HALF
 }
 
-/// Colours are in the range of their state. Scene light may have negative components of a luminance that is not.
+/// Colors are in the range of their state. Scene light may have negative components of a luminance that is not.
 pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<String> {
     let signedness = shown.state.signedness();
     if signedness == Signedness::Signed || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {

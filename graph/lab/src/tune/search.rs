@@ -135,7 +135,7 @@ fn search_sizes(sizes: &[usize], goal: Goal, evaluate: &mut Evaluate<'_>) -> Res
     let mut best = best_of(&found, goal);
     loop {
         let mut near = vec![best.clone()];
-        for choice in neighbours(&best.0, sizes) {
+        for choice in neighbors(&best.0, sizes) {
             let measured = evaluate(&choice)?;
             near.push((choice, measured));
         }
@@ -179,7 +179,7 @@ fn descend(
     found.push(here.clone());
     while !matches!(goal, Goal::Budget(ms) if here.1.ms <= ms) {
         let mut steps = Vec::new();
-        for choice in neighbours(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
+        for choice in neighbors(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
             let measured = evaluate(&choice)?;
             steps.push((choice, measured));
         }
@@ -214,7 +214,7 @@ fn first_largest<'c>(
 }
 
 /// Every choice that differs in one switch, in the order of the switches.
-fn neighbours(from: &[usize], sizes: &[usize]) -> Vec<Vec<usize>> {
+fn neighbors(from: &[usize], sizes: &[usize]) -> Vec<Vec<usize>> {
     let mut all = Vec::new();
     for (switch, size) in sizes.iter().enumerate() {
         for at in (0..*size).filter(|at| *at != from[switch]) {

@@ -11,13 +11,13 @@ use rav1e::prelude::{
 use crate::codec::cicp::Cicp;
 use crate::codec::light_level::LightLevel;
 use crate::codec::limits::check_size;
-use crate::codec::quantise::Quantiser;
+use crate::codec::quantize::Quantizer;
 use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 
 const BITS: u32 = 10;
 const LAST: f32 = 1023.0;
 
-/// How an AVIF is written. The colour channels have full resolution.
+/// How an AVIF is written. The color channels have full resolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvifOptions {
     /// 1 to 100; 100 is nearly lossless.
@@ -27,29 +27,29 @@ pub struct AvifOptions {
     /// Seed of the dither to ten bits, or `None` to round.
     pub dither: Option<u32>,
     /// What the numbers mean, which the file states.
-    pub colour: Colorimetry,
+    pub color: Colorimetry,
 }
 
 impl Default for AvifOptions {
     /// Quality 85, speed 8, sRGB, rounded: ten bits show no banding, and noise costs space.
     fn default() -> Self {
-        Self { quality: 85, speed: 8, dither: None, colour: Colorimetry::SRGB }
+        Self { quality: 85, speed: 8, dither: None, color: Colorimetry::SRGB }
     }
 }
 
 /// Encodes an AVIF of `size` (width, height). Alpha is not written.
 ///
-/// The file states its colours by code points of H.273; HDR files also have the mastering display (`mdcv`) and the
+/// The file states its colors by code points of H.273; HDR files also have the mastering display (`mdcv`) and the
 /// light level (`clli`).
 ///
 /// # Errors
-/// Colours without code points, an image that is too large, and what rav1e reports.
+/// Colors without code points, an image that is too large, and what rav1e reports.
 pub fn encode_avif(size: (u32, u32), pixels: EncodedPixels<'_>, options: &AvifOptions) -> Result<Vec<u8>, CodecError> {
     check_size((size.0.into(), size.1.into()), 2)?;
-    let colour = &options.colour;
-    let codes = Codes::of(colour)?;
-    let rgb = Quantiser { bits: BITS, dither: options.dither, channels: 3 }.codes(size, pixels)?;
-    let level = LightLevel::of(&rgb, (3, BITS), colour);
+    let color = &options.color;
+    let codes = Codes::of(color)?;
+    let rgb = Quantizer { bits: BITS, dither: options.dither, channels: 3 }.codes(size, pixels)?;
+    let level = LightLevel::of(&rgb, (3, BITS), color);
     let payload = encode(size, &rgb, &codes, options)?;
     let mut file = Aviffy::new();
     file.set_width(size.0).set_height(size.1).set_bit_depth(BITS as u8);
@@ -61,9 +61,9 @@ pub fn encode_avif(size: (u32, u32), pixels: EncodedPixels<'_>, options: &AvifOp
         let whole = |nits: f64| nits.round().clamp(0.0, 65535.0) as u16;
         file.set_content_light_level(whole(level.max), whole(level.mean));
     }
-    if let Some(peak) = colour.peak_nits.filter(|_| colour.is_hdr()) {
+    if let Some(peak) = color.peak_nits.filter(|_| color.is_hdr()) {
         let point = |xy: Xy| [xy.x, xy.y].map(|number| (number.get() * 50000.0).round() as u16).into();
-        let Chromaticities { red, green, blue, white } = colour.primaries;
+        let Chromaticities { red, green, blue, white } = color.primaries;
         file.set_mastering_display([green, blue, red].map(point), point(white), (peak.get() * 1e4).round() as u32, 1);
     }
     let mut bytes = Vec::new();
@@ -84,8 +84,8 @@ struct Codes {
 }
 
 impl Codes {
-    fn of(colour: &Colorimetry) -> Result<Self, CodecError> {
-        let cicp = Cicp::of(&colour.primaries, colour.transfer).ok_or_else(unstated)?;
+    fn of(color: &Colorimetry) -> Result<Self, CodecError> {
+        let cicp = Cicp::of(&color.primaries, color.transfer).ok_or_else(unstated)?;
         let (primaries, color_primaries) = match cicp.primaries {
             9 => (container::ColorPrimaries::Bt2020, ColorPrimaries::BT2020),
             12 => (container::ColorPrimaries::DisplayP3, ColorPrimaries::SMPTE432),
@@ -106,14 +106,14 @@ impl Codes {
         let [red, blue] = self.luma;
         let [r, g, b] = rgb.map(f32::from);
         let y = red * r + (1.0 - red - blue) * g + blue * b;
-        let centre = (LAST + 1.0) / 2.0;
-        let chroma = |difference: f32, weight: f32| difference / (2.0 * (1.0 - weight)) + centre;
+        let center = (LAST + 1.0) / 2.0;
+        let chroma = |difference: f32, weight: f32| difference / (2.0 * (1.0 - weight)) + center;
         [y, chroma(b - y, blue), chroma(r - y, red)].map(|value| (value + 0.5).floor().clamp(0.0, LAST) as u16)
     }
 }
 
 fn unstated() -> CodecError {
-    CodecError::new(ErrorKind::Unsupported, "an AVIF states only colours that have code points")
+    CodecError::new(ErrorKind::Unsupported, "an AVIF states only colors that have code points")
         .hint("encode for `Rec709`, `DisplayP3` or `Rec2020` with `Srgb`, `Linear`, `Pq` or `Hlg`")
 }
 

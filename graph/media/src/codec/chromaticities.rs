@@ -28,7 +28,7 @@ pub(crate) fn to_rec709(from: &Chromaticities) -> Option<DMat3> {
     }
 }
 
-/// Converts the colour of one pixel. Infinities count as ±65504 and NaN as 0, so that one
+/// Converts the color of one pixel. Infinities count as ±65504 and NaN as 0, so that one
 /// overflowed channel does not turn the other two into NaN; negatives are kept.
 pub(crate) fn convert(matrix: &glam::Mat3, rgb: [f32; 3]) -> [f32; 3] {
     (*matrix * glam::Vec3::from(rgb.map(bounded))).to_array()

@@ -2,7 +2,7 @@
 
 use afterimage_base::color::{Chromaticities, Decimal, Transfer};
 
-/// `ColourPrimaries` of the spaces that have a code.
+/// `ColorPrimaries` of the spaces that have a code.
 const PRIMARIES: [(u8, Chromaticities); 3] =
     [(1, Chromaticities::REC709), (9, Chromaticities::REC2020), (12, Chromaticities::DISPLAY_P3)];
 

@@ -1,4 +1,4 @@
-//! Radiance `.hdr`: eight bits for each colour and a shared exponent.
+//! Radiance `.hdr`: eight bits for each color and a shared exponent.
 
 use std::io::{BufRead, Seek};
 

@@ -20,15 +20,15 @@ const SAME_CURVE: f64 = 1e-3;
 
 /// A display profile with a matrix and a curve (ICC.1:2022, 8.4.3); `None` for `Pq` and `Hlg`, which have no such form.
 /// Equal colorimetry gives equal bytes.
-pub(crate) fn write(colour: &Colorimetry) -> Option<Vec<u8>> {
-    let curve = match colour.transfer {
+pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
+    let curve = match color.transfer {
         Transfer::Linear => ToneReprCurve::Lut(Vec::new()),
         Transfer::Srgb => ToneReprCurve::Parametric(vec![2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045]),
         Transfer::Gamma(exponent) => ToneReprCurve::Parametric(vec![exponent.get() as f32]),
         Transfer::Pq | Transfer::Hlg => return None,
     };
-    let adapt = Cones::Bradford.adaptation(colour.primaries.white.to_xyz(), PCS_WHITE);
-    let colorants = adapt * colour.primaries.to_xyz();
+    let adapt = Cones::Bradford.adaptation(color.primaries.white.to_xyz(), PCS_WHITE);
+    let colorants = adapt * color.primaries.to_xyz();
     let mut profile = ColorProfile::new_srgb();
     profile.cicp = None;
     profile.red_colorant = xyz(colorants.x_axis);
@@ -40,18 +40,18 @@ pub(crate) fn write(colour: &Colorimetry) -> Option<Vec<u8>> {
     profile.red_trc = Some(curve.clone());
     profile.green_trc = Some(curve.clone());
     profile.blue_trc = Some(curve);
-    profile.description = Some(text(&description(colour)));
+    profile.description = Some(text(&description(color)));
     profile.copyright = Some(text("No copyright, use freely"));
     profile.creation_date_time = DATE;
     Some(profile.encode().expect("a matrix profile can be encoded"))
 }
 
-fn description(colour: &Colorimetry) -> String {
-    let transfer = match colour.transfer {
+fn description(color: &Colorimetry) -> String {
+    let transfer = match color.transfer {
         Transfer::Gamma(exponent) => format!("gamma {exponent}"),
         other => format!("{other:?}"),
     };
-    format!("{}, {transfer}", colour.primaries.name().unwrap_or("RGB"))
+    format!("{}, {transfer}", color.primaries.name().unwrap_or("RGB"))
 }
 
 fn text(text: &str) -> ProfileText {
@@ -63,7 +63,7 @@ fn xyz(at: DVec3) -> Xyzd {
 }
 
 /// The space of an RGB profile with a matrix and one curve for all channels, if the curve is linear, sRGB's or a power;
-/// `None` for all other profiles. The white of the space is D65, to which the profile's colours are adapted.
+/// `None` for all other profiles. The white of the space is D65, to which the profile's colors are adapted.
 pub(crate) fn read(bytes: &[u8]) -> Option<(Chromaticities, Transfer)> {
     let profile = ColorProfile::new_from_slice(bytes).ok()?;
     let is_matrix = profile.color_space == DataColorSpace::Rgb

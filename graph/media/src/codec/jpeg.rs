@@ -4,25 +4,25 @@ use afterimage_base::color::Colorimetry;
 use jpeg_encoder::{ColorType, Encoder, EncodingError, SamplingFactor};
 
 use crate::codec::limits::check_size;
-use crate::codec::quantise::Quantiser;
+use crate::codec::quantize::Quantizer;
 use crate::codec::{CodecError, EncodedPixels, ErrorKind, icc};
 
-/// How a JPEG is written. The colour channels have full resolution.
+/// How a JPEG is written. The color channels have full resolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JpegOptions {
-    /// 1 to 100: of the quantisation tables of libjpeg.
+    /// 1 to 100: of the quantization tables of libjpeg.
     pub quality: u8,
     /// Seed of the dither to eight bits, or `None` to round.
     pub dither: Option<u32>,
     /// What the numbers mean. sRGB is not stated, since it is what readers assume; all else is stated by an ICC
     /// profile.
-    pub colour: Option<Colorimetry>,
+    pub color: Option<Colorimetry>,
 }
 
 impl Default for JpegOptions {
     /// Quality 92, sRGB, dithered with seed 0.
     fn default() -> Self {
-        Self { quality: 92, dither: Some(0), colour: Some(Colorimetry::SRGB) }
+        Self { quality: 92, dither: Some(0), color: Some(Colorimetry::SRGB) }
     }
 }
 
@@ -35,17 +35,17 @@ pub fn encode_jpeg(size: (u32, u32), pixels: EncodedPixels<'_>, options: &JpegOp
         return Err(CodecError::new(ErrorKind::TooLarge, "a JPEG has at most 65535 pixels in a row or column"));
     };
     check_size((size.0.into(), size.1.into()), 1)?;
-    let profile = options.colour.map(profile).transpose()?.flatten();
-    let codes = Quantiser { bits: 8, dither: options.dither, channels: 3 }.codes(size, pixels)?;
+    let profile = options.color.map(profile).transpose()?.flatten();
+    let codes = Quantizer { bits: 8, dither: options.dither, channels: 3 }.codes(size, pixels)?;
     let bytes: Vec<u8> = codes.iter().map(|code| *code as u8).collect();
     pack((width, height), &bytes, profile.as_deref(), options.quality)
         .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the JPEG failed: {error}")))
 }
 
 /// The profile to embed; `None` for sRGB.
-fn profile(colour: Colorimetry) -> Result<Option<Vec<u8>>, CodecError> {
-    let is_srgb = (colour.primaries, colour.transfer) == (Colorimetry::SRGB.primaries, Colorimetry::SRGB.transfer);
-    match icc::write(&colour) {
+fn profile(color: Colorimetry) -> Result<Option<Vec<u8>>, CodecError> {
+    let is_srgb = (color.primaries, color.transfer) == (Colorimetry::SRGB.primaries, Colorimetry::SRGB.transfer);
+    match icc::write(&color) {
         _ if is_srgb => Ok(None),
         Some(profile) => Ok(Some(profile)),
         None => Err(CodecError::new(ErrorKind::Unsupported, "a JPEG has eight bits, too few for PQ and HLG")

@@ -14,8 +14,8 @@ pub(crate) struct LightLevel {
 
 impl LightLevel {
     /// The light level of HDR codes; `None` for SDR, and for HLG without a stated peak.
-    pub(crate) fn of(codes: &[u16], (channels, bits): (usize, u32), colour: &Colorimetry) -> Option<Self> {
-        let nits = Nits::new(bits, colour)?;
+    pub(crate) fn of(codes: &[u16], (channels, bits): (usize, u32), color: &Colorimetry) -> Option<Self> {
+        let nits = Nits::new(bits, color)?;
         // Sums of fixed groups in a fixed order, so that equal codes give equal bytes.
         let groups: Vec<(f32, f64)> =
             codes.par_chunks(channels * 4096).map(|group| nits.group(group, channels)).collect();
@@ -34,14 +34,14 @@ struct Nits {
 }
 
 impl Nits {
-    fn new(bits: u32, colour: &Colorimetry) -> Option<Self> {
-        let (scale, display) = match colour.transfer {
+    fn new(bits: u32, color: &Colorimetry) -> Option<Self> {
+        let (scale, display) = match color.transfer {
             Transfer::Pq => (10000.0, None),
-            Transfer::Hlg => (1.0, Some(hlg_display(&colour.primaries, colour.peak_nits?.get()))),
+            Transfer::Hlg => (1.0, Some(hlg_display(&color.primaries, color.peak_nits?.get()))),
             Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => return None,
         };
         let last = (1_u32 << bits) - 1;
-        let light = |code: u32| (colour.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
+        let light = |code: u32| (color.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
         Some(Self { light: (0..=last).map(light).collect(), display })
     }
 

@@ -17,12 +17,12 @@ mod metered;
 mod panics;
 mod picture;
 mod png;
-mod quantise;
+mod quantize;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
 #[cfg(test)]
-pub(crate) use quantise::dithered;
+pub(crate) use quantize::dithered;
 
 use std::io::{BufRead, Read as _, Seek};
 
@@ -37,7 +37,7 @@ pub use limits::Budget;
 pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
 pub use png::{Alpha, PngDepth, PngOptions, encode_png};
-pub use quantise::EncodedPixels;
+pub use quantize::EncodedPixels;
 
 /// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
 /// of an EXR file. `budget` limits the memory that decoding takes.

@@ -132,18 +132,18 @@ fn a_file_without_a_picture_says_what_it_has() {
     let path = write(&folder, plain(), vec![part("", (0, 0), &channels)]);
     assert_eq!(
         message_and_hint(&read(&Source::file(&path)).unwrap_err()),
-        "no layer of this EXR is a colour picture; name a channel after `#`, for example \
+        "no layer of this EXR is a color picture; name a channel after `#`, for example \
          `file.exr#Z`; it has `a`, `b`, `s.p`, `s.q`"
     );
     assert_eq!(
         message_and_hint(&read_layer(&path, "s").unwrap_err()),
-        "layer `s` is neither a colour nor a vector; name one of its channels: `s.p`, `s.q`"
+        "layer `s` is neither a color nor a vector; name one of its channels: `s.p`, `s.q`"
     );
 }
 
 #[test]
-fn luminance_is_grey_and_keeps_its_alpha() {
-    let folder = Folder::new("grey");
+fn luminance_is_gray_and_keeps_its_alpha() {
+    let folder = Folder::new("gray");
     let channels = [("Y", 3.0, HALF), ("A", 0.0, HALF)];
     let path = write(&folder, plain(), vec![part("", (0, 0), &channels)]);
     let picture = read(&Source::file(path)).unwrap();

@@ -46,7 +46,7 @@ fn a_profile_is_read_back_as_what_it_was_made_of() {
             let profile = icc::write(&Colorimetry::new(primaries, transfer)).unwrap();
             let (found, curve) = icc::read(&profile).unwrap();
             assert!((curve.to_light(0.5) - transfer.to_light(0.5)).abs() < 1e-4, "{curve:?} is not {transfer:?}");
-            // The white of a profile is D65 here; to which the colours of ACEScg are adapted.
+            // The white of a profile is D65 here; to which the colors of ACEScg are adapted.
             let to_rec709 = |space: &Chromaticities| space.conversion(&Chromaticities::REC709);
             assert!(to_rec709(&found).abs_diff_eq(to_rec709(&primaries), 1e-3), "{found:?}");
         }

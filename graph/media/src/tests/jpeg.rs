@@ -18,20 +18,20 @@ fn segments(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
     found
 }
 
-fn encoded(colour: Colorimetry) -> Result<Vec<u8>, CodecError> {
+fn encoded(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
     let values: Vec<f32> = (0..24 * 16 * 4).map(|i| (i % 97) as f32 / 96.0).collect();
     encode_jpeg(
         (24, 16),
         EncodedPixels::Float(&values),
-        &JpegOptions { colour: Some(colour), ..JpegOptions::default() },
+        &JpegOptions { color: Some(color), ..JpegOptions::default() },
     )
 }
 
 #[test]
 fn a_jpeg_has_its_size_full_chroma_and_a_profile_unless_it_is_srgb() {
     let p3 = Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb);
-    for (colour, profile) in [(Colorimetry::SRGB, None), (p3, icc::write(&p3))] {
-        let segments = segments(&encoded(colour).unwrap());
+    for (color, profile) in [(Colorimetry::SRGB, None), (p3, icc::write(&p3))] {
+        let segments = segments(&encoded(color).unwrap());
         let frame = &segments.iter().find(|(marker, _)| *marker == 0xc0).unwrap().1;
         assert_eq!(frame[..6], [8, 0, 16, 0, 24, 3], "eight bits, height, width, three components");
         assert_eq!([frame[7], frame[10], frame[13]], [0x11; 3], "no subsampling");

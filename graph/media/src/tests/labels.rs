@@ -1,4 +1,4 @@
-//! What files say about their colours: chunks of PNG and attributes of EXR, for all transfer functions and primaries.
+//! What files say about their colors: chunks of PNG and attributes of EXR, for all transfer functions and primaries.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer, Xy};
 
@@ -38,22 +38,22 @@ fn words(data: &[u8]) -> Vec<u32> {
     data.as_chunks::<4>().0.iter().map(|word| u32::from_be_bytes(*word)).collect()
 }
 
-fn colour(primaries: Chromaticities, transfer: Transfer) -> Colorimetry {
-    let colour = Colorimetry::new(primaries, transfer);
-    if colour.is_hdr() { colour.nits(203.0, 1000.0) } else { colour }
+fn color(primaries: Chromaticities, transfer: Transfer) -> Colorimetry {
+    let color = Colorimetry::new(primaries, transfer);
+    if color.is_hdr() { color.nits(203.0, 1000.0) } else { color }
 }
 
 /// 16-bit file of one row.
-fn file(colour: Colorimetry, values: &[f32]) -> Vec<u8> {
-    let options = PngOptions { depth: PngDepth::Sixteen, colour: Some(colour), ..PngOptions::default() };
+fn file(color: Colorimetry, values: &[f32]) -> Vec<u8> {
+    let options = PngOptions { depth: PngDepth::Sixteen, color: Some(color), ..PngOptions::default() };
     encode_png(((values.len() / 4) as u32, 1), EncodedPixels::Float(values), &options).unwrap()
 }
 
 #[test]
-fn every_label_states_the_colours_and_no_chunk_contradicts_it() {
+fn every_label_states_the_colors_and_no_chunk_contradicts_it() {
     for (primaries, code) in SPACES {
         for (transfer, transfer_code) in TRANSFERS {
-            let file = file(colour(primaries, transfer), &[0.5, 0.25, 0.75, 1.0]);
+            let file = file(color(primaries, transfer), &[0.5, 0.25, 0.75, 1.0]);
             let names: Vec<String> = chunks(&file).into_iter().map(|(name, _)| name).collect();
             let has = |name: &str| names.iter().any(|found| found == name);
             let what = format!("{:?}, {transfer:?}: {names:?}", primaries.name());
@@ -75,14 +75,14 @@ fn every_label_states_the_colours_and_no_chunk_contradicts_it() {
 #[test]
 fn gamma_and_chromaticities_are_in_hundred_thousandths() {
     let gamma = Transfer::Gamma(Decimal::new(2.4));
-    let file = file(colour(Chromaticities::DISPLAY_P3, gamma), &[0.5; 4]);
+    let file = file(color(Chromaticities::DISPLAY_P3, gamma), &[0.5; 4]);
     assert_eq!(words(&chunk(&file, "gAMA").unwrap()), [41667]);
     let white_first = [31270, 32900, 68000, 32000, 26500, 69000, 15000, 6000];
     assert_eq!(words(&chunk(&file, "cHRM").unwrap()), white_first);
     let srgb = encode_png((1, 1), EncodedPixels::Byte(&[1, 2, 3, 255]), &PngOptions::default()).unwrap();
     assert_eq!(chunk(&srgb, "sRGB"), Some(vec![0]));
     assert_eq!(words(&chunk(&srgb, "gAMA").unwrap()), [45455]);
-    let unstated = PngOptions { colour: None, ..PngOptions::default() };
+    let unstated = PngOptions { color: None, ..PngOptions::default() };
     let unstated = encode_png((1, 1), EncodedPixels::Byte(&[1, 2, 3, 255]), &unstated).unwrap();
     assert_eq!(chunks(&unstated).len(), 3, "IHDR, IDAT and IEND");
 }
@@ -96,7 +96,7 @@ fn pq(nits: f64) -> f32 {
 #[test]
 fn hdr_files_state_the_display_and_the_light_of_their_pixels() {
     let values = [pq(203.0), pq(100.0), pq(1.0), 1.0, pq(4.0), pq(950.0), pq(4.0), 1.0];
-    let file = file(colour(Chromaticities::REC2020, Transfer::Pq), &values);
+    let file = file(color(Chromaticities::REC2020, Transfer::Pq), &values);
     let display = chunk(&file, "mDCV").unwrap();
     let points: Vec<u16> = display[..16].as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
     assert_eq!(points, [35400, 14600, 8500, 39850, 6550, 2300, 15635, 16450]);
@@ -109,7 +109,7 @@ fn hdr_files_state_the_display_and_the_light_of_their_pixels() {
 #[test]
 fn the_light_level_of_hlg_is_that_of_its_display() {
     // BT.2408: 75 % is 203 cd/m2 on a display with a peak of 1000, and 100 % is the peak.
-    let file = file(colour(Chromaticities::REC2020, Transfer::Hlg), &[0.75, 0.75, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0]);
+    let file = file(color(Chromaticities::REC2020, Transfer::Hlg), &[0.75, 0.75, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0]);
     let level: Vec<f64> = words(&chunk(&file, "cLLI").unwrap()).iter().map(|word| f64::from(*word) / 1e4).collect();
     assert!((level[0] - 1000.0).abs() < 0.1 && (level[1] - 601.5).abs() < 0.5, "{level:?}");
 }
@@ -124,7 +124,7 @@ fn light(transfer: Transfer, signal: f64) -> f64 {
             let p = signal.powf(1.0 / 78.84375);
             ((p - 0.8359375) / (18.8515625 - 18.6875 * p)).powf(1.0 / 0.1593017578125) * 10000.0 / 203.0
         }
-        // Grey: the light of the scene to the power of the system gamma of 1.2.
+        // Gray: the light of the scene to the power of the system gamma of 1.2.
         Transfer::Hlg => {
             (((signal - 0.55991073) / 0.17883277).exp() + 0.28466892).powf(1.2) / 12_f64.powf(1.2) * 1000.0 / 203.0
         }
@@ -136,8 +136,8 @@ fn what_is_written_is_read_back_as_light() {
     let folder = Folder::new("labels-light");
     for (primaries, _) in SPACES {
         for (transfer, _) in TRANSFERS {
-            let colour = colour(primaries, transfer);
-            let back = folder.read(&file(colour, &[0.6, 0.6, 0.6, 1.0, 0.6, 0.0, 0.0, 1.0])).unwrap();
+            let color = color(primaries, transfer);
+            let back = folder.read(&file(color, &[0.6, 0.6, 0.6, 1.0, 0.6, 0.0, 0.0, 1.0])).unwrap();
             let what = format!("{:?}, {transfer:?}", primaries.name());
             assert_eq!(back.stated.map(|stated| stated.primaries), Some(primaries), "{what}");
             let is_same = match (back.stated.unwrap().transfer, transfer) {
@@ -150,7 +150,7 @@ fn what_is_written_is_read_back_as_light() {
                 assert!((f64::from(*value) / expected - 1.0).abs() < 2e-4, "{what}: {value} is not {expected}");
             }
             let [red, green, _, _] = back.pixel(1, 0);
-            assert_eq!(green < -1e-4, primaries != Chromaticities::REC709, "{what}: wide colours stay wide: {green}");
+            assert_eq!(green < -1e-4, primaries != Chromaticities::REC709, "{what}: wide colors stay wide: {green}");
             assert!(red > 0.0, "{what}");
         }
     }
@@ -159,16 +159,16 @@ fn what_is_written_is_read_back_as_light() {
 #[test]
 fn the_peak_of_hlg_is_read_from_the_file() {
     let folder = Folder::new("labels-hlg");
-    let colour = Colorimetry::new(Chromaticities::REC2020, Transfer::Hlg).nits(203.0, 4000.0);
-    let back = folder.read(&file(colour, &[1.0; 4])).unwrap();
+    let color = Colorimetry::new(Chromaticities::REC2020, Transfer::Hlg).nits(203.0, 4000.0);
+    let back = folder.read(&file(color, &[1.0; 4])).unwrap();
     assert!((back.pixel(0, 0)[0] - 4000.0 / 203.0).abs() < 1e-3, "{:?}", back.pixel(0, 0));
-    assert_eq!(back.stated, Some(colour));
+    assert_eq!(back.stated, Some(color));
 }
 
 #[test]
 fn a_coding_that_is_not_read_is_refused() {
     let folder = Folder::new("labels-refused");
-    let good = file(colour(Chromaticities::REC2020, Transfer::Pq), &[0.5; 4]);
+    let good = file(color(Chromaticities::REC2020, Transfer::Pq), &[0.5; 4]);
     let at = good.windows(4).position(|name| name == b"cICP").unwrap() + 4;
     // BT.601 primaries, an unknown transfer function, a matrix, narrow range. The checksum of the chunk is made anew.
     for (byte, code) in [(0, 6), (1, 2), (2, 9), (3, 0)] {
@@ -190,9 +190,9 @@ fn crc(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn colours_that_no_chunk_states_are_refused() {
+fn colors_that_no_chunk_states_are_refused() {
     let acescg = |transfer| {
-        let options = PngOptions { colour: Some(colour(Chromaticities::ACES_CG, transfer)), ..PngOptions::default() };
+        let options = PngOptions { color: Some(color(Chromaticities::ACES_CG, transfer)), ..PngOptions::default() };
         encode_png((1, 1), EncodedPixels::Float(&[0.5; 4]), &options)
     };
     assert_eq!(acescg(Transfer::Pq).unwrap_err().kind, ErrorKind::Unsupported);
@@ -205,8 +205,8 @@ fn an_exr_states_its_primaries_and_luminance() {
     let folder = Folder::new("labels-exr");
     let neutral = Xy::new(0.34, 0.35);
     for (primaries, _) in SPACES {
-        let colour = Colorimetry { adopted_white: Some(neutral), ..Colorimetry::linear(primaries).nits(203.0, 1000.0) };
-        let options = ExrOptions { colour: Some(colour), float: true, ..ExrOptions::default() };
+        let color = Colorimetry { adopted_white: Some(neutral), ..Colorimetry::linear(primaries).nits(203.0, 1000.0) };
+        let options = ExrOptions { color: Some(color), float: true, ..ExrOptions::default() };
         let source = picture(3, 2);
         let bytes = encode_exr(&source, &options).unwrap();
         for name in [&b"chromaticities\0chromaticities\0"[..], b"whiteLuminance\0float\0", b"adoptedNeutral\0v2f\0"] {
@@ -228,8 +228,8 @@ fn an_exr_states_its_primaries_and_luminance() {
 #[test]
 fn an_adopted_neutral_is_adapted_with_the_pixels() {
     let white = Chromaticities::ACES_CG.white;
-    let colour = Colorimetry { adopted_white: Some(white), ..Colorimetry::linear(Chromaticities::ACES_CG) };
-    let options = ExrOptions { colour: Some(colour), ..ExrOptions::default() };
+    let color = Colorimetry { adopted_white: Some(white), ..Colorimetry::linear(Chromaticities::ACES_CG) };
+    let options = ExrOptions { color: Some(color), ..ExrOptions::default() };
     let back = Folder::new("labels-neutral").read(&encode_exr(&picture(2, 2), &options).unwrap()).unwrap();
     let found = back.meta.layer.adopted_neutral.unwrap();
     assert!((found.0 - 0.3127).abs() < 1e-5 && (found.1 - 0.3290).abs() < 1e-5, "{found:?}");

@@ -1,4 +1,4 @@
-//! PNG: codes, dither, colour chunks, and back to light.
+//! PNG: codes, dither, color chunks, and back to light.
 
 use ::png::{BitDepth, ColorType, Encoder, ScaledFloat};
 use afterimage_base::color::Colorimetry;
@@ -9,7 +9,7 @@ use crate::codec::dithered;
 use crate::*;
 
 const PLAIN: PngOptions =
-    PngOptions { depth: PngDepth::Eight, alpha: Alpha::Keep, dither: None, colour: Some(Colorimetry::SRGB) };
+    PngOptions { depth: PngDepth::Eight, alpha: Alpha::Keep, dither: None, color: Some(Colorimetry::SRGB) };
 
 fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Vec<u8> {
     encode_png(size, pixels, options).unwrap()
@@ -101,10 +101,10 @@ fn dither_keeps_the_mean_and_leaves_the_ends_solid() {
 
 #[test]
 fn a_seed_decides_the_noise() {
-    let grey = [0.5_f32; 64 * 64 * 4];
+    let gray = [0.5_f32; 64 * 64 * 4];
     let with = |seed| {
         let options = PngOptions { dither: Some(seed), ..PLAIN };
-        encoded((64, 64), EncodedPixels::Float(&grey), &options)
+        encoded((64, 64), EncodedPixels::Float(&gray), &options)
     };
     assert_eq!(with(5), with(5));
     assert_ne!(codes(&with(5)).2, codes(&with(6)).2);
@@ -124,7 +124,7 @@ fn alpha_is_written_where_it_is_not_one() {
     assert_eq!([kinds(Alpha::Keep, &opaque), kinds(Alpha::Drop, &clear)], [ColorType::Rgba, ColorType::Rgb]);
 }
 
-/// Mean and variance, in codes, of the error against the numbers before quantisation.
+/// Mean and variance, in codes, of the error against the numbers before quantization.
 fn error(values: &[f32], found: &[u8]) -> (f64, f64) {
     let errors: Vec<f64> = values.iter().zip(found).map(|(v, c)| f64::from(*c) - f64::from(*v) * 255.0).collect();
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
@@ -132,16 +132,16 @@ fn error(values: &[f32], found: &[u8]) -> (f64, f64) {
 }
 
 #[test]
-fn the_error_has_the_variance_of_one_quantisation() {
+fn the_error_has_the_variance_of_one_quantization() {
     // A ramp over 200 codes, one number for all channels of a pixel, alpha 1.
     let (width, height) = (512_u32, 256_u32);
     let at = |pixel: u32| 0.1 + 0.8 * pixel as f32 / (width * height) as f32;
     let values: Vec<f32> = (0..width * height).flat_map(|pixel| [at(pixel), at(pixel), at(pixel), 1.0]).collect();
-    let colours: Vec<f32> = values.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
+    let colors: Vec<f32> = values.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
     for (dither, variance) in [(Some(9), 0.25), (None, 1.0 / 12.0)] {
         let options = PngOptions { dither, alpha: Alpha::WhereNeeded, ..PLAIN };
         let (_, _, found) = codes(&encoded((width, height), EncodedPixels::Float(&values), &options));
-        let (mean, found) = error(&colours, &found);
+        let (mean, found) = error(&colors, &found);
         assert!(mean.abs() < 0.005 && (found - variance).abs() < 0.004, "{dither:?}: mean {mean}, variance {found}");
     }
 }
@@ -177,9 +177,9 @@ fn written(set: impl FnOnce(&mut Encoder<'_, &mut Vec<u8>>), data: &[u8]) -> Vec
 #[test]
 fn other_kinds_of_png_are_read() {
     let folder = Folder::new("png-kinds");
-    let grey = written(|e| e.set_color(ColorType::Grayscale), &[255, 0]);
-    assert_eq!(folder.read(&grey).unwrap().pixel(0, 0), [1.0, 1.0, 1.0, 1.0]);
-    assert_eq!(folder.read(&grey).unwrap().pixel(1, 0), [0.0, 0.0, 0.0, 1.0]);
+    let gray = written(|e| e.set_color(ColorType::Grayscale), &[255, 0]);
+    assert_eq!(folder.read(&gray).unwrap().pixel(0, 0), [1.0, 1.0, 1.0, 1.0]);
+    assert_eq!(folder.read(&gray).unwrap().pixel(1, 0), [0.0, 0.0, 0.0, 1.0]);
     let palette = written(
         |e| {
             e.set_color(ColorType::Indexed);

@@ -32,13 +32,13 @@ fn a_file_that_is_written_replaced_removed_or_made_has_changed() {
 #[test]
 fn folders_of_kinds_are_watched_for_their_texts_alone() {
     let folder = Folder::new("watch-kinds");
-    std::fs::create_dir_all(folder.file("grey")).unwrap();
-    let shader = folder.file("grey/grey.wgsl");
+    std::fs::create_dir_all(folder.file("gray")).unwrap();
+    let shader = folder.file("gray/gray.wgsl");
     let mut watch = FileWatch::new(|| {});
     watch.extend([folder.0.clone()]);
-    std::fs::write(folder.file("grey/notes.txt"), "no text of a kind").unwrap();
+    std::fs::write(folder.file("gray/notes.txt"), "no text of a kind").unwrap();
     assert!(watch.look().is_empty());
-    std::fs::write(&shader, "fn grey() {}").unwrap();
+    std::fs::write(&shader, "fn gray() {}").unwrap();
     assert_eq!(watch.wait(), only(&shader));
 }
 

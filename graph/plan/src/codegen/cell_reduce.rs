@@ -159,9 +159,9 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         for (var y = first.y + within / {across}u; y < end.y; y += {down}u) {{
             let pixel = vec2u(x, y);
             let share = cell_share(pixel, place, size, lattice);
-            let is_centred = all(pixel >= centred) && all(pixel < beyond);
+            let is_centered = all(pixel >= centered) && all(pixel < beyond);
             let picked = {picked};
-            let seen = Seen(picked, cells_texel(picked), share.x * share.y, is_centred);
+            let seen = Seen(picked, cells_texel(picked), share.x * share.y, is_centered);
 {visits}        }}
     }}
 {finishes}}}",
@@ -176,7 +176,7 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
 /// The pixels of the invocation's cell.
 const WALK: &str = "    let first = place * size / lattice;
     let end = ((place + 1u) * size + lattice - 1u) / lattice;
-    let centred = cell_first(place, size, lattice);
+    let centered = cell_first(place, size, lattice);
     let beyond = cell_first(place + 1u, size, lattice);
 ";
 

@@ -57,7 +57,7 @@ impl Halving {
         let source = kernel.textures().next()?;
         let (from, to) = (recording.image(source).desc, recording.image(result).desc);
         let is_exact_half = from.size.width == 2 * to.size.width && from.size.height == 2 * to.size.height;
-        // Neighbours share texels as half floats.
+        // Neighbors share texels as half floats.
         let is_half_float = !from.format.is_32_bit() && !to.format.is_32_bit();
         let is_large = always || to.size.texels() >= FEWEST_TEXELS;
         let reach = kernel.reach.unwrap_or_default();

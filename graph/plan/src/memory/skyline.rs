@@ -1,7 +1,7 @@
 //! Another placement: always at the lowest point of the skyline that the placed blocks make over time.
 //!
 //! The lowest stretch of the skyline takes a block that lives within it, by a rank that says which goes first; where
-//! none does, the stretch is filled up to its lower neighbour. That loses nothing: no block that is left lives within
+//! none does, the stretch is filled up to its lower neighbor. That loses nothing: no block that is left lives within
 //! it.
 
 use super::block::{Block, Placement, alive};
@@ -109,10 +109,10 @@ fn cover(skyline: &mut Vec<Level>, at: usize, block: &Block, height: u64) {
     join(skyline);
 }
 
-/// Raises a level to its lower neighbour; returns by how much.
+/// Raises a level to its lower neighbor; returns by how much.
 fn fill(skyline: &mut Vec<Level>, at: usize) -> u64 {
-    let neighbours = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|at| skyline.get(at));
-    let lower = neighbours.map(|level| level.height).min().expect("a level over all time holds every block");
+    let neighbors = [at.checked_sub(1), Some(at + 1)].into_iter().flatten().filter_map(|at| skyline.get(at));
+    let lower = neighbors.map(|level| level.height).min().expect("a level over all time holds every block");
     let raised = lower - std::mem::replace(&mut skyline[at].height, lower);
     join(skyline);
     raised

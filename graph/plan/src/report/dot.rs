@@ -15,7 +15,7 @@ impl Plan {
             String::from("digraph plan {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\", fontsize=10];\n");
         dot += "  edge [fontname=\"sans-serif\", fontsize=8];\n";
         for (number, batch) in self.batches.iter().enumerate() {
-            let _ = writeln!(dot, "  subgraph cluster_batch_{number} {{\n    label=\"batch {number}\"; color=grey80;");
+            let _ = writeln!(dot, "  subgraph cluster_batch_{number} {{\n    label=\"batch {number}\"; color=gray80;");
             batch.passes.clone().for_each(|pass| dot += &self.dot_pass(pass));
             dot += "  }\n";
         }

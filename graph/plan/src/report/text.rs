@@ -97,7 +97,7 @@ impl Plan {
     fn arithmetic_text(&self) -> String {
         let halves = self.passes.iter().filter(|pass| pass.features.half).count();
         let passes = count(self.passes.len(), "pass");
-        let half = format!("sums of colours may be in half floats in {halves} of {passes}");
+        let half = format!("sums of colors may be in half floats in {halves} of {passes}");
         let used = [
             (self.options.half, "  half", half.as_str()),
             (self.options.subgroups, "  subgroups", "sums over workgroups are made by subgroups"),

@@ -13,7 +13,7 @@ pub(super) struct Profile {
 const NONE: i64 = i64::MIN / 4;
 
 impl Profile {
-    /// From the differences of neighbours.
+    /// From the differences of neighbors.
     pub(super) fn new(steps: &[i64]) -> Self {
         let leaves = steps.len().next_power_of_two();
         let mut most = vec![NONE; 2 * leaves];

@@ -4,7 +4,7 @@
 //! ```ron
 //! Kind(
 //!     name: "Posterize",
-//!     doc: "Leaves only a few levels of each colour.",
+//!     doc: "Leaves only a few levels of each color.",
 //!     inputs: {
 //!         "source": Image(doc: "The picture after the tone curve.", accepts: [DisplayLinear]),
 //!     },

@@ -40,7 +40,7 @@ impl<'a> Recorder<'a> {
     /// values to the uv of a place in x and y. The function is also called between pixels: it must not use
     /// `at.pixel`, and reads images, such as masks, as textures at `at.uv`. Places beyond the border are moved to it.
     ///
-    /// Neighbouring warps become one pass, in which the image between them is neither stored nor filtered.
+    /// Neighboring warps become one pass, in which the image between them is neither stored nor filtered.
     pub fn warp(
         &mut self,
         shader: impl Into<Shared<Shader>>,

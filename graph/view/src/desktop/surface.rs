@@ -9,7 +9,7 @@ use winit::window::Window;
 use crate::Problem;
 use crate::render::{DRAWN, SDR_WHITE, Screen};
 
-/// The colour spaces of HDR screens, the best first, and the formats that they come with.
+/// The color spaces of HDR screens, the best first, and the formats that they come with.
 const SPACES: [(SurfaceColorSpace, wgpu::TextureFormat); 5] = [
     (SurfaceColorSpace::ExtendedSrgbLinear, wgpu::TextureFormat::Rgba16Float),
     (SurfaceColorSpace::ExtendedDisplayP3, wgpu::TextureFormat::Rgba16Float),
@@ -56,7 +56,7 @@ impl Surface {
         Ok((gpu, opened))
     }
 
-    /// Uses a colour space for HDR, if the screen is one.
+    /// Uses a color space for HDR, if the screen is one.
     fn use_hdr(&mut self, gpu: &Gpu) {
         let info = self.surface.display_hdr_info(&gpu.adapter);
         let is_hdr = info.coarse.and_then(|coarse| coarse.high_dynamic_range) == Some(true);
@@ -99,7 +99,7 @@ impl Surface {
         result
     }
 
-    /// The window has another size; a side of 0 is a window that is minimised.
+    /// The window has another size; a side of 0 is a window that is minimized.
     pub(super) fn resize(&mut self, size: [u32; 2]) {
         (self.config.width, self.config.height, self.is_stale) = (size[0], size[1], true);
     }

@@ -39,7 +39,7 @@ impl Flags {
     pub const SMOOTH: u32 = 1;
     /// The numbers are light, which is encoded for the window.
     pub const IS_LIGHT: u32 = 2;
-    /// Exposure as colours.
+    /// Exposure as colors.
     pub const FALSE_COLOR: u32 = 4;
     /// Clipped pixels are striped.
     pub const CLIPPING: u32 = 8;

@@ -98,7 +98,7 @@ fn stripes(pixel: vec2f) -> bool {
     return (i32(floor((pixel.x + pixel.y) / 6.0)) & 1) == 0;
 }
 
-// Stops around middle grey as colours, from violet for black to red for white.
+// Stops around middle gray as colors, from violet for black to red for white.
 fn false_color(light: vec3f) -> vec3f {
     let stops = log2(max(dot(light, vec3f(0.2126, 0.7152, 0.0722)), 1e-9) / 0.18);
     var colors = array(

@@ -22,7 +22,7 @@ pub struct Wanted<'t> {
 pub struct Reading {
     /// As it was called.
     pub name: String,
-    /// The four numbers; missing colour channels are 0, missing alpha is 1.
+    /// The four numbers; missing color channels are 0, missing alpha is 1.
     pub value: [f32; 4],
 }
 

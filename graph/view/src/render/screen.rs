@@ -1,6 +1,6 @@
-//! HDR screens: what the viewer draws becomes what a swap chain of another colour space holds.
+//! HDR screens: what the viewer draws becomes what a swap chain of another color space holds.
 //!
-//! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colours outside of Rec.709 have negative
+//! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colors outside of Rec.709 have negative
 //! numbers. A last pass converts them.
 
 use afterimage_gpu::Gpu;
@@ -31,7 +31,7 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// For a colour space, where `white` is the luminance of SDR white in cd/m2, and `is_absolute` says whether 1 in
+    /// For a color space, where `white` is the luminance of SDR white in cd/m2, and `is_absolute` says whether 1 in
     /// scRGB is a luminance, as on Windows, and not SDR white.
     fn of(space: SurfaceColorSpace, white: f64, is_absolute: bool) -> Self {
         let (primaries, encoding, unit) = match space {
@@ -72,7 +72,7 @@ const DRAWN_USAGES: wgpu::TextureUsages =
     wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
 
 impl Screen {
-    /// For swap chains of a format and a colour space. `white` is the luminance of SDR white in cd/m2.
+    /// For swap chains of a format and a color space. `white` is the luminance of SDR white in cd/m2.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
         let device = &gpu.device;
         let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));

@@ -124,10 +124,10 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
 }
 
 fn is_color(param: &Param) -> bool {
-    ["colour", "color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
+    ["color", "color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
 }
 
-/// A colour as light; brighter ones than 1 keep their brightness.
+/// A color as light; brighter ones than 1 keep their brightness.
 fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
     let largest = numbers[..3].iter().fold(1.0, |largest: f64, number| largest.max(*number));
     let mut light: [f32; 3] = std::array::from_fn(|c| (numbers[c] / largest).clamp(0.0, 1.0) as f32);

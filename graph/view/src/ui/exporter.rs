@@ -20,7 +20,7 @@ pub struct Exported {
 /// What a file holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum ExportKind {
-    /// The picture as an SDR screen shows it, at the size of the image, with comparisons and false colour: PNG.
+    /// The picture as an SDR screen shows it, at the size of the image, with comparisons and false color: PNG.
     Picture,
     /// The numbers of the image that is shown, as they are: EXR.
     Numbers,
@@ -39,13 +39,13 @@ pub(super) struct UnderWay {
     kind: ExportKind,
     pub(super) copied: Copied,
     pub(super) name: String,
-    colour: Option<Colorimetry>,
+    color: Option<Colorimetry>,
 }
 
 impl UnderWay {
     /// What a model shows, as a file of a kind.
     pub(super) fn new(model: &Model, subject: &Subject, kind: ExportKind, copied: Copied) -> Self {
-        Self { kind, copied, name: name(model, kind), colour: colorimetry(model, subject) }
+        Self { kind, copied, name: name(model, kind), color: colorimetry(model, subject) }
     }
 
     /// The bytes of the file.
@@ -60,7 +60,7 @@ impl UnderWay {
                 let pixels = Pixels::Float(texels.to_floats().as_flattened().to_vec());
                 let halves = [Format::Rgba16Float, Format::Rg16Float, Format::R16Float];
                 let float = !halves.contains(&texels.desc.format);
-                let options = ExrOptions { float, colour: self.colour, ..ExrOptions::default() };
+                let options = ExrOptions { float, color: self.color, ..ExrOptions::default() };
                 encode_exr(&Picture::new(size.0, size.1, pixels), &options)
             }
         };
@@ -78,7 +78,7 @@ fn name(model: &Model, kind: ExportKind) -> String {
     format!("{}.{ending}", format!("{stem}{place}").chars().map(letter).collect::<String>())
 }
 
-/// What colours the numbers are; `None` for data.
+/// What colors the numbers are; `None` for data.
 fn colorimetry(model: &Model, subject: &Subject) -> Option<Colorimetry> {
     if model.tap().is_some() {
         return subject.is_light().then(|| Colorimetry::linear(Chromaticities::REC709));

@@ -28,7 +28,7 @@ impl Parameters {
         ui.horizontal(|ui| {
             let search =
                 egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
-            ui.add(search).labelled_by(ui.id());
+            ui.add(search).labeled_by(ui.id());
             let text = format!("Changed {}", model.changes().len());
             ui.toggle_value(&mut self.only_changed, text).on_hover_text("Show only what differs from the file");
         });

@@ -43,7 +43,7 @@ pub struct PictureView {
     pub stops: f32,
     /// The channel that is shown alone; 4 for all.
     pub channel: u32,
-    /// Exposure as colours.
+    /// Exposure as colors.
     pub false_color: bool,
     /// Stripes on clipped pixels.
     pub clipping: bool,

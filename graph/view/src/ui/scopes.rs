@@ -41,7 +41,7 @@ impl ScopePanel {
             ui.label(RichText::new("The scopes wait for a picture.").color(DIM));
             return;
         };
-        let unit = if *is_light { "Histogram, stops from middle grey" } else { "Histogram, codes" };
+        let unit = if *is_light { "Histogram, stops from middle gray" } else { "Histogram, codes" };
         ui.label(RichText::new(unit).color(DIM).small());
         histogram(ui, scopes, *is_light);
         let [white, black] = scopes.clipped.map(|part| part * 100.0);

@@ -1,4 +1,4 @@
-//! How the window looks: neutral greys, so that nothing beside the picture changes how its colours seem, and one
+//! How the window looks: neutral grays, so that nothing beside the picture changes how its colors seem, and one
 //! accent.
 
 use afterimage_graph::node::PortType;
@@ -17,7 +17,7 @@ const PANEL: Color32 = Color32::from_gray(0x20);
 /// Fields and the backs of plots.
 pub(super) const FIELD: Color32 = Color32::from_gray(0x15);
 
-/// The colour of what a wire carries.
+/// The color of what a wire carries.
 pub(super) fn wire_color(ty: PortType) -> Color32 {
     match ty {
         PortType::Image => Color32::from_rgb(0x6c, 0xa8, 0xe0),

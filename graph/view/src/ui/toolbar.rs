@@ -129,7 +129,7 @@ impl Viewer {
             ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
                 .on_hover_text("Makes the picture brighter to look at, and nothing else. A double click types.");
             ui.separator();
-            ui.toggle_value(&mut view.false_color, "False colour").on_hover_text("Stops from middle grey as colours");
+            ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
             ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
             ui.toggle_value(&mut view.faults, "Faults")
                 .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");

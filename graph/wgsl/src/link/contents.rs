@@ -9,7 +9,7 @@ const BOUND: &str = "this is bound to a resource, which the framework makes by i
                      arguments";
 const ENTRY: &str = "this belongs to an entry point or a binding, which the framework makes by itself: write a \
                      function and take what it reads as arguments";
-const WORKGROUP: &str = "a function of one pixel has no memory of a workgroup: neighbours do not run together in a \
+const WORKGROUP: &str = "a function of one pixel has no memory of a workgroup: neighbors do not run together in a \
                          draw, unless the kind declares a `workgroup` for what the function makes";
 const PRIVATE: &str = "a function of one pixel keeps nothing outside of itself, because the next pixel would read it: \
                        use a `const`, or a local variable and pointers to it";
@@ -18,7 +18,7 @@ const DIRECTIVE: &str = "a kind without Rust uses WGSL without extensions, so th
 const BARRIER: &str = "a function of one pixel cannot wait for others: a draw has no workgroups, unless the kind \
                        declares a `workgroup` for what the function makes, and then it is `workgroupBarrier()`";
 const ATOMIC: &str = "a function of one pixel shares no memory with others, so that it needs no atomics";
-const SUBGROUP: &str = "a function of one pixel does not see its neighbours: devices order pixels differently. Read a \
+const SUBGROUP: &str = "a function of one pixel does not see its neighbors: devices order pixels differently. Read a \
                         texture";
 const WIDTH: &str = "numbers have 32 bits: use `f32`, `i32` or `u32`; `real` of `#import real` is smaller where the \
                      device allows it";

@@ -61,7 +61,7 @@ pub(crate) fn classes() -> Vec<Class> {
         class("pipelines", "shipped and broken pipelines, mutated; `check --plan`", 4000, PLAN, texts::pipeline),
         class("bombs", "expensive pipelines of six sizes; `plan` at 3840x2160", bombs, PLAN, texts::bomb),
         class("texts", "pipeline files that are no text, or nested without end", 1000, PLAN, texts::odd),
-        class("tables", "colour files, mutated", 3000, PLAN, texts::table),
+        class("tables", "color files, mutated", 3000, PLAN, texts::table),
         class("declarations", "`node.ron`, mutated", 2000, PLAN, shaders::declaration),
         class("shaders", "shaders of folders, mutated; `check --plan`", 4000, PLAN, shaders::checked),
         class("kernels", "shaders of folders, generated and mutated; rendered", 10_000, KERNEL, shaders::rendered),

@@ -1,4 +1,4 @@
-//! Frames with hostile numbers in every image, for each built-in kind that reads images alone: colours, depth and motion
+//! Frames with hostile numbers in every image, for each built-in kind that reads images alone: colors, depth and motion
 //! that are not finite, huge, tiny, negative or zero.
 
 use afterimage_generators::Rng;

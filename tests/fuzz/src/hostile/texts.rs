@@ -1,4 +1,4 @@
-//! Pipelines and colour files.
+//! Pipelines and color files.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -66,7 +66,7 @@ pub(crate) fn odd(sources: &Sources, number: u64) -> Case {
     Case::new("check odd.ron").with("odd.ron", bytes)
 }
 
-/// A colour file where the kinds that read one have it.
+/// A color file where the kinds that read one have it.
 pub(crate) fn table(sources: &Sources, number: u64) -> Case {
     let source = if number.is_multiple_of(2) { &sources.cubes } else { &sources.color_files };
     let node = match number % 4 {

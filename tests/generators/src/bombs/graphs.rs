@@ -100,7 +100,7 @@ pub(super) fn live_pyramids(count: usize) -> Bomb {
     Bomb::of(pipeline(&format!("\"mips\": Downsample(source: \"scene\", levels: 16),\n{nodes}"), &last(count)))
 }
 
-/// Tables of colours that are baked when a plan is made.
+/// Tables of colors that are baked when a plan is made.
 pub(super) fn bakes(count: usize) -> Bomb {
     let node = |at| {
         let gamma = 1.0 + at as f64 / 1000.0;
@@ -119,7 +119,7 @@ pub(super) fn transforms(count: usize) -> Bomb {
     Bomb::of(format!("Pipeline(inputs: {{\"scene\": Exposed}}, nodes: {{\n{nodes}}}, outputs: {{\n{outputs}}})"))
 }
 
-/// Nodes that each read the table of colours in one file.
+/// Nodes that each read the table of colors in one file.
 pub(super) fn tables(count: usize) -> Bomb {
     const SIDE: usize = 65;
     let entry = |at: usize| format!("{:.6} {:.6} {:.6}\n", (at % 97) as f64 / 97.0, (at % 89) as f64 / 89.0, 0.125);

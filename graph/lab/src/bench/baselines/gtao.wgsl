@@ -101,7 +101,7 @@ fn search(@builtin(global_invocation_id) id: vec3u) {
     textureStore(visibility, p, vec4f(clamp(sum / settings.slices, 0.0, 1.0), inverse, 0.0, 1.0));
 }
 
-// A mean over four texels of an axis. Neighbours count by how near they lie to the plane through the pixel: the inverse
+// A mean over four texels of an axis. Neighbors count by how near they lie to the plane through the pixel: the inverse
 // of the distance is linear on it.
 fn mean(p: vec2i, step: vec2i) -> vec4f {
     let size = vec2i(textureDimensions(noisy));

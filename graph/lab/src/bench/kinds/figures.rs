@@ -88,7 +88,7 @@ pub struct BaselineFigures {
     pub effect: f64,
 }
 
-/// The mean and the largest difference of a colour channel of light.
+/// The mean and the largest difference of a color channel of light.
 pub(super) fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     let compressed = |x: f32| f64::from(x.max(0.0)) / (1.0 + f64::from(x.max(0.0)));
     let channels = a.iter().zip(b).flat_map(|(a, b)| [0, 1, 2].map(|c| (compressed(a[c]) - compressed(b[c])).abs()));

@@ -11,7 +11,7 @@ use super::options::KindsOptions;
 use crate::LabError;
 use crate::scene::graph;
 
-/// Objects move, and samples lie beside the centres of pixels, as a renderer does for anti-aliasing over time.
+/// Objects move, and samples lie beside the centers of pixels, as a renderer does for anti-aliasing over time.
 const SCENE: &str = r#"Pipeline(
     inputs: {},
     nodes: {

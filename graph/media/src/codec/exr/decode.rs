@@ -28,7 +28,7 @@ pub(super) struct Placement {
     pub(super) choice: Choice,
     pub(super) display: IntegerBounds,
     pub(super) data: IntegerBounds,
-    pub(super) colour: Option<Mat3>,
+    pub(super) color: Option<Mat3>,
 }
 
 /// A number of the picture: half or float.
@@ -216,7 +216,7 @@ impl Placement {
                 spread(bytes, sample_type, &mut out[slot..]);
             }
         }
-        if let Some(matrix) = &self.colour {
+        if let Some(matrix) = &self.color {
             to_rec709(matrix, &mut values);
         }
         let at = |data: i32, block: usize, skip: usize, display: i32| {

@@ -23,12 +23,12 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
     let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
     let stated = stated_primaries(&header, &choice)?;
-    let colour = stated.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
+    let color = stated.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
     let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
     budget.check((display.size.0 as u64, display.size.1 as u64), bytes, bytes_in_work(&header))?;
-    let placement = Placement { choice, display, data: header.data_window(), colour };
+    let placement = Placement { choice, display, data: header.data_window(), color };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
         _ => Pixels::Float(decode_blocks(reader, &placement)?),
@@ -36,7 +36,7 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
     let notes = notes(&header, &placement);
     let meta = metadata(&header, &choice, stated.as_ref());
-    let stated = stated.map(|primaries| stated_colour(&header, primaries));
+    let stated = stated.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
 }
 
@@ -98,11 +98,11 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
 }
 
 fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
-    let is_grey = choice.slots[0] == choice.slots[1];
-    let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_colour && !is_grey);
+    let is_gray = choice.slots[0] == choice.slots[1];
+    let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_color && !is_gray);
     let Some(stated) = stated else { return Ok(None) };
     let stated = primaries(&stated).ok_or_else(|| {
-        unsupported("its `chromaticities` attribute describes no colour space")
+        unsupported("its `chromaticities` attribute describes no color space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
     Ok(Some(stated))
@@ -124,7 +124,7 @@ pub(super) fn point(xy: Xy) -> Vec2<f32> {
 }
 
 /// `whiteLuminance` and `adoptedNeutral` are stated only with the primaries that they belong to.
-fn stated_colour(header: &Header, primaries: Chromaticities) -> Colorimetry {
+fn stated_color(header: &Header, primaries: Chromaticities) -> Colorimetry {
     let own = &header.own_attributes;
     let white_nits = own.white_luminance.filter(|nits| (1e-6..=1e9).contains(nits)).map(Decimal::from);
     let adopted_white = own.adopted_neutral.map(|xy| Xy::from([xy.0, xy.1]));
@@ -141,7 +141,7 @@ fn adapted(xy: Vec2<f32>, white: Xy) -> Option<Vec2<f32>> {
 
 fn metadata(header: &Header, choice: &Choice, stated: Option<&Chromaticities>) -> Metadata {
     let mut image = header.shared_attributes.clone();
-    if choice.is_colour && image.chromaticities.is_some() {
+    if choice.is_color && image.chromaticities.is_some() {
         image.chromaticities = Some(attribute(&Chromaticities::REC709));
     }
     let mut layer = header.own_attributes.clone();

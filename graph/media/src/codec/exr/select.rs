@@ -14,10 +14,10 @@ use crate::codec::{CodecError, ErrorKind};
 pub(super) struct Choice {
     /// Index of the header.
     pub(super) part: usize,
-    /// Channel indices; `None` is 0 for a colour and 1 for alpha.
+    /// Channel indices; `None` is 0 for a color and 1 for alpha.
     pub(super) slots: [Option<usize>; 4],
     /// Whether it is light, to be converted to Rec.709, or plain numbers such as depth.
-    pub(super) is_colour: bool,
+    pub(super) is_color: bool,
 }
 
 /// Finds what `layer` names, or the most likely picture of the file where it is `None`.
@@ -61,8 +61,8 @@ impl Part {
         Self { index, name: name.filter(|name| !name.is_empty()), groups }
     }
 
-    fn choice(&self, (slots, is_colour): Picked) -> Choice {
-        Choice { part: self.index, slots, is_colour }
+    fn choice(&self, (slots, is_color): Picked) -> Choice {
+        Choice { part: self.index, slots, is_color }
     }
 
     /// What is left of `name` when this part's own name is taken off its front.
@@ -80,7 +80,7 @@ impl Part {
         let (prefix, last) = name.rsplit_once('.').unwrap_or(("", name));
         let group = self.groups.iter().find(|group| group.prefix == prefix)?;
         let found = group.channels.iter().find(|(component, _)| component == last)?;
-        Some(self.choice((grey(found.1, None), false)))
+        Some(self.choice((gray(found.1, None), false)))
     }
 
     fn whole(&self) -> Option<Choice> {
@@ -94,7 +94,7 @@ impl Group {
         self.channels.iter().find(|(component, _)| is_one(component)).map(|(_, index)| *index)
     }
 
-    /// How to see this group as a picture: colour, luminance, a vector, or its only channel.
+    /// How to see this group as a picture: color, luminance, a vector, or its only channel.
     fn pick(&self) -> Option<Picked> {
         if self.find(&["RY"]).or(self.find(&["BY"])).is_some() {
             return None;
@@ -109,25 +109,25 @@ impl Group {
         match (self.channels.as_slice(), y) {
             _ if x.is_some() && y.is_some() => Some(([x, y, z, alpha], false)),
             _ if u.is_some() && v.is_some() => Some(([u, v, None, alpha], false)),
-            (_, Some(luminance)) => Some((grey(luminance, alpha), true)),
-            (&[(_, only)], _) => Some((grey(only, None), false)),
+            (_, Some(luminance)) => Some((gray(luminance, alpha), true)),
+            (&[(_, only)], _) => Some((gray(only, None), false)),
             _ => None,
         }
     }
 }
 
-fn grey(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {
+fn gray(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {
     [Some(channel), Some(channel), Some(channel), alpha]
 }
 
-/// Plain colour channels first, then any colour layer, then any channels that can be shown.
+/// Plain color channels first, then any color layer, then any channels that can be shown.
 fn likely(parts: &[Part]) -> Option<Choice> {
     let layers = || parts.iter().flat_map(|part| part.groups.iter().map(move |g| (part, g)));
-    let colour = |choice: &Choice| choice.is_colour;
-    let nameless = parts.iter().filter_map(|part| part.layer("")).find(colour);
-    let any_colour = || layers().filter_map(|(part, g)| part.layer(&g.prefix)).find(colour);
+    let color = |choice: &Choice| choice.is_color;
+    let nameless = parts.iter().filter_map(|part| part.layer("")).find(color);
+    let any_color = || layers().filter_map(|(part, g)| part.layer(&g.prefix)).find(color);
     let anything = || parts.iter().find_map(Part::whole);
-    nameless.or_else(any_colour).or_else(anything)
+    nameless.or_else(any_color).or_else(anything)
 }
 
 fn named(parts: &[Part], name: &str) -> Result<Choice, CodecError> {
@@ -145,7 +145,7 @@ fn named(parts: &[Part], name: &str) -> Result<Choice, CodecError> {
 fn unknown(parts: &[Part], name: &str) -> CodecError {
     let group = parts.iter().flat_map(|part| &part.groups).find(|group| group.prefix == name);
     if let Some(group) = group {
-        return unsupported(format!("layer `{name}` is neither a colour nor a vector"))
+        return unsupported(format!("layer `{name}` is neither a color nor a vector"))
             .hint(format!("name one of its channels: {}", group.full_names().join(", ")));
     }
     CodecError::new(ErrorKind::Missing, format!("it has no layer or channel `{name}`"))
@@ -153,7 +153,7 @@ fn unknown(parts: &[Part], name: &str) -> CodecError {
 }
 
 fn no_picture(parts: &[Part]) -> CodecError {
-    unsupported("no layer of this EXR is a colour picture")
+    unsupported("no layer of this EXR is a color picture")
         .hint(format!("name a channel after `#`, for example `file.exr#Z`; it has {}", contents(parts)))
 }
 

@@ -32,8 +32,8 @@ pub struct ExrOptions {
     /// How blocks are packed; every choice is lossless.
     pub compression: ExrCompression,
     /// What the numbers mean, which the file states: `chromaticities`, and `whiteLuminance` and `adoptedNeutral` where
-    /// they are known. `None` keeps the attributes of the picture, for data and for unknown colours.
-    pub colour: Option<Colorimetry>,
+    /// they are known. `None` keeps the attributes of the picture, for data and for unknown colors.
+    pub color: Option<Colorimetry>,
 }
 
 impl Default for ExrOptions {
@@ -43,7 +43,7 @@ impl Default for ExrOptions {
             float: false,
             alpha: true,
             compression: ExrCompression::Zip,
-            colour: Some(Colorimetry::linear(Chromaticities::REC709)),
+            color: Some(Colorimetry::linear(Chromaticities::REC709)),
         }
     }
 }
@@ -134,8 +134,8 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
         image.pixel_aspect = 1.0;
     }
-    if let Some(colour) = &options.colour {
-        image.chromaticities = Some(attribute(&colour.primaries));
+    if let Some(color) = &options.color {
+        image.chromaticities = Some(attribute(&color.primaries));
     }
     image.other.retain(|name, value| !is_reserved(name) && is_writable(name, value));
     image
@@ -161,8 +161,8 @@ fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttribut
 
 /// What the colorimetry states replaces what the picture's file stated.
 fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttributes {
-    let white = options.colour.and_then(|colour| colour.white_nits).map(|nits| nits.get() as f32);
-    let neutral = options.colour.and_then(|colour| colour.adopted_white).map(point);
+    let white = options.color.and_then(|color| color.white_nits).map(|nits| nits.get() as f32);
+    let neutral = options.color.and_then(|color| color.adopted_white).map(point);
     LayerAttributes {
         white_luminance: white.or(layer.white_luminance),
         adopted_neutral: neutral.or(layer.adopted_neutral),

@@ -1,4 +1,4 @@
-//! What a PNG says about its colours: the chunks of PNG, third edition, 4.3 and 11.3.2. Chunks that are written
+//! What a PNG says about its colors: the chunks of PNG, third edition, 4.3 and 11.3.2. Chunks that are written
 //! together never contradict each other.
 
 use std::borrow::Cow;
@@ -16,7 +16,7 @@ pub(super) type Chunk = ([u8; 4], Vec<u8>);
 /// `gAMA` beside `sRGB` (PNG, third edition, 11.3.2.5).
 const SRGB_GAMMA: u32 = 45455;
 
-/// The colour chunks of a file.
+/// The color chunks of a file.
 pub(super) struct Label {
     /// `sRGB`, `gAMA`, `cHRM` and `iCCP`, which the encoder writes.
     older: Older,
@@ -39,15 +39,15 @@ enum Older {
 impl Label {
     /// # Errors
     /// `Pq` and `Hlg` with primaries that have no code: no chunk states them.
-    pub(super) fn new(colour: &Colorimetry, level: Option<LightLevel>) -> Result<Self, CodecError> {
-        let cicp = Cicp::of(&colour.primaries, colour.transfer);
-        let older = match colour.transfer {
-            Transfer::Srgb if colour.primaries == Chromaticities::REC709 => Older::Srgb,
-            Transfer::Linear if fits(&colour.primaries) => Older::Gamma(100_000, colour.primaries),
-            Transfer::Gamma(exponent) if fits(&colour.primaries) => {
-                Older::Gamma((1e5 / exponent.get()).round() as u32, colour.primaries)
+    pub(super) fn new(color: &Colorimetry, level: Option<LightLevel>) -> Result<Self, CodecError> {
+        let cicp = Cicp::of(&color.primaries, color.transfer);
+        let older = match color.transfer {
+            Transfer::Srgb if color.primaries == Chromaticities::REC709 => Older::Srgb,
+            Transfer::Linear if fits(&color.primaries) => Older::Gamma(100_000, color.primaries),
+            Transfer::Gamma(exponent) if fits(&color.primaries) => {
+                Older::Gamma((1e5 / exponent.get()).round() as u32, color.primaries)
             }
-            _ => icc::write(colour).map_or(Older::None, Older::Profile),
+            _ => icc::write(color).map_or(Older::None, Older::Profile),
         };
         if matches!(older, Older::None) && cicp.is_none() {
             return Err(unstated());
@@ -55,7 +55,7 @@ impl Label {
         // Matrix 0 is RGB and range 1 is full, the only ones that PNG knows.
         let code = |cicp: Cicp| (*b"cICP", vec![cicp.primaries, cicp.transfer, 0, 1]);
         let mut newer: Vec<Chunk> = cicp.map(code).into_iter().collect();
-        newer.extend(mastering_display(colour).filter(|_| colour.is_hdr()));
+        newer.extend(mastering_display(color).filter(|_| color.is_hdr()));
         newer.extend(level.map(light_level));
         Ok(Self { older, newer })
     }
@@ -97,10 +97,10 @@ fn chromaticities(primaries: &Chromaticities) -> SourceChromaticities {
 
 /// `mDCV` (SMPTE ST 2086): the display has the primaries of the file and the stated peak. No darkest luminance is
 /// known, so it is the least one of the chunk above 0.
-fn mastering_display(colour: &Colorimetry) -> Option<Chunk> {
-    let peak = colour.peak_nits?.get();
+fn mastering_display(color: &Colorimetry) -> Option<Chunk> {
+    let peak = color.peak_nits?.get();
     let coordinate = |number: f64| ((number * 50000.0).round() as u16).to_be_bytes();
-    let points = colour.primaries.points().map(|xy| [coordinate(xy.x.get()), coordinate(xy.y.get())]);
+    let points = color.primaries.points().map(|xy| [coordinate(xy.x.get()), coordinate(xy.y.get())]);
     let mut data = points.as_flattened().as_flattened().to_vec();
     data.extend([luminance(peak), 1].map(u32::to_be_bytes).as_flattened());
     Some((*b"mDCV", data))

@@ -1,4 +1,4 @@
-//! What the chunks of a PNG say about its colours, and from its codes to light.
+//! What the chunks of a PNG say about its colors, and from its codes to light.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, GRAPHICS_WHITE, Transfer, hlg_gamma};
 use glam::{DMat3, Vec3};
@@ -14,7 +14,7 @@ const HLG_PEAK: f64 = 1000.0;
 
 /// How the codes of a file become linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R BT.2408),
 /// so that SDR and HDR versions of an image agree.
-pub(super) struct Colours {
+pub(super) struct Colors {
     transfer: Transfer,
     matrix: Option<DMat3>,
     /// HLG: the luminance weights, and the peak of the display.
@@ -24,22 +24,22 @@ pub(super) struct Colours {
     pub(super) notes: Vec<String>,
 }
 
-impl Colours {
+impl Colors {
     pub(super) fn of(info: &Info<'_>) -> Result<Self, CodecError> {
         let mut notes = Vec::new();
         let stated = stated(info, &mut notes)?;
         let (primaries, transfer) = stated.unwrap_or((Chromaticities::REC709, Transfer::Srgb));
         let peak = mastering_peak(info).unwrap_or(HLG_PEAK);
         let luminance = || primaries.to_xyz().row(1).as_vec3();
-        let colour = |(primaries, transfer)| {
-            let colour = Colorimetry::new(primaries, transfer);
-            if colour.is_hdr() { hdr(colour, mastering_peak(info)) } else { colour }
+        let color = |(primaries, transfer)| {
+            let color = Colorimetry::new(primaries, transfer);
+            if color.is_hdr() { hdr(color, mastering_peak(info)) } else { color }
         };
         Ok(Self {
             transfer,
             matrix: to_rec709(&primaries),
             display: (transfer == Transfer::Hlg).then(|| (luminance(), peak)),
-            stated: stated.map(colour),
+            stated: stated.map(color),
             notes,
         })
     }
@@ -86,9 +86,9 @@ impl Colours {
     }
 }
 
-fn hdr(colour: Colorimetry, peak: Option<f64>) -> Colorimetry {
-    let default = (colour.transfer == Transfer::Hlg).then_some(HLG_PEAK);
-    Colorimetry { white_nits: Some(GRAPHICS_WHITE), peak_nits: peak.or(default).map(Decimal::new), ..colour }
+fn hdr(color: Colorimetry, peak: Option<f64>) -> Colorimetry {
+    let default = (color.transfer == Transfer::Hlg).then_some(HLG_PEAK);
+    Colorimetry { white_nits: Some(GRAPHICS_WHITE), peak_nits: peak.or(default).map(Decimal::new), ..color }
 }
 
 /// The stated peak of the mastering display, in cd/m2.
@@ -108,7 +108,7 @@ fn stated(info: &Info<'_>, notes: &mut Vec<String>) -> Result<Option<(Chromatici
     if let Some(profile) = &info.icc_profile {
         let read = icc::read(profile);
         if read.is_none() {
-            notes.push("its ICC profile is not applied; the colours are taken as sRGB".to_owned());
+            notes.push("its ICC profile is not applied; the colors are taken as sRGB".to_owned());
         }
         return Ok(read);
     }
@@ -123,7 +123,7 @@ fn stated(info: &Info<'_>, notes: &mut Vec<String>) -> Result<Option<(Chromatici
 }
 
 fn unknown_coding() -> CodecError {
-    let what = "the `cICP` chunk of this PNG names a colour coding that is not read";
+    let what = "the `cICP` chunk of this PNG names a color coding that is not read";
     CodecError::new(ErrorKind::Unsupported, what).hint("save it again as sRGB, or as linear EXR")
 }
 
@@ -145,5 +145,5 @@ fn primaries(info: &Info<'_>) -> Result<Chromaticities, CodecError> {
     let numbers = points.map(|(x, y)| [x, y].map(|number| f64::from(number.into_scaled()) / 1e5));
     let space =
         Chromaticities::from_numbers(numbers.as_flattened().try_into().expect("four points have eight numbers"));
-    space.ok_or_else(|| CodecError::broken("its `cHRM` chunk describes no colour space"))
+    space.ok_or_else(|| CodecError::broken("its `cHRM` chunk describes no color space"))
 }

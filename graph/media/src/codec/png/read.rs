@@ -5,7 +5,7 @@ use std::io::{BufRead, Seek};
 use half::f16;
 use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
 
-use super::light::Colours;
+use super::light::Colors;
 use crate::codec::limits::{Budget, MAX_PNG_EXTRAS, filled, too_large, zeroed};
 use crate::codec::{CodecError, Picture, Pixels};
 
@@ -22,17 +22,17 @@ pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Pict
     let (width, height) = (header.width, header.height);
     budget.check((width.into(), height.into()), 2, 0)?;
     let mut reader = decoder.read_info().map_err(|error| explain(&error))?;
-    let colours = Colours::of(reader.info())?;
-    let (colour_type, depth) = reader.output_color_type();
+    let colors = Colors::of(reader.info())?;
+    let (color_type, depth) = reader.output_color_type();
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
-    let is_half = depth == BitDepth::Eight && !colours.is_hdr();
+    let is_half = depth == BitDepth::Eight && !colors.is_hdr();
     budget.check((width.into(), height.into()), if is_half { 2 } else { 4 }, size as u64)?;
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
-    let codes = Codes { bytes, depth, channels: colour_type.samples(), pixels: width as usize * height as usize };
-    let mut picture = Picture::new(width, height, codes.to_light(&colours)?);
-    picture.notes = colours.notes;
-    picture.stated = colours.stated;
+    let codes = Codes { bytes, depth, channels: color_type.samples(), pixels: width as usize * height as usize };
+    let mut picture = Picture::new(width, height, codes.to_light(&colors)?);
+    picture.notes = colors.notes;
+    picture.stated = colors.stated;
     Ok(picture)
 }
 
@@ -40,38 +40,38 @@ pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Pict
 struct Codes {
     bytes: Vec<u8>,
     depth: BitDepth,
-    /// Grey, grey and alpha, RGB or RGBA.
+    /// Gray, gray and alpha, RGB or RGBA.
     channels: usize,
     pixels: usize,
 }
 
 impl Codes {
-    fn to_light(&self, colours: &Colours) -> Result<Pixels, CodecError> {
-        if self.depth == BitDepth::Eight && !colours.is_hdr() {
+    fn to_light(&self, colors: &Colors) -> Result<Pixels, CodecError> {
+        if self.depth == BitDepth::Eight && !colors.is_hdr() {
             let mut values = filled(self.pixels * 4, f16::ONE)?;
-            self.linearise(colours, f16::from_f32, &mut values);
-            colours.convert_halves(&mut values);
+            self.linearize(colors, f16::from_f32, &mut values);
+            colors.convert_halves(&mut values);
             return Ok(Pixels::Half(values));
         }
         let mut values = filled(self.pixels * 4, 1.0_f32)?;
-        self.linearise(colours, |value| value, &mut values);
-        colours.convert(&mut values);
+        self.linearize(colors, |value| value, &mut values);
+        colors.convert(&mut values);
         Ok(Pixels::Float(values))
     }
 
-    fn linearise<T: Copy>(&self, colours: &Colours, to_sample: impl Fn(f32) -> T, out: &mut [T]) {
+    fn linearize<T: Copy>(&self, colors: &Colors, to_sample: impl Fn(f32) -> T, out: &mut [T]) {
         if self.depth == BitDepth::Sixteen {
             let (codes, _) = self.bytes.as_chunks::<2>();
             let codes = codes.iter().map(|code| usize::from(u16::from_be_bytes(*code)));
-            spread(codes, self.channels, &colours.table(65535), to_sample, out);
+            spread(codes, self.channels, &colors.table(65535), to_sample, out);
         } else {
             let codes = self.bytes.iter().map(|code| usize::from(*code));
-            spread(codes, self.channels, &colours.table(255), to_sample, out);
+            spread(codes, self.channels, &colors.table(255), to_sample, out);
         }
     }
 }
 
-/// Spreads grey, grey and alpha, RGB or RGBA codes over RGBA.
+/// Spreads gray, gray and alpha, RGB or RGBA codes over RGBA.
 fn spread<T: Copy>(
     mut codes: impl Iterator<Item = usize>,
     channels: usize,
@@ -85,8 +85,8 @@ fn spread<T: Copy>(
     for pixel in out.as_chunks_mut::<4>().0 {
         let mut next = || codes.next().unwrap_or(0);
         if channels < 3 {
-            let grey = light[next()];
-            pixel[..3].fill(grey);
+            let gray = light[next()];
+            pixel[..3].fill(gray);
         } else {
             pixel[..3].fill_with(|| light[next()]);
         }

@@ -7,7 +7,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Info};
 use super::label::Label;
 use crate::codec::light_level::LightLevel;
 use crate::codec::limits::check_size;
-use crate::codec::quantise::Quantiser;
+use crate::codec::quantize::Quantizer;
 use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 
 /// How a PNG is written.
@@ -15,18 +15,18 @@ use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 pub struct PngOptions {
     /// Bits for each channel.
     pub depth: PngDepth,
-    /// Whether alpha is written. PNG takes it as coverage that is not multiplied into the colour.
+    /// Whether alpha is written. PNG takes it as coverage that is not multiplied into the color.
     pub alpha: Alpha,
     /// Seed of the 8-bit dither, or `None` to round. Alpha, 16 bits and codes are never dithered.
     pub dither: Option<u32>,
     /// What the numbers mean, which the file states; `None` states nothing.
-    pub colour: Option<Colorimetry>,
+    pub color: Option<Colorimetry>,
 }
 
 impl Default for PngOptions {
     /// 8-bit sRGB without alpha, dithered with seed 0.
     fn default() -> Self {
-        Self { depth: PngDepth::Eight, alpha: Alpha::Drop, dither: Some(0), colour: Some(Colorimetry::SRGB) }
+        Self { depth: PngDepth::Eight, alpha: Alpha::Drop, dither: Some(0), color: Some(Colorimetry::SRGB) }
     }
 }
 
@@ -62,7 +62,7 @@ pub enum Alpha {
 
 /// Encodes a PNG of `size` (width, height).
 ///
-/// The file states `options.colour` by `cICP` where both code points exist, and by `sRGB`, `gAMA` and `cHRM`, or an ICC
+/// The file states `options.color` by `cICP` where both code points exist, and by `sRGB`, `gAMA` and `cHRM`, or an ICC
 /// profile, where these say the same. HDR files also have `mDCV`, from the primaries and the peak, and `cLLI`, from the
 /// pixels.
 ///
@@ -78,9 +78,9 @@ pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOpti
     };
     let channels = if keeps_alpha { 4 } else { 3 };
     let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
-    let codes = Quantiser { bits, dither, channels }.codes(size, pixels)?;
-    let level = options.colour.and_then(|colour| LightLevel::of(&codes, (channels, bits), &colour));
-    let label = options.colour.map(|colour| Label::new(&colour, level)).transpose()?;
+    let codes = Quantizer { bits, dither, channels }.codes(size, pixels)?;
+    let level = options.color.and_then(|color| LightLevel::of(&codes, (channels, bits), &color));
+    let label = options.color.map(|color| Label::new(&color, level)).transpose()?;
     let bytes = match options.depth {
         PngDepth::Eight => codes.iter().map(|code| *code as u8).collect(),
         PngDepth::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>(),

@@ -22,7 +22,7 @@ impl Anchor {
     }
 }
 
-/// The colour and the weight of a text.
+/// The color and the weight of a text.
 #[derive(Clone, Copy)]
 pub(crate) struct Paint<'a> {
     color: &'a str,
@@ -133,7 +133,7 @@ pub(crate) fn fitting(text: &str, width: f64, size: f64) -> String {
     }
 }
 
-/// A soft colour of that hue in degrees.
+/// A soft color of that hue in degrees.
 pub(crate) fn color(hue: f64) -> String {
     let (saturation, lightness) = (0.56, 0.72);
     let strength = saturation * f64::min(lightness, 1.0 - lightness);

@@ -1,7 +1,7 @@
 //! The memory of transient images: bars at their offsets, and how many bytes live in each batch.
 
 use super::canvas::{Anchor, Canvas, Paint, fitting};
-use super::picture::{BOUND, GREY, INK, LEFT, LINE, Picture};
+use super::picture::{BOUND, GRAY, INK, LEFT, LINE, Picture};
 use crate::options::Alias;
 use crate::plan::PlannedImage;
 use crate::report::units::mebibytes;
@@ -82,7 +82,7 @@ fn axis(picture: &Picture<'_>, canvas: &mut Canvas, y: f64, top: u64, scale: f64
     for bytes in ticks {
         let y = y + HEIGHT - bytes as f64 * scale;
         canvas.line((LEFT, y), (picture.right(), y), LINE, false);
-        canvas.text(LEFT - 12.0, y + 3.5, 10.0, Anchor::End, Paint::plain(GREY), &mebibytes(bytes));
+        canvas.text(LEFT - 12.0, y + 3.5, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(bytes));
     }
 }
 
@@ -114,7 +114,7 @@ pub(crate) fn alive(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     }
     canvas.text(LEFT, y - 10.0, 11.0, Anchor::Start, Paint::bold(INK), "bytes alive");
     canvas.area(&points, "#d9e2ec", "#829ab1");
-    canvas.text(LEFT - 12.0, y + 4.0, 10.0, Anchor::End, Paint::plain(GREY), &mebibytes(plan.memory.lower_bound));
-    canvas.text(LEFT - 12.0, base + 3.5, 10.0, Anchor::End, Paint::plain(GREY), &mebibytes(0));
+    canvas.text(LEFT - 12.0, y + 4.0, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(plan.memory.lower_bound));
+    canvas.text(LEFT - 12.0, base + 3.5, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(0));
     bound(picture, canvas, y, &mebibytes(plan.memory.lower_bound));
 }

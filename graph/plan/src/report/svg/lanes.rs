@@ -1,7 +1,7 @@
 //! What stands above the memory: passes, barriers, bytes moved, and images with memory of their own.
 
 use super::canvas::{Anchor, Canvas, Paint, width_of};
-use super::picture::{ALIASING, BAND, BARRIER, GREY, INK, LEFT, LINE, Picture};
+use super::picture::{ALIASING, BAND, BARRIER, GRAY, INK, LEFT, LINE, Picture};
 use crate::plan::{AliasingBarrier, Batch, PlannedPass, Stage, Transition};
 use crate::report::units::mebibytes;
 use afterimage_graph::node::{ImageId, Origin};
@@ -24,7 +24,7 @@ pub(crate) fn height_of_names(picture: &Picture<'_>) -> f64 {
 }
 
 fn heading(canvas: &mut Canvas, y: f64, text: &str) {
-    canvas.text(LEFT - 12.0, y, 10.0, Anchor::End, Paint::plain(GREY), text);
+    canvas.text(LEFT - 12.0, y, 10.0, Anchor::End, Paint::plain(GRAY), text);
 }
 
 /// Every other batch has a tinted ground.
@@ -50,7 +50,7 @@ pub(crate) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     heading(canvas, y + 27.0, "batch");
     for (number, batch) in picture.plan.batches.iter().enumerate() {
         let middle = (picture.x(batch.passes.start) + picture.x(batch.passes.end)) / 2.0;
-        canvas.text(middle, y + 27.0, 9.0, Anchor::Middle, Paint::plain(GREY), &number.to_string());
+        canvas.text(middle, y + 27.0, 9.0, Anchor::Middle, Paint::plain(GRAY), &number.to_string());
     }
 }
 

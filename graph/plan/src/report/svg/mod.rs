@@ -7,7 +7,7 @@ mod lanes;
 mod picture;
 
 use canvas::{Anchor, Canvas, Paint};
-use picture::{GREY, INK, LEFT, Picture, TITLE};
+use picture::{GRAY, INK, LEFT, Picture, TITLE};
 
 use super::units::{count, mebibytes};
 use crate::options::Alias;
@@ -56,6 +56,6 @@ fn heading(picture: &Picture<'_>, canvas: &mut Canvas) {
         mebibytes(memory.lower_bound),
         mebibytes(plan.bytes_moved())
     );
-    canvas.text(LEFT, 50.0, 12.0, Anchor::Start, Paint::plain(GREY), &line);
-    canvas.text(LEFT, 66.0, 9.0, Anchor::Start, Paint::plain(GREY), &format!("plan {}", plan.hash()));
+    canvas.text(LEFT, 50.0, 12.0, Anchor::Start, Paint::plain(GRAY), &line);
+    canvas.text(LEFT, 66.0, 9.0, Anchor::Start, Paint::plain(GRAY), &format!("plan {}", plan.hash()));
 }

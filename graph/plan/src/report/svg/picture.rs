@@ -1,4 +1,4 @@
-//! A plan on paper: columns, lives and colours.
+//! A plan on paper: columns, lives and colors.
 
 use super::canvas::color;
 use crate::plan::Plan;
@@ -10,7 +10,7 @@ pub(super) const RIGHT: f64 = 150.0;
 pub(super) const TITLE: f64 = 74.0;
 
 pub(super) const INK: &str = "#1f2933";
-pub(super) const GREY: &str = "#7b8794";
+pub(super) const GRAY: &str = "#7b8794";
 pub(super) const LINE: &str = "#cbd2d9";
 pub(super) const BAND: &str = "#f3f5f8";
 pub(super) const BOUND: &str = "#c62828";
@@ -36,7 +36,7 @@ impl<'a> Picture<'a> {
                 nodes.push(node.clone());
             }
         }
-        // Steps of the golden angle keep the colours of neighbours apart, however many there are.
+        // Steps of the golden angle keep the colors of neighbors apart, however many there are.
         let color = |index: usize| color(205.0 + 137.508 * index as f64);
         let colors = nodes.into_iter().enumerate().map(|(index, node)| (node, color(index))).collect();
         Self { plan, names: Names::new(plan), column, colors }
@@ -62,7 +62,7 @@ impl<'a> Picture<'a> {
         Some((self.x(self.plan.batches[lifetime.first].passes.start), end))
     }
 
-    /// The colour of a node; images have that of the node in front of the point in their names.
+    /// The color of a node; images have that of the node in front of the point in their names.
     pub(super) fn color(&self, name: &str) -> &str {
         let node = name.split('.').next().unwrap_or(name);
         self.colors.iter().find(|(known, _)| known == node || known == name).map_or("#b0bac5", |(_, color)| color)

@@ -28,7 +28,7 @@ pub(super) struct Placed {
 
 /// Rows between two boxes of a column.
 const GAP: f32 = 0.8;
-/// How often the columns are put in order by their neighbours.
+/// How often the columns are put in order by their neighbors.
 const SWEEPS: usize = 48;
 
 /// Places the inputs and nodes of a graph.
@@ -88,9 +88,9 @@ fn align(graph: &Graph, placed: &mut [Placed]) {
     let middles: Vec<(Item, f32)> = placed.iter().map(|placed| (placed.item, placed.row + placed.rows / 2.0)).collect();
     let middle = |item: Item| middles.iter().find(|(known, _)| *known == item).map_or(0.0, |(_, middle)| *middle);
     for placed in placed.iter_mut() {
-        let neighbours = neighbours(graph, placed.item);
-        if !neighbours.is_empty() {
-            let mean = neighbours.iter().map(|item| middle(*item)).sum::<f32>() / neighbours.len() as f32;
+        let neighbors = neighbors(graph, placed.item);
+        if !neighbors.is_empty() {
+            let mean = neighbors.iter().map(|item| middle(*item)).sum::<f32>() / neighbors.len() as f32;
             placed.row = mean - placed.rows / 2.0;
         }
     }
@@ -100,7 +100,7 @@ fn align(graph: &Graph, placed: &mut [Placed]) {
 }
 
 /// What a box is wired to, on both sides.
-fn neighbours(graph: &Graph, item: Item) -> Vec<Item> {
+fn neighbors(graph: &Graph, item: Item) -> Vec<Item> {
     let of = |source: &Source| match source {
         Source::Input(input) => Item::Input(*input),
         Source::Node { node, .. } => Item::Node(*node),

@@ -13,7 +13,7 @@ use super::theme::{ACCENT, DIM, FIELD, wire_color};
 use crate::model::{Chain, Model, Tap};
 use layout::{Item, Placed, layout};
 
-/// The colours of passes that hold several nodes.
+/// The colors of passes that hold several nodes.
 const GROUNDS: [Color32; 4] = [
     Color32::from_rgb(0xf2, 0xb1, 0x34),
     Color32::from_rgb(0x5a, 0xa0, 0xe0),
@@ -194,7 +194,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// A ground under the nodes of one pass, in a colour of its own.
+    /// A ground under the nodes of one pass, in a color of its own.
     fn fused(&self, ui: &Ui) {
         for placed in self.placed {
             let Item::Node(node) = placed.item else { continue };

@@ -10,7 +10,7 @@ params! {
     pub struct MyKind {
         /// Share of the effect. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
-        /// The colour of what was white.
+        /// The color of what was white.
         pub tint: [f32; 3] = [1.0, 0.8, 0.6] => within(0.0..=1.0);
     }
 }

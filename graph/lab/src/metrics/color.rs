@@ -1,4 +1,4 @@
-//! Colour spaces that the metrics need. Matrices follow from the primaries of ITU-R BT.709 and the white D65 (0.3127,
+//! Color spaces that the metrics need. Matrices follow from the primaries of ITU-R BT.709 and the white D65 (0.3127,
 //! 0.3290).
 
 use afterimage_graph::color::Transfer;

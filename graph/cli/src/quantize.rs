@@ -1,4 +1,4 @@
-//! Quantisation of files. The file's depth and the options of the command line decide it, not the pipeline: what a
+//! Quantization of files. The file's depth and the options of the command line decide it, not the pipeline: what a
 //! `Dither` node does for a display, the writer does for a file, with the same noise and at the depth of the file.
 
 use afterimage_graph::check::{Graph, GraphNode, Source};
@@ -21,7 +21,7 @@ impl Noise {
 }
 
 /// A pipeline whose outputs are written to files.
-pub(crate) struct Unquantised {
+pub(crate) struct Unquantized {
     pub(crate) graph: Graph,
     /// That of the last `Dither`; seed 0 without one.
     pub(crate) noise: Noise,
@@ -32,7 +32,7 @@ pub(crate) struct Unquantised {
 /// Switches the `Dither` nodes of a pipeline off, and stores what leads to its encoded outputs in floats: of 16 bits
 /// for a file with eight bits, else of 32. So nothing is rounded before the file is written. `is_asked` is whether the
 /// user chose the depth: then it is no news that it replaces that of the pipeline.
-pub(crate) fn unquantised(mut graph: Graph, bits: u32, is_asked: bool) -> Unquantised {
+pub(crate) fn unquantized(mut graph: Graph, bits: u32, is_asked: bool) -> Unquantized {
     let (mut noise, mut notes) = (Noise::default(), Vec::new());
     for node in graph.nodes.iter_mut().filter(|node| node.kind().name() == "Dither" && !node.off) {
         node.off = true;
@@ -46,7 +46,7 @@ pub(crate) fn unquantised(mut graph: Graph, bits: u32, is_asked: bool) -> Unquan
     let format = if bits > MOST_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
     let ends: Vec<Source> = encoded_ends(&graph).collect();
     ends.into_iter().for_each(|end| store_as(&mut graph, end, format));
-    Unquantised { graph, noise, notes }
+    Unquantized { graph, noise, notes }
 }
 
 /// Half floats have eleven bits below 1: the rounding to them moves the mean of eight-bit codes by a sixteenth of a

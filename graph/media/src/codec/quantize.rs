@@ -53,7 +53,7 @@ impl EncodedPixels<'_> {
 
 /// How numbers become codes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Quantiser {
+pub(crate) struct Quantizer {
     /// Bits of a code, 1 to 16.
     pub(crate) bits: u32,
     /// Seed of the noise; `None` rounds to the nearest code. Alpha is never dithered.
@@ -62,7 +62,7 @@ pub(crate) struct Quantiser {
     pub(crate) channels: usize,
 }
 
-impl Quantiser {
+impl Quantizer {
     /// The codes of an image of `size`, rows without gaps.
     pub(crate) fn codes(self, size: (u32, u32), pixels: EncodedPixels<'_>) -> Result<Vec<u16>, CodecError> {
         let (width, height) = (size.0 as usize, size.1 as usize);
@@ -116,10 +116,10 @@ fn nearest(value: f32, last: f32) -> f32 {
 /// variance of the error depends on the value. It fades to one code's width of uniform noise at the ends, so that solid
 /// black and solid white stay solid. `random` holds two 16-bit numbers.
 pub(crate) fn dithered(value: f32, last: f32, random: u32) -> f32 {
-    let centred = |bits: u32| bits as f32 / 65536.0 - 0.5;
+    let centered = |bits: u32| bits as f32 / 65536.0 - 0.5;
     let code = value.clamp(0.0, 1.0) * last;
     let inside = (code.min(last - code) * 2.0).clamp(0.0, 1.0);
-    let noise = centred(random >> 16) + inside * centred(random & 0xffff);
+    let noise = centered(random >> 16) + inside * centered(random & 0xffff);
     (code + noise + 0.5).floor().clamp(0.0, last)
 }
 

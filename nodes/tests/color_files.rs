@@ -1,4 +1,4 @@
-//! Colour corrections, tables of Imageworks, and the node `Cdl` with a file.
+//! Color corrections, tables of Imageworks, and the node `Cdl` with a file.
 
 use std::sync::Arc;
 
@@ -19,8 +19,8 @@ fn corrections_are_found_in_every_kind_of_file() {
     assert_eq!(warm, expected);
     let shots = include_str!("files/shots.ccc");
     assert_eq!(parse_correction(shots, "sh010").expect("a correction").slope, [1.2, 1.1, 1.0]);
-    let grey = ColorCorrection { saturation: 0.5, ..ColorCorrection::NEUTRAL };
-    assert_eq!(parse_correction(shots, "sh020").expect("a correction"), grey);
+    let gray = ColorCorrection { saturation: 0.5, ..ColorCorrection::NEUTRAL };
+    assert_eq!(parse_correction(shots, "sh020").expect("a correction"), gray);
     let edit = parse_correction(include_str!("files/edit.cdl"), "").expect("the only correction");
     assert_eq!((edit.offset, edit.power, edit.saturation), ([0.1, 0.0, 0.0], [2.0, 1.0, 1.0], 0.8));
     let other_names = include_str!("files/edit.cdl").replace("SOPNode", "ASC_SOP").replace("SatNode", "ASC_SAT");
@@ -48,7 +48,7 @@ fn a_malformed_correction_is_reported() {
         (shots.to_owned(), "", "the file has 2 corrections: set `id`; the ids are `sh010`, `sh020`"),
         (shots.to_owned(), "sh030", "no correction has the id `sh030`; the ids are `sh010`, `sh020`"),
         (shots.replace("sh020", "sh010"), "sh010", "line 10: the id `sh010` is there twice"),
-        ("<ProcessList/>".into(), "", "line 1: `ProcessList` is no element of a colour correction"),
+        ("<ProcessList/>".into(), "", "line 1: `ProcessList` is no element of a color correction"),
         ("<ColorCorrectionCollection/>".into(), "", "line 1: the file has no `ColorCorrection`"),
         (
             list("<ColorDecision><ColorCorrectionRef ref=\"z\"/></ColorDecision>"),
@@ -162,7 +162,7 @@ fn a_file_and_parameters_of_the_same_meaning_exclude_each_other() {
         ),
         ("Cdl(source: \"in\", file: \"strong.cc\")", "`strong.cc`: `saturation` must be within 0 and 4"),
         ("Cdl(source: \"in\", file: \"shots.ccc\", id: 20)", "`id` of `Cdl` is a text in quotes"),
-        ("ColorLut(source: \"in\", file: \"warm.cc\")", "the file is a colour correction: use a node `Cdl`"),
+        ("ColorLut(source: \"in\", file: \"warm.cc\")", "the file is a color correction: use a node `Cdl`"),
         ("ColorLut(source: \"in\", file: \"display.clf\", shaper: Log2)", "remove `shaper`"),
         ("ColorLut(source: \"in\", state: Encoded, to: Srgb)", "`state: Encoded` needs a `file`"),
         ("ColorLut(source: \"in\", file: \"display.clf\", state: Encoded)", "`state: Encoded` needs `to`"),

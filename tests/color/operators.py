@@ -2,13 +2,13 @@
 """Compares operators, run by the program, with outside implementations, and prints a table. Optional: no test needs it.
 
     python3 -m venv v
-    v/bin/pip install colour-science==0.4.7 opencolorio==2.6.0 scipy numpy openexr opencv-python-headless
+    v/bin/pip install color-science==0.4.7 opencolorio==2.6.0 scipy numpy openexr opencv-python-headless
     cargo build --release
-    v/bin/python tests/colour/operators.py target/release/afterimage
+    v/bin/python tests/color/operators.py target/release/afterimage
 
 Differences are absolute up to 1 and relative above it, unless a row says otherwise. Signals are read from PNG files of
-16 bits, whose rounding alone makes 7.6e-6. tests/colour/aces2.py and tests/colour/compare_ocio.py compare ACES 2.0 and
-the steps of colour files.
+16 bits, whose rounding alone makes 7.6e-6. tests/color/aces2.py and tests/color/compare_ocio.py compare ACES 2.0 and
+the steps of color files.
 """
 
 import subprocess
@@ -33,24 +33,24 @@ PROGRAM = ""
 
 
 def unit():
-    """Colours from 0 to 1."""
+    """Colors from 0 to 1."""
     return random.uniform(0, 1, (SIDE * SIDE, 3)).astype(np.float32).astype(float)
 
 
 def light(low=-9, high=7):
-    """Colours of any saturation, from 2^low to 2^high per channel."""
+    """Colors of any saturation, from 2^low to 2^high per channel."""
     return (2.0 ** random.uniform(low, high, (SIDE * SIDE, 3))).astype(np.float32).astype(float)
 
 
 def signed():
-    """Colours in and outside of Rec.709, with a luminance of at least 0.05."""
-    colours = random.uniform(-0.3, 1, (8 * SIDE * SIDE, 3)) * 2.0 ** random.uniform(-2, 4, (8 * SIDE * SIDE, 1))
-    colours = colours[colours @ [0.2126, 0.7152, 0.0722] > 0.05]
-    return colours[: SIDE * SIDE].astype(np.float32).astype(float)
+    """Colors in and outside of Rec.709, with a luminance of at least 0.05."""
+    colors = random.uniform(-0.3, 1, (8 * SIDE * SIDE, 3)) * 2.0 ** random.uniform(-2, 4, (8 * SIDE * SIDE, 1))
+    colors = colors[colors @ [0.2126, 0.7152, 0.0722] > 0.05]
+    return colors[: SIDE * SIDE].astype(np.float32).astype(float)
 
 
-def greys():
-    """Greys of 16 stops."""
+def grays():
+    """Grays of 16 stops."""
     return np.repeat((0.18 * 2.0 ** np.linspace(-8, 8, SIDE * SIDE))[:, None], 3, 1).astype(np.float32).astype(float)
 
 
@@ -92,7 +92,7 @@ def conversion(target, adaptation="Bradford"):
 
 
 def through_ocio(pixels, *transforms):
-    """What OpenColorIO makes of numbers, in 32 bits without optimisations."""
+    """What OpenColorIO makes of numbers, in 32 bits without optimizations."""
     processor = ocio.Config.CreateRaw().getProcessor(ocio.GroupTransform(list(transforms)))
     cpu = processor.getOptimizedCPUProcessor(ocio.BIT_DEPTH_F32, ocio.BIT_DEPTH_F32, ocio.OPTIMIZATION_NONE)
     pixels = np.ascontiguousarray(pixels, dtype=np.float32).reshape(1, -1, 3)
@@ -122,14 +122,14 @@ def transfer_functions():
     for name, rest, top, what, reference in cases:
         pixels = (top * unit()).astype(np.float32).astype(float)
         found = run("DisplayLinear", f"Encode(transfer: {name}, gamut: Clip, {rest})", pixels, suffix=".png")
-        yield f"`Encode(transfer: {name})`", f"colour-science, {what}", off(found, np.clip(reference(pixels), 0, 1))
+        yield f"`Encode(transfer: {name})`", f"color-science, {what}", off(found, np.clip(reference(pixels), 0, 1))
 
 
 def primaries():
     for name, target in [("DisplayP3", "Display P3"), ("Rec2020", "ITU-R BT.2020")]:
         pixels = unit()
         found = run("DisplayLinear", f"Encode(transfer: Linear, primaries: {name})", pixels, suffix=".png")
-        yield f"`Encode(primaries: {name})`", "colour-science", off(found, pixels @ conversion(target))
+        yield f"`Encode(primaries: {name})`", "color-science", off(found, pixels @ conversion(target))
 
 
 def white_balance():
@@ -147,7 +147,7 @@ def white_balance():
             matrix = np.linalg.inv(to_xyz) @ adapt @ to_xyz
             largest = max(largest, off(run("Color", node, pixels), pixels @ matrix.T))
         operator = f"`WhiteBalance(adaptation: {cones})`, 2000 to 20000 K"
-        yield operator, "colour-science: D illuminants, Kang 2002", largest
+        yield operator, "color-science: D illuminants, Kang 2002", largest
 
 
 def decisions(**values):
@@ -156,7 +156,7 @@ def decisions(**values):
     return transform
 
 
-def colour_decisions():
+def color_decisions():
     pixels = light(-9, 2)
     sop = dict(slope=[1.1, 0.9, 1.3], offset=[0.05, 0.1, 0.02], power=[1.2, 0.8, 2.0])
     parameters = ", ".join(f"{key}: ({', '.join(map(str, value))})" for key, value in sop.items())
@@ -195,7 +195,7 @@ def spaces():
         pixels = light(-9, 5)
         found = run("Exposed", f'ColorLut(file: "{path}", from: {name}, to: LinearRec709)', pixels)
         wanted = np.clip(curve(pixels @ conversion(gamut)), 0, 1)
-        yield f"`ColorLut(from: {name})`", "colour-science", off(found, wanted)
+        yield f"`ColorLut(from: {name})`", "color-science", off(found, wanted)
 
 
 def gamuts():
@@ -216,27 +216,27 @@ def hues():
     pixels = np.resize(pixels[oklab(pixels)[0] < 0.95], (SIDE * SIDE, 3))
     found = run("Exposed", "ToneMap(curve: None)", pixels)
     (wanted_l, wanted_c), (found_l, found_c) = oklab(pixels), oklab(found)
-    coloured = np.abs(found_c) > 0.02
-    turn = np.abs(np.angle(found_c / wanted_c, deg=True))[coloured].max()
-    yield "`ToneMap(gamut: Compress)`: lightness of Oklab", "colour-science", np.abs(found_l - wanted_l).max()
-    yield "`ToneMap(gamut: Compress)`: hue of Oklab, in degrees", "colour-science", turn
+    colored = np.abs(found_c) > 0.02
+    turn = np.abs(np.angle(found_c / wanted_c, deg=True))[colored].max()
+    yield "`ToneMap(gamut: Compress)`: lightness of Oklab", "color-science", np.abs(found_l - wanted_l).max()
+    yield "`ToneMap(gamut: Compress)`: hue of Oklab, in degrees", "color-science", turn
 
 
 def tone_curves():
-    plain = "middle_grey: Native, keep_hue: 0.0, gamut: Clip"
-    pixels = greys()
+    plain = "middle_gray: Native, keep_hue: 0.0, gamut: Clip"
+    pixels = grays()
     found = run("Exposed", f"ToneMap(curve: Aces2ToneScale, {plain})", pixels)[:, 1]
     wanted = display("SDR-100nit-REC709_2.0", pixels)
-    yield "`ToneMap(curve: Aces2ToneScale)`, greys", "OpenColorIO, ACES 2.0", off(found, wanted)
+    yield "`ToneMap(curve: Aces2ToneScale)`, grays", "OpenColorIO, ACES 2.0", off(found, wanted)
     video = display("SDR-VIDEO_1.0", pixels)
     found = run("Exposed", f"ToneMap(curve: AcesHill, {plain})", pixels)[:, 1]
-    yield "`ToneMap(curve: AcesHill)`, greys: a fit", "OpenColorIO, ACES 1.0", off(found, video)
+    yield "`ToneMap(curve: AcesHill)`, grays: a fit", "OpenColorIO, ACES 1.0", off(found, video)
     found = run("Exposed", f"ToneMap(curve: AcesNarkowicz, {plain})", 0.6 * pixels)[:, 1]
-    yield "`ToneMap(curve: AcesNarkowicz)`, greys times 0.6: a fit", "OpenColorIO, ACES 1.0", off(found, video)
+    yield "`ToneMap(curve: AcesNarkowicz)`, grays times 0.6: a fit", "OpenColorIO, ACES 1.0", off(found, video)
 
 
 def eetf():
-    """The formula of ITU-R BT.2390, 5.4.1, written once more; PQ is that of colour-science."""
+    """The formula of ITU-R BT.2390, 5.4.1, written once more; PQ is that of color-science."""
     encode, decode = colour.models.eotf_inverse_ST2084, colour.models.eotf_ST2084
     pixels = (1000 / 203 * unit()).astype(np.float32).astype(float)
     for peak, black in [(600, 0.0), (300, 0.1)]:
@@ -249,7 +249,7 @@ def eetf():
         # The node also limits the lifted light to the peak.
         wanted = decode(np.minimum(bent + bottom * (1 - bent) ** 4, top) * span) / 203
         node = f"Eetf(source_nits: 1000.0, peak_nits: {peak}.0, black_nits: {black}, on: Channels)"
-        what = "formula of BT.2390, PQ of colour-science"
+        what = "formula of BT.2390, PQ of color-science"
         yield f"`Eetf`, {peak} cd/m2, black {black}", what, off(run("DisplayLinear", node, pixels), wanted)
 
 
@@ -263,7 +263,7 @@ def blur():
 
 
 GROUPS = [
-    transfer_functions, primaries, white_balance, colour_decisions, tables, spaces, gamuts, hues, tone_curves, eetf,
+    transfer_functions, primaries, white_balance, color_decisions, tables, spaces, gamuts, hues, tone_curves, eetf,
     blur,
 ]
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Compares tone curves, run by the program, with the GLSL of published packages. Optional: no test needs it.
 
-    python3 -m venv v && v/bin/pip install wgpu numpy openexr colour-science opencolorio scipy opencv-python-headless
+    python3 -m venv v && v/bin/pip install wgpu numpy openexr color-science opencolorio scipy opencv-python-headless
     npm pack glsl-tone-map@2.0.1 three@0.180.0
     cargo build --release
-    v/bin/python tests/colour/curves.py target/release/afterimage FOLDER_OF_THE_PACKAGES
+    v/bin/python tests/color/curves.py target/release/afterimage FOLDER_OF_THE_PACKAGES
 
 The GLSL runs by wgpu. Differences are absolute, of display-linear light from 0 to 1, for light from 2^-9 to 2^5 per
-channel. Both sides compute in 32 bits. AgX is compared on greys, where the matrices of three.js, which are for Rec.2020, have no effect.
+channel. Both sides compute in 32 bits. AgX is compared on grays, where the matrices of three.js, which are for Rec.2020, have no effect.
 """
 
 import re
@@ -21,11 +21,11 @@ import wgpu
 
 SHADER = """#version 450
 layout(local_size_x = 64) in;
-layout(set = 0, binding = 0) buffer Colours {{ vec4 colours[]; }};
+layout(set = 0, binding = 0) buffer Colors {{ vec4 colors[]; }};
 {functions}
 void main() {{
     uint i = gl_GlobalInvocationID.x;
-    colours[i] = vec4({call}, 1.0);
+    colors[i] = vec4({call}, 1.0);
 }}
 """
 
@@ -47,7 +47,7 @@ def functions(text, *names):
 
 
 def evaluated(source, call, pixels):
-    """What GLSL makes of colours."""
+    """What GLSL makes of colors."""
     device = wgpu.gpu.request_adapter_sync().request_device_sync()
     code = SHADER.format(functions=source, call=call)
     module = device.create_shader_module(label="comp", code=code)
@@ -69,7 +69,7 @@ def evaluated(source, call, pixels):
 
 
 def cases(folder):
-    """Curve, package, GLSL, its call, and whether only greys are compared."""
+    """Curve, package, GLSL, its call, and whether only grays are compared."""
     for curve, name in [
         ("Reinhard", "reinhard"),
         ("ReinhardExtended", "reinhard2"),
@@ -79,30 +79,30 @@ def cases(folder):
     ]:
         text = member(folder, "glsl-tone-map", f"{name}.glsl")
         names = {"uncharted2": ("uncharted2Tonemap", "uncharted2")}.get(name, (name,))
-        yield curve, "glsl-tone-map 2.0.1", functions(text, *names), f"min({name}(colours[i].rgb), vec3(1.0))", False
+        yield curve, "glsl-tone-map 2.0.1", functions(text, *names), f"min({name}(colors[i].rgb), vec3(1.0))", False
     text = member(folder, "three", "src/renderers/shaders/ShaderChunk/tonemapping_pars_fragment.glsl.js")
     text = text.replace("toneMappingExposure", "1.0")
     hill = "#define saturate(a) clamp(a, 0.0, 1.0)\n" + functions(text, "RRTAndODTFit", "ACESFilmicToneMapping")
     # three.js divides the light by 0.6.
-    yield "AcesHill", "three.js 0.180", hill, "ACESFilmicToneMapping(0.6 * colours[i].rgb)", False
+    yield "AcesHill", "three.js 0.180", hill, "ACESFilmicToneMapping(0.6 * colors[i].rgb)", False
     neutral = functions(text, "NeutralToneMapping")
-    yield "KhronosNeutral", "three.js 0.180", neutral, "NeutralToneMapping(colours[i].rgb)", False
+    yield "KhronosNeutral", "three.js 0.180", neutral, "NeutralToneMapping(colors[i].rgb)", False
     constants = "\n".join(re.findall(r"^const mat3 LINEAR_\w+ = mat3\(.*?^\);", text, re.M | re.S))
     agx = constants + "\n" + functions(text, "agxDefaultContrastApprox", "AgXToneMapping")
-    call = "clamp(AgXToneMapping(colours[i].rgb), 0.0, 1.0)"
+    call = "clamp(AgXToneMapping(colors[i].rgb), 0.0, 1.0)"
     yield "AgX", "three.js 0.180, a polynomial", agx, call, True
 
 
 def main(folder):
     space = {"AcesHill", "KhronosNeutral", "AgX"}
     print("| operator | reference | largest difference |\n|---|---|---|")
-    for curve, package, source, call, is_grey in cases(folder):
-        pixels = operators.greys() if is_grey else operators.light(-9, 5)
+    for curve, package, source, call, is_gray in cases(folder):
+        pixels = operators.grays() if is_gray else operators.light(-9, 5)
         rest = "" if curve in space else ", space: Rec709"
-        node = f"ToneMap(curve: {curve}{rest}, middle_grey: Native, keep_hue: 0.0, gamut: Clip)"
+        node = f"ToneMap(curve: {curve}{rest}, middle_gray: Native, keep_hue: 0.0, gamut: Clip)"
         off = np.abs(operators.run("Exposed", node, pixels) - evaluated(source, call, pixels)).max()
-        greys = ", greys" if is_grey else ""
-        print(f"| `ToneMap(curve: {curve})`{greys} | {package} | {off:.1e} |", flush=True)
+        grays = ", grays" if is_gray else ""
+        print(f"| `ToneMap(curve: {curve})`{grays} | {package} | {off:.1e} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares the colour files of `ColorLut` and `Cdl` with OpenColorIO. Optional: no test needs it.
+"""Compares the color files of `ColorLut` and `Cdl` with OpenColorIO. Optional: no test needs it.
 
     pip install opencolorio numpy
-    cargo build -p afterimage-nodes --example colour_file
-    python3 tests/colour/compare_ocio.py target/debug/examples/colour_file
+    cargo build -p afterimage-nodes --example color_file
+    python3 tests/color/compare_ocio.py target/debug/examples/color_file
 
-For each kind of process node it writes a file, evaluates it over about 56 000 colours with OpenColorIO (32 bits,
-without optimisations) and with the double-precision version of Afterimage, and prints the largest difference, divided
+For each kind of process node it writes a file, evaluates it over about 56 000 colors with OpenColorIO (32 bits,
+without optimizations) and with the double-precision version of Afterimage, and prints the largest difference, divided
 by the larger of 1 and the value. The files of nodes/tests/files follow.
 """
 
@@ -96,7 +96,7 @@ def cases():
     yield "LUT3D, tetrahedral", [node("LUT3D", array("9 9 9 3", lattice), ("32f", "8i"), interpolation="tetrahedral")], "unit"
 
 
-def colours(kind):
+def colors(kind):
     side = np.linspace(-0.25, 1.25, 33)
     grid = np.stack(np.meshgrid(side, side, side), axis=-1).reshape(-1, 3)
     rng = np.random.default_rng(1)
@@ -121,7 +121,7 @@ def by_afterimage(program, path, pixels):
 
 
 def difference(program, path, kind, interpolation=ocio.INTERP_DEFAULT):
-    pixels = colours(kind)
+    pixels = colors(kind)
     expected, found = by_ocio(path, pixels, interpolation), by_afterimage(program, path, pixels)
     return float(np.max(np.abs(found - expected) / np.maximum(1.0, np.abs(expected))))
 

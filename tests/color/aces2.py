@@ -2,9 +2,9 @@
 """Compares Aces2Output with OpenColorIO's built-in ACES 2.0 output transforms. Optional: no test needs it.
 
     python3 -m venv v && v/bin/pip install opencolorio==2.6.0 numpy openexr
-    v/bin/python tests/colour/aces2.py compare target/release/afterimage  # a dense set through the program: a table
-    v/bin/python tests/colour/aces2.py vectors > tests/vectors/aces2.txt  # the reference values of the Rust tests
-    v/bin/python tests/colour/aces2.py gamut > tests/vectors/gamut_compress.txt
+    v/bin/python tests/color/aces2.py compare target/release/afterimage  # a dense set through the program: a table
+    v/bin/python tests/color/aces2.py vectors > tests/vectors/aces2.txt  # the reference values of the Rust tests
+    v/bin/python tests/color/aces2.py gamut > tests/vectors/gamut_compress.txt
 
 Differences are of display-linear light in the primaries of the display, where 1 is 100 cd/m2.
 """
@@ -56,7 +56,7 @@ def reference(rec709, gamut, peak):
 
 
 def dense():
-    """65536 colours: a cube, any saturation over 16 stops, and the corners of Rec.709 over 16 stops."""
+    """65536 colors: a cube, any saturation over 16 stops, and the corners of Rec.709 over 16 stops."""
     random = np.random.default_rng(7)
     side = np.linspace(0, 1, 25)
     cube = np.stack(np.meshgrid(side, side, side), -1).reshape(-1, 3)
@@ -68,7 +68,7 @@ def dense():
 
 
 def sparse():
-    """80 colours: special ones, and some of each population of `dense`."""
+    """80 colors: special ones, and some of each population of `dense`."""
     special = [[0.18] * 3, [0] * 3, [1] * 3, [65504] * 3]
     special += [[65504, 0, 0], [0, 65504, 1e-6], [0, 0, 65504], [16, 0.5, 0.1]]
     fire = [[2.0**stop * channel for channel in (1, 0.25, 0.04)] for stop in (-2, 0, 2, 4, 6)]
@@ -79,7 +79,7 @@ def sparse():
 PIPELINE = """Pipeline(
     inputs: {{ "scene": Exposed }},
     nodes: {{ "shown": Aces2Output(
-        source: "scene", gamut: {gamut}, peak: {peak}, white_nits: 100.0, middle_grey: Native,
+        source: "scene", gamut: {gamut}, peak: {peak}, white_nits: 100.0, middle_gray: Native,
         format: Rgba32Float,
     ) }},
     outputs: {{ "display": "shown" }},
@@ -106,36 +106,36 @@ def rendered(program, folder, rec709, gamut, peak):
 
 
 def compare(program):
-    colours = dense()
+    colors = dense()
     print("| display | largest difference | 99.9 % below |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for gamut, peak in DISPLAYS:
-            ours = rendered(program, Path(folder), colours, gamut, peak)
-            off = np.abs(ours - reference(colours, gamut, peak)).max(1)
+            ours = rendered(program, Path(folder), colors, gamut, peak)
+            off = np.abs(ours - reference(colors, gamut, peak)).max(1)
             print(f"| {gamut}, {peak} cd/m2 | {off.max():.5f} | {np.quantile(off, 0.999):.5f} |")
 
 
 def vectors():
-    print(f"# ACES 2.0 output transforms of OpenColorIO {ocio.__version__}, made by tests/colour/aces2.py vectors.")
+    print(f"# ACES 2.0 output transforms of OpenColorIO {ocio.__version__}, made by tests/color/aces2.py vectors.")
     print("# Display, peak in cd/m2, linear Rec.709, and the display's linear RGB in units of 100 cd/m2.")
-    colours = sparse()
+    colors = sparse()
     for gamut, peak in DISPLAYS:
-        for source, shown in zip(colours, reference(colours, gamut, peak)):
+        for source, shown in zip(colors, reference(colors, gamut, peak)):
             print(gamut, peak, *(f"{x:.9g}" for x in source), *(f"{x:.6g}" for x in shown))
 
 
 def gamut():
-    print(f"# The reference gamut compression of ACES 1.3 in OpenColorIO {ocio.__version__}: tests/colour/aces2.py gamut.")
+    print(f"# The reference gamut compression of ACES 1.3 in OpenColorIO {ocio.__version__}: tests/color/aces2.py gamut.")
     print("# Linear Rec.709, and linear Rec.709.")
     processor = ocio.Config.CreateRaw().getProcessor(
         ocio.BuiltinTransform("ACES-LMT - ACES 1.3 Reference Gamut Compression")
     )
     cpu = processor.getOptimizedCPUProcessor(ocio.BIT_DEPTH_F32, ocio.BIT_DEPTH_F32, ocio.OPTIMIZATION_NONE)
     random = np.random.default_rng(3)
-    colours = random.uniform(-0.3, 1, (60, 3)) * 2.0 ** random.uniform(-4, 4, (60, 1))
-    pixels = np.ascontiguousarray(colours @ conversion("Rec709", "AP0").T, dtype=np.float32).reshape(1, -1, 3)
+    colors = random.uniform(-0.3, 1, (60, 3)) * 2.0 ** random.uniform(-4, 4, (60, 1))
+    pixels = np.ascontiguousarray(colors @ conversion("Rec709", "AP0").T, dtype=np.float32).reshape(1, -1, 3)
     cpu.apply(ocio.PackedImageDesc(pixels, pixels.shape[1], 1, 3))
-    for source, result in zip(colours, pixels[0].astype(float) @ conversion("AP0", "Rec709").T):
+    for source, result in zip(colors, pixels[0].astype(float) @ conversion("AP0", "Rec709").T):
         print(*(f"{x:.9g}" for x in source), *(f"{x:.7g}" for x in result))
 
 

@@ -1,5 +1,5 @@
-//! Evaluates a colour file in double precision: `colour_file FILE [tetrahedral]` reads three numbers a line and prints
-//! the result of each line. `tests/colour/compare_ocio.py` compares it with OpenColorIO.
+//! Evaluates a color file in double precision: `color_file FILE [tetrahedral]` reads three numbers a line and prints
+//! the result of each line. `tests/color/compare_ocio.py` compares it with OpenColorIO.
 
 use std::error::Error;
 use std::io::{BufRead, Write};
@@ -19,7 +19,7 @@ fn process(bytes: &[u8], interpolation: Interpolation) -> Result<Process, Box<dy
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let path = arguments.first().ok_or("usage: colour_file FILE [tetrahedral]")?;
+    let path = arguments.first().ok_or("usage: color_file FILE [tetrahedral]")?;
     let is_tetrahedral = arguments.get(1).is_some_and(|word| word == "tetrahedral");
     let interpolation = if is_tetrahedral { Interpolation::Tetrahedral } else { Interpolation::Trilinear };
     let process = process(&std::fs::read(path)?, interpolation)?;

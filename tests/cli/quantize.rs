@@ -57,10 +57,10 @@ const ROUNDED: f64 = 1.0 / 12.0;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_file_is_quantised_once_whatever_the_pipeline_does() {
+fn a_file_is_quantized_once_whatever_the_pipeline_does() {
     let plain = "\"display\": FilmGrain(source: \"in\", amount: 0.0)";
     let twice = "\"first\": Dither(source: \"in\"), \"display\": Dither(source: \"first\", seed: 9)";
-    for (test, nodes) in [("quantise-last", DITHERED), ("quantise-none", plain), ("quantise-twice", twice)] {
+    for (test, nodes) in [("quantize-last", DITHERED), ("quantize-none", plain), ("quantize-twice", twice)] {
         let folder = folder(test, nodes, "display");
         for (options, variance) in [
             ("", DITHERED_ONCE),
@@ -80,7 +80,7 @@ fn a_file_is_quantised_once_whatever_the_pipeline_does() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn sixteen_bits_are_sixteen_bits_of_data_behind_a_dither_too() {
-    let folder = folder("quantise-deep", DITHERED, "display");
+    let folder = folder("quantize-deep", DITHERED, "display");
     for options in [" --depth 16", " --depth 16 --no-dither", " --depth 16 --exact"] {
         let found = codes(&folder, options);
         assert_eq!(found.1, 65535.0, "{options}");
@@ -94,7 +94,7 @@ fn sixteen_bits_are_sixteen_bits_of_data_behind_a_dither_too() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_noise_of_a_file_is_that_of_the_node() {
     use crate::support::gpu::{Picture as Image, Run, graph};
-    let folder = folder("quantise-node", DITHERED, "display");
+    let folder = folder("quantize-node", DITHERED, "display");
     let found = codes(&folder, " --exact").0;
     let values = ramp();
     let at = |x: u32, y: u32| values.as_chunks::<4>().0[(y * SIZE.0 + x) as usize];
@@ -111,7 +111,7 @@ fn the_noise_of_a_file_is_that_of_the_node() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_depth_that_replaces_the_pipelines_is_said() {
-    let folder = folder("quantise-said", "\"display\": Dither(source: \"in\", bits: 10)", "display");
+    let folder = folder("quantize-said", "\"display\": Dither(source: \"in\", bits: 10)", "display");
     let said = |options: &str| folder.run(&format!("render p.ron ramp.exr -o out.png{options}"));
     let outcome = said("");
     assert!(
@@ -124,7 +124,7 @@ fn a_depth_that_replaces_the_pipelines_is_said() {
 
 #[test]
 fn a_format_that_loses_codes_is_refused() {
-    let check = |node: &str| folder("quantise-format", &format!("\"display\": {node}"), "display").run("check p.ron");
+    let check = |node: &str| folder("quantize-format", &format!("\"display\": {node}"), "display").run("check p.ron");
     check("Dither(source: \"in\", bits: 10, format: Rgba8Unorm)")
         .fails_saying(1, &["`display` cannot use its parameters", "`Rgba8Unorm` does not keep codes of 10 bits"]);
     check("Dither(source: \"in\", bits: 12, format: Rgba16Float)")

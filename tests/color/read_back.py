@@ -2,9 +2,9 @@
 
 Usage: python3 read_back.py PROGRAM
 
-PROGRAM is the binary `afterimage`. Needs the packages OpenImageIO, OpenEXR, colour-science and numpy. A row of grey
+PROGRAM is the binary `afterimage`. Needs the packages OpenImageIO, OpenEXR, color-science and numpy. A row of gray
 patches and one saturated red is encoded with each transfer function. Chunks of PNG come from a parser of this file,
-pixels from OpenImageIO, attributes of EXR from OpenEXR, and curves and matrices from colour-science. The last column is
+pixels from OpenImageIO, attributes of EXR from OpenEXR, and curves and matrices from color-science. The last column is
 the largest difference of a luminance, in per cent; the exit status is 1 if a label is wrong or a difference exceeds 0.5 %.
 """
 
@@ -52,7 +52,7 @@ def chunks(path):
 
 
 def light(signal, transfer):
-    """cd/m2 of grey signals."""
+    """cd/m2 of gray signals."""
     if transfer == "Pq":
         return colour.models.eotf_ST2084(signal)
     if transfer == "Hlg":

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Reads AVIF files of the program with FFmpeg: right labels, ten bits and right luminances. Optional: no test needs it.
 
-    python3 -m venv v && v/bin/pip install av colour-science numpy openexr
+    python3 -m venv v && v/bin/pip install av color-science numpy openexr
     cargo build --release --features avif
-    v/bin/python tests/colour/read_avif.py target/release/afterimage
+    v/bin/python tests/color/read_avif.py target/release/afterimage
 
-Grey patches of 32 pixels are encoded with each transfer function. FFmpeg (PyAV) reads the code points of H.273 and
-decodes the luma, which is that of a grey signal. The last column is the largest difference of a luminance, in per cent:
+Gray patches of 32 pixels are encoded with each transfer function. FFmpeg (PyAV) reads the code points of H.273 and
+decodes the luma, which is that of a gray signal. The last column is the largest difference of a luminance, in per cent:
 it includes AV1 at the highest quality and the rounding to ten bits, 1.9 % of the darkest linear patch. The exit status
 is 1 if a label is wrong or a difference exceeds 3 %.
 """
@@ -35,7 +35,7 @@ PIPELINE = """Pipeline(inputs: {{ "light": DisplayLinear }}, nodes: {{
 
 
 def light(signal, transfer):
-    """cd/m2 of grey signals."""
+    """cd/m2 of gray signals."""
     decode = {
         "Srgb": lambda v: WHITE * colour.models.eotf_sRGB(v),
         "Linear": lambda v: WHITE * v,
@@ -71,8 +71,8 @@ def main(program):
                 failed = True
                 print(f"| {transfer}, {primaries} | wrong: {labels}, not {wanted} | {frame.format.name} | |")
                 continue
-            centres = luma[SIDE // 2, SIDE // 2 :: SIDE].astype(float) / 1023
-            off = np.abs(light(centres, transfer) / (PATCHES * WHITE) - 1).max() * 100
+            centers = luma[SIDE // 2, SIDE // 2 :: SIDE].astype(float) / 1023
+            off = np.abs(light(centers, transfer) / (PATCHES * WHITE) - 1).max() * 100
             failed |= off > 3
             print(f"| {transfer}, {primaries} | {','.join(map(str, labels))} | {frame.format.name} | {off:.2f} % |")
     sys.exit(1 if failed else 0)
