@@ -9,7 +9,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, NodeKind, Registry, contract, folder_kind_of};
 use afterimage_graph::prelude::*;
-use afterimage_plan::Given;
+use afterimage_plan::HostInputs;
 use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DMat4, DVec2, DVec4, Mat4, vec3};
@@ -231,7 +231,7 @@ fn without_a_camera_its_nodes_are_skipped_or_it_is_an_error() {
     assert_eq!(skipped[0].why, "nothing arrives at its input `camera`");
     let error = host.frame(&[("camera", &data)]).expect_err("`light` is not optional").to_string();
     assert_eq!(error, "output `view` comes from a node that is off and has no fallback");
-    let given = Given::nothing(SIZE);
+    let given = HostInputs::nothing(SIZE);
     assert!(host.post.plan_for(given).is_err());
 }
 

@@ -373,7 +373,8 @@ fn two_views_of_one_pipeline_are_two_pipelines() {
         .collect();
     let mut first = Host::new(changed("tsushima.ron", None, &[]));
     let mut shown = [vec![frames(&mut first, 0, 0)], Vec::new()];
-    let mut second = Host { post: first.post.another(), gpu: first.gpu.clone(), scene: views[1].clone(), time: 0.0 };
+    let mut second =
+        Host { post: first.post.clone_for_view(), gpu: first.gpu.clone(), scene: views[1].clone(), time: 0.0 };
     shown[1].push(frames(&mut second, 0, 1));
     for number in 1..4 {
         shown[1].push(frames(&mut second, number, 1));

@@ -61,8 +61,8 @@ impl Node for BilateralBlur {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.radius == 0 || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.radius == 0 || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

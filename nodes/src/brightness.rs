@@ -21,7 +21,7 @@ impl Node for Brightness {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image, 0 or more.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

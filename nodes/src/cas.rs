@@ -30,8 +30,8 @@ impl Node for Cas {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The sharper image.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.amount == 0.0 || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.amount == 0.0 || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

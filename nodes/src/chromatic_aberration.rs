@@ -36,8 +36,8 @@ impl Node for ChromaticAberration {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with fringes.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.amount == 0.0 || self.red == 0.0 && self.blue == 0.0 || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.amount == 0.0 || self.red == 0.0 && self.blue == 0.0 || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

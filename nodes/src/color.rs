@@ -49,12 +49,12 @@ fn in_rec709(matrix: DMat3) -> DMat3 {
 }
 
 /// Lower limit of the components of a target white. Below it the gains of the cones are too large to be useful.
-pub(crate) const LEAST_TARGET: f32 = 1e-4;
+pub(crate) const MIN_TARGET: f32 = 1e-4;
 
 /// The matrix on linear Rec.709 that maps white to `target`. With `keep_luminance`, the target is scaled to the
 /// luminance of white.
 pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
-    let target = DVec3::from(target.map(|x| f64::from(x.max(LEAST_TARGET))));
+    let target = DVec3::from(target.map(|x| f64::from(x.max(MIN_TARGET))));
     let target = Chromaticities::REC709.to_xyz() * target;
     let scale = if keep_luminance { 1.0 / target.y } else { 1.0 };
     in_rec709(adaptation.adaptation(Xy::D65.to_xyz(), target * scale))

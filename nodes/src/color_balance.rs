@@ -34,7 +34,7 @@ impl Node for ColorBalance {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
         still && self.multiply == [1.0; 3]
     }

@@ -79,7 +79,7 @@ impl Node for ColorLut {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The graded image.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         let keeps = self.state == LutState::Source;
         let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.decoded().is_identity;
         keeps && (self.strength == 0.0 || self.file.bytes.is_none() || does_nothing())

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::upsample::{LARGEST_RADIUS, UpsampleFilter};
+use crate::upsample::{MAX_RADIUS, UpsampleFilter};
 
 static SHADER: Shader = shader!("composite");
 
@@ -34,7 +34,7 @@ params! {
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent.
         pub radius: f32 = 1.0
-            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
+            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
     }
 }
 
@@ -77,9 +77,9 @@ impl Node for Composite {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("base"), "The image with the light.").or_input("base")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        let adds_nothing = arrivals.is_zero("bloom") && (self.blend != CompositeBlend::Mix || arrivals.is_zero("base"));
-        self.strength == 0.0 || arrivals.is_absent("bloom") || adds_nothing
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        let adds_nothing = inputs.is_zero("bloom") && (self.blend != CompositeBlend::Mix || inputs.is_zero("base"));
+        self.strength == 0.0 || inputs.is_absent("bloom") || adds_nothing
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

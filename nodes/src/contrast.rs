@@ -35,7 +35,7 @@ impl Node for Contrast {
         &[Output::image("result", OutputState::same("source"), "The image with its new contrast, 0 or more.")
             .or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 1.0
     }
 

@@ -42,7 +42,7 @@ impl ToneMap {
             MiddleGray::Matched => {
                 // A look and the polynomial keep the exposure of the curve that they belong to.
                 let plain = Self { look: AgxLook::Base, sigmoid: Sigmoid::Exact, ..self.clone() };
-                bisected(LEAST_SCALE, 1.0 / LEAST_SCALE, |scale| plain.gray(scale) < MIDDLE_GRAY)
+                bisected(MIN_SCALE, 1.0 / MIN_SCALE, |scale| plain.gray(scale) < MIDDLE_GRAY)
             }
         }
     }
@@ -111,7 +111,7 @@ impl ToneMap {
 const MIDDLE_GRAY: f64 = 0.18;
 
 /// The smallest factor of light that matches a curve to middle gray; its inverse is the largest.
-const LEAST_SCALE: f64 = 1.0 / 16.0;
+const MIN_SCALE: f64 = 1.0 / 16.0;
 
 fn each(v: DVec3, f: impl Fn(f64) -> f64) -> DVec3 {
     dvec3(f(v.x), f(v.y), f(v.z))

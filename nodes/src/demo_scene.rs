@@ -83,7 +83,7 @@ impl Node for DemoScene {
             ("motion", "demo_scene_motion"),
         ];
         for (port, function) in kernels {
-            if pass.wanted(port) {
+            if pass.is_output_used(port) {
                 let is_depth = matches!(port, "depth" | "projected");
                 let desc = if is_depth { desc.format(Format::R32Float) } else { desc };
                 pass.function(&SHADER, function).write(port, desc);

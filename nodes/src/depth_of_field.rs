@@ -88,8 +88,8 @@ impl Node for DepthOfField {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.amount == 0.0 || self.largest == 0.0 || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.amount == 0.0 || self.largest == 0.0 || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -113,8 +113,8 @@ impl Node for Downsample {
         Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -134,6 +134,6 @@ impl Node for Downsample {
             pass.give_level("result", level);
             above = level;
         }
-        pass.give("coarsest", Arrival::Image(above));
+        pass.give("coarsest", InputValue::Image(above));
     }
 }

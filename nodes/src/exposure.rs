@@ -27,8 +27,8 @@ impl Node for Exposure {
         &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")
             .or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.stops == 0.0 && arrivals.is_absent("meter")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.stops == 0.0 && inputs.is_absent("meter")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

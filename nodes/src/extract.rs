@@ -124,15 +124,15 @@ impl Node for Extract {
         ),
     ];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
+    fn is_identity(&self, inputs: &InputValues) -> bool {
         // With `method: All` it still has peaks, so the source does not replace it.
-        arrivals.is_zero("source")
+        inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let result = ImageDesc::new(pass.desc(source).size);
-        if pass.wanted("peaks") {
+        if pass.is_output_used("peaks") {
             pass.function(&SHADER, "extract_peaks").write("peaks", result.half().format(Format::R16Float));
         }
         let light = match self.fireflies {

@@ -39,7 +39,7 @@ impl Node for FilmGrain {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with grain.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

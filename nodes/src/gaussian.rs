@@ -136,8 +136,8 @@ impl Node for Gaussian {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source") || self.blur().changes_nothing()
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source") || self.blur().changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -154,8 +154,8 @@ impl Node for GaussianPyramid {
         &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
             .or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source") || self.blur().changes_nothing()
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source") || self.blur().changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -31,7 +31,7 @@ impl Node for GridBlur {
             .content("bilateral-grid")
             .or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         GaussianWeights::of_axes(&self.sigma, REACH, false).next().is_none()
     }
 

@@ -52,8 +52,8 @@ impl Node for Halation {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the glow.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

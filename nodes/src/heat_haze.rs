@@ -38,8 +38,8 @@ impl Node for HeatHaze {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image behind hot air.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.strength == 0.0 || arrivals.is_zero("mask") || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.strength == 0.0 || inputs.is_zero("mask") || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -31,8 +31,8 @@ impl Node for LensDirt {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light with the dirt in it.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.strength == 0.0 || arrivals.is_zero("source") || arrivals.is_zero("dirt")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.strength == 0.0 || inputs.is_zero("source") || inputs.is_zero("dirt")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

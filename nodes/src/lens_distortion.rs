@@ -62,7 +62,7 @@ params! {
 /// No place of an image is farther from its optical center, in halves of the diagonal, at any zoom.
 const FARTHEST: f64 = 12.0;
 /// The least slope of the radial function: places beyond are continued.
-const LEAST_RISE: f64 = 0.1;
+const MIN_RISE: f64 = 0.1;
 /// Distances that are tried in search of the limit.
 const STEPS: u32 = 1536;
 
@@ -80,11 +80,11 @@ impl LensDistortion {
         }
     }
 
-    /// The distance up to which the radial function rises by at least [`LEAST_RISE`].
+    /// The distance up to which the radial function rises by at least [`MIN_RISE`].
     fn limit(&self) -> f64 {
         let step = FARTHEST / f64::from(STEPS);
         let distance = |index: u32| f64::from(index) * step;
-        let rises = |index: &u32| self.radial(distance(index + 1)) - self.radial(distance(*index)) >= LEAST_RISE * step;
+        let rises = |index: &u32| self.radial(distance(index + 1)) - self.radial(distance(*index)) >= MIN_RISE * step;
         distance((0..STEPS).take_while(rises).count() as u32).max(step)
     }
 
@@ -117,8 +117,8 @@ impl Node for LensDistortion {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The bent or straight image.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        self.changes_nothing() || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        self.changes_nothing() || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -39,9 +39,9 @@ impl Node for LensFlare {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The flares, of the size of the source.")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
+    fn is_identity(&self, inputs: &InputValues) -> bool {
         let has_ghosts = self.ghosts > 0 && self.ghost_strength > 0.0;
-        !has_ghosts && self.halo_strength == 0.0 || arrivals.is_zero("source")
+        !has_ghosts && self.halo_strength == 0.0 || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

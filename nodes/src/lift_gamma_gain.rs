@@ -8,7 +8,7 @@ use crate::color::luminance_weights;
 static SHADER: Shader = shader!("lift_gamma_gain");
 
 /// Lower limit of gamma: 1 / gamma grows without bound below it.
-const LEAST_GAMMA: f32 = 1e-3;
+const MIN_GAMMA: f32 = 1e-3;
 
 choices! {
     /// The quantity with which the lift fades.
@@ -47,7 +47,7 @@ impl Node for LiftGammaGain {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()
     }
 
@@ -72,7 +72,7 @@ impl LiftGammaGain {
     }
 
     fn power(&self) -> DVec3 {
-        DVec3::from(self.gamma.map(|gamma| 1.0 / f64::from(gamma.max(LEAST_GAMMA))))
+        DVec3::from(self.gamma.map(|gamma| 1.0 / f64::from(gamma.max(MIN_GAMMA))))
     }
 
     /// The same as the shader in double precision, with `lift_by: Luminance`, for baked tables. `weights` are those of

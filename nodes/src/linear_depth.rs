@@ -39,7 +39,7 @@ impl Node for LinearDepth {
     )
     .or_input("depth")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.encoding == DepthEncoding::Distance
     }
 

@@ -70,9 +70,9 @@ impl Node for LocalToneMap {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
+    fn is_identity(&self, inputs: &InputValues) -> bool {
         let identity = self.contrast == 1.0 && self.detail == 1.0;
-        identity || arrivals.is_zero("source")
+        identity || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -111,10 +111,10 @@ impl Node for MotionBlur {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        let is_unknown = arrivals.is_absent("motion") && (arrivals.is_absent("depth") || arrivals.is_absent("camera"));
-        let is_still = self.shutter == 0.0 || self.largest == 0.0 || arrivals.is_zero("motion");
-        is_still || is_unknown || arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        let is_unknown = inputs.is_absent("motion") && (inputs.is_absent("depth") || inputs.is_absent("camera"));
+        let is_still = self.shutter == 0.0 || self.largest == 0.0 || inputs.is_zero("motion");
+        is_still || is_unknown || inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

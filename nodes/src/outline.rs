@@ -36,7 +36,7 @@ impl Node for Outline {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with lines.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

@@ -87,9 +87,9 @@ fn darkness(lux: f32) -> f64 {
 }
 
 /// Whether a kind that acts only in dim light is the identity.
-pub(crate) fn has_no_effect(strength: f32, illuminance: f32, arrivals: &Arrivals) -> bool {
-    let bright = illuminance >= PHOTOPIC_LUX && arrivals.is_absent("meter");
-    strength == 0.0 || bright || arrivals.is_zero("source")
+pub(crate) fn has_no_effect(strength: f32, illuminance: f32, inputs: &InputValues) -> bool {
+    let bright = illuminance >= PHOTOPIC_LUX && inputs.is_absent("meter");
+    strength == 0.0 || bright || inputs.is_zero("source")
 }
 
 /// The input ports of the kinds that act in dim light.
@@ -105,8 +105,8 @@ impl Node for Purkinje {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        has_no_effect(self.strength, self.illuminance, arrivals)
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        has_no_effect(self.strength, self.illuminance, inputs)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

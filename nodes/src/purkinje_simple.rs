@@ -32,8 +32,8 @@ impl Node for PurkinjeSimple {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        has_no_effect(self.strength, self.illuminance, arrivals)
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        has_no_effect(self.strength, self.illuminance, inputs)
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

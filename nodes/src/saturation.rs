@@ -23,7 +23,7 @@ impl Node for Saturation {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 1.0
     }
 

@@ -126,19 +126,19 @@ impl Node for ShadowMask {
         ),
     ];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 
-    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
-        self.identity(arrivals) || output == "result" && arrivals.is_zero("source")
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
+        self.is_identity(inputs) || output == "result" && inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let size = surface::size_of(pass, "source");
         let share = self.share(pass, size);
         for (port, function) in [("result", "shadow_mask_lit"), ("shadow", "shadow_mask_shadow")] {
-            if pass.wanted(port) {
+            if pass.is_output_used(port) {
                 let call = self.set(pass.function(&SHADER, function));
                 call.read("share", share).write(port, ImageDesc::new(size));
             }

@@ -54,8 +54,8 @@ impl Node for Smaa {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with smooth edges.").or_input("source")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

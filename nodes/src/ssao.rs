@@ -75,12 +75,12 @@ impl Node for Ssao {
         ),
     ];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 
-    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
-        self.identity(arrivals) || output == "result" && arrivals.is_zero("source")
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
+        self.is_identity(inputs) || output == "result" && inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -40,13 +40,13 @@ const REACH: f32 = 5.0;
 /// Taps of a pass.
 const TAPS: u32 = 4;
 /// The most passes of one side: a tail of 16384 texels.
-const MOST_PASSES: u32 = 7;
+const MAX_PASSES: u32 = 7;
 
 impl Streaks {
     /// The distances between the taps of each pass, for a length in texels.
     fn steps(length: f32) -> impl Iterator<Item = i32> {
         let is_enough = |passes: &u32| TAPS.pow(*passes) as f32 >= REACH * length;
-        let passes = (1..MOST_PASSES).find(is_enough).unwrap_or(MOST_PASSES);
+        let passes = (1..MAX_PASSES).find(is_enough).unwrap_or(MAX_PASSES);
         (0..passes).map(|pass| TAPS.pow(pass) as i32)
     }
 
@@ -83,8 +83,8 @@ impl Node for Streaks {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The streaks, of the size of the source.")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

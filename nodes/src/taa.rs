@@ -122,7 +122,7 @@ impl Node for Taa {
         let call = call.set("scale", scale).set("has_motion", has_motion).set("has_depth", has_depth);
         let call = call.read("previous_exposure", exposure).set("has_exposure", f64::from(u8::from(has_exposure)));
         call.write("result", ImageDesc::new(size));
-        if pass.wanted("exposure") {
+        if pass.is_output_used("exposure") {
             let desc = ImageDesc::new(Size::new(1, 1)).format(Format::R32Float);
             pass.function(&SHADER, "taa_exposure").write("exposure", desc);
         }

@@ -46,18 +46,18 @@ params! {
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
         pub radius: f32 = 1.0
-            => within(0.0..=f64::from(LARGEST_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
+            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
     }
 }
 
 /// The largest radius of the tent.
-pub(crate) const LARGEST_RADIUS: f32 = 4.0;
+pub(crate) const MAX_RADIUS: f32 = 4.0;
 
 impl UpsampleFilter {
     /// How far a filter of that radius reads, in texels; at most, if the radius may change.
     pub(crate) fn reach(self, radius: f32, may_change: bool) -> f32 {
         match self {
-            Self::Tent if may_change => LARGEST_RADIUS,
+            Self::Tent if may_change => MAX_RADIUS,
             Self::Tent => radius,
             Self::Bilinear => 0.0,
         }
@@ -101,8 +101,8 @@ impl Node for Upsample {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "One image of the size of the finest level.")];
 
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        arrivals.is_zero("source")
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        inputs.is_zero("source")
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -126,6 +126,6 @@ impl Node for Upsample {
                 .write_to(result);
             joined = result;
         }
-        pass.give("result", Arrival::Image(joined));
+        pass.give("result", InputValue::Image(joined));
     }
 }

@@ -28,7 +28,7 @@ impl Node for Vignette {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

@@ -59,7 +59,7 @@ pub(crate) fn smoothed(
 
 /// Writes the outputs `result`, with the input `albedo` if it is wired, and `occlusion`.
 pub(crate) fn show(pass: &mut Recorder<'_>, visibility: ImageId, size: Size) {
-    if pass.wanted("result") {
+    if pass.is_output_used("result") {
         let albedo = pass.wired("albedo").then(|| surface::at_size(pass, "albedo", size));
         let name = if albedo.is_some() { "visibility_lit_albedo" } else { "visibility_lit" };
         let call = pass.function(&SHADER, name).read("visibility", visibility);
@@ -68,7 +68,7 @@ pub(crate) fn show(pass: &mut Recorder<'_>, visibility: ImageId, size: Size) {
             None => call.write("result", ImageDesc::new(size)),
         };
     }
-    if pass.wanted("occlusion") {
+    if pass.is_output_used("occlusion") {
         let call = pass.function(&SHADER, "visibility_occlusion").read("visibility", visibility);
         call.write("occlusion", ImageDesc::new(size));
     }

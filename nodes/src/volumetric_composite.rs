@@ -83,13 +83,13 @@ impl Node for VolumetricComposite {
         if self.near >= self.far {
             return Err("`far` must be above `near`".into());
         }
-        if self.slices == VolumetricSlices::Exponential && self.near < LEAST_NEAR {
-            return Err(format!("`near` must be at least {LEAST_NEAR} for exponential slices"));
+        if self.slices == VolumetricSlices::Exponential && self.near < MIN_NEAR {
+            return Err(format!("`near` must be at least {MIN_NEAR} for exponential slices"));
         }
         Ok(())
     }
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 
@@ -114,6 +114,6 @@ impl Node for VolumetricComposite {
 }
 
 /// The least `near` of exponential slices, in meters: a curve over more has no slices left for the scene.
-const LEAST_NEAR: f32 = 1e-4;
+const MIN_NEAR: f32 = 1e-4;
 /// Curves below this are straight to the precision of 32-bit floats.
 const STRAIGHT: f64 = 1e-6;

@@ -4,7 +4,7 @@ use afterimage_graph::color::Xy;
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{Cones, LEAST_TARGET, rows, white_from, white_to};
+use crate::color::{Cones, MIN_TARGET, rows, white_from, white_to};
 
 static SHADER: Shader = shader!("white_balance");
 
@@ -52,7 +52,7 @@ impl Node for WhiteBalance {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The balanced light.").or_input("source")];
 
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()
     }
 
@@ -80,7 +80,7 @@ impl WhiteBalance {
     fn is_neutral(&self) -> bool {
         match self.mode {
             WhiteBalanceMode::Target => {
-                let [r, g, b] = self.target.map(|x| x.max(LEAST_TARGET));
+                let [r, g, b] = self.target.map(|x| x.max(MIN_TARGET));
                 r == g && g == b && (self.keep_luminance || r == 1.0)
             }
             WhiteBalanceMode::Temperature => self.temperature == NEUTRAL_KELVIN && self.tint == 0.0,

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::{Folder, Outcome, room, save};
 
 /// A run that ends on its own.
-const LONGEST: Duration = Duration::from_secs(60);
+const MAX_LENGTH: Duration = Duration::from_secs(60);
 
 impl Folder {
     /// Runs the program; a run that does not end is a failure.
@@ -25,7 +25,7 @@ impl Folder {
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
         let (start, mut most) = (Instant::now(), 0);
         while child.try_wait().expect("it can be waited for").is_none() {
-            if start.elapsed() > LONGEST {
+            if start.elapsed() > MAX_LENGTH {
                 child.kill().expect("it runs");
                 panic!("`{line}` does not end");
             }

@@ -58,7 +58,7 @@ impl Node for Glass {
             draw.vertices(vertices, &FORMATS).record(3, 1);
             load = Load::Keep;
         }
-        if pass.wanted("between") {
+        if pass.is_output_used("between") {
             if !self.before {
                 pass.clear("ground").color(color, load).record();
                 load = Load::Keep;

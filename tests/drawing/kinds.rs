@@ -206,7 +206,7 @@ impl Node for Overlap {
         } else {
             draw(both, 6, Load::Clear(CLEARS[0]), test);
         }
-        if pass.wanted("depth") {
+        if pass.is_output_used("depth") {
             pass.function(&PICK, "pick").read("source", depth).write("depth", desc.format(Format::R32Float));
         }
     }
@@ -227,7 +227,7 @@ impl Node for Edge {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass).multisampled(4);
         let (color, depth) = (pass.output("samples", desc), pass.level("depth", desc.format(Format::Depth32Float)));
-        pass.give("depth", Arrival::Image(depth));
+        pass.give("depth", InputValue::Image(depth));
         let vertices = LARGE.map(|(place, _)| (place, [50.0, 25.0, 5.0, 1.0]));
         let buffer = buffer(pass, &vertices);
         let draw = pass.draw(&SHADER, "corner").fragment("colored").color(color, Load::Clear([0.0; 4]));
@@ -255,7 +255,7 @@ impl Node for Twice {
         let desc = desc(pass);
         let color = pass.output("result", desc);
         draw(pass, &LARGE, color, Load::Clear(CLEARS[0]));
-        if pass.wanted("between") {
+        if pass.is_output_used("between") {
             pass.function(&PICK, "pick").read("source", color).write("between", desc);
         }
         let load = if self.clears { Load::Clear(CLEARS[1]) } else { Load::Keep };

@@ -5,7 +5,7 @@ use afterimage_gpu::{Frame, Gpu, Post, download};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId};
-use afterimage_plan::{Given, GivenImage, PlanError};
+use afterimage_plan::{GivenImage, HostInputs, PlanError};
 
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::harness::Nodes;
@@ -187,7 +187,7 @@ fn samples_that_do_not_fit_are_errors() {
     let given = |samples: u32| {
         let desc = afterimage_graph::image::ImageDesc::new(Size::new(SIZE, SIZE)).multisampled(samples);
         let inputs = [("in".to_owned(), GivenImage { desc, finite: false })].into();
-        Given { inputs, ..Given::nothing(desc.size) }
+        HostInputs { inputs, ..HostInputs::nothing(desc.size) }
     };
     let planned = |samples: u32| {
         let gpu = crate::support::gpu::gpu();

@@ -6,7 +6,7 @@ use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Given, GivenImage, PlanError};
+use afterimage_plan::{GivenImage, HostInputs, PlanError};
 
 use super::camera::depths;
 use super::color::light;
@@ -138,7 +138,7 @@ fn a_volume_says_nothing_of_the_frame_and_is_copied_unless_it_is_finite() {
     let passes = |is_finite: bool| {
         let mut post = Post::with_executor(gpu.executor(), graph.clone());
         if is_finite {
-            post.promise_finite("fog");
+            post.assume_finite("fog");
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         post.encode(&mut encoder, &Frame { inputs: &frame, ..Frame::default() }).expect("all fit");
@@ -171,7 +171,7 @@ fn what_is_no_volume_or_another_one_is_an_error() {
             ["in", "depth"].map(|name| (name.to_owned(), float(ImageDesc::new(Size::new(4, 4))))).into();
         inputs.insert("fog".into(), float(ImageDesc::volume(Size::volume(4, 4, 2))));
         inputs.insert(input.into(), float(desc));
-        let given = Given { inputs, ..Given::nothing(Size::new(4, 4)) };
+        let given = HostInputs { inputs, ..HostInputs::nothing(Size::new(4, 4)) };
         let gpu = crate::support::gpu::gpu();
         Run::new(&graph).session(&gpu).post().plan_for(given)
     };

@@ -6,7 +6,7 @@ use afterimage_graph::document::parse;
 use crate::reference::color::{P3_D65, REC709, REC2020, Space, conversion, luminance, to_xyz};
 use crate::reference::image::rgb;
 use crate::reference::math::{Rgb, dot, transform};
-use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitize_scene};
+use crate::reference::sanitize::{MAX_HALF, sanitize, sanitize_scene};
 use crate::reference::transfer::{pq_encode, srgb_encode};
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry, run_exact};
 use crate::support::harness::Nodes;
@@ -45,7 +45,7 @@ const ODD: [[f32; 4]; 9] = [
 ];
 
 fn limited(pixel: [f64; 4]) -> [f64; 4] {
-    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) })
+    pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(-MAX_HALF, MAX_HALF) })
 }
 
 /// A type of input, a node that changes nothing, and the value of a pixel after the first read.
@@ -62,8 +62,8 @@ fn the_state_says_which_negative_numbers_stay() {
         ("LogLuminance", blur, limited),
         ("Data", blur, limited),
         ("Normals", blur, limited),
-        ("DisplayLinear", blur, |pixel| pixel.map(|x| sanitize(x, LARGEST_HALF))),
-        ("Encoded", table, |pixel| pixel.map(|x| sanitize(x, LARGEST_HALF))),
+        ("DisplayLinear", blur, |pixel| pixel.map(|x| sanitize(x, MAX_HALF))),
+        ("Encoded", table, |pixel| pixel.map(|x| sanitize(x, MAX_HALF))),
     ];
     for (state, node, wanted) in cases {
         for pixel in ODD {

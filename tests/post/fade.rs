@@ -6,7 +6,7 @@ mod refused;
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, NoFade, Post, PostError, Rectangle, Texels, upload, wgpu};
+use afterimage_gpu::{FadeSkipReason, Frame, Post, PostError, Rectangle, Texels, upload, wgpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
@@ -16,7 +16,7 @@ use crate::support::layer;
 const SIZE: Size = Size { width: 96, height: 54, depth: 1 };
 const FRAMES: u16 = 4;
 /// What a frame of a fade may differ from the mix of codes: half a code for rounding, and what f32 adds.
-const MOST_OFF: f64 = 0.501;
+const MAX_OFF: f64 = 0.501;
 
 /// An adaptation, a trail and, at night, a trail that begins and goes on by itself.
 const LOOK: &str = r#"Pipeline(
@@ -110,8 +110,8 @@ impl Host {
     }
 
     /// Whether the last change was not faded, or not to its end, for that reason.
-    fn missed(&self, why: &NoFade) -> bool {
-        self.post.not_faded() == Some(why) && !self.post.is_fading()
+    fn missed(&self, why: &FadeSkipReason) -> bool {
+        self.post.fade_skip_reason() == Some(why) && !self.post.is_fading()
     }
 }
 
@@ -164,11 +164,11 @@ fn one_frame(hosts: &mut [Host; 3], number: u16, frames: u16) {
     let [old, new, shown] = all(hosts);
     let weight = f64::from(number) / f64::from(frames + 1);
     let error = off(&shown, [&old, &new], weight);
-    assert!(error < MOST_OFF, "frame {number} is {error} codes from the mix");
+    assert!(error < MAX_OFF, "frame {number} is {error} codes from the mix");
     let apart = off(&old, [&old, &new], 1.0);
     assert!(apart > 10.0, "the plans differ by {apart} codes");
     assert_eq!(hosts[2].post.is_fading(), number < frames);
-    assert_eq!(hosts[2].post.not_faded(), None);
+    assert_eq!(hosts[2].post.fade_skip_reason(), None);
 }
 
 /// Both plans go on as if each was alone, also where one begins a history of its own, and each frame lies between them.
@@ -254,12 +254,12 @@ fn a_fade_stays_in_the_rectangle_of_its_output() {
         let [old, new, shown] = all.each_ref().map(|codes| inside(codes));
         let weight = [0.0, 0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0][number];
         let error = off(&shown, [&old, &new], weight);
-        assert!(error < MOST_OFF, "frame {number} is {error} codes from the mix");
+        assert!(error < MAX_OFF, "frame {number} is {error} codes from the mix");
         let mut around = (0..before.len()).filter(|at| !is_inside(at));
         assert!(around.all(|at| before[at] == all[2][at]), "frame {number} changes what is around");
         assert!(number != 4 || shown == new);
     }
-    assert_eq!(hosts[2].post.not_faded(), None);
+    assert_eq!(hosts[2].post.fade_skip_reason(), None);
 }
 
 /// Values are set in both plans.

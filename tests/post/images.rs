@@ -62,7 +62,7 @@ fn an_encoded_pipeline_looks_the_same_in_every_kind_of_target() {
 fn an_output_that_holds_linear_light_is_decoded() {
     let mut host = Host::new(changed("lynx.ron", None, &[]));
     let codes = host.shown();
-    host.post.hold_linear("display");
+    host.post.set_output_linear("display");
     host.frame().unwrap();
     let texture = host.post.output("display");
     let texels = download(&host.gpu.device, &host.gpu.queue, texture).unwrap();

@@ -124,7 +124,8 @@ fn two_halves_of_a_screen_are_recorded_into_one_encoder() {
     let picture = Picture::new(SIZE.width, SIZE.height, light);
     left.scene = view(&left, &picture);
     let wanted = left.shown();
-    let mut right = Host { post: left.post.another(), gpu: left.gpu.clone(), scene: left.scene.clone(), time: 0.0 };
+    let mut right =
+        Host { post: left.post.clone_for_view(), gpu: left.gpu.clone(), scene: left.scene.clone(), time: 0.0 };
     let scene = surrounded(&left, Size::new(240, 150), &picture, &[(17, 9)]);
     let texture = target(&left, wgpu::TextureUsages::RENDER_ATTACHMENT);
     let shown = texture.create_view(&Default::default());

@@ -7,7 +7,7 @@ use super::gaussian;
 use super::image::{Image, center_uv, rgb};
 use super::math::{Rgb, mix, smooth_step};
 use super::resample::area_average;
-use super::sanitize::LARGEST_HALF;
+use super::sanitize::MAX_HALF;
 
 /// A range of log2 luminance, in stops.
 #[derive(Clone, Copy, Debug)]
@@ -198,7 +198,7 @@ impl LocalToneMap {
             let otherwise = if self.bilateral == 1.0 { l } else { around };
             let base = mix(around, grid.faded_base(uv, l, otherwise), self.bilateral);
             let gain = scale(l, base, self.middle, self.contrast, self.detail);
-            let [r, g, b] = [r, g, b].map(|x| (x * gain).min(LARGEST_HALF));
+            let [r, g, b] = [r, g, b].map(|x| (x * gain).min(MAX_HALF));
             [r, g, b, a]
         })
     }
@@ -225,7 +225,7 @@ mod tests {
             for (before, after) in image.pixels.iter().zip(mapped(&image, splat, &settings).pixels) {
                 let l = RANGE.log_luminance(rgb(*before));
                 let gain = ((0.6 - 1.0) * (l + 2.5)).exp2();
-                let wanted = (before[0] * gain).min(LARGEST_HALF);
+                let wanted = (before[0] * gain).min(MAX_HALF);
                 assert!((after[0] / wanted - 1.0).abs() < 1e-12, "{after:?} {wanted}");
             }
         }
@@ -251,7 +251,7 @@ mod tests {
         let settings = LocalToneMap { bilateral: 1.0, middle: 8.0, contrast: 0.0, detail: 4.0 };
         let result = mapped(&image, Splat::Trilinear, &settings);
         assert_eq!(result.texel(0, 0)[0], 0.0);
-        assert!(result.texel(5, 0)[0] > 1.0 && result.texel(5, 0)[0] <= LARGEST_HALF);
+        assert!(result.texel(5, 0)[0] > 1.0 && result.texel(5, 0)[0] <= MAX_HALF);
     }
 
     #[test]

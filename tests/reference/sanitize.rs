@@ -5,7 +5,7 @@ use super::image::Image;
 use super::math::Rgb;
 
 /// The largest finite half float: the bound of images in `rgba16float`.
-pub(crate) const LARGEST_HALF: f64 = 65504.0;
+pub(crate) const MAX_HALF: f64 = 65504.0;
 
 /// NaN and everything below zero become 0; everything above `largest` becomes `largest`
 /// (formula book, 1.7).
@@ -15,7 +15,7 @@ pub(crate) fn sanitize(x: f64, largest: f64) -> f64 {
 
 /// [`sanitize`] on each channel with the bound of a half float.
 pub(crate) fn sanitize_rgb(rgb: Rgb) -> Rgb {
-    rgb.map(|x| sanitize(x, LARGEST_HALF))
+    rgb.map(|x| sanitize(x, MAX_HALF))
 }
 
 /// The image of scene light as nodes read it. NaN, negative infinity, and an infinity that no neighbor of the pixel
@@ -29,10 +29,9 @@ pub(crate) fn sanitized(image: &Image) -> Image {
 /// A pixel of scene light: NaN and negative infinity become 0, the rest is limited to the largest half float. Negative
 /// components stay, scaled so that the luminance is at least 0. Negative alpha becomes 0.
 pub(crate) fn sanitize_scene([r, g, b, a]: [f64; 4]) -> [f64; 4] {
-    let bounded =
-        |x: f64| if x.is_nan() || x == f64::NEG_INFINITY { 0.0 } else { x.clamp(-LARGEST_HALF, LARGEST_HALF) };
+    let bounded = |x: f64| if x.is_nan() || x == f64::NEG_INFINITY { 0.0 } else { x.clamp(-MAX_HALF, MAX_HALF) };
     let [r, g, b] = extended([r, g, b].map(bounded));
-    [r, g, b, sanitize(a, LARGEST_HALF)]
+    [r, g, b, sanitize(a, MAX_HALF)]
 }
 
 /// Light whose negative components are as small as it takes for a luminance of 0 or more.
@@ -47,7 +46,7 @@ fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     let near: Vec<f64> = neighbors(image, x, y).map(|pixel| pixel[channel]).collect();
     let is_light = value == f64::INFINITY && near.contains(&f64::INFINITY);
     let limited = |v: &&f64| v.is_finite();
-    let mut finite: Vec<f64> = near.iter().filter(limited).map(|v| v.clamp(-LARGEST_HALF, LARGEST_HALF)).collect();
+    let mut finite: Vec<f64> = near.iter().filter(limited).map(|v| v.clamp(-MAX_HALF, MAX_HALF)).collect();
     finite.sort_by(f64::total_cmp);
     if value.is_finite() || is_light || finite.is_empty() {
         return value;
@@ -65,7 +64,7 @@ fn neighbors(image: &Image, x: i64, y: i64) -> impl Iterator<Item = [f64; 4]> + 
 #[test]
 fn scene_light_keeps_negative_components_but_no_negative_luminance() {
     assert_eq!(sanitize_scene([-0.5, 1.0, -0.1, -1.0]), [-0.5, 1.0, -0.1, 0.0]);
-    assert_eq!(sanitize_scene([f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0]), [0.0, LARGEST_HALF, 0.0, 1.0]);
+    assert_eq!(sanitize_scene([f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1.0]), [0.0, MAX_HALF, 0.0, 1.0]);
     assert_eq!(sanitize_scene([-1.0, -2.0, -3.0, 1.0]), [-0.0, -0.0, -0.0, 1.0]);
     let [r, g, b, _] = sanitize_scene([1.0, -7.0, 2.0, 1.0]);
     assert!((r, b) == (1.0, 2.0) && g < 0.0 && luminance([r, g, b]).abs() < 1e-15, "{g}");
@@ -81,7 +80,7 @@ fn only_isolated_infinities_are_repaired() {
     let clean = sanitized(&image);
     // The three neighbors of the corner have 1, 2 and 2 in red.
     assert_eq!(clean.texel(0, 0), [2.0, 2.0, 3.0, 1.0]);
-    assert_eq!(clean.texel(3, 1), [LARGEST_HALF, 7.0, -1.0, 1.0]);
+    assert_eq!(clean.texel(3, 1), [MAX_HALF, 7.0, -1.0, 1.0]);
     let nothing = sanitized(&Image::new(2, 2, |_, _| [f64::NAN; 4]));
     assert_eq!(nothing.pixels, [[0.0; 4]; 4]);
 }

@@ -48,7 +48,7 @@ macro_rules! faulty {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
 
-            fn identity(&self, _: &Arrivals) -> bool {
+            fn is_identity(&self, _: &InputValues) -> bool {
                 let is_neutral: fn(&Self) -> bool = $fallback;
                 is_neutral(self)
             }

@@ -7,7 +7,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, NodeKind, Registry};
-use afterimage_plan::{Given, GivenImage, Options, Plan};
+use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 
 use super::sequence::Sequence;
 
@@ -224,7 +224,7 @@ impl<'a> Run<'a> {
         };
         let given = inputs.iter().map(|(name, picture)| given(name, picture)).collect();
         let blocks = self.blocks.iter().map(|(name, _)| name.clone()).collect();
-        let given = Given { inputs: given, blocks, ..Given::nothing(self.size_for(inputs)) };
+        let given = HostInputs { inputs: given, blocks, ..HostInputs::nothing(self.size_for(inputs)) };
         let plan = self.session(gpu).post().plan_for(given);
         Arc::unwrap_or_clone(plan.unwrap_or_else(|error| panic!("{error}")))
     }

@@ -17,7 +17,7 @@ use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::oklab::{fitted, with_hue};
 use crate::reference::purkinje::{full, strength_log};
 use crate::reference::resample::{Down, Firefly, Up, area_average, upsample};
-use crate::reference::sanitize::{LARGEST_HALF, extended, sanitized};
+use crate::reference::sanitize::{MAX_HALF, extended, sanitized};
 use crate::reference::transfer::srgb_encode;
 use crate::reference::vignette;
 use crate::support::gpu::{Picture, Run, changed};
@@ -81,7 +81,7 @@ fn exposed(graph: &Graph, scene: &Image) -> Image {
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
     let gain = auto_exposure_stops(limited, metered.number("key"), metered.number("compensation")).exp2();
-    scene.map_rgb(|color| color.map(|x| (x * gain).clamp(-LARGEST_HALF, LARGEST_HALF)))
+    scene.map_rgb(|color| color.map(|x| (x * gain).clamp(-MAX_HALF, MAX_HALF)))
 }
 
 fn seen(graph: &Graph, exposed: &Image) -> Image {
@@ -114,7 +114,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let (threshold, knee) = (node.number("threshold"), node.number("knee"));
     let bright = without_fireflies(seen, None).map_rgb(|color| {
         let weight = knee_weight(largest(color), threshold, knee);
-        color.map(|x| (x * weight).min(LARGEST_HALF))
+        color.map(|x| (x * weight).min(MAX_HALF))
     });
     let count = Node(graph, "mips").whole("levels").min(seen.width.max(seen.height).ilog2() as usize).max(1);
     let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Off);
@@ -123,7 +123,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
     let strength = Node(graph, "lit").number("strength");
     Image::new(seen.width, seen.height, |x, y| {
         let [base, glow] = [local, &bloom].map(|image| image.texel(x as i64, y as i64));
-        let [r, g, b] = composite_add(rgb(base), rgb(glow), strength).map(|x| x.min(LARGEST_HALF));
+        let [r, g, b] = composite_add(rgb(base), rgb(glow), strength).map(|x| x.min(MAX_HALF));
         [r, g, b, base[3]]
     })
 }

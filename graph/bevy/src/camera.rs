@@ -8,7 +8,7 @@ use bevy::camera::Hdr;
 use bevy::prelude::*;
 
 use crate::asset::Pipeline;
-use crate::follow::Wanted;
+use crate::follow::CameraRequest;
 use crate::status::AfterimageStatus;
 
 /// Runs a pipeline on the camera's image.
@@ -17,7 +17,7 @@ use crate::status::AfterimageStatus;
 #[derive(Component, Clone, Debug, Default, Reflect)]
 #[reflect(Component, Clone, Debug, Default)]
 #[type_path = "bevy_afterimage"]
-#[require(Hdr, Wanted, AfterimageStatus)]
+#[require(Hdr, CameraRequest, AfterimageStatus)]
 pub struct Afterimage {
     /// The pipeline.
     pub pipeline: Handle<Pipeline>,

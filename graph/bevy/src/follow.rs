@@ -21,7 +21,7 @@ use crate::status::{AfterimageStatus, Report};
 /// What the render world does for a camera. The settings are new ones only where something has changed.
 #[derive(Component, Clone, Default, ExtractComponent)]
 #[extract_app(RenderApp)]
-pub(crate) struct Wanted {
+pub(crate) struct CameraRequest {
     pub(crate) settings: Option<Arc<Settings>>,
     pub(crate) report: Report,
 }
@@ -88,7 +88,7 @@ pub(crate) fn restore_others(
         if let Some(before) = replaced.usages {
             camera.insert(before);
         }
-        camera.remove::<(Replaced, Wanted, AfterimageStatus)>();
+        camera.remove::<(Replaced, CameraRequest, AfterimageStatus)>();
     }
 }
 
@@ -152,7 +152,7 @@ fn clear(status: &mut Mut<AfterimageStatus>) {
 /// Makes the graphs of changed cameras. The graph before stays in use where the new one has errors.
 pub(crate) fn check_graphs(
     pipelines: Res<Assets<Pipeline>>,
-    mut cameras: Query<(Entity, &Afterimage, &mut Wanted, &mut AfterimageStatus), Changed<Afterimage>>,
+    mut cameras: Query<(Entity, &Afterimage, &mut CameraRequest, &mut AfterimageStatus), Changed<Afterimage>>,
     mut known: Local<Graphs>,
     mut reloaded: MessageReader<AssetEvent<Pipeline>>,
 ) {

@@ -71,7 +71,7 @@ impl Plugin for AfterimagePlugin {
             .register_asset_loader(loader)
             .register_type::<Afterimage>()
             .register_type::<AfterimageStatus>()
-            .add_plugins(ExtractComponentPlugin::<follow::Wanted>::default())
+            .add_plugins(ExtractComponentPlugin::<follow::CameraRequest>::default())
             .add_systems(PreUpdate, status::take_reports)
             .add_systems(
                 PostUpdate,

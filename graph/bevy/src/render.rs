@@ -20,7 +20,7 @@ use bevy::render::{GpuResourceAppExt, Render, RenderSystems};
 
 use crate::AfterimageSystems;
 use crate::camera::Target;
-use crate::follow::{Settings, Wanted};
+use crate::follow::{Settings, CameraRequest};
 use crate::images::{Images, part_of};
 use crate::running::CameraPost;
 
@@ -46,13 +46,13 @@ pub(crate) fn build(render: &mut SubApp) {
 struct Running(Mutex<HashMap<Entity, CameraPost>>);
 
 /// Images and histories of cameras that are gone are freed.
-fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<Wanted>>) {
+fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<CameraRequest>>) {
     let mut running = running.0.lock().unwrap_or_else(PoisonError::into_inner);
     running.retain(|camera, _| views.iter().any(|view| view.id() == *camera));
 }
 
 /// Bevy copies the main texture to the output, unless the pipeline writes there itself.
-fn output_without_copy(mut commands: Commands, views: Query<(Entity, &Wanted), With<ViewUpscalingPipeline>>) {
+fn output_without_copy(mut commands: Commands, views: Query<(Entity, &CameraRequest), With<ViewUpscalingPipeline>>) {
     for (view, wanted) in &views {
         if wanted.settings.as_ref().is_some_and(|settings| settings.target == Target::Output) {
             commands.entity(view).remove::<ViewUpscalingPipeline>();
@@ -65,7 +65,7 @@ type View = (
     &'static ExtractedCamera,
     &'static ExtractedView,
     &'static ViewTarget,
-    &'static Wanted,
+    &'static CameraRequest,
     Option<&'static ViewPrepassTextures>,
     Option<&'static TemporalJitter>,
     Option<&'static ResolvedCompositingSpace>,
@@ -87,7 +87,7 @@ fn afterimage(
             running.values().find(|other| Arc::ptr_eq(&other.settings.graph, &settings.graph) && other.suits(settings));
         let new = alike.map(|other| other.another(settings)).unwrap_or_else(|| {
             // What one camera has compiled serves all.
-            let executor = running.values_mut().next().map(|other| other.post.executor().another());
+            let executor = running.values_mut().next().map(|other| other.post.executor().clone_for_view());
             let executor = executor.unwrap_or_else(|| {
                 let caps = caps(&adapter, device.wgpu_device());
                 Executor::with_caps(device.wgpu_device(), &queue, caps)

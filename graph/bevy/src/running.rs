@@ -34,7 +34,7 @@ impl CameraPost {
     /// The first camera with these settings.
     pub(crate) fn new(post: Post, settings: Arc<Settings>) -> Self {
         let mut new = Self::with_post(post, settings);
-        new.hold_linear();
+        new.set_output_linear();
         new.post.set_facts(new.settings.facts.clone());
         new.post.set_fade(new.settings.fade);
         new.set(&BTreeMap::new());
@@ -43,7 +43,7 @@ impl CameraPost {
 
     /// Another camera with the same graph and target, which shares what is planned and compiled.
     pub(crate) fn another(&self, settings: &Arc<Settings>) -> Self {
-        let mut new = Self::with_post(self.post.another(), self.settings.clone());
+        let mut new = Self::with_post(self.post.clone_for_view(), self.settings.clone());
         new.follow(settings);
         new
     }
@@ -54,10 +54,10 @@ impl CameraPost {
     }
 
     /// Bevy encodes the main texture later.
-    fn hold_linear(&mut self) {
+    fn set_output_linear(&mut self) {
         let Self { post, settings, .. } = self;
         if settings.target == Target::MainTexture {
-            settings.graph.outputs.iter().for_each(|output| post.hold_linear(output.name.clone()));
+            settings.graph.outputs.iter().for_each(|output| post.set_output_linear(output.name.clone()));
         }
     }
 
@@ -74,7 +74,7 @@ impl CameraPost {
         let before = std::mem::replace(&mut self.settings, settings.clone());
         if !Arc::ptr_eq(&before.graph, &settings.graph) {
             self.post.change((*settings.graph).clone());
-            self.hold_linear();
+            self.set_output_linear();
         }
         self.post.set_facts(settings.facts.clone());
         self.post.set_fade(settings.fade);
@@ -145,8 +145,8 @@ impl CameraPost {
         let is_changing = self.post.is_changing();
         // The reason stays until the next change.
         let has_come_in = self.said.is_changing && !is_changing;
-        let not_faded = self.post.not_faded().filter(|why| has_come_in || self.said.not_faded.as_ref() != Some(why));
-        if let Some(why) = not_faded {
+        let fade_skip_reason = self.post.fade_skip_reason().filter(|why| has_come_in || self.said.fade_skip_reason.as_ref() != Some(why));
+        if let Some(why) = fade_skip_reason {
             warn!("a change did not fade in: {why}");
         }
         let is_same_plan = self.plan.as_ref().map(Arc::as_ptr) == self.post.plan().map(Arc::as_ptr);
@@ -154,15 +154,15 @@ impl CameraPost {
             && std::mem::replace(&mut self.is_said, true)
             && self.said.frame == error
             && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
-            && self.said.not_faded.as_ref() == self.post.not_faded()
+            && self.said.fade_skip_reason.as_ref() == self.post.fade_skip_reason()
         {
             return;
         }
         self.plan = self.post.plan().cloned();
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
         let settings = std::mem::take(&mut self.said.settings);
-        let not_faded = self.post.not_faded().cloned();
-        self.said = Rendered { settings, frame: error, is_running, is_changing, not_faded, passes };
+        let fade_skip_reason = self.post.fade_skip_reason().cloned();
+        self.said = Rendered { settings, frame: error, is_running, is_changing, fade_skip_reason, passes };
         report.send(self.said.clone());
     }
 }

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use afterimage_gpu::NoFade;
+use afterimage_gpu::FadeSkipReason;
 use bevy::prelude::*;
 
-use crate::follow::Wanted;
+use crate::follow::CameraRequest;
 
 /// The state of a camera's pipeline, beside its [`Afterimage`](crate::Afterimage). It changes only when one of its
 /// fields does. Errors and warnings are logged, too, once each.
@@ -26,7 +26,7 @@ pub struct AfterimageStatus {
     /// Whether a plan for changed facts, another tier or another pipeline is being made.
     pub is_changing: bool,
     /// Why the last change came in at once although [`fade`](crate::Afterimage::fade) is set.
-    pub not_faded: Option<String>,
+    pub fade_skip_reason: Option<String>,
     /// The passes of the plan that renders, each by its nodes and its work.
     pub passes: Vec<String>,
 }
@@ -38,7 +38,7 @@ pub(crate) struct Rendered {
     pub(crate) frame: Option<String>,
     pub(crate) is_running: bool,
     pub(crate) is_changing: bool,
-    pub(crate) not_faded: Option<NoFade>,
+    pub(crate) fade_skip_reason: Option<FadeSkipReason>,
     pub(crate) passes: Vec<String>,
 }
 
@@ -57,13 +57,13 @@ impl Report {
 }
 
 /// Takes over what the render world says.
-pub(crate) fn take_reports(mut cameras: Query<(&Wanted, &mut AfterimageStatus)>) {
+pub(crate) fn take_reports(mut cameras: Query<(&CameraRequest, &mut AfterimageStatus)>) {
     for (wanted, mut status) in &mut cameras {
         if let Some(rendered) = wanted.report.take() {
-            let Rendered { settings, frame, is_running, is_changing, not_faded, passes } = rendered;
+            let Rendered { settings, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
             let (files, others) = (status.files.clone(), status.others.clone());
-            let not_faded = not_faded.map(|why| why.to_string());
-            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, not_faded, passes };
+            let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
+            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, fade_skip_reason, passes };
             status.set_if_neq(new);
         }
     }

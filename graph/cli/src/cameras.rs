@@ -12,7 +12,7 @@ use serde::Deserialize;
 use crate::failure::Failure;
 
 /// The most bytes of a camera.
-const MOST_BYTES: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 /// A file of a camera. Matrices are lists of rows; other members are ignored.
 #[derive(Clone, Deserialize)]
@@ -43,7 +43,7 @@ impl CameraFile {
                  `previous_projection`, `jitter` and `previous_jitter` may follow",
             )
         };
-        let text = read_text(path, MOST_BYTES)?;
+        let text = read_text(path, MAX_BYTES)?;
         serde_json::from_str(&text).map_err(|error| wrong(&error))
     }
 

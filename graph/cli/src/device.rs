@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::terminal::note;
 
 /// Drivers only add to their caches; a larger one is not used again.
-const MOST_BYTES: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// Opens the device that the command line names.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
@@ -98,7 +98,7 @@ fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
 
 /// The driver's pipelines of earlier runs; empty if there are none.
 pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
-    pipelines_file(gpu).and_then(|path| read_bytes(&path, MOST_BYTES).ok()).unwrap_or_default()
+    pipelines_file(gpu).and_then(|path| read_bytes(&path, MAX_BYTES).ok()).unwrap_or_default()
 }
 
 /// Stores the driver's pipelines for the next run, if there are others than `known`.
@@ -122,7 +122,7 @@ fn keep(path: &std::path::Path, bytes: &[u8]) {
 
 fn calibrations() -> Option<(PathBuf, BTreeMap<String, Calibration>)> {
     let path = folder()?.join("calibration.json");
-    let known = read_bytes(&path, MOST_BYTES).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let known = read_bytes(&path, MAX_BYTES).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
     Some((path, known.unwrap_or_default()))
 }
 

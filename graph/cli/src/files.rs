@@ -14,9 +14,9 @@ use crate::args::KindOptions;
 use crate::failure::Failure;
 
 /// The most bytes of a pipeline, a declaration or a shader.
-const MOST_TEXT: u64 = 16 << 20;
+const MAX_TEXT: u64 = 16 << 20;
 /// The most bytes of all files together that one pipeline names. The largest table has about 450 MiB as text.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// Reads the files that a stranger's file may name: those of its folder and below, and of the folders of `--allow`.
 pub(crate) struct Files {
@@ -49,7 +49,7 @@ impl Files {
         // A folder that does not exist permits nothing; that it has no files is reported elsewhere.
         let folders = [folder].into_iter().chain(allow.iter().map(PathBuf::as_path));
         let folders = folders.filter_map(|folder| real_path(folder).ok()).collect();
-        Self { own, folders, left: Cell::new(MOST_BYTES), used: RefCell::default() }
+        Self { own, folders, left: Cell::new(MAX_BYTES), used: RefCell::default() }
     }
 
     /// The file without links, or why it may not be read.
@@ -99,7 +99,7 @@ impl Loader for Files {
 
 /// The text of a file that the user names; `what` names it in the error.
 pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
-    read_text(path, MOST_TEXT).map_err(|error| {
+    read_text(path, MAX_TEXT).map_err(|error| {
         let failure = unreadable(path, what, &error.message);
         match error.hint {
             Some(hint) => failure.hint(hint),

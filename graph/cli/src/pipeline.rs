@@ -9,7 +9,7 @@ use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{
-    Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan_without_tables,
+    Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables,
 };
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
@@ -149,6 +149,6 @@ pub(crate) fn request<'a>(
     requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
 ) -> PlanRequest<'a> {
     let image = GivenImage { desc: ImageDesc::new(size), finite: false };
-    let given = Given::everything(size, graph.inputs.iter().filter(|input| !input.optional), image);
+    let given = HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image);
     PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement }
 }

@@ -43,7 +43,7 @@ pub(crate) fn unquantized(mut graph: Graph, bits: u32, is_asked: bool) -> Unquan
             notes.push(format!("`{name}` dithers to {stated} bits; the file has {bits}, and its depth decides"));
         }
     }
-    let format = if bits > MOST_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
+    let format = if bits > MAX_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
     let ends: Vec<Source> = encoded_ends(&graph).collect();
     ends.into_iter().for_each(|end| store_as(&mut graph, end, format));
     Unquantized { graph, noise, notes }
@@ -51,7 +51,7 @@ pub(crate) fn unquantized(mut graph: Graph, bits: u32, is_asked: bool) -> Unquan
 
 /// Half floats have eleven bits below 1: the rounding to them moves the mean of eight-bit codes by a sixteenth of a
 /// code at most.
-const MOST_HALF_BITS: u32 = 8;
+const MAX_HALF_BITS: u32 = 8;
 
 fn encoded_ends(graph: &Graph) -> impl Iterator<Item = Source> {
     graph.outputs.iter().filter(|output| output.state == ColorState::Encoded).map(|output| output.source)

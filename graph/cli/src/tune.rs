@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::tune::{Goal, TunePipeline, changes, tune};
+use afterimage_lab::tune::{TunePipeline, TuneTarget, changes, tune};
 use afterimage_media::write_atomic;
 
 use crate::args::PipelineOptions;
@@ -45,10 +45,10 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     Ok(())
 }
 
-fn goal(args: &GoalArgs) -> Goal {
+fn goal(args: &GoalArgs) -> TuneTarget {
     match (args.budget, args.error) {
-        (Some(budget), _) => Goal::Budget(budget),
-        (None, error) => Goal::Error(error.unwrap_or(0.0)),
+        (Some(budget), _) => TuneTarget::Budget(budget),
+        (None, error) => TuneTarget::Error(error.unwrap_or(0.0)),
     }
 }
 

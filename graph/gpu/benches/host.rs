@@ -88,7 +88,7 @@ fn views(host: &Host<'_>) -> Result<(), Box<dyn Error>> {
     };
     let mut post = Post::new(&host.gpu.adapter, &host.gpu.device, &host.gpu.queue, host.post.graph().clone());
     let first = first_frame(&mut post)?;
-    let second = first_frame(&mut post.another())?;
+    let second = first_frame(&mut post.clone_for_view())?;
     println!("  {:<48} {first:.0}; of a second view {second:.0}", "the first frame, with its plan and pipelines");
     Ok(())
 }

@@ -42,12 +42,12 @@ fn main() -> Outcome {
     host.post.set_fact("emissive", false);
     host.frame(in_which_nothing_counts)?;
     for is_emissive in [true, false] {
-        host.bring_in(is_emissive, [in_which_nothing_counts; 4])?;
+        host.activate(is_emissive, [in_which_nothing_counts; 4])?;
     }
     for round in 0..FRAMES {
         let kinds: [Record; 4] =
             [in_which_a_plan_is_asked_for, in_which_a_plan_comes_in, in_which_a_fade_goes_on, in_which_a_plan_is_there];
-        host.bring_in(round % 2 == 0, kinds)?;
+        host.activate(round % 2 == 0, kinds)?;
         host.frame(in_which_nothing_changes)?;
         host.move_parameter(strength, 0.003 + 0.001 * round as f32)?;
         host.frame(in_which_nothing_counts)?;
@@ -57,7 +57,7 @@ fn main() -> Outcome {
         host.frame(in_which_all_views_are_new)?;
     }
     for is_emissive in [true, false] {
-        host.bring_in(is_emissive, [in_which_nothing_counts; 4])?;
+        host.activate(is_emissive, [in_which_nothing_counts; 4])?;
         // As many as are remembered: from then on each new one takes the place of the oldest.
         for frame in 0..16 + FRAMES / 2 {
             host.views[1] = host.output.create_view(&Default::default());
@@ -177,7 +177,7 @@ impl<'g> Host<'g> {
     }
 
     /// Sets the fact that needs another plan, asks for it, and brings it in from the background.
-    fn bring_in(&mut self, is_emissive: bool, [ask, swap, fade, follow]: [Record; 4]) -> Outcome {
+    fn activate(&mut self, is_emissive: bool, [ask, swap, fade, follow]: [Record; 4]) -> Outcome {
         self.post.set_fact("emissive", is_emissive);
         self.frame(ask)?;
         let old = self.post.plan().map(Arc::as_ptr);

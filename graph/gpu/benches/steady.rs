@@ -16,7 +16,7 @@ use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Given, GivenImage, PlanRequest, plan};
+use afterimage_plan::{GivenImage, HostInputs, PlanRequest, plan};
 use counting::{Counting, HOST, OURS, THEIRS, counted};
 
 const WARM_UP: u32 = 8;
@@ -110,9 +110,9 @@ fn load(gpu: &Gpu, pipeline: &str, size: Size) -> Result<(Executor, wgpu::Textur
     let mut executor = Executor::with_caps(&gpu.device, &gpu.queue, gpu.caps.clone());
     let requirement = |desc: &ImageDesc| executor.requirement(desc);
     let setting = PlanRequest {
-        given: Given {
+        given: HostInputs {
             inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into(),
-            ..Given::nothing(size)
+            ..HostInputs::nothing(size)
         },
         facts: Default::default(),
         caps: gpu.caps.clone(),

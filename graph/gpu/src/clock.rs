@@ -24,7 +24,7 @@ use crate::stream::map;
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
 /// The longest warm-up.
-const LONGEST_WARM_UP: Duration = Duration::from_secs(4);
+const MAX_WARM_UP: Duration = Duration::from_secs(4);
 /// A burst is faster if it takes less than this share of the fastest one.
 const FASTER: f64 = 0.97;
 /// A GPU that was idle for longer is warmed up again.
@@ -138,7 +138,7 @@ impl Clock {
     fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<(), PostError> {
         let start = Instant::now();
         let (mut fastest, mut since) = (f64::INFINITY, start);
-        while since.elapsed() < STEADY && start.elapsed() < LONGEST_WARM_UP {
+        while since.elapsed() < STEADY && start.elapsed() < MAX_WARM_UP {
             let ms = self.burst(stamps, frames, work)?;
             if ms < FASTER * fastest {
                 (fastest, since) = (ms, Instant::now());

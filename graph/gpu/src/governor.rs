@@ -59,9 +59,9 @@ const NOW: usize = 5;
 const WINDOW: usize = 30;
 /// Frames after a change whose times may belong to the tier before.
 const LATE: usize = 3;
-/// Of this many frames, [`MOST_OVER`] may be over the budget.
+/// Of this many frames, [`MAX_OVER`] may be over the budget.
 const OVER_WINDOW: usize = 120;
-const MOST_OVER: usize = 2;
+const MAX_OVER: usize = 2;
 /// Seconds between two changes.
 const COOL_DOWN: f64 = 1.0;
 /// A more expensive tier must leave this share of the budget.
@@ -115,7 +115,7 @@ impl Governor {
             return None;
         }
         let (now, highest) = (self.now(), self.highest());
-        let many_over = self.over.iter().filter(|over| **over).count() > MOST_OVER;
+        let many_over = self.over.iter().filter(|over| **over).count() > MAX_OVER;
         if now * self.costs[self.tier] > self.budget || (many_over && highest * self.costs[self.tier] > self.budget) {
             return self.move_to(self.fitting(highest.max(now), 0.0).min(self.tier.saturating_sub(1)), now);
         }

@@ -63,7 +63,7 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
 }
 
 /// Whether the shader filters texels itself, so that its sampler must not filter.
-pub(crate) fn by_hand(composed: &Composed) -> bool {
+pub(crate) fn manual_filtering(composed: &Composed) -> bool {
     composed.sample_mode != SampleMode::Plain
 }
 
@@ -79,11 +79,13 @@ fn entry(plan: &Plan, composed: &Composed, slot: Slot, stage: Stage) -> BindGrou
             BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None }
         }
         SlotKind::Block(_) | SlotKind::Params | SlotKind::Extent => buffer(BufferBindingType::Uniform),
-        SlotKind::Sampler if by_hand(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
+        SlotKind::Sampler if manual_filtering(composed) => BindingType::Sampler(SamplerBindingType::NonFiltering),
         SlotKind::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => BindingType::Texture {
             // A pass that filters texels itself accepts filterable and unfilterable textures.
-            sample_type: TextureSampleType::Float { filterable: !by_hand(composed) && is_filterable(plan, image) },
+            sample_type: TextureSampleType::Float {
+                filterable: !manual_filtering(composed) && is_filterable(plan, image),
+            },
             view_dimension: dimension(plan, image),
             multisampled: plan.image(image).desc.samples > 1,
         },

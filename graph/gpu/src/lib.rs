@@ -46,7 +46,7 @@ pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
 pub use governor::{Governor, TierChange};
 pub use platform::{Task, TaskPool};
-pub use post::{Control, NoFade, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
+pub use post::{Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, Session, input_image};
 #[cfg(not(target_family = "wasm"))]

@@ -79,7 +79,7 @@ impl<T: Clone> PipelineTable<T> {
 }
 
 /// A pipeline to be built.
-pub(crate) struct Order<'a> {
+pub(crate) struct PipelineRequest<'a> {
     pub(crate) key: PipelineKey,
     pub(crate) composed: &'a Composed,
     pub(crate) plan: &'a Plan,
@@ -102,9 +102,14 @@ impl Pipelines {
     }
 
     /// Compiles the missing pipelines on `threads` threads. Returns the first error of the device, if there is one.
-    pub(crate) fn build(&self, device: &wgpu::Device, orders: Vec<Order<'_>>, threads: usize) -> Result<(), GpuError> {
+    pub(crate) fn build(
+        &self,
+        device: &wgpu::Device,
+        orders: Vec<PipelineRequest<'_>>,
+        threads: usize,
+    ) -> Result<(), GpuError> {
         self.table.lock().expect(UNBROKEN).begin(orders.iter().map(|order| &order.key));
-        let mut missing: Vec<Order<'_>> = Vec::new();
+        let mut missing: Vec<PipelineRequest<'_>> = Vec::new();
         for order in orders {
             if self.get(&order.key).is_none() && missing.iter().all(|known| known.key != order.key) {
                 missing.push(order);
@@ -122,7 +127,7 @@ impl Pipelines {
         refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)
     }
 
-    fn build_one(&self, device: &wgpu::Device, order: Order<'_>) -> Result<(), GpuError> {
+    fn build_one(&self, device: &wgpu::Device, order: PipelineRequest<'_>) -> Result<(), GpuError> {
         let what = format!("the shader of `{}`", order.label);
         let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
         self.table.lock().expect(UNBROKEN).put(order.key, built);
@@ -132,7 +137,7 @@ impl Pipelines {
 
 const UNBROKEN: &str = "no thread panics with the lock";
 
-fn pop<'a>(queue: &Mutex<Vec<Order<'a>>>) -> Option<Order<'a>> {
+fn pop<'a>(queue: &Mutex<Vec<PipelineRequest<'a>>>) -> Option<PipelineRequest<'a>> {
     queue.lock().expect(UNBROKEN).pop()
 }
 
@@ -144,7 +149,7 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
 
-fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &Order<'_>) -> Built {
+fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &PipelineRequest<'_>) -> Built {
     let layout = bind_group_layout(device, order.plan, order.composed, order.stage);
     if order.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
         return Built { pipeline: Pipeline::None, layout };
@@ -179,7 +184,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &O
 
 fn full_screen_pipeline(
     device: &wgpu::Device,
-    order: &Order<'_>,
+    order: &PipelineRequest<'_>,
     (module, layout): (&wgpu::ShaderModule, &wgpu::PipelineLayout),
     cache: Option<&wgpu::PipelineCache>,
 ) -> wgpu::RenderPipeline {
@@ -201,7 +206,7 @@ fn full_screen_pipeline(
     })
 }
 
-fn compilation_options(order: &Order<'_>) -> wgpu::PipelineCompilationOptions<'static> {
+fn compilation_options(order: &PipelineRequest<'_>) -> wgpu::PipelineCompilationOptions<'static> {
     let zero_initialize_workgroup_memory = order.zero_workgroup_memory;
     wgpu::PipelineCompilationOptions { zero_initialize_workgroup_memory, ..Default::default() }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::LabError;
 
 /// The most bytes of a result file that is read again.
-pub(crate) const MOST_TEXT: u64 = 64 << 20;
+pub(crate) const MAX_TEXT: u64 = 64 << 20;
 
 /// Makes a folder and those above it.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), LabError> {

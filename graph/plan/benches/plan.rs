@@ -10,7 +10,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 const FOUR_K: Size = Size { width: 3840, height: 2160, depth: 1 };
@@ -35,7 +35,7 @@ fn planned(graph: &Graph, finite: bool) -> Plan {
     let given = GivenImage { desc: ImageDesc::new(FOUR_K), finite };
     let required = graph.inputs.iter().filter(|input| !input.optional);
     let request = PlanRequest {
-        given: Given::everything(FOUR_K, required, given),
+        given: HostInputs::everything(FOUR_K, required, given),
         facts: Facts::default(),
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),

@@ -1,18 +1,18 @@
 //! How much the nodes of a pipeline record, against the [limits](crate::limits).
 
 use crate::error::PlanError;
-use crate::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES, MOST_TABLE_BYTES};
+use crate::limits::{MAX_COMPUTED, MAX_COMPUTED_BYTES, MAX_PASSES, MAX_TABLE_BYTES};
 use afterimage_graph::node::{BufferLife, Origin, Recording};
 
 /// The tables that have been counted.
 #[derive(Default)]
-pub(crate) struct Amounts {
+pub(crate) struct RecordingLimits {
     images: usize,
     buffers: usize,
     bytes: u64,
 }
 
-impl Amounts {
+impl RecordingLimits {
     /// Counts what has been recorded since the last call, the last of it by `node`.
     pub(crate) fn check(&mut self, node: &str, recording: &Recording) -> Result<(), PlanError> {
         let images = recording.images[self.images..].iter().map(|image| match &image.origin {
@@ -25,15 +25,15 @@ impl Amounts {
         });
         self.bytes += images.chain(buffers).sum::<u64>();
         (self.images, self.buffers) = (recording.images.len(), recording.buffers.len());
-        if recording.passes.len() > MOST_PASSES {
+        if recording.passes.len() > MAX_PASSES {
             return Err(PlanError::TooManyPasses(node.to_owned()));
         }
-        if recording.computed.len() > MOST_COMPUTED {
+        if recording.computed.len() > MAX_COMPUTED {
             return Err(PlanError::TooManyTables(node.to_owned()));
         }
         let computed = recording.computed.values().map(|bytes| bytes.len() as u64).sum();
-        check_bytes(node, computed, MOST_COMPUTED_BYTES)?;
-        check_bytes(node, self.bytes, MOST_TABLE_BYTES)
+        check_bytes(node, computed, MAX_COMPUTED_BYTES)?;
+        check_bytes(node, self.bytes, MAX_TABLE_BYTES)
     }
 }
 

@@ -176,7 +176,7 @@ fn by_cells(pass: &Pass) -> Option<Pass> {
     let [kernel] = pass.kernels.as_slice() else { return None };
     let by = kernel.by_cells?;
     kernel.arg(by.source)?;
-    let invocations = [CellReduce::MOST_INVOCATIONS, 1];
+    let invocations = [CellReduce::MAX_INVOCATIONS, 1];
     let kind = CellReduce { coarsest: by.cells, finest: by.cells, invocations, stride: by.stride };
     let kernels = vec![kernel.clone(), kernel.clone()];
     Some(Pass { kernels, kind: PassKind::CellReduce(kind), ..pass.clone() })

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arrivals, KernelOrigin, NodeInstance, Recording, Replay};
+use afterimage_graph::node::{InputValues, KernelOrigin, NodeInstance, Recording, Replay};
 
 use crate::plan::Plan;
 use crate::record::{record_node, replay_node};
@@ -19,7 +19,7 @@ pub struct DynamicNodes {
     nodes: BTreeMap<usize, DynamicNode>,
     /// Nodes whose outputs equal their fallbacks at the values that they have had so far: what arrives, and of each
     /// output whether its fallback replaces it.
-    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+    identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
     /// What nodes read. Each recording adds to it, and is taken away again.
     recording: Recording,
 }
@@ -39,7 +39,7 @@ pub struct NeedsPlan;
 /// What the dynamic nodes of a plan have recorded with, while the plan is being made.
 pub(crate) struct DynamicRecords {
     settings: BTreeMap<usize, NodeSetting>,
-    identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+    identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
     recording: Recording,
 }
 
@@ -48,7 +48,7 @@ impl DynamicRecords {
     /// their fallbacks.
     pub(crate) fn new(
         settings: BTreeMap<usize, NodeSetting>,
-        identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+        identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
         recorded: &Recording,
     ) -> Self {
         let mut recording = Recording::default();
@@ -89,9 +89,9 @@ impl DynamicNodes {
         instance: &NodeInstance,
         write: &mut dyn FnMut(u64, &[u8]),
     ) -> Result<(), NeedsPlan> {
-        if let Some((arrivals, replaced)) = self.identities.get(&index) {
+        if let Some((inputs, replaced)) = self.identities.get(&index) {
             let outputs = instance.kind().outputs().iter().zip(replaced).filter(|(_, replaced)| **replaced);
-            if outputs.into_iter().any(|(output, _)| !instance.identity_of(&output.name, arrivals)) {
+            if outputs.into_iter().any(|(output, _)| !instance.identity_of(&output.name, inputs)) {
                 return Err(NeedsPlan);
             }
         }

@@ -1,6 +1,6 @@
 //! Why a graph cannot be planned.
 
-use crate::limits::{MOST_COMPUTED, MOST_PASSES};
+use crate::limits::{MAX_COMPUTED, MAX_PASSES};
 use afterimage_base::image::{Format, Size};
 
 /// Why a graph cannot be planned for a request.
@@ -73,10 +73,10 @@ pub enum PlanError {
     #[error("the size of `{0}@previous` grows from frame to frame")]
     UnstableHistory(String),
     /// The nodes up to this one record more passes than a plan may have.
-    #[error("the nodes up to `{0}` have more than {MOST_PASSES} passes; a pyramid has several for each of its levels")]
+    #[error("the nodes up to `{0}` have more than {MAX_PASSES} passes; a pyramid has several for each of its levels")]
     TooManyPasses(String),
     /// The nodes up to this one compute more tables than a plan may have.
-    #[error("the nodes up to `{0}` compute more than {MOST_COMPUTED} tables")]
+    #[error("the nodes up to `{0}` compute more than {MAX_COMPUTED} tables")]
     TooManyTables(String),
     /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.
     #[error("the tables of the nodes up to `{node}` have {bytes} bytes, more than {limit}")]

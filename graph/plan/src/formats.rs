@@ -148,8 +148,8 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
 /// has eight bits of fraction.
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
     let format = image.desc.format;
-    let by_hand = exact || format.is_depth() || format.is_32_bit() && !caps.filter_32_bit;
-    match (!image.finite, by_hand) {
+    let manual_filtering = exact || format.is_depth() || format.is_32_bit() && !caps.filter_32_bit;
+    match (!image.finite, manual_filtering) {
         (true, _) => SampleMode::sanitizing(image.signedness),
         (false, true) => SampleMode::ByHand,
         (false, false) => SampleMode::Plain,

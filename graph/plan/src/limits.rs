@@ -2,10 +2,10 @@
 //! planning; `graph/docs/limits.md` lists them with figures.
 
 /// Passes that the nodes of a pipeline record.
-pub const MOST_PASSES: usize = 1 << 14;
+pub const MAX_PASSES: usize = 1 << 14;
 /// Tables that nodes compute.
-pub const MOST_COMPUTED: usize = 8;
+pub const MAX_COMPUTED: usize = 8;
 /// Bytes of the tables that nodes compute.
-pub const MOST_COMPUTED_BYTES: u64 = 8 << 20;
+pub const MAX_COMPUTED_BYTES: u64 = 8 << 20;
 /// Bytes of all tables, those from files included.
-pub const MOST_TABLE_BYTES: u64 = 128 << 20;
+pub const MAX_TABLE_BYTES: u64 = 128 << 20;

@@ -8,7 +8,7 @@ use crate::error::PlanError;
 use crate::options::Options;
 use crate::plan::Plan;
 use crate::planner::plan_dynamic;
-use crate::request::{Given, PlanRequest};
+use crate::request::{HostInputs, PlanRequest};
 use afterimage_base::caps::Caps;
 use afterimage_base::value::Value;
 use afterimage_graph::check::{Facts, Graph, ParameterId};
@@ -50,7 +50,7 @@ pub struct PlanCache {
 
 /// The parts of a request that a plan depends on.
 pub struct PlanKey {
-    given: Given,
+    given: HostInputs,
     /// What each node's condition says.
     answers: Vec<bool>,
     caps: Caps,

@@ -10,7 +10,7 @@ use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
-use crate::limits::MOST_COMPUTED_BYTES;
+use crate::limits::MAX_COMPUTED_BYTES;
 use crate::memory::memory;
 use crate::plan::Plan;
 use crate::record::record;
@@ -42,7 +42,7 @@ pub fn plan_without_tables(graph: &Graph, request: &PlanRequest<'_>) -> Result<P
 /// # Errors
 /// As [`plan`].
 pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, DynamicNodes), PlanError> {
-    plan_computing(graph, request, MOST_COMPUTED_BYTES)
+    plan_computing(graph, request, MAX_COMPUTED_BYTES)
 }
 
 /// The same, where nodes compute tables of at most `most_computed` bytes. Larger ones are zeros.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::amounts::Amounts;
+use crate::amounts::RecordingLimits;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
 use crate::crop::crop_pass;
 use crate::error::PlanError;
@@ -14,7 +14,7 @@ use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
 use afterimage_graph::node::{
-    Arg, Arrival, BlockId, ImageColor, ImageId, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
+    Arg, BlockId, ImageColor, ImageId, InputValue, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
     RecorderContext, Recording, Replay, Resource, VirtualImage,
 };
 
@@ -36,9 +36,9 @@ pub(crate) fn record(
     let mut unstable = String::new();
     let mut computed = BTreeMap::new();
     for _ in 0..ROUNDS {
-        let mut round = Round::new(graph, request, specialized, &guesses, &colors);
+        let mut round = RecordAttempt::new(graph, request, specialized, &guesses, &colors);
         round.builder.recording.computed = computed;
-        // What exceeds the limits of a plan is refused by `Amounts`.
+        // What exceeds the limits of a plan is refused by `RecordingLimits`.
         round.builder.recording.most_computed = Some(most_computed);
         round.run()?;
         let wrong = round.wrong_guesses();
@@ -53,7 +53,7 @@ pub(crate) fn record(
 }
 
 /// One attempt at recording, with guessed descriptions of what earlier frames left.
-struct Round<'a> {
+struct RecordAttempt<'a> {
     graph: &'a Graph,
     request: &'a PlanRequest<'a>,
     specialized: &'a SpecializedGraph,
@@ -61,16 +61,16 @@ struct Round<'a> {
     colors: &'a ImageColors,
     frame: FrameSetting,
     builder: PlanBuilder,
-    made: Vec<Vec<Arrival>>,
+    made: Vec<Vec<InputValue>>,
     given: Vec<Option<ImageId>>,
     /// Histories that are read, in the order of their images: node, output, frames ago, image.
     histories: Vec<(usize, usize, u32, ImageId)>,
     /// The image of each history.
     known: BTreeMap<(usize, usize, u32), ImageId>,
-    amounts: Amounts,
+    amounts: RecordingLimits,
 }
 
-impl<'a> Round<'a> {
+impl<'a> RecordAttempt<'a> {
     fn new(
         graph: &'a Graph,
         request: &'a PlanRequest<'a>,
@@ -82,7 +82,7 @@ impl<'a> Round<'a> {
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());
-        let amounts = Amounts::default();
+        let amounts = RecordingLimits::default();
         let frame = FrameSetting::new(request);
         Self { graph, request, specialized, guesses, colors, frame, builder, made, given, histories, known, amounts }
     }
@@ -166,18 +166,18 @@ impl<'a> Round<'a> {
         result
     }
 
-    fn arrival(&mut self, wire: Option<Source>) -> Arrival {
+    fn arrival(&mut self, wire: Option<Source>) -> InputValue {
         match self.specialized.resolve(wire) {
-            WireSource::Zero => Arrival::Zero,
-            WireSource::Absent => Arrival::Absent,
+            WireSource::Zero => InputValue::Zero,
+            WireSource::Absent => InputValue::Absent,
             WireSource::From(Source::Input(input)) => match (self.given[input], self.graph.inputs[input].block) {
-                (Some(image), _) => Arrival::Image(image),
-                (None, Some(_)) => Arrival::Block(BlockId(input as u32)),
-                (None, None) => Arrival::Absent,
+                (Some(image), _) => InputValue::Image(image),
+                (None, Some(_)) => InputValue::Block(BlockId(input as u32)),
+                (None, None) => InputValue::Absent,
             },
             WireSource::From(Source::Node { node, output, previous: 0 }) => self.made[node][output].clone(),
             WireSource::From(Source::Node { node, output, previous }) => {
-                Arrival::Image(self.history(node, output, previous))
+                InputValue::Image(self.history(node, output, previous))
             }
         }
     }
@@ -201,14 +201,14 @@ impl<'a> Round<'a> {
 
     fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
-        let arrivals: Vec<Arrival> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
+        let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
         let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
         let setting = NodeSetting {
             name: node.name.clone(),
             dynamic: self.request.dynamic_of(index),
             format: node.format,
-            arrivals,
+            values,
             inputs,
             outputs: self.colors.of_node(index).to_vec(),
             wanted: self.specialized.wanted[index].clone(),
@@ -234,7 +234,7 @@ impl<'a> Round<'a> {
         for (node, output, frames, image) in &self.histories {
             let made = self.made[*node].get(*output);
             let of = match made {
-                Some(Arrival::Image(of)) => *of,
+                Some(InputValue::Image(of)) => *of,
                 // The node is off: its past is what it was when it last ran, or black.
                 _ => *image,
             };
@@ -246,14 +246,14 @@ impl<'a> Round<'a> {
 
     fn wrong_guesses(&self) -> Vec<(usize, usize, ImageDesc)> {
         let wrong = self.histories.iter().filter_map(|(node, output, _, image)| {
-            let Some(Arrival::Image(of)) = self.made[*node].get(*output) else { return None };
+            let Some(InputValue::Image(of)) = self.made[*node].get(*output) else { return None };
             let desc = self.builder.recording.image(*of).desc;
             (self.builder.recording.image(*image).desc != desc).then_some((*node, *output, desc))
         });
         wrong.collect()
     }
 
-    fn add_outputs(&mut self, shown: Vec<Arrival>) {
+    fn add_outputs(&mut self, shown: Vec<InputValue>) {
         let mut kept = self.builder.kept();
         for (output, arrival) in self.graph.outputs.iter().zip(shown) {
             let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
@@ -267,10 +267,10 @@ impl<'a> Round<'a> {
                 kept.contains(image) || in_rectangle && !self.can_go_elsewhere(*image) || self.is_drawn_into(*image)
             };
             let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
-                (Arrival::Image(image), Some(decoding)) => {
+                (InputValue::Image(image), Some(decoding)) => {
                     (self.decode(&output.name, image, decoding), Decoding::decoded(color))
                 }
-                (Arrival::Image(image), None)
+                (InputValue::Image(image), None)
                     if self.builder.recording.image(image).origin == Origin::Transient && !taken(&image) =>
                 {
                     (image, ImageColor { state: output.state, ..color })
@@ -317,9 +317,9 @@ impl<'a> Round<'a> {
     }
 
     /// A pass that writes an output which no node writes.
-    fn copy(&mut self, name: &str, what: &Arrival) -> ImageId {
+    fn copy(&mut self, name: &str, what: &InputValue) -> ImageId {
         let (arg, desc) = match what {
-            Arrival::Image(image) => (Arg::Pixel(*image), self.builder.recording.image(*image).desc),
+            InputValue::Image(image) => (Arg::Pixel(*image), self.builder.recording.image(*image).desc),
             _ => (Arg::Zero(4), ImageDesc::new(self.request.given.size)),
         };
         let recording = &mut self.builder.recording;
@@ -341,7 +341,7 @@ pub(crate) fn record_node(
     instance: &NodeInstance,
     setting: &NodeSetting,
     recording: &mut Recording,
-) -> Vec<Arrival> {
+) -> Vec<InputValue> {
     let mut recorder = Recorder::new(context(frame, setting, instance), recording);
     instance.record(&mut recorder);
     recorder.finish()
@@ -363,7 +363,7 @@ fn context<'a>(frame: &'a FrameSetting, setting: &'a NodeSetting, instance: &'a 
         kind: instance.kind().signature(),
         parameters: instance.uniform_values(),
         dynamic: &setting.dynamic,
-        arrivals: &setting.arrivals,
+        inputs: &setting.values,
         format: setting.format,
         frame_size: frame.size,
         caps: &frame.caps,

@@ -12,7 +12,7 @@ use crate::options::Options;
 /// What a plan is made for, beside the graph: the frame, the scene and the device.
 pub struct PlanRequest<'a> {
     /// What the host gives in a frame.
-    pub given: Given,
+    pub given: HostInputs,
     /// What the host says of the scene.
     pub facts: Facts,
     /// What the device can do.
@@ -28,7 +28,7 @@ pub struct PlanRequest<'a> {
 
 /// What the host gives in a frame, as far as plans depend on it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given {
+pub struct HostInputs {
     /// The size of the frame, for nodes without an image input.
     pub size: Size,
     /// The images, by the names of the pipeline's inputs.
@@ -47,19 +47,19 @@ pub struct Given {
 /// Samples of a multisampled image that every device has.
 const SAMPLES: u32 = 4;
 
-/// The size of the volumes of [`Given::everything`]. Odd sides have a middle, so that a checkerboard is symmetric.
+/// The size of the volumes of [`HostInputs::everything`]. Odd sides have a middle, so that a checkerboard is symmetric.
 const VOLUME: [u32; 3] = [9, 5, 3];
 
 /// What a frame states of an input whose rectangle and factor change without a new plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Part {
-    /// A rectangle of the size in [`Given::inputs`].
+    /// A rectangle of the size in [`HostInputs::inputs`].
     Rectangle,
     /// A rectangle of any size, which is filtered to that size; data takes the nearest texel.
     Scaled,
 }
 
-impl Given {
+impl HostInputs {
     /// A frame of this size for which the host gives nothing.
     pub fn nothing(size: Size) -> Self {
         let (inputs, parts) = (BTreeMap::new(), BTreeMap::new());

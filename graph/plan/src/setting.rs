@@ -2,7 +2,7 @@
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Size};
-use afterimage_graph::node::{Arrival, ImageColor};
+use afterimage_graph::node::{ImageColor, InputValue};
 
 use crate::request::PlanRequest;
 
@@ -12,7 +12,7 @@ pub(crate) struct NodeSetting {
     pub(crate) name: String,
     pub(crate) dynamic: Vec<usize>,
     pub(crate) format: Option<Format>,
-    pub(crate) arrivals: Vec<Arrival>,
+    pub(crate) values: Vec<InputValue>,
     pub(crate) inputs: Vec<Option<ImageColor>>,
     pub(crate) outputs: Vec<Option<ImageColor>>,
     pub(crate) wanted: Vec<bool>,

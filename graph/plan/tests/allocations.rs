@@ -14,7 +14,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Origin, Registry};
 use afterimage_graph::value::Value;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, Given, GivenImage, Options, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, PlanCache, PlanRequest, Planned, Requirement};
 
 /// Counts what its own thread allocates.
 struct Counting;
@@ -66,7 +66,7 @@ fn planned(graph: &Graph, dynamic: BTreeSet<ParameterId>) -> Planned {
     graph.facts().into_iter().for_each(|(name, _)| facts.set(name, true));
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let request = PlanRequest {
-        given: Given::everything(FRAME, graph.inputs.iter(), given),
+        given: HostInputs::everything(FRAME, graph.inputs.iter(), given),
         facts,
         caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
         options: Options::default(),

@@ -9,7 +9,7 @@ use afterimage_graph::node::{Arg, BlockId, CAMERA, NodeKind, Registry, folder_ki
 use afterimage_graph::prelude::*;
 use afterimage_plan::codegen::SlotKind;
 use afterimage_plan::{
-    Caps, Given, GivenImage, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify,
+    Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanError, PlanRequest, Requirement, plan, verify,
 };
 
 use super::devices::uniform_buffers;
@@ -99,7 +99,7 @@ fn request(blocks: &[&str]) -> PlanRequest<'static> {
     let inputs = ["scene", "depth"].map(|name| (name.to_owned(), image)).into();
     let blocks = blocks.iter().map(|name| (*name).to_owned()).collect();
     PlanRequest {
-        given: Given { inputs, blocks, ..Given::nothing(FRAME) },
+        given: HostInputs { inputs, blocks, ..HostInputs::nothing(FRAME) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

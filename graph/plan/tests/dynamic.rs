@@ -7,7 +7,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_graph::prelude::*;
 use afterimage_graph::value::Param;
-use afterimage_plan::{Given, GivenImage, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{GivenImage, HostInputs, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
 
 use super::planned::{FRAME, all_formats, built_in, checked};
 
@@ -18,7 +18,7 @@ fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)
     let given = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
     let inputs: BTreeMap<_, _> = graph.inputs.iter().map(|input| (input.name.clone(), given)).collect();
     let request = PlanRequest {
-        given: Given { inputs, ..Given::nothing(FRAME) },
+        given: HostInputs { inputs, ..HostInputs::nothing(FRAME) },
         facts: given_facts,
         caps: all_formats(),
         options: Options::default(),

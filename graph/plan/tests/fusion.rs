@@ -6,7 +6,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    Caps, Given, GivenImage, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
+    Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
 };
 
 use super::planned::{FRAME, all_formats};
@@ -115,7 +115,7 @@ kind!(
     |pass| {
         let value = pass.add_buffer("value", 16, BufferLife::Frame);
         pass.compute(&METER, "meter").buffer("value", value).dispatch([1, 1, 1]);
-        pass.give("result", Arrival::Buffer(value));
+        pass.give("result", InputValue::Buffer(value));
     }
 );
 
@@ -141,7 +141,7 @@ pub fn planned_on(size: Size, nodes: &str, outputs: &str, options: Options, caps
         Registry::new(&[afterimage_nodes::ALL, KINDS, super::kernels::KINDS]).expect("no two kinds share a name");
     let graph = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0;
     let image = GivenImage { desc: ImageDesc::new(size), finite: true };
-    let given = Given { inputs: [("in".to_owned(), image)].into(), ..Given::nothing(size) };
+    let given = HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(size) };
     let (facts, dynamic, requirement) = (Facts::default(), Default::default(), &Requirement::typical);
     let request = PlanRequest { given, facts, caps, options, dynamic, requirement };
     let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));

@@ -1,15 +1,15 @@
 //! The most expensive pipelines: what a limit refuses, and that what it accepts costs work in proportion to its size.
 
 use afterimage_generators::{BOMBS, Bomb};
-use afterimage_graph::check::limits::{MOST_FACTS, MOST_INPUTS, MOST_NODES, MOST_OUTPUTS, MOST_TIERS};
+use afterimage_graph::check::limits::{MAX_FACTS, MAX_INPUTS, MAX_NODES, MAX_OUTPUTS, MAX_TIERS};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Origin, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::limits::{MOST_COMPUTED, MOST_COMPUTED_BYTES, MOST_PASSES, MOST_TABLE_BYTES};
+use afterimage_plan::limits::{MAX_COMPUTED, MAX_COMPUTED_BYTES, MAX_PASSES, MAX_TABLE_BYTES};
 use afterimage_plan::{
-    Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables, verify,
+    Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables, verify,
 };
 
 use super::planned::all_formats;
@@ -75,9 +75,9 @@ fn request(graph: &Graph) -> PlanRequest<'static> {
     let size = Size::new(3840, 2160);
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
     PlanRequest {
-        given: Given {
+        given: HostInputs {
             inputs: graph.inputs.iter().map(|input| (input.name.clone(), given)).collect(),
-            ..Given::nothing(size)
+            ..HostInputs::nothing(size)
         },
         facts: Facts::default(),
         caps: Caps { tiles: true, ..all_formats() },
@@ -91,14 +91,14 @@ fn request(graph: &Graph) -> PlanRequest<'static> {
 fn a_pipeline_at_a_limit_is_accepted_and_one_beyond_is_refused() {
     // A bomb, the largest size that is accepted, and the error of the next one.
     let limits = [
-        ("points", MOST_NODES, "too-many-nodes"),
-        ("inputs", MOST_INPUTS, "too-many-inputs"),
-        ("inner-inputs", MOST_INPUTS, "too-many-inputs"),
-        ("outputs", MOST_OUTPUTS, "too-many-outputs"),
-        ("outputs-of-one", MOST_OUTPUTS, "too-many-outputs"),
-        ("inner-outputs", MOST_OUTPUTS, "too-many-outputs"),
-        ("tiers", MOST_TIERS, "too-many-tiers"),
-        ("facts", MOST_FACTS - 1, "too-many-facts"),
+        ("points", MAX_NODES, "too-many-nodes"),
+        ("inputs", MAX_INPUTS, "too-many-inputs"),
+        ("inner-inputs", MAX_INPUTS, "too-many-inputs"),
+        ("outputs", MAX_OUTPUTS, "too-many-outputs"),
+        ("outputs-of-one", MAX_OUTPUTS, "too-many-outputs"),
+        ("inner-outputs", MAX_OUTPUTS, "too-many-outputs"),
+        ("tiers", MAX_TIERS, "too-many-tiers"),
+        ("facts", MAX_FACTS - 1, "too-many-facts"),
         ("nested-names", 8, "long-name"),
         ("nested-labels", 8, "long-name"),
         ("nested-conditions", 3, "long-condition"),
@@ -114,7 +114,7 @@ fn a_pipeline_at_a_limit_is_accepted_and_one_beyond_is_refused() {
 #[test]
 fn a_file_counts_as_often_as_it_is_used() {
     for (name, size, code) in [
-        ("nested", 4 * MOST_NODES, "too-many-nodes"),
+        ("nested", 4 * MAX_NODES, "too-many-nodes"),
         ("nested-facts", 1000, "too-many-facts"),
         ("nested-tiers", 1000, "too-many-tiers"),
         ("nested-comments", 1000, "too-much-text"),
@@ -125,21 +125,21 @@ fn a_file_counts_as_often_as_it_is_used() {
         let of_limits = errors.iter().filter(|error| error.code == code).count();
         assert_eq!(of_limits, 1, "{name}: {errors}");
     }
-    accepted("nested", MOST_NODES / 2);
+    accepted("nested", MAX_NODES / 2);
     accepted("nested-comments", 100);
 }
 
 #[test]
 fn a_plan_of_too_many_passes_or_too_large_tables_is_refused_with_the_node() {
-    let error = planned(&accepted("pyramids", MOST_NODES)).expect_err("a pyramid has many passes");
+    let error = planned(&accepted("pyramids", MAX_NODES)).expect_err("a pyramid has many passes");
     let PlanError::TooManyPasses(node) = &error else { panic!("{error}") };
-    assert!(error.to_string().contains(&format!("`{node}` have more than {MOST_PASSES} passes")), "{error}");
+    assert!(error.to_string().contains(&format!("`{node}` have more than {MAX_PASSES} passes")), "{error}");
     let error = planned(&accepted("bakes", 2)).expect_err("two tables of 96 steps");
     let (node, bytes) = ("n1".to_owned(), 2 * 8 * 96 * 96 * 96);
-    assert_eq!(error, PlanError::TooLargeTables { node, bytes, limit: MOST_COMPUTED_BYTES });
-    let error = planned(&accepted("transforms", MOST_COMPUTED + 1)).expect_err("many tables");
-    assert_eq!(error, PlanError::TooManyTables(format!("n{MOST_COMPUTED}")));
-    assert!(planned(&accepted("transforms", MOST_COMPUTED)).is_ok());
+    assert_eq!(error, PlanError::TooLargeTables { node, bytes, limit: MAX_COMPUTED_BYTES });
+    let error = planned(&accepted("transforms", MAX_COMPUTED + 1)).expect_err("many tables");
+    assert_eq!(error, PlanError::TooManyTables(format!("n{MAX_COMPUTED}")));
+    assert!(planned(&accepted("transforms", MAX_COMPUTED)).is_ok());
 }
 
 /// What is only looked at needs no table, and is refused for the same reasons.
@@ -161,7 +161,7 @@ fn a_plan_without_tables_is_the_same_but_for_the_texels_that_nodes_compute() {
     assert!(with.0.len() == 1 && with.0[0] > 0, "{:?}", with.0);
     assert_eq!(without.0, [0]);
     assert_eq!(with.1, without.1);
-    for (name, size) in [("bakes", 2), ("transforms", MOST_COMPUTED + 1)] {
+    for (name, size) in [("bakes", 2), ("transforms", MAX_COMPUTED + 1)] {
         let graph = accepted(name, size);
         let refused = plan_without_tables(&graph, &request(&graph)).expect_err(name);
         assert_eq!(refused, planned(&graph).expect_err(name));
@@ -184,16 +184,16 @@ fn tables_are_refused_beyond_their_limit() {
             parse("hold.ron", &text).and_then(|document| check(&document, &registry, &CheckOptions::default()));
         planned(&checked.unwrap_or_else(|errors| panic!("{errors}")).0)
     };
-    let most = (MOST_TABLE_BYTES >> 20) as i32;
+    let most = (MAX_TABLE_BYTES >> 20) as i32;
     assert!(held(&[(most / 2, most / 2, 0)]).is_ok());
     assert!(held(&[(most / 4, most / 4, 0), (most / 2, 0, 0)]).is_ok());
     for (nodes, node, bytes) in [
-        (vec![(most, 0, 1)], "n0", MOST_TABLE_BYTES + 1),
-        (vec![(0, most, 4)], "n0", MOST_TABLE_BYTES + 4),
-        (vec![(most / 2, 0, 0), (most / 4, most / 4, 8)], "n1", MOST_TABLE_BYTES + 8),
+        (vec![(most, 0, 1)], "n0", MAX_TABLE_BYTES + 1),
+        (vec![(0, most, 4)], "n0", MAX_TABLE_BYTES + 4),
+        (vec![(most / 2, 0, 0), (most / 4, most / 4, 8)], "n1", MAX_TABLE_BYTES + 8),
     ] {
         let error = held(&nodes).expect_err("it is too much");
-        assert_eq!(error, PlanError::TooLargeTables { node: node.into(), bytes, limit: MOST_TABLE_BYTES });
+        assert_eq!(error, PlanError::TooLargeTables { node: node.into(), bytes, limit: MAX_TABLE_BYTES });
     }
 }
 

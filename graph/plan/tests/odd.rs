@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_plan::{Alias, Caps, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, diff, plan};
+use afterimage_plan::{Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, diff, plan};
 
 use super::fusion::planned_on;
 use super::golden::assert_golden;
@@ -50,7 +50,7 @@ const LIVE: &str = r#"Pipeline(
 fn live(graph: &Graph, dynamic: &[&str], caps: Caps, options: Options) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let request = PlanRequest {
-        given: Given::everything(FRAME, &graph.inputs, image),
+        given: HostInputs::everything(FRAME, &graph.inputs, image),
         facts: Facts::default(),
         caps,
         options,

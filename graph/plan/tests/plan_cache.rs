@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanCache, PlanRequest, Requirement};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanRequest, Requirement};
 
 use super::planned::{all_formats, built_in, checked};
 
@@ -17,9 +17,9 @@ fn planned_with(plans: &mut PlanCache, size: Size, image: Size, facts: &[(&str, 
     let mut facts_set = Facts::default();
     facts.iter().for_each(|(name, number)| facts_set.set(*name, *number));
     let request = PlanRequest {
-        given: Given {
+        given: HostInputs {
             inputs: [("scene".to_owned(), GivenImage { desc: ImageDesc::new(image), finite: false })].into(),
-            ..Given::nothing(size)
+            ..HostInputs::nothing(size)
         },
         facts: facts_set,
         caps: all_formats(),
@@ -74,7 +74,7 @@ fn other_switches_and_another_device_need_another_plan() {
         let inputs = [("scene".to_owned(), GivenImage { desc: ImageDesc::new(size), finite: false })].into();
         let requirement = &Requirement::typical;
         let request = PlanRequest {
-            given: Given { inputs, ..Given::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::nothing(size) },
             facts: Facts::default(),
             caps,
             options,

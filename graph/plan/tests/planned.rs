@@ -9,7 +9,7 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanError, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan};
 
 /// The size of most frames.
 pub const FRAME: Size = Size { width: 640, height: 360, depth: 1 };
@@ -37,7 +37,7 @@ pub fn plan_on(graph: &Graph, size: Size, options: Options, caps: Caps) -> Resul
     plan(
         graph,
         &PlanRequest {
-            given: Given { inputs, ..Given::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::nothing(size) },
             facts: Facts::default(),
             caps,
             options,
@@ -56,7 +56,7 @@ pub fn plan_images(graph: &Graph, format: Format, facts: Facts, caps: Caps, opti
 /// The plan for a host that gives all optional inputs, too.
 pub fn plan_everything(graph: &Graph, format: Format, caps: Caps, options: Options) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
-    let given = Given::everything(FRAME, &graph.inputs, image);
+    let given = HostInputs::everything(FRAME, &graph.inputs, image);
     let (facts, requirement) = (Facts::default(), &Requirement::typical);
     let request = PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement };
     plan(graph, &request).unwrap_or_else(|error| panic!("{error}"))
@@ -70,7 +70,7 @@ pub fn attempt(
     (caps, options): (Caps, Options),
 ) -> Result<Plan, PlanError> {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(format), finite: false };
-    let given = Given::everything(FRAME, graph.inputs.iter().filter(|input| !input.optional), image);
+    let given = HostInputs::everything(FRAME, graph.inputs.iter().filter(|input| !input.optional), image);
     let requirement = &Requirement::typical;
     plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
 }

@@ -7,7 +7,7 @@ use afterimage_generators::Recipe;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ColorState, Format, ImageDesc};
 use afterimage_graph::node::Pass;
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan, PlanRequest, Planned, Requirement, When, verify};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Planned, Requirement, When, verify};
 
 use super::golden::assert_golden;
 use super::planned::{FRAME, all_formats, checked, plan_at};
@@ -16,7 +16,7 @@ fn request(graph: &Graph, linear: &[&str]) -> PlanRequest<'static> {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: true };
     let linear = linear.iter().map(|name| (*name).to_owned()).collect();
     PlanRequest {
-        given: Given { linear, ..Given::everything(FRAME, &graph.inputs, image) },
+        given: HostInputs { linear, ..HostInputs::everything(FRAME, &graph.inputs, image) },
         facts: Facts::default(),
         caps: all_formats(),
         options: Options::default(),

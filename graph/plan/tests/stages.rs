@@ -52,7 +52,7 @@ impl Node for Pair {
         let source = pass.image("source");
         let desc = pass.desc(source);
         for port in ["result", "other"] {
-            if pass.wanted(port) {
+            if pass.is_output_used(port) {
                 pass.function(&PIXELS, "dim").label(port).write(port, desc);
             }
         }
@@ -71,7 +71,7 @@ impl Node for Glow {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] = &[RESULT, Output::image("glow", OutputState::same("source"), "An image.")];
 
-    fn identity_of(&self, output: &str, _: &Arrivals) -> bool {
+    fn identity_of(&self, output: &str, _: &InputValues) -> bool {
         output == "result" && self.amount == 0.0
     }
 

@@ -4,21 +4,20 @@ use super::Condition;
 use super::build::Builder;
 use super::files::join;
 use super::limits::{
-    LONGEST_CONDITION, LONGEST_NAME, MOST_FACTS, MOST_FILE_BYTES, MOST_INPUTS, MOST_NODES, MOST_OUTPUTS, MOST_TEXT,
-    MOST_TIERS,
+    MAX_CONDITION, MAX_FACTS, MAX_FILE_BYTES, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TEXT, MAX_TIERS,
 };
 use crate::document::Document;
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean};
 
 /// Errors after which names are no longer listed and suggested: each hint looks at all of them.
-const MOST_HINTS: usize = 100;
+const MAX_HINTS: usize = 100;
 
 impl Builder<'_> {
     /// Whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
-        let has_room = self.drafts.len() + self.scopes.len() <= MOST_NODES;
+        let has_room = self.drafts.len() + self.scopes.len() <= MAX_NODES;
         if !has_room {
-            let message = format!("the pipeline has more than {MOST_NODES} nodes");
+            let message = format!("the pipeline has more than {MAX_NODES} nodes");
             let error = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
             self.report_limit(error.help("look for a pipeline that uses others which use others, each of them twice"));
         }
@@ -29,9 +28,9 @@ impl Builder<'_> {
     pub(super) fn has_room_for_text(&mut self, named: &Spanned<String>) -> bool {
         let bytes = self.files.bytes(&join(&named.location.file, &named.value)).map_or(0, |bytes| bytes.len());
         self.counted.text += bytes;
-        let has_room = self.counted.text <= MOST_TEXT;
+        let has_room = self.counted.text <= MAX_TEXT;
         if !has_room {
-            let message = format!("the files that the pipeline uses have more than {MOST_TEXT} bytes of text");
+            let message = format!("the files that the pipeline uses have more than {MAX_TEXT} bytes of text");
             let error = Diagnostic::error("too-much-text", message).at(&named.location, "the first one too many");
             self.report_limit(error.help("a file counts as often as it is used: use it less often, or shorten it"));
         }
@@ -41,25 +40,25 @@ impl Builder<'_> {
     /// Counts the bytes of a file that a parameter names; an error if that is too much.
     pub(super) fn count_file(&mut self, named: &Spanned<String>, bytes: usize) -> Result<(), Diagnostic> {
         self.counted.file_bytes += bytes;
-        if self.counted.file_bytes <= MOST_FILE_BYTES {
+        if self.counted.file_bytes <= MAX_FILE_BYTES {
             return Ok(());
         }
-        let message = format!("the files that the nodes use have more than {MOST_FILE_BYTES} bytes");
+        let message = format!("the files that the nodes use have more than {MAX_FILE_BYTES} bytes");
         let error = Diagnostic::error("too-large-files", message).at(&named.location, "the first one too many");
         Err(error.help("a file counts as often as it is named: use smaller tables"))
     }
 
     /// Reports the sections of a document that have too many entries.
     pub(super) fn report_long_sections(&mut self, document: &Document) {
-        let input = document.inputs.get(MOST_INPUTS).map(|input| &input.name);
-        let output = document.outputs.get(MOST_OUTPUTS).map(|(name, _)| name);
-        let tier = document.tiers.get(MOST_TIERS).map(|(name, _)| name);
-        let fact = document.facts.iter().flatten().nth(MOST_FACTS).map(|(name, _)| name);
+        let input = document.inputs.get(MAX_INPUTS).map(|input| &input.name);
+        let output = document.outputs.get(MAX_OUTPUTS).map(|(name, _)| name);
+        let tier = document.tiers.get(MAX_TIERS).map(|(name, _)| name);
+        let fact = document.facts.iter().flatten().nth(MAX_FACTS).map(|(name, _)| name);
         let sections: [(&'static str, _, _, _); 4] = [
-            ("too-many-inputs", input, MOST_INPUTS, "inputs"),
-            ("too-many-outputs", output, MOST_OUTPUTS, "outputs"),
-            ("too-many-tiers", tier, MOST_TIERS, "tiers"),
-            ("too-many-facts", fact, MOST_FACTS, "facts"),
+            ("too-many-inputs", input, MAX_INPUTS, "inputs"),
+            ("too-many-outputs", output, MAX_OUTPUTS, "outputs"),
+            ("too-many-tiers", tier, MAX_TIERS, "tiers"),
+            ("too-many-facts", fact, MAX_FACTS, "facts"),
         ];
         for (code, first, most, what) in sections {
             let Some(first) = first else { continue };
@@ -73,12 +72,12 @@ impl Builder<'_> {
         let outer: usize = self.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
         // The top has no name.
         let bytes = name.value.len() + outer - 1;
-        if bytes > LONGEST_NAME {
+        if bytes > MAX_NAME {
             let message = format!("the name has {bytes} bytes with those of the pipelines around it");
             let error = Diagnostic::error("long-name", message).at(&name.location, "");
-            self.report(error.help(format!("a name has at most {LONGEST_NAME} bytes")));
+            self.report(error.help(format!("a name has at most {MAX_NAME} bytes")));
         }
-        bytes <= LONGEST_NAME
+        bytes <= MAX_NAME
     }
 
     /// Reports nodes whose condition is too long once it is joined with those of the pipelines around.
@@ -91,10 +90,10 @@ impl Builder<'_> {
         let bytes = |when: &Condition| when.to_string().len();
         let long = self.drafts.iter().find(|draft| {
             let own = draft.when.as_ref().map_or(0, bytes);
-            own + outer[draft.scope] > LONGEST_CONDITION
+            own + outer[draft.scope] > MAX_CONDITION
         });
         if let Some(draft) = long {
-            let message = format!("the condition of a node has more than {LONGEST_CONDITION} bytes");
+            let message = format!("the condition of a node has more than {MAX_CONDITION} bytes");
             let error = Diagnostic::error("long-condition", message).at(&draft.kind_location, "this node");
             let help = "those of the pipelines around it count, too: let the host tell one fact in place of many";
             self.report_limit(error.help(help));
@@ -110,7 +109,7 @@ impl Builder<'_> {
 
     /// Whether further errors get no hints, because there are many.
     pub(super) fn has_many_errors(&self) -> bool {
-        self.diagnostics.len() >= MOST_HINTS
+        self.diagnostics.len() >= MAX_HINTS
     }
 
     /// The nearest of the names as a hint, unless there are many errors: all names are compared.

@@ -61,7 +61,7 @@ impl Graph {
 }
 
 /// Visits of a node on average after which its color stays as it is.
-const MOST_VISITS: usize = 32;
+const MAX_VISITS: usize = 32;
 
 struct Flow<'a> {
     graph: &'a Graph,
@@ -168,7 +168,7 @@ impl<'a> Flow<'a> {
         let mut round: BTreeSet<usize> = (0..self.order.len()).collect();
         let mut next = BTreeSet::new();
         // Two images that chase each other around a cycle never settle.
-        for _ in 0..MOST_VISITS * self.order.len() {
+        for _ in 0..MAX_VISITS * self.order.len() {
             let Some(place) = round.pop_first() else { break };
             let node = self.order[place];
             let colors = self.colors_of(node);

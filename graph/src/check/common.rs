@@ -2,7 +2,7 @@
 
 use super::build::Builder;
 use super::condition::{Condition, FactKind};
-use super::limits::LONGEST_NAME;
+use super::limits::MAX_NAME;
 use crate::document::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 use afterimage_base::image::Format;
@@ -109,9 +109,9 @@ impl Builder<'_> {
     }
 
     fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {
-        if label.len() > LONGEST_NAME {
+        if label.len() > MAX_NAME {
             let error = Diagnostic::error("long-name", format!("the label has {} bytes", label.len()));
-            self.report(error.at(location, "").help(format!("a label has at most {LONGEST_NAME} bytes")));
+            self.report(error.at(location, "").help(format!("a label has at most {MAX_NAME} bytes")));
             return None;
         }
         Some(label.to_owned())

@@ -2,7 +2,7 @@
 
 use super::Source;
 use super::build::{Builder, Feed, Named, Wire, input_type};
-use super::limits::{DEEPEST, MOST_PREVIOUS};
+use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
@@ -69,7 +69,7 @@ impl Builder<'_> {
                 return None;
             }
         };
-        if depth > 2 * DEEPEST + 2 {
+        if depth > 2 * MAX_DEPTH + 2 {
             let message = format!("the wire {} leads through pipelines back to itself", quote(&asked.value));
             self.report(
                 Diagnostic::error("cycle", message)
@@ -187,7 +187,7 @@ impl Builder<'_> {
     /// The same source, `frames` earlier.
     fn earlier(&mut self, found: Found, frames: u32, asked: &Spanned<String>) -> Option<Found> {
         let source = match found.source {
-            Some(Source::Node { node, output, previous }) if frames + previous <= MOST_PREVIOUS => {
+            Some(Source::Node { node, output, previous }) if frames + previous <= MAX_PREVIOUS => {
                 Source::Node { node, output, previous: previous + frames }
             }
             source if frames == 0 => return Some(Found { source, ..found }),
@@ -223,8 +223,8 @@ impl Builder<'_> {
 }
 
 fn too_far_back() -> Diagnostic {
-    Diagnostic::error("bad-previous", format!("the wire reaches back more than {MOST_PREVIOUS} frames"))
-        .help(format!("every frame that is kept costs a whole image; the limit is {MOST_PREVIOUS}"))
+    Diagnostic::error("bad-previous", format!("the wire reaches back more than {MAX_PREVIOUS} frames"))
+        .help(format!("every frame that is kept costs a whole image; the limit is {MAX_PREVIOUS}"))
 }
 
 const SHAPE: &str = "a wire is `\"node\"`, `\"node.port\"`, `\"node@previous\"` or `\"node.port@previous:2\"`";
@@ -247,9 +247,9 @@ impl<'a> WireText<'a> {
             None => 0,
             Some("previous") => 1,
             Some(time) => match time.strip_prefix("previous:").map(str::parse) {
-                Some(Ok(frames)) if (1..=MOST_PREVIOUS).contains(&frames) => frames,
+                Some(Ok(frames)) if (1..=MAX_PREVIOUS).contains(&frames) => frames,
                 Some(Ok(_) | Err(_)) => {
-                    return wrong(format!("the number of frames in {} is not 1 to {MOST_PREVIOUS}", quote(text)));
+                    return wrong(format!("the number of frames in {} is not 1 to {MAX_PREVIOUS}", quote(text)));
                 }
                 None => return wrong(format!("{} is no time: only `previous` is", quote(time))),
             },

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::Condition;
 use super::build::{Builder, Change, Feed, Named, Scope};
 use super::files::join;
-use super::limits::{DEEPEST, MOST_FACTS, MOST_INPUTS, MOST_OUTPUTS, MOST_TIERS};
+use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
 use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
@@ -31,7 +31,7 @@ impl Builder<'_> {
     fn expand(&mut self, document: &Document, around: Around, files: &mut Vec<String>) -> usize {
         let Around { parent, name, ports, when, label } = around;
         self.report_long_sections(document);
-        let facts = document.facts.as_ref().filter(|facts| facts.len() <= MOST_FACTS);
+        let facts = document.facts.as_ref().filter(|facts| facts.len() <= MAX_FACTS);
         let facts = facts.map(|facts| facts.iter().map(|(name, _)| name.value.clone()).collect());
         let scope = self.scopes.len();
         self.scopes.push(Scope {
@@ -64,7 +64,7 @@ impl Builder<'_> {
             };
             self.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
-        let outputs = &document.outputs[..document.outputs.len().min(MOST_OUTPUTS)];
+        let outputs = &document.outputs[..document.outputs.len().min(MAX_OUTPUTS)];
         for (name, _) in outputs {
             self.good_name(scope, name, "output");
         }
@@ -75,7 +75,7 @@ impl Builder<'_> {
 
     fn own_changes(&mut self, scope: usize, document: &Document) {
         self.changes.push(Change { scope, settings: document.set.clone(), tier: None });
-        for (name, tier) in document.tiers.iter().take(MOST_TIERS) {
+        for (name, tier) in document.tiers.iter().take(MAX_TIERS) {
             if let Tier::Settings(settings) = tier {
                 self.changes.push(Change { scope, settings: settings.clone(), tier: Some(name.value.clone()) });
             }
@@ -88,7 +88,7 @@ impl Builder<'_> {
         let mut ports: indexmap::IndexMap<String, Field> =
             entries.into_iter().map(|field| (field.0.value.clone(), field)).collect();
         let is_top = self.scopes[scope].parent.is_none();
-        for (index, input) in document.inputs.iter().take(MOST_INPUTS).enumerate() {
+        for (index, input) in document.inputs.iter().take(MAX_INPUTS).enumerate() {
             if !self.good_name(scope, &input.name, "input") || !self.is_known_type(input) {
                 self.scopes[scope].names.insert(input.name.value.clone(), Named::Broken);
                 continue;
@@ -227,7 +227,7 @@ impl Builder<'_> {
             }
         };
         let path = join(&named.location.file, &named.value);
-        if files.contains(&path) || files.len() > DEEPEST {
+        if files.contains(&path) || files.len() > MAX_DEPTH {
             self.report(holds_itself(&named, &path, files));
             return None;
         }
@@ -242,7 +242,7 @@ fn holds_itself(named: &Spanned<String>, path: &str, files: &[String]) -> Diagno
             let names: Vec<&str> = files[from..].iter().map(String::as_str).chain([path]).collect();
             format!("a pipeline holds itself: {}", names.join(" -> "))
         }
-        None => format!("pipelines are nested more than {DEEPEST} deep"),
+        None => format!("pipelines are nested more than {MAX_DEPTH} deep"),
     };
     Diagnostic::error("pipeline-cycle", message).at(&named.location, "").help("a pipeline cannot be a node of itself")
 }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::build::Builder;
 use super::files::{Named, join, unreadable};
-use super::limits::DEEPEST;
+use super::limits::MAX_DEPTH;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
@@ -51,7 +51,7 @@ impl Builder<'_> {
     fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
         let Some(named) = document.extends.clone() else { return document };
         let path = join(&named.location.file, &named.value);
-        if chain.contains(&path) || chain.len() >= DEEPEST {
+        if chain.contains(&path) || chain.len() >= MAX_DEPTH {
             self.report(extends_itself(&named, &path, chain));
             return Document { is_partial: true, ..document };
         }
@@ -98,7 +98,7 @@ fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diag
             let names: Vec<&str> = chain[from..].iter().map(String::as_str).chain([path]).collect();
             format!("a file extends itself: {}", names.join(" -> "))
         }
-        None => format!("files extend each other more than {DEEPEST} times"),
+        None => format!("files extend each other more than {MAX_DEPTH} times"),
     };
     Diagnostic::error("extends-cycle", message)
         .at(&named.location, "")

@@ -4,27 +4,27 @@
 //! lists them with figures.
 
 /// Nodes; pipelines used as nodes and what is in them count.
-pub const MOST_NODES: usize = 1 << 14;
+pub const MAX_NODES: usize = 1 << 14;
 /// Inputs of a pipeline.
-pub const MOST_INPUTS: usize = 256;
+pub const MAX_INPUTS: usize = 256;
 /// Outputs of a pipeline.
-pub const MOST_OUTPUTS: usize = 256;
+pub const MAX_OUTPUTS: usize = 256;
 /// Tiers of a pipeline.
-pub const MOST_TIERS: usize = 64;
+pub const MAX_TIERS: usize = 64;
 /// Facts that a pipeline lists.
-pub const MOST_FACTS: usize = 256;
+pub const MAX_FACTS: usize = 256;
 /// Bytes of a label, and of a name with those of the pipelines around it.
-pub const LONGEST_NAME: usize = 256;
+pub const MAX_NAME: usize = 256;
 /// Bytes of a node's condition, joined with those of the pipelines around it.
-pub const LONGEST_CONDITION: usize = 2048;
+pub const MAX_CONDITION: usize = 2048;
 /// Bytes of the pipeline files that a pipeline names, each as often as it is used.
-pub const MOST_TEXT: usize = 8 << 20;
+pub const MAX_TEXT: usize = 8 << 20;
 /// Bytes of the files that parameters name, each as often as it is named.
-pub const MOST_FILE_BYTES: usize = 64 << 20;
+pub const MAX_FILE_BYTES: usize = 64 << 20;
 /// Frames that a wire can reach back.
-pub const MOST_PREVIOUS: u32 = 16;
+pub const MAX_PREVIOUS: u32 = 16;
 /// Pipelines within pipelines, and files that extend files.
-pub const DEEPEST: usize = 16;
+pub const MAX_DEPTH: usize = 16;
 
 /// What has been counted so far.
 #[derive(Default)]

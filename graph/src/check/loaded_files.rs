@@ -50,7 +50,7 @@ impl LoadedFiles {
     /// The paths of files that the document and the files so far name and that are not loaded, in all tiers. Paths are
     /// joined to the folder of the file that names them. Each call checks the document.
     pub fn missing(&self, document: &Document, registry: &Registry) -> BTreeSet<String> {
-        let asked = Asking { files: self, missing: RefCell::default() };
+        let asked = RecordingLoader { files: self, missing: RefCell::default() };
         let checker = Checker::new(document, registry, &asked);
         // Errors are those of the check that the host makes when it has all files.
         let tiers = checker.tiers();
@@ -68,12 +68,12 @@ impl Loader for LoadedFiles {
 }
 
 /// Notes the files that are not there.
-struct Asking<'f> {
+struct RecordingLoader<'f> {
     files: &'f LoadedFiles,
     missing: RefCell<BTreeSet<String>>,
 }
 
-impl Loader for Asking<'_> {
+impl Loader for RecordingLoader<'_> {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
         if !self.files.loaded.contains_key(path) {
             self.missing.borrow_mut().insert(path.to_owned());

@@ -9,7 +9,7 @@ use super::build::Builder;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 /// Labels of a cycle; a longer cycle is reported by the names of its nodes.
-const MOST_LABELS: usize = 8;
+const MAX_LABELS: usize = 8;
 
 impl Builder<'_> {
     /// Reports every cycle of nodes that read each other in the same frame.
@@ -34,7 +34,7 @@ impl Builder<'_> {
             n => format!("{} -> ... ({} more) -> {}", names[..8].join(" -> "), n - 9, names[n - 1]),
         };
         let mut diagnostic = Diagnostic::error("cycle", format!("the nodes run in a cycle: {told}"));
-        for (index, reader) in cycle.iter().enumerate().take(MOST_LABELS) {
+        for (index, reader) in cycle.iter().enumerate().take(MAX_LABELS) {
             let maker = cycle[(index + cycle.len() - 1) % cycle.len()];
             let wires = self.drafts[*reader].wires.iter().flatten();
             let Some(wire) = wires.clone().find(|wire| wire.same_frame_node() == Some(maker)) else { continue };

@@ -84,7 +84,7 @@ fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Optio
         Tree::Broken => return None,
         _ => f64::NAN,
     };
-    if !(SMALLEST_FACTOR..=LARGEST_FACTOR).contains(&given) {
+    if !(MIN_FACTOR..=MAX_FACTOR).contains(&given) {
         return Some(wrong_option(option, value, "a number above 0, from 1e-30 to 1e30"));
     }
     *factor = given;
@@ -92,8 +92,8 @@ fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Optio
 }
 
 /// A 32-bit float holds these factors and their inverses.
-const SMALLEST_FACTOR: f64 = 1e-30;
-const LARGEST_FACTOR: f64 = 1e30;
+const MIN_FACTOR: f64 = 1e-30;
+const MAX_FACTOR: f64 = 1e30;
 
 fn wrong_option(option: &Spanned<String>, value: &Item, wanted: &str) -> Diagnostic {
     Diagnostic::error("wrong-type", format!("{} is {wanted}", quote(&option.value)))

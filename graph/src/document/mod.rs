@@ -55,7 +55,7 @@ pub(crate) use edit::Editor;
 pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
 pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;
-pub use read::{LONGEST_FILE, parse};
+pub use read::{MAX_FILE, parse};
 pub(crate) use read::{doubled, settings, without_mark};
 pub(crate) use renamed::{moved, present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};

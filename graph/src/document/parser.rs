@@ -15,7 +15,7 @@ use super::tree::{Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 
 /// Brackets within brackets; a pipeline needs about five.
-const DEEPEST: usize = 32;
+const MAX_DEPTH: usize = 32;
 
 /// The tree of a file and its syntax errors; where there are some, parts of the tree are broken.
 pub(crate) struct Parsed {
@@ -194,7 +194,7 @@ impl<'a> Parser<'a> {
 
     /// The entries up to the bracket that closes `open`, as a tree.
     fn group(&mut self, open: Token, bracket: Bracket, name: Option<Spanned<String>>) -> Tree {
-        if self.open.len() >= DEEPEST {
+        if self.open.len() >= MAX_DEPTH {
             self.report(syntax::too_deep(&self.token_location(&open)));
             self.skip(1);
             return Tree::Broken;

@@ -14,7 +14,7 @@ use afterimage_base::image::ColorState;
 const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
 
 /// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
-pub const LONGEST_FILE: usize = 4 << 20;
+pub const MAX_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
@@ -25,7 +25,7 @@ pub const LONGEST_FILE: usize = 4 << 20;
 pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
     let text = without_mark(text);
     let mut sources = Sources::default();
-    let file = sources.insert(file_name, if text.len() > LONGEST_FILE { "" } else { text });
+    let file = sources.insert(file_name, if text.len() > MAX_FILE { "" } else { text });
     let mut problems = Diagnostics::new(sources);
     if let Err(error) = check_length(&file, text) {
         problems.push(error);
@@ -43,8 +43,8 @@ pub(crate) fn without_mark(text: &str) -> &str {
 
 fn check_length(file: &Arc<str>, text: &str) -> Result<(), Diagnostic> {
     let start = Location::new(file, 0..0);
-    match text.len() > LONGEST_FILE {
-        true => Err(syntax::too_long(&start, text.len(), LONGEST_FILE)),
+    match text.len() > MAX_FILE {
+        true => Err(syntax::too_long(&start, text.len(), MAX_FILE)),
         false if parser::is_blank(file, text) => Err(syntax::blank(&start)),
         false => Ok(()),
     }

@@ -4,7 +4,7 @@ use super::bracket::Bracket;
 use afterimage_base::diagnostic::{Diagnostic, Location, quote};
 
 /// More syntax errors than this are not collected: the text is no RON then.
-const MOST_ERRORS: usize = 128;
+const MAX_ERRORS: usize = 128;
 
 /// The errors found so far.
 #[derive(Default)]
@@ -18,7 +18,7 @@ impl Errors {
     }
 
     pub(super) fn is_full(&self) -> bool {
-        self.0.len() >= MOST_ERRORS
+        self.0.len() >= MAX_ERRORS
     }
 
     pub(super) fn is_empty(&self) -> bool {

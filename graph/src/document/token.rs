@@ -168,9 +168,9 @@ impl<'a> Lexer<'a> {
 
     /// The end of `#![enable(...)]`, which a file may begin with, or of what is meant as a comment.
     fn hash_end(&mut self) -> usize {
-        const LONGEST: usize = 256;
+        const MAX_LENGTH: usize = 256;
         let rest = self.rest();
-        let attribute = rest.bytes().take(LONGEST).position(|byte| byte == b']').map(|end| &rest[..=end]);
+        let attribute = rest.bytes().take(MAX_LENGTH).position(|byte| byte == b']').map(|end| &rest[..=end]);
         match attribute.filter(|_| !self.has_begun) {
             Some(attribute) if ron::de::Deserializer::from_str(attribute).is_ok() => self.at + attribute.len(),
             _ => {

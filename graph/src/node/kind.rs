@@ -12,12 +12,12 @@ use afterimage_base::value::{Param, Value};
 
 /// What arrives at a node's inputs once the graph is specialized.
 #[derive(Clone, Debug, Default)]
-pub struct Arrivals {
+pub struct InputValues {
     zero: Vec<Shared<str>>,
     absent: Vec<Shared<str>>,
 }
 
-impl Arrivals {
+impl InputValues {
     /// From the names of the inputs that are exactly zero and of those that are unwired or off.
     pub fn new(zero: Vec<Shared<str>>, absent: Vec<Shared<str>>) -> Self {
         Self { zero, absent }
@@ -60,15 +60,15 @@ pub trait DynNode: Send + Sync + 'static {
     }
 
     /// Whether every output equals its fallback at these arrivals.
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        let _ = arrivals;
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        let _ = inputs;
         false
     }
 
     /// Whether the named output equals its fallback at these arrivals.
-    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let _ = output;
-        self.identity(arrivals)
+        self.is_identity(inputs)
     }
 
     /// Whether the values go together and the files among them, which are loaded by now, can be read.

@@ -27,11 +27,11 @@ pub use drawing::{ColorAttachment, Compare, DepthAttachment, DepthTest, DrawCont
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpPart};
-pub use kind::{Arrivals, DynNode, Kind, NodeKind};
+pub use kind::{DynNode, InputValues, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{
-    Arrival, AttachmentPass, ComputePass, DrawPass, FunctionPass, NodeColors, Recorder, RecorderContext, Recording,
+    AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, NodeColors, Recorder, RecorderContext, Recording,
     Replay, WarpPass,
 };
 pub use registry::{DuplicateKind, Registry};

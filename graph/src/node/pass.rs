@@ -216,7 +216,7 @@ impl TileStage {
 
 impl CellReduce {
     /// The most invocations of a workgroup.
-    pub const MOST_INVOCATIONS: u32 = 256;
+    pub const MAX_INVOCATIONS: u32 = 256;
 
     /// Cells of the finest lattice in one of the coarsest, across and down.
     pub fn inner(&self) -> [u32; 2] {

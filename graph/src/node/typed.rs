@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::color::ColorChange;
-use super::kind::{Arrivals, DynNode, Kind, NodeKind};
+use super::kind::{DynNode, InputValues, Kind, NodeKind};
 use super::ports::{Input, Output};
 use super::recorder::Recorder;
 use super::values::UniformValues;
@@ -35,16 +35,16 @@ pub trait Node: Params {
 
     /// Whether every output equals its fallback at the present values and arrivals: the node is then skipped. The
     /// fallback must be bit-identical to the result of running the node, or more accurate.
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        let _ = arrivals;
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        let _ = inputs;
         false
     }
 
     /// The same for the named output alone, for a kind whose outputs become identities at different values. Readers of
     /// such an output get its fallback, and the node runs only if another output is read.
-    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let _ = output;
-        self.identity(arrivals)
+        self.is_identity(inputs)
     }
 
     /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
@@ -80,11 +80,11 @@ impl<N: Node> DynNode for N {
         self.set_value(index, value).expect("the value has the type of its table");
         true
     }
-    fn identity(&self, arrivals: &Arrivals) -> bool {
-        Node::identity(self, arrivals)
+    fn is_identity(&self, inputs: &InputValues) -> bool {
+        Node::is_identity(self, inputs)
     }
-    fn identity_of(&self, output: &str, arrivals: &Arrivals) -> bool {
-        Node::identity_of(self, output, arrivals)
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
+        Node::identity_of(self, output, inputs)
     }
     fn verify(&self) -> Result<(), String> {
         Node::verify(self)

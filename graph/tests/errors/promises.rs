@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use afterimage_graph::node::{Arrivals, CAMERA, DynNode, Fallback, Kind, NodeKind, contract};
+use afterimage_graph::node::{CAMERA, DynNode, Fallback, InputValues, Kind, NodeKind, contract};
 use afterimage_graph::prelude::*;
 use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value};
 
@@ -72,7 +72,7 @@ impl Kind for Declared {
 }
 
 impl DynNode for Values {
-    fn identity_of(&self, output: &str, _: &Arrivals) -> bool {
+    fn identity_of(&self, output: &str, _: &InputValues) -> bool {
         (self.1.identity)(self, output)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -121,7 +121,7 @@ fn with_buffer(draft: &mut Declared, port: Output) {
     draft.record = |values, pass| {
         plain(values, pass);
         let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-        pass.give("other", Arrival::Buffer(buffer));
+        pass.give("other", InputValue::Buffer(buffer));
     };
 }
 
@@ -274,16 +274,16 @@ const RECORDED: &[(&str, Change)] = &[
     ("an output of another type", |d| {
         d.record = |_, pass| {
             let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-            pass.give("result", Arrival::Buffer(buffer));
+            pass.give("result", InputValue::Buffer(buffer));
         };
     }),
     ("a pyramid for an image", |d| {
         d.record = |_, pass| {
             let image = pass.image("source");
-            pass.give("result", Arrival::Pyramid(vec![image]));
+            pass.give("result", InputValue::Pyramid(vec![image]));
         };
     }),
-    ("zero for an image", |d| d.record = |_, pass| pass.give("result", Arrival::Zero)),
+    ("zero for an image", |d| d.record = |_, pass| pass.give("result", InputValue::Zero)),
     ("another recording each time", |d| {
         d.record = |values, pass| {
             plain(values, pass);

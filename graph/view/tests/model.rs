@@ -10,7 +10,7 @@ use afterimage_graph::node::{Origin, PortType};
 use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{Beside, Model, Problem, Rendered, Tap, Target};
+use afterimage_view::{CompareWith, Model, Problem, Rendered, Tap, Target};
 use support::{SIZE, apart, gpu, model, parameter, picture, render, settle, texels};
 
 #[test]
@@ -108,9 +108,12 @@ fn changes_are_saved_as_a_tier_and_the_rest_of_the_file_stays() {
 #[test]
 fn a_tier_a_pipeline_and_the_reference_stand_beside_the_picture() {
     let mut model = model("tsushima");
-    for beside in
-        [Beside::Written, Beside::Reference, Beside::Tier(Some("low".into())), Beside::Pipeline("lynx".into())]
-    {
+    for beside in [
+        CompareWith::Written,
+        CompareWith::Reference,
+        CompareWith::Tier(Some("low".into())),
+        CompareWith::Pipeline("lynx".into()),
+    ] {
         model.set_beside(Some(beside.clone()));
         model.clock().cut();
         settle(&mut model);
@@ -120,9 +123,9 @@ fn a_tier_a_pipeline_and_the_reference_stand_beside_the_picture() {
         let floats = (picture(&model).to_floats(), other.to_floats());
         let mean =
             floats.0.iter().zip(&floats.1).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / floats.0.len() as f32;
-        let limit = if beside == Beside::Written || beside == Beside::Reference { 0.004 } else { 0.5 };
+        let limit = if beside == CompareWith::Written || beside == CompareWith::Reference { 0.004 } else { 0.5 };
         assert!(mean < limit, "{beside:?}: {mean}");
-        assert!(mean > 0.005 || limit < 0.01 || matches!(beside, Beside::Tier(_)), "{beside:?}: {mean}");
+        assert!(mean > 0.005 || limit < 0.01 || matches!(beside, CompareWith::Tier(_)), "{beside:?}: {mean}");
     }
 }
 

@@ -6,7 +6,7 @@ mod support;
 
 use afterimage_graph::color::Transfer;
 use afterimage_graph::value::Value;
-use afterimage_view::{Beside, Comparison, ExportKind, Tab, Tap, Target};
+use afterimage_view::{CompareWith, Comparison, ExportKind, Tab, Tap, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
 use support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 
@@ -33,8 +33,9 @@ fn keys_do_what_the_sheet_says() {
         assert_eq!(window.stage.viewer.tab, Some(tab), "{key:?}");
     }
     window.key(Key::R, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.model.beside(), Some(&Beside::Reference));
-    for (key, mode) in [(Key::B, Comparison::Beside), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)] {
+    assert_eq!(window.stage.viewer.model.beside(), Some(&CompareWith::Reference));
+    for (key, mode) in [(Key::B, Comparison::CompareWith), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)]
+    {
         window.key(key, Modifiers::NONE);
         assert_eq!(window.stage.viewer.picture.comparison, mode);
     }
@@ -93,7 +94,7 @@ fn the_line_of_a_wipe_is_dragged_and_both_pictures_are_shown() {
     let mut window = open("lynx");
     let model = &mut window.stage.viewer.model;
     model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(1.0)));
-    model.set_beside(Some(Beside::Written));
+    model.set_beside(Some(CompareWith::Written));
     (0..6).for_each(|_| window.frame(Vec::new()));
     let before = window.stage.viewer.picture.wipe;
     assert!((before - 0.5).abs() < 1e-6);
@@ -231,8 +232,8 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
             assert!((0..3).all(|channel| codes[channel] == i32::from(shown.bytes[at + channel])), "{x},{y}");
         }
     }
-    window.stage.viewer.model.set_beside(Some(Beside::Pipeline("caracal".into())));
-    window.stage.viewer.picture.comparison = Comparison::Beside;
+    window.stage.viewer.model.set_beside(Some(CompareWith::Pipeline("caracal".into())));
+    window.stage.viewer.picture.comparison = Comparison::CompareWith;
     (0..4).for_each(|_| window.frame(Vec::new()));
     let both = decoded(&exported(&mut window, ExportKind::Picture));
     assert_eq!((both.width, both.height), (2 * SIZE.width, SIZE.height));

@@ -112,7 +112,7 @@ pub(crate) static FRAMEWORK: Library = Library::new(afterimage_shaders::LIBRARY)
 
 /// A library that a file brings.
 #[derive(Debug, Default)]
-pub(crate) enum Brought {
+pub(crate) enum ImportedName {
     #[default]
     Nothing,
     Static(&'static Library),
@@ -123,15 +123,15 @@ pub(crate) enum Brought {
 #[derive(Debug)]
 pub struct Source {
     pub(crate) file: SourceFile,
-    pub(crate) brought: Brought,
+    pub(crate) brought: ImportedName,
 }
 
 impl Source {
     pub(crate) fn library(&self) -> Option<&Library> {
         match &self.brought {
-            Brought::Nothing => None,
-            Brought::Static(library) => Some(library),
-            Brought::Owned(library) => Some(library),
+            ImportedName::Nothing => None,
+            ImportedName::Static(library) => Some(library),
+            ImportedName::Owned(library) => Some(library),
         }
     }
 
@@ -142,8 +142,8 @@ impl Source {
             files.iter().map(|file| (file.name.to_string(), file.text.to_string())).collect()
         };
         match (&self.brought, &other.brought) {
-            (Brought::Nothing, Brought::Nothing) => true,
-            (Brought::Static(own), Brought::Static(other)) => std::ptr::eq(*own, *other),
+            (ImportedName::Nothing, ImportedName::Nothing) => true,
+            (ImportedName::Static(own), ImportedName::Static(other)) => std::ptr::eq(*own, *other),
             _ => texts(self) == texts(other),
         }
     }

@@ -6,7 +6,7 @@ use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
 use crate::error::ShaderError;
-use crate::library::{Brought, Library, Source, SourceFile};
+use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
 
 /// One file of WGSL, with the library that it may import beside the framework's.
@@ -19,17 +19,17 @@ pub struct Shader {
 impl Shader {
     /// A file with the name that errors show.
     pub const fn new(file: &'static str, text: &'static str) -> Self {
-        Self::from_source(SourceFile::new(Shared::of(file), Shared::of(text)), Brought::Nothing)
+        Self::from_source(SourceFile::new(Shared::of(file), Shared::of(text)), ImportedName::Nothing)
     }
 
     /// A text that the program makes while it runs.
     pub fn loaded(file: String, text: String) -> Self {
-        Self::from_source(SourceFile::new(file.into(), text.into()), Brought::Nothing)
+        Self::from_source(SourceFile::new(file.into(), text.into()), ImportedName::Nothing)
     }
 
     /// A file that is not trusted: [`limits`](crate::limits) hold for it, and its loops end.
     pub fn untrusted(file: String, text: String) -> Self {
-        Self::from_source(SourceFile::untrusted(file.into(), text.into()), Brought::Nothing)
+        Self::from_source(SourceFile::untrusted(file.into(), text.into()), ImportedName::Nothing)
     }
 
     /// The same file, whose functions may share memory of a workgroup if it is not trusted: passes give them a
@@ -43,11 +43,11 @@ impl Shader {
     /// The same file with a library that is read when the program runs.
     #[must_use]
     pub fn with_loaded_library(mut self, library: Library) -> Self {
-        self.source.brought = Brought::Owned(Box::new(library));
+        self.source.brought = ImportedName::Owned(Box::new(library));
         self
     }
 
-    const fn from_source(file: SourceFile, brought: Brought) -> Self {
+    const fn from_source(file: SourceFile, brought: ImportedName) -> Self {
         Self { source: Source { file, brought }, unchecked: false, reflection: OnceLock::new() }
     }
 
@@ -55,7 +55,7 @@ impl Shader {
     #[must_use]
     pub const fn with_library(mut self, library: &'static Library) -> Self {
         // A constant function cannot drop what a library may own.
-        std::mem::forget(std::mem::replace(&mut self.source.brought, Brought::Static(library)));
+        std::mem::forget(std::mem::replace(&mut self.source.brought, ImportedName::Static(library)));
         self
     }
 

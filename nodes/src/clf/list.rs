@@ -10,10 +10,10 @@ use crate::lut::xml::{self, elements, error, name};
 use crate::process::{Process, Step};
 
 /// Maximum number of process nodes.
-const MOST_NODES: usize = 64;
+const MAX_NODES: usize = 64;
 
 /// Maximum number of 3-D tables, each of which is a texture of one pass.
-const MOST_CUBES: usize = 4;
+const MAX_CUBES: usize = 4;
 
 /// Names of the elements beside process nodes.
 const METADATA: [&str; 5] = ["Description", "InputDescriptor", "OutputDescriptor", "Info", "Id"];
@@ -40,8 +40,8 @@ pub fn parse_clf(text: &str) -> Result<Process, LutError> {
     if nodes.is_empty() {
         return Err(error(root, format!("there is no process node: there are {NODES}")));
     }
-    if let Some(node) = nodes.get(MOST_NODES) {
-        return Err(error(*node, format!("there are more than {MOST_NODES} process nodes")));
+    if let Some(node) = nodes.get(MAX_NODES) {
+        return Err(error(*node, format!("there are more than {MAX_NODES} process nodes")));
     }
     let mut steps = Vec::new();
     let mut before: Option<Depth<'_>> = None;
@@ -51,8 +51,8 @@ pub fn parse_clf(text: &str) -> Result<Process, LutError> {
         before = Some(depths.output);
         steps.push(step(node, depths)?);
         let cubes = steps.iter().filter(|step| matches!(step, Step::Cube(..))).count();
-        if cubes > MOST_CUBES {
-            return Err(error(node, format!("there are more than {MOST_CUBES} 3-D tables")));
+        if cubes > MAX_CUBES {
+            return Err(error(node, format!("there are more than {MAX_CUBES} 3-D tables")));
         }
     }
     Ok(Process::new(steps))

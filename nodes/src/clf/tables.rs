@@ -6,7 +6,7 @@ use roxmltree::Node;
 use super::depth::only;
 use crate::lut::text::short;
 use crate::lut::xml::{self, attribute, error, fill, number};
-use crate::lut::{Interpolation, LARGEST, LARGEST_CUBE, LARGEST_CURVE, LutError, Table};
+use crate::lut::{Interpolation, LARGEST, LutError, MAX_CUBE, MAX_CURVE, Table};
 use crate::process::Step;
 
 /// The number of codes of a half float.
@@ -57,9 +57,9 @@ fn curve_dim(array: Node<'_, '_>) -> Result<(usize, usize), LutError> {
     let dim = attribute(array, "dim")?;
     let numbers: Vec<Option<usize>> = dim.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
     match numbers.as_slice() {
-        [Some(size), Some(components @ (1 | 3))] if (2..=LARGEST_CURVE).contains(size) => Ok((*size, *components)),
+        [Some(size), Some(components @ (1 | 3))] if (2..=MAX_CURVE).contains(size) => Ok((*size, *components)),
         _ => {
-            let wanted = format!("`N 1` or `N 3`, with N from 2 to {LARGEST_CURVE}");
+            let wanted = format!("`N 1` or `N 3`, with N from 2 to {MAX_CURVE}");
             Err(error(array, format!("`dim` of a 1-D table is {wanted}, not `{}`", short(dim))))
         }
     }
@@ -124,9 +124,9 @@ fn cube_dim(array: Node<'_, '_>) -> Result<usize, LutError> {
     let dim = attribute(array, "dim")?;
     let numbers: Vec<Option<usize>> = dim.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
     match numbers.as_slice() {
-        [Some(r), Some(g), Some(b), Some(3)] if r == g && g == b && (2..=LARGEST_CUBE).contains(r) => Ok(*r),
+        [Some(r), Some(g), Some(b), Some(3)] if r == g && g == b && (2..=MAX_CUBE).contains(r) => Ok(*r),
         _ => {
-            let wanted = format!("`N N N 3`, with N from 2 to {LARGEST_CUBE}");
+            let wanted = format!("`N N N 3`, with N from 2 to {MAX_CUBE}");
             Err(error(array, format!("`dim` of a 3-D table is {wanted}, not `{}`", short(dim))))
         }
     }

@@ -1,7 +1,7 @@
 //! `.cube` files (Adobe 2013, and Resolve's form with a 1-D table before a 3-D table).
 
 use super::text::{Line, lines, numbers, read, short};
-use super::{LARGEST_CUBE, LARGEST_CURVE, Lut, LutError, Table};
+use super::{Lut, LutError, MAX_CUBE, MAX_CURVE, Table};
 
 /// Parses a `.cube` file. Red varies fastest in a 3-D table.
 ///
@@ -46,8 +46,8 @@ impl Reader {
         }
         match keyword {
             "TITLE" => Ok(()),
-            "LUT_1D_SIZE" => once(&mut self.curve_size, number, keyword, size(number, rest, LARGEST_CURVE)?),
-            "LUT_3D_SIZE" => once(&mut self.cube_size, number, keyword, size(number, rest, LARGEST_CUBE)?),
+            "LUT_1D_SIZE" => once(&mut self.curve_size, number, keyword, size(number, rest, MAX_CURVE)?),
+            "LUT_3D_SIZE" => once(&mut self.cube_size, number, keyword, size(number, rest, MAX_CUBE)?),
             "DOMAIN_MIN" => once(&mut self.low, number, keyword, Bound(numbers(number, rest, keyword)?, number)),
             "DOMAIN_MAX" => once(&mut self.high, number, keyword, Bound(numbers(number, rest, keyword)?, number)),
             "LUT_1D_INPUT_RANGE" => once(&mut self.curve_range, number, keyword, range(number, keyword, rest)?),

@@ -21,10 +21,10 @@ pub(crate) use table_image::TableImage;
 pub(crate) const ROW: usize = 4096;
 
 /// Maximum number of entries per side of a 3-D table.
-pub(crate) const LARGEST_CUBE: usize = 256;
+pub(crate) const MAX_CUBE: usize = 256;
 
 /// Maximum number of entries of a 1-D table.
-pub(crate) const LARGEST_CURVE: usize = 65536;
+pub(crate) const MAX_CURVE: usize = 65536;
 
 /// The largest half float. Entries are limited to it.
 pub(crate) const LARGEST: f32 = 65504.0;

@@ -8,7 +8,7 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use super::{Lut, LutError, Table};
 
 /// Memory limit of the decoder.
-const MOST_BYTES: usize = 512 << 20;
+const MAX_BYTES: usize = 512 << 20;
 
 choices! {
     /// The layout of a 3-D table of k² entries per side in an image of k³ by k³ pixels, 512 by 512 for the usual 64.
@@ -26,7 +26,7 @@ choices! {
 /// Images that are broken, not in color, or not square with a side of 8, 27, 64 and so on up to 4096.
 pub fn parse_png(bytes: &[u8], layout: PngLayout) -> Result<Lut, LutError> {
     let broken = |error: png::DecodingError| LutError::new(0, format!("the PNG cannot be read: {error}"));
-    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MOST_BYTES });
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_BYTES });
     decoder.set_transformations(Transformations::EXPAND);
     // Codes are used as they are: a profile is not applied, and need not be unpacked.
     decoder.set_ignore_iccp_chunk(true);

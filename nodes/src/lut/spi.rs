@@ -1,7 +1,7 @@
 //! `.spi1d` and `.spi3d` files of Sony Pictures Imageworks.
 
 use super::text::{lines, numbers, short};
-use super::{LARGEST_CUBE, LARGEST_CURVE, Lut, LutError, Table, entry};
+use super::{Lut, LutError, MAX_CUBE, MAX_CURVE, Table, entry};
 
 /// Parses a `.spi1d` file: a 1-D table of one to three components over the domain `From`. One component counts for
 /// every channel.
@@ -86,7 +86,7 @@ impl Header {
             "Version" if rest == "1" => {}
             "Version" => return Err(LutError::new(number, format!("the version is 1, not `{}`", short(rest)))),
             "From" => self.domain = domain(number, rest)?,
-            "Length" => self.length = Some(length(number, rest, LARGEST_CURVE)?),
+            "Length" => self.length = Some(length(number, rest, MAX_CURVE)?),
             "Components" => self.components = Some(components(number, rest)?),
             _ => {
                 let known = "`Version`, `From`, `Length` and `Components`";
@@ -158,7 +158,7 @@ pub fn parse_spi3d(text: &str) -> Result<Lut, LutError> {
 fn side(number: usize, text: &str) -> Result<usize, LutError> {
     let sides: Vec<&str> = text.split_ascii_whitespace().collect();
     match sides.as_slice() {
-        [red, green, blue] if red == green && green == blue => length(number, red, LARGEST_CUBE),
+        [red, green, blue] if red == green && green == blue => length(number, red, MAX_CUBE),
         _ => Err(LutError::new(number, format!("the table has three equal sides, not `{}`", short(text)))),
     }
 }

@@ -6,27 +6,27 @@ use super::LutError;
 use super::text::short;
 
 /// The largest file, in bytes.
-const MOST_BYTES: usize = 100 << 20;
+const MAX_BYTES: usize = 100 << 20;
 
 /// Maximum number of elements, texts and comments.
-const MOST_NODES: u32 = 250_000;
+const MAX_NODES: u32 = 250_000;
 
 /// Maximum number of `=`, of which each attribute has one: the parser compares each attribute with those of its element
 /// and each namespace with those around it.
-const MOST_ATTRIBUTES: usize = 5000;
+const MAX_ATTRIBUTES: usize = 5000;
 
 /// The largest magnitude of a number in a file.
 const MOST: f64 = 1e9;
 
 /// Parses XML. Document type definitions, and with them entities, are refused.
 pub(crate) fn parse(text: &str) -> Result<Document<'_>, LutError> {
-    if text.len() > MOST_BYTES {
-        return Err(LutError::new(0, format!("the file is larger than {} MiB", MOST_BYTES >> 20)));
+    if text.len() > MAX_BYTES {
+        return Err(LutError::new(0, format!("the file is larger than {} MiB", MAX_BYTES >> 20)));
     }
-    if text.bytes().filter(|byte| *byte == b'=').count() > MOST_ATTRIBUTES {
-        return Err(LutError::new(0, format!("the file has more than {MOST_ATTRIBUTES} attributes")));
+    if text.bytes().filter(|byte| *byte == b'=').count() > MAX_ATTRIBUTES {
+        return Err(LutError::new(0, format!("the file has more than {MAX_ATTRIBUTES} attributes")));
     }
-    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| {
         let line = match error {
             Error::UnexpectedEndOfStream | Error::UnclosedRootNode | Error::NoRootNode => text.lines().count().max(1),
@@ -35,7 +35,7 @@ pub(crate) fn parse(text: &str) -> Result<Document<'_>, LutError> {
         };
         match error {
             Error::DtdDetected => LutError::new(line, "a document type definition is not accepted"),
-            Error::NodesLimitReached => LutError::new(line, format!("the file has more than {MOST_NODES} elements")),
+            Error::NodesLimitReached => LutError::new(line, format!("the file has more than {MAX_NODES} elements")),
             _ => LutError::new(line, format!("the XML cannot be read: {error}")),
         }
     })

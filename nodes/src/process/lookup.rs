@@ -25,7 +25,7 @@ pub(super) fn curve(table: &Table, channel: usize, x: f64) -> f64 {
 }
 
 /// The code of the largest half float.
-const LARGEST_CODE: usize = 0x7bff;
+const MAX_CODE: usize = 0x7bff;
 
 /// A channel of a table with one entry per code of a half float, linear between the two nearest halves.
 pub(super) fn half_curve(entries: &[[f32; 3]], channel: usize, x: f64) -> f64 {
@@ -33,7 +33,7 @@ pub(super) fn half_curve(entries: &[[f32; 3]], channel: usize, x: f64) -> f64 {
     let nearest = f16::from_f64(magnitude);
     // The half at or below the magnitude.
     let code = usize::from(nearest.to_bits()) - usize::from(nearest.to_f64() > magnitude);
-    let next = (code + 1).min(LARGEST_CODE);
+    let next = (code + 1).min(MAX_CODE);
     let value = |code: usize| f16::from_bits(code as u16).to_f64();
     let t = if next == code { 0.0 } else { (magnitude - value(code)) / (value(next) - value(code)) };
     let sign = if x < 0.0 { 0x8000 } else { 0 };

@@ -141,7 +141,7 @@ impl Inputs {
     pub fn get(&self, number: u64) -> Vec<u8> {
         let mut rng = Rng::new(self.seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ number);
         match self.target {
-            Target::Plan => (0..plan::MOST_CHOICES).map(|_| rng.below(256) as u8).collect(),
+            Target::Plan => (0..plan::MAX_CHOICES).map(|_| rng.below(256) as u8).collect(),
             Target::Image => {
                 let file = &self.pictures[rng.below(self.pictures.len())];
                 damage::damaged(file, &mut rng)

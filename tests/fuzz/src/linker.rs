@@ -12,7 +12,7 @@ use crate::hostile::{Kernel, pair};
 pub const SECOND_FILE: &str = "\n//// shared.wgsl\n";
 
 /// Functions of a shader that are called.
-const MOST_CALLS: usize = 6;
+const MAX_CALLS: usize = 6;
 
 /// The text of both files of a kernel.
 pub(crate) fn text(kernel: &Kernel) -> String {
@@ -68,7 +68,7 @@ fn links(shader: &Shader, reflection: &Reflection) {
     let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
     let of_pixels =
         reflection.functions.iter().filter(|function| matches!(function.args[..], [(_, ArgType::Floats(4))]));
-    let names = of_pixels.take(MOST_CALLS).map(|function| (shader, &function.name)).chain([(neighbor, last)]);
+    let names = of_pixels.take(MAX_CALLS).map(|function| (shader, &function.name)).chain([(neighbor, last)]);
     let mut calls = String::new();
     for (file, name) in names {
         let instance = linker.add(file.source(), &[]).unwrap_or_else(|error| panic!("accepted, but: {error}"));

@@ -47,11 +47,11 @@ const NUMBERS: &[&str] = &[
     "1e-400",
 ];
 /// Changes of one text.
-const MOST_CHANGES: usize = 4;
+const MAX_CHANGES: usize = 4;
 /// The longest texts, from which most is learnt.
-const MOST_TELLING: usize = 8;
+const MAX_TELLING: usize = 8;
 /// A text that grows beyond this is cut.
-const LONGEST: usize = 32 << 10;
+const MAX_LENGTH: usize = 32 << 10;
 
 /// Makes texts out of those of a corpus.
 pub(crate) struct Mutator {
@@ -77,16 +77,16 @@ impl Mutator {
     /// A text with a few changes.
     pub(crate) fn text(&self, rng: &mut Rng) -> String {
         // Half of all texts begin with one of the longest, which are right in most places.
-        let among = if rng.below(2) == 0 { &self.seeds[..self.seeds.len().min(MOST_TELLING)] } else { &self.seeds[..] };
+        let among = if rng.below(2) == 0 { &self.seeds[..self.seeds.len().min(MAX_TELLING)] } else { &self.seeds[..] };
         let mut tokens = rng.one_of(among).cloned().unwrap_or_default();
-        for _ in 0..=rng.below(MOST_CHANGES) {
+        for _ in 0..=rng.below(MAX_CHANGES) {
             self.change(&mut tokens, rng);
         }
         let mut text: String = tokens.iter().map(|token| token.text.as_str()).collect();
         if rng.below(8) == 0 {
             change_character(&mut text, rng);
         }
-        while text.len() > LONGEST {
+        while text.len() > MAX_LENGTH {
             text.pop();
         }
         text
@@ -113,7 +113,7 @@ impl Mutator {
     fn repeat(&self, tokens: &mut Vec<Token>, at: usize, rng: &mut Rng) {
         let again = tokens[group(tokens, at)].to_vec();
         let times = if rng.below(50) == 0 { 400 } else { 1 + rng.below(3) };
-        for _ in 0..times.min(LONGEST / again.len().max(1)) {
+        for _ in 0..times.min(MAX_LENGTH / again.len().max(1)) {
             tokens.splice(at..at, again.iter().cloned());
         }
     }

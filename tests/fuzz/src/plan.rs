@@ -8,14 +8,15 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
-    Alias, Caps, Given, GivenImage, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan, verify,
+    Alias, Caps, GivenImage, HostInputs, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan,
+    verify,
 };
 
 use crate::bytes::Bytes;
 use crate::document::{Few, all_shipped, registry};
 
 /// Bytes that the choices of one plan need at most, about.
-pub(crate) const MOST_CHOICES: usize = 96;
+pub(crate) const MAX_CHOICES: usize = 96;
 
 const SIDES: [u32; 12] = [1, 2, 3, 7, 16, 17, 63, 640, 1080, 1921, 8192, 65535];
 /// The slices of every volume of a host.
@@ -49,7 +50,7 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     plan(
         graph,
         &PlanRequest {
-            given: Given { inputs, ..Given::nothing(size) },
+            given: HostInputs { inputs, ..HostInputs::nothing(size) },
             facts: Facts::default(),
             caps,
             options,
@@ -138,14 +139,14 @@ fn plan_anyhow(graph: &Graph, choices: &mut Bytes<'_>) -> Result<Plan, PlanError
         }
     }
     let (facts, caps, options) = (facts(graph, choices), caps(choices), options(choices));
-    let mut given = Given { inputs, ..Given::nothing(size) };
+    let mut given = HostInputs { inputs, ..HostInputs::nothing(size) };
     rectangles(graph, &mut given, choices);
     let requirement = &Requirement::typical;
     plan(graph, &PlanRequest { given, facts, caps, options, dynamic: Default::default(), requirement })
 }
 
 /// Some inputs and outputs are rectangles of the host's images.
-fn rectangles(graph: &Graph, given: &mut Given, choices: &mut Bytes<'_>) {
+fn rectangles(graph: &Graph, given: &mut HostInputs, choices: &mut Bytes<'_>) {
     for input in &graph.inputs {
         if choices.rarely(4) {
             given.parts.insert(input.name.clone(), choices.one_of(&[Part::Rectangle, Part::Scaled]));

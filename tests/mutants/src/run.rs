@@ -21,7 +21,7 @@ pub(crate) struct Test {
 /// The same random numbers in every run of a property.
 const SEED: &str = "17";
 /// Tests that take longer are left out. What they notice alone counts as not noticed.
-const LONGEST: Duration = Duration::from_secs(120);
+const MAX_LENGTH: Duration = Duration::from_secs(120);
 
 impl Test {
     /// Runs the test once, with a file for the mutants that it reaches. `None`, and a line, if it fails or takes long.
@@ -36,7 +36,7 @@ impl Test {
         std::fs::remove_file(trace).expect("it was written");
         test.reaches = reached.lines().filter_map(|line| line.parse().ok()).collect();
         match status.is_some_and(|status| status.success()) {
-            true if test.time < LONGEST => return Some(test),
+            true if test.time < MAX_LENGTH => return Some(test),
             true => println!("{} takes {:.0} s and is left out", test.name, test.time.as_secs_f64()),
             false => println!("{} fails without a mutant and is left out", test.name),
         }

@@ -24,7 +24,7 @@ impl Node for Halftone {
         &[Output::image("result", OutputState::same("source"), "The printed image.").or_input("source")];
 
     // A node that changes nothing is skipped: its readers read its fallback.
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Gpu, GpuError, NoFade, Opening, Post, PostError, wgpu};
+use afterimage_gpu::{FadeSkipReason, Gpu, GpuError, Opening, Post, PostError, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{BGRA, FRAMES, Host, LOOK, SIZE, all, hosts, one_frame, until_the_change};
@@ -23,14 +23,14 @@ fn fading() -> [Host; 3] {
 fn a_reset_ends_a_fade() {
     let [_, mut new, mut faded] = fading();
     assert!(new.codes(true) == faded.codes(true), "the new plan alone");
-    assert!(faded.missed(&NoFade::NewBeginning));
+    assert!(faded.missed(&FadeSkipReason::NewBeginning));
     assert!(new.shown() == faded.shown());
     let [_, mut new, mut faded] = fading();
     for host in [&mut new, &mut faded] {
         host.post.executor().reset();
     }
     assert!(new.shown() == faded.shown());
-    assert!(faded.missed(&NoFade::NewBeginning));
+    assert!(faded.missed(&FadeSkipReason::NewBeginning));
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn another_size_ends_a_fade() {
     }
     for _ in 0..3 {
         assert!(new.shown() == faded.shown(), "the new plan alone");
-        assert!(faded.missed(&NoFade::NewImages));
+        assert!(faded.missed(&FadeSkipReason::NewImages));
     }
 }
 
@@ -66,7 +66,7 @@ fn a_fade_goes_on_in_other_views() {
 fn a_host_that_waits_ends_a_fade() {
     let [_, mut new, mut faded] = fading();
     faded.post.finish_changes().unwrap();
-    assert!(faded.missed(&NoFade::Awaited));
+    assert!(faded.missed(&FadeSkipReason::Awaited));
     assert!(new.shown() == faded.shown());
 }
 

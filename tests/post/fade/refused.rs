@@ -1,6 +1,6 @@
 //! Changes that cannot be faded come in at once, and the reason can be read.
 
-use afterimage_gpu::{Frame, HostDraw, NoFade, Post, wgpu};
+use afterimage_gpu::{FadeSkipReason, Frame, HostDraw, Post, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::DepthTest;
 use afterimage_graph::prelude::*;
@@ -13,7 +13,7 @@ fn host(text: &str) -> Host {
     let mut host = Host::new(text);
     host.post.set_fade(FRAMES);
     host.shown();
-    assert_eq!(host.post.not_faded(), None);
+    assert_eq!(host.post.fade_skip_reason(), None);
     host
 }
 
@@ -31,8 +31,8 @@ fn change(host: &mut Host) {
 fn plans_with_several_outputs() {
     let mut host = host(&LOOK.replace(r#""display": "display" }"#, r#""display": "display", "more": "trail" }"#));
     change(&mut host);
-    assert!(host.missed(&NoFade::Outputs));
-    let text = host.post.not_faded().unwrap().to_string();
+    assert!(host.missed(&FadeSkipReason::Outputs));
+    let text = host.post.fade_skip_reason().unwrap().to_string();
     assert_eq!(text, "the plans do not have one output each, of the same name and size");
 }
 
@@ -61,7 +61,7 @@ fn an_output_that_a_pass_reads() {
         }
         host.encode(&[("display", &view)], false).unwrap();
     }
-    assert!(host.missed(&NoFade::OutputIsRead), "{:?}", host.post.not_faded());
+    assert!(host.missed(&FadeSkipReason::OutputIsRead), "{:?}", host.post.fade_skip_reason());
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn a_host_that_gives_no_view_or_one_that_cannot_be_drawn_to() {
         for _ in 0..2 {
             host.encode(outputs, false).unwrap();
         }
-        assert!(host.missed(&NoFade::NotDrawable), "{:?}", host.post.not_faded());
+        assert!(host.missed(&FadeSkipReason::NotDrawable), "{:?}", host.post.fade_skip_reason());
     }
 }
 
@@ -100,17 +100,17 @@ fn a_frame_that_begins_anew_or_has_other_images() {
     host.night(true);
     host.shown();
     host.codes(true);
-    assert!(host.missed(&NoFade::NewBeginning));
+    assert!(host.missed(&FadeSkipReason::NewBeginning));
     let size = Size::new(64, 40);
     host.scenes = host.scenes_of(size);
     host.show_in(size, BGRA);
     host.shown();
-    assert!(host.missed(&NoFade::NewImages));
+    assert!(host.missed(&FadeSkipReason::NewImages));
     host.night(false);
     host.post.finish_changes().unwrap();
-    assert!(host.missed(&NoFade::Awaited));
+    assert!(host.missed(&FadeSkipReason::Awaited));
     change(&mut host);
-    assert!(host.post.is_fading() && host.post.not_faded().is_none());
+    assert!(host.post.is_fading() && host.post.fade_skip_reason().is_none());
 }
 
 #[test]
@@ -122,12 +122,12 @@ fn a_fade_that_is_set_late_or_taken_back() {
     host.shown();
     host.post.set_fade(FRAMES);
     host.shown();
-    assert!(host.missed(&NoFade::Late));
+    assert!(host.missed(&FadeSkipReason::Late));
     host.night(false);
     host.shown();
     host.post.set_fade(0);
     host.shown();
-    assert!(!host.post.is_fading() && host.post.not_faded().is_none());
+    assert!(!host.post.is_fading() && host.post.fade_skip_reason().is_none());
 }
 
 /// A second view has the same fade, and none of the first one's changes.
@@ -136,7 +136,7 @@ fn a_fade_that_is_set_late_or_taken_back() {
 fn another_view_fades_by_itself() {
     let mut host = host(LOOK);
     change(&mut host);
-    let mut other = Host { post: host.post.another(), ..Host::new(LOOK) };
+    let mut other = Host { post: host.post.clone_for_view(), ..Host::new(LOOK) };
     assert!(host.post.is_fading() && !other.post.is_fading());
     other.shown();
     other.night(false);
@@ -166,7 +166,7 @@ fn plans_that_the_host_draws_into() {
             .unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
     }
-    assert_eq!((post.not_faded(), post.is_fading()), (Some(&NoFade::HostDraws), false));
+    assert_eq!((post.fade_skip_reason(), post.is_fading()), (Some(&FadeSkipReason::HostDraws), false));
 }
 
 static PICK: Shader = Shader::new(
@@ -228,7 +228,7 @@ fn plans_whose_history_is_a_depth() {
     // A history begins with zeros; then it has the depth that the frame before has cleared, 1.
     assert_eq!(before, [0, 255]);
     change(&mut host);
-    assert!(host.missed(&NoFade::DepthHistory), "{:?}", host.post.not_faded());
+    assert!(host.missed(&FadeSkipReason::DepthHistory), "{:?}", host.post.fade_skip_reason());
     // The new plan goes on with it.
     assert_eq!(light(&mut host), 255);
 }

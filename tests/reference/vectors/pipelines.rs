@@ -9,7 +9,7 @@ use crate::reference::grade::LiftGammaGain;
 use crate::reference::local::{Range, scale};
 use crate::reference::math::{Rgb, transform};
 use crate::reference::purkinje::{full, strength_log};
-use crate::reference::sanitize::{LARGEST_HALF, sanitize, sanitize_rgb};
+use crate::reference::sanitize::{MAX_HALF, sanitize, sanitize_rgb};
 use crate::reference::transfer::srgb_encode;
 
 pub(super) const OPS: &[Op] = &[
@@ -38,7 +38,7 @@ fn codes(rgb: Rgb) -> Vec<f64> {
 /// Metering, night vision, local tone mapping, bloom, white balance, curve and grade.
 fn ghost(scene: Rgb) -> Rgb {
     let gain = auto_exposure_stops(-1.0, 0.18, 0.0).exp2();
-    let exposed = scene.map(|x| sanitize(x * gain, LARGEST_HALF));
+    let exposed = scene.map(|x| sanitize(x * gain, MAX_HALF));
     let seen = full(exposed, strength_log(100.0), 380.0);
 
     let l = Range { low: -8.0, high: 8.0 }.log_luminance(seen);

@@ -175,11 +175,11 @@ pub enum Style {
 }
 
 /// The number of diagnostics that are shown; more are only counted.
-const MOST_SHOWN: usize = 50;
+const MAX_SHOWN: usize = 50;
 /// A longer line, in bytes, is not shown; the message names its location.
-const LONGEST_LINE: usize = 2000;
+const MAX_LINE: usize = 2000;
 /// Locations of one file that lie further apart, in bytes, get excerpts of their own.
-const LONGEST_EXCERPT: usize = 1 << 16;
+const MAX_EXCERPT: usize = 1 << 16;
 
 impl Diagnostics {
     /// All errors and warnings as text, each with its excerpt. Beyond a limit only their number is given.
@@ -188,9 +188,9 @@ impl Diagnostics {
             Style::Plain => Renderer::plain(),
             Style::Colored => Renderer::styled(),
         };
-        let mut parts: Vec<String> = self.iter().take(MOST_SHOWN).map(|d| one(d, &self.sources, &renderer)).collect();
-        if self.len() > MOST_SHOWN {
-            parts.push(format!("and {} more like these", self.len() - MOST_SHOWN));
+        let mut parts: Vec<String> = self.iter().take(MAX_SHOWN).map(|d| one(d, &self.sources, &renderer)).collect();
+        if self.len() > MAX_SHOWN {
+            parts.push(format!("and {} more like these", self.len() - MAX_SHOWN));
         }
         parts.iter().map(|part| part.trim_end().to_owned() + "\n").collect::<Vec<_>>().join("\n")
     }
@@ -255,7 +255,7 @@ fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
 fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec<Element<'a>> {
     let Some(text) = sources.text(file) else { return vec![Origin::path(clean(file)).into()] };
     let whole = window(text, labels.iter().map(|l| l.location.span()));
-    if whole.len() <= LONGEST_EXCERPT && shows(&text[whole.clone()]) {
+    if whole.len() <= MAX_EXCERPT && shows(&text[whole.clone()]) {
         return vec![snippet(file, text, whole, labels)];
     }
     labels.iter().map(|label| alone(file, text, label, sources)).collect()
@@ -264,7 +264,7 @@ fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec
 /// A label without the others: the excerpt around it, or only its position when even its lines are too long.
 fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) -> Element<'a> {
     let lines = window(text, [label.location.span()]);
-    if lines.len() <= LONGEST_EXCERPT && shows(&text[lines.clone()]) {
+    if lines.len() <= MAX_EXCERPT && shows(&text[lines.clone()]) {
         return snippet(file, text, lines, &[label]);
     }
     let origin = Origin::path(clean(file));
@@ -275,7 +275,7 @@ fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) 
 }
 
 fn shows(text: &str) -> bool {
-    text.lines().all(|line| line.len() <= LONGEST_LINE)
+    text.lines().all(|line| line.len() <= MAX_LINE)
 }
 
 /// The whole lines that hold all of the spans.

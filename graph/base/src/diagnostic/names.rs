@@ -2,11 +2,11 @@
 
 /// A name in backticks for a message: shortened, and without control characters.
 pub fn quote(name: &str) -> String {
-    const LONGEST: usize = 48;
-    let shown: String = name.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    const MAX_LENGTH: usize = 48;
+    let shown: String = name.chars().take(MAX_LENGTH).flat_map(char::escape_debug).collect();
     // Quotes inside backticks need no escape of their own.
     let shown = shown.replace("\\'", "'").replace("\\\"", "\"");
-    if name.chars().nth(LONGEST).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
+    if name.chars().nth(MAX_LENGTH).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
 }
 
 /// A list of names for a message: `a`, `b` and `c`; at most `most` of them.
@@ -28,8 +28,8 @@ pub fn did_you_mean<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -
 
 /// The name nearest to `wrong`, if at most a third of the letters of `wrong` differ.
 pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    const LONGEST: usize = 64;
-    if wrong.len() > LONGEST {
+    const MAX_LENGTH: usize = 64;
+    if wrong.len() > MAX_LENGTH {
         return None;
     }
     let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
@@ -40,6 +40,6 @@ pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Opt
         let is_beginning = meant.len() >= 4 && plain.starts_with(&meant);
         if is_beginning { 1 } else { strsim::damerau_levenshtein(&meant, &plain) }
     };
-    let near = names.into_iter().filter(|name| name.len() <= LONGEST).map(|name| (distance(name), name));
+    let near = names.into_iter().filter(|name| name.len() <= MAX_LENGTH).map(|name| (distance(name), name));
     near.filter(|(distance, _)| *distance <= allowed).min().map(|(_, name)| name)
 }

@@ -22,7 +22,7 @@ const PREFERRED: [&str; 12] = [
     "grain.amount",
     "sharp.amount",
 ];
-const MOST_SLIDERS: usize = 7;
+const MAX_SLIDERS: usize = 7;
 
 const PANEL: Color = Color::srgba(0.035, 0.04, 0.055, 0.86);
 const TRACK: Color = Color::srgba(1.0, 1.0, 1.0, 0.12);
@@ -91,7 +91,7 @@ pub(crate) fn build(
     let tiers = std::iter::once(None).chain(pipeline.tiers().into_iter().map(Some)).collect();
     let facts = graph.facts().into_iter().filter(|(_, kind)| *kind == FactKind::Flag);
     let facts = facts.map(|(name, _)| (name, true)).collect();
-    let sliders = PREFERRED.iter().filter_map(|name| slider(&graph, name)).take(MOST_SLIDERS).collect();
+    let sliders = PREFERRED.iter().filter_map(|name| slider(&graph, name)).take(MAX_SLIDERS).collect();
     let menu = Menu { tiers, facts, sliders, line: 0, held: None, is_new: true };
     let file = assets.get_path(look.pipeline.id()).map_or(String::new(), |path| path.to_string());
     spawn(&mut commands, &menu, &file);

@@ -63,7 +63,7 @@ fn each_frame_of_a_fade_is_a_mix() {
             shown.change(switch_on);
             let frames = from_the_change(&mut shown, &old, 10);
             assert_mixed(&frames, &shown.settled());
-            assert_eq!(shown.status().not_faded, None, "{target:?}");
+            assert_eq!(shown.status().fade_skip_reason, None, "{target:?}");
         }
     }
 }
@@ -94,7 +94,7 @@ fn another_pipeline_fades_in() {
     own.write("look.ron", &always("stops: 1.0"));
     let frames = from_the_change(&mut shown, &old, 10);
     assert_mixed(&frames, &shown.settled());
-    assert_eq!(shown.status().not_faded, None);
+    assert_eq!(shown.status().fade_skip_reason, None);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_change_without_a_fade_is_a_cut() {
     let frames = from_the_change(&mut shown, &old, 3);
     let new = shown.settled();
     frames[1..].iter().for_each(|frame| assert_eq!(differing(frame, &new), (0, 0)));
-    assert_eq!(shown.status().not_faded, None);
+    assert_eq!(shown.status().fade_skip_reason, None);
     // The number holds for the change that comes with it.
     shown.change(|look| (look.facts, look.fade) = ([("bright".to_owned(), false.into())].into(), 1));
     let frames = from_the_change(&mut shown, &new, 2);
@@ -122,13 +122,13 @@ fn a_refused_fade_is_said_once() {
     let mut shown = dark(&own, &two, 20);
     let old = shown.settled();
     let times = || said::times("did not fade in: the plans do not have one output each");
-    assert_eq!((shown.status().not_faded, times()), (None, 0));
+    assert_eq!((shown.status().fade_skip_reason, times()), (None, 0));
     shown.change(switch_on);
     let frames = from_the_change(&mut shown, &old, 5);
     frames[2..].iter().for_each(|frame| assert_eq!(differing(frame, &frames[1]), (0, 0)));
     shown.run(20);
     let status = shown.status();
-    assert!(status.not_faded.is_some_and(|why| why.contains("one output each")) && status.frame.is_none());
+    assert!(status.fade_skip_reason.is_some_and(|why| why.contains("one output each")) && status.frame.is_none());
     assert_eq!(times(), 1);
     shown.change(|look| _ = look.facts.insert("bright".into(), false.into()));
     from_the_change(&mut shown, &frames[1], 20);
@@ -153,7 +153,7 @@ fn a_camera_may_go_while_a_fade_goes_on() {
     let twice = light(&old).into_iter().zip(light(&new)).filter(|(old, new)| *new == 2.0 * old && *old > 0.1);
     assert!(twice.count() > 1000);
     let status = shown.app.world().get::<bevy_afterimage::AfterimageStatus>(other).expect("it has a pipeline");
-    assert!(status.is_running && status.frame.is_none() && status.not_faded.is_none(), "{status:?}");
+    assert!(status.is_running && status.frame.is_none() && status.fade_skip_reason.is_none(), "{status:?}");
 }
 
 /// Another size of what the camera renders to, as of a window.
@@ -175,6 +175,6 @@ fn another_size_ends_a_fade() {
     shown.once("the new size", |now| now.len() == wanted.len());
     assert_eq!(differing(&shown.settled(), &wanted), (0, 0));
     let status = shown.status();
-    let why = status.not_faded.as_deref().unwrap_or_default();
+    let why = status.fade_skip_reason.as_deref().unwrap_or_default();
     assert!(why.contains("images of the host have changed") && status.frame.is_none(), "{status:?}");
 }

@@ -21,7 +21,7 @@ use crate::failure::Failure;
 const AHEAD: usize = 2;
 /// PNG compression keeps a core busy, so images are written on a quarter of the cores, but on at most this many
 /// threads: each has a frame in memory.
-const MOST_WRITERS: usize = 4;
+const MAX_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them.
 pub(super) fn run(
@@ -34,7 +34,7 @@ pub(super) fn run(
     let bar = &progress(request.jobs.len());
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
-    let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MOST_WRITERS);
+    let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
     let meters = meters(&graph);
     let (times, reports) = std::thread::scope(|scope| {
         let reader = scope.spawn(move || read_all(request, &read_to));

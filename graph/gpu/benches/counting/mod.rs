@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 pub(crate) struct Counting;
 
 /// Bytes and calls by origin.
-pub(crate) type Asked = BTreeMap<&'static str, (usize, usize)>;
+pub(crate) type MemoryRequirements = BTreeMap<&'static str, (usize, usize)>;
 
 /// The crates of this framework.
 pub(crate) const OURS: &str = "the framework";
@@ -29,7 +29,7 @@ const GRAPHICS: [&str; 7] = ["wgpu", "wgpu_core", "wgpu_hal", "wgpu_types", "nag
 
 thread_local! {
     static COUNTS: Cell<bool> = const { Cell::new(false) };
-    static ASKED: RefCell<Asked> = const { RefCell::new(BTreeMap::new()) };
+    static ASKED: RefCell<MemoryRequirements> = const { RefCell::new(BTreeMap::new()) };
 }
 
 // SAFETY: every call is forwarded to the system's allocator; counting is off while it works, so it never calls itself.
@@ -83,7 +83,7 @@ fn origin(function: &str) -> Option<&'static str> {
 }
 
 /// Bytes and calls by origin, while `work` runs the given number of times on this thread.
-pub(crate) fn counted<E>(times: u32, mut work: impl FnMut() -> Result<(), E>) -> Result<Asked, E> {
+pub(crate) fn counted<E>(times: u32, mut work: impl FnMut() -> Result<(), E>) -> Result<MemoryRequirements, E> {
     for _ in 0..times {
         COUNTS.set(true);
         let done = work();

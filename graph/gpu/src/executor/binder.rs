@@ -103,7 +103,9 @@ impl Binder {
             }
             SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
             SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
-            SlotKind::Sampler => BindingResource::Sampler(if pass.by_hand { &self.nearest } else { &self.linear }),
+            SlotKind::Sampler => {
+                BindingResource::Sampler(if pass.manual_filtering { &self.nearest } else { &self.linear })
+            }
             SlotKind::Texture(image) | SlotKind::Storage(image) => BindingResource::TextureView(whole(image)),
             SlotKind::Buffer(buffer, _) => loaded.residency.buffers[buffer.0 as usize].as_entire_binding(),
         };

@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::host_draw::host_node;
 use super::host_images::check_encoding;
 use super::loaded::Loaded;
-use super::prepare::Wanted;
+use super::prepare::PlanWithUniforms;
 use super::residency::{ImageBinding, Residency};
 use crate::GpuError;
 use crate::device::texture_format;
@@ -29,7 +29,7 @@ impl Executor {
     }
 
     /// Makes, on any thread, an executor with memory of its own for a plan that this one has compiled.
-    pub(crate) fn double(&self) -> impl FnOnce(Wanted) -> Result<Self, GpuError> + Send + use<> {
+    pub(crate) fn fork(&self) -> impl FnOnce(PlanWithUniforms) -> Result<Self, GpuError> + Send + use<> {
         let other = self.other();
         move |wanted| {
             let mut double = other();
@@ -40,7 +40,7 @@ impl Executor {
 
     /// Takes the place of an executor with the same plan: the number of its next frame, its uniforms, and what earlier
     /// frames have left, which [`copy_memory`](Self::copy_memory) copies.
-    pub(crate) fn take_place_of(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
+    pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
         (self.frame_index, self.fresh) = (other.frame_index, false);
         // Its memory does not begin: it is copied.
         self.loaded.iter_mut().for_each(|loaded| loaded.uninitialized.clear());

@@ -3,7 +3,7 @@
 use afterimage_graph::node::{BufferId, ColorAttachment, DrawContents, DrawRange, Drawing, Draws, Geometry, Load};
 use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
-use super::frame_constants::Now;
+use super::frame_constants::FrameConstantsAt;
 use super::host_draw::{HostDraw, host_node};
 use super::host_set::Run;
 use super::loaded::Loaded;
@@ -15,7 +15,7 @@ pub(super) fn record_draw(
     loaded: &Loaded,
     run: &Run,
     pipeline: &RenderPipeline,
-    now: Now<'_>,
+    now: FrameConstantsAt<'_>,
     index: usize,
     encoder: &mut CommandEncoder,
 ) {
@@ -45,7 +45,7 @@ pub(super) fn record_draw(
 pub(super) fn record_drawing(
     loaded: &Loaded,
     run: &Run,
-    now: Now<'_>,
+    now: FrameConstantsAt<'_>,
     index: usize,
     (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
 ) {
@@ -67,7 +67,7 @@ fn set_up(
     loaded: &Loaded,
     run: &Run,
     pipeline: &RenderPipeline,
-    (ring_index, frame_constants): Now<'_>,
+    (ring_index, frame_constants): FrameConstantsAt<'_>,
     index: usize,
     pass: &mut RenderPass<'_>,
 ) {

@@ -102,7 +102,9 @@ mod tests {
     use afterimage_graph::document::parse;
     use afterimage_graph::node::{ImageId, NodeKind, Registry};
     use afterimage_graph::prelude::*;
-    use afterimage_plan::{AliasingBarrier, Given, GivenImage, Options, Plan, PlanRequest, Requirement, When, plan};
+    use afterimage_plan::{
+        AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan,
+    };
     use wgpu::TextureUses;
 
     use super::wanted;
@@ -127,9 +129,9 @@ mod tests {
         let size = Size::new(256, 144);
         let given = |size| GivenImage { desc: ImageDesc::new(size), finite: true };
         let request = PlanRequest {
-            given: Given {
+            given: HostInputs {
                 inputs: [("scene".into(), given(size)), ("small".into(), given(size.half()))].into(),
-                ..Given::nothing(size)
+                ..HostInputs::nothing(size)
             },
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },

@@ -24,7 +24,7 @@ impl FrameConstants {
 }
 
 /// Where in the rings and when a frame is.
-pub(super) type Now<'m> = (usize, &'m FrameConstants);
+pub(super) type FrameConstantsAt<'m> = (usize, &'m FrameConstants);
 
 /// Whether passes can take the constants from immediates.
 pub(super) fn has_immediates(device: &Device) -> bool {

@@ -13,7 +13,7 @@ use crate::device::{image_format, texture_format};
 use crate::platform::{caught, watched};
 
 /// Kinds of textures whose formats for drawing are remembered: a host has few.
-const MOST_LOOKS: usize = 16;
+const MAX_LOOKS: usize = 16;
 
 /// A name that the plan does not know is an error: its image would stay as it was.
 pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
@@ -203,7 +203,7 @@ impl Formats {
             (Err(_), Some(other)) if attempt(other).is_ok() => other,
             (Err(refused), _) => return Err(refused),
         };
-        if self.known.len() == MOST_LOOKS {
+        if self.known.len() == MAX_LOOKS {
             self.known.remove(0);
         }
         self.known.push((look, format));

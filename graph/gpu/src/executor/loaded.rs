@@ -65,7 +65,7 @@ pub(super) struct LoadedPass {
     pub(super) workgroups: [u32; 3],
     /// The first image that the pass writes.
     pub(super) writes_image: Option<ImageId>,
-    pub(super) by_hand: bool,
+    pub(super) manual_filtering: bool,
     /// Whether it takes the frame constants from immediates.
     pub(super) immediate: bool,
     /// Whether it has the frame constants in its bind group, at a dynamic offset.

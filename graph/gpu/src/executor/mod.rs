@@ -46,7 +46,7 @@ pub(crate) use host_images::{MULTISAMPLED, VOLUME};
 use loaded::Loaded;
 pub use prepare::Preparation;
 use prepare::{PlanCompiler, PreviousPlan};
-pub(crate) use prepare::{Prepared, Wanted};
+pub(crate) use prepare::{PlanWithUniforms, Prepared};
 use record::{clear_memory, record, take_over};
 pub use rectangle::Rectangle;
 pub(crate) use residency::Residency;
@@ -128,7 +128,7 @@ impl Executor {
 
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
     /// compiled, so that a plan which one has loaded needs only memory in the other.
-    pub fn another(&self) -> Self {
+    pub fn clone_for_view(&self) -> Self {
         self.other()()
     }
 
@@ -200,9 +200,9 @@ impl Executor {
     }
 
     /// Loads a plan with uniforms at other values.
-    pub(crate) fn load_at(&mut self, wanted: Wanted) -> Result<(), GpuError> {
+    pub(crate) fn load_at(&mut self, wanted: PlanWithUniforms) -> Result<(), GpuError> {
         let prepared = self.compiler.prepare(wanted, &self.before(), (cores(), Some(self.frame_index)))?;
-        self.put_in(prepared).map(drop)
+        self.install(prepared).map(drop)
     }
 
     /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
@@ -212,7 +212,7 @@ impl Executor {
     }
 
     /// Compiles a plan on any thread, while the plan in use renders.
-    pub(crate) fn compilation(&self) -> impl FnOnce(Wanted) -> Result<Prepared, GpuError> + Send + use<> {
+    pub(crate) fn compilation(&self) -> impl FnOnce(PlanWithUniforms) -> Result<Prepared, GpuError> + Send + use<> {
         let (compiler, before) = (self.compiler.clone(), self.before());
         move |wanted| compiler.prepare(wanted, &before, (cores().saturating_sub(1).max(1), None))
     }
@@ -222,7 +222,7 @@ impl Executor {
     /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
     /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
-        let old = self.put_in(preparation.worker.join()??)?;
+        let old = self.install(preparation.worker.join()??)?;
         self.drop_later(old);
         Ok(())
     }
@@ -249,10 +249,10 @@ impl Executor {
     }
 
     /// Makes a plan the one that runs from the next frame on, and returns what the old one leaves behind.
-    pub(crate) fn put_in(&mut self, prepared: Prepared) -> Result<Option<Loaded>, GpuError> {
+    pub(crate) fn install(&mut self, prepared: Prepared) -> Result<Option<Loaded>, GpuError> {
         span!("afterimage::load");
         match (prepared, &mut self.loaded) {
-            (Prepared::Numbers(wanted, base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
+            (Prepared::UniformsOnly(wanted, base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
                 let what = "the parameters of the plan";
                 let write = || self.queue.write_buffer(&loaded.uniforms, 0, &wanted.uniforms);
                 watched(&self.compiler.device, what, || caught(what, write))?;
@@ -260,7 +260,7 @@ impl Executor {
                 loaded.forget_blocks();
                 Ok(None)
             }
-            (Prepared::Whole(mut new, base, _), old)
+            (Prepared::Ready(mut new, base, _), old)
                 if base.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
                 new.labels = self.labeled.then(|| new.plan.pass_names());
@@ -270,8 +270,12 @@ impl Executor {
                 Ok(old.replace(*new))
             }
             // Another plan has come in between, or places in rings differ.
-            (Prepared::Numbers(wanted, _) | Prepared::Compiled(wanted), _) => self.load_at(wanted).map(|()| None),
-            (Prepared::Whole(new, _, uniforms), _) => self.load_at(Wanted { plan: new.plan, uniforms }).map(|()| None),
+            (Prepared::UniformsOnly(wanted, _) | Prepared::PassesOnly(wanted), _) => {
+                self.load_at(wanted).map(|()| None)
+            }
+            (Prepared::Ready(new, _, uniforms), _) => {
+                self.load_at(PlanWithUniforms { plan: new.plan, uniforms }).map(|()| None)
+            }
         }
     }
 

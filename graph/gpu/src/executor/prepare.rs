@@ -16,13 +16,13 @@ use super::host_sets::HostSets;
 use super::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, NamedView, planned_attachment};
 use super::rectangle::HeldRectangles;
 use super::residency::Residency;
-use super::settle::{Settled, Settling, ring_length};
+use super::settle::{NewResidency, ResidencyBuilder, ring_length};
 use crate::GpuError;
 use crate::buffer::filled_buffer;
 use crate::drawing::DrawState;
 use crate::heap::{Place, Placed};
-use crate::layout::by_hand;
-use crate::pipelines::{Built, Order, PipelineKey, Pipelines};
+use crate::layout::manual_filtering;
+use crate::pipelines::{Built, PipelineKey, PipelineRequest, Pipelines};
 use crate::platform::{Worker, watched};
 
 /// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
@@ -41,20 +41,20 @@ impl Preparation {
 /// A plan that can be swapped in.
 pub(crate) enum Prepared {
     /// The plan differs from the running one (the second) only in uniform values.
-    Numbers(Wanted, Arc<Plan>),
+    UniformsOnly(PlanWithUniforms, Arc<Plan>),
     /// The plan in its memory, if the plan in use is still in this one; and its uniforms.
-    Whole(Box<Loaded>, Option<Arc<Residency>>, Vec<u8>),
+    Ready(Box<Loaded>, Option<Arc<Residency>>, Vec<u8>),
     /// The passes are compiled; which texture of a history is the newest is known once the plan comes in.
-    Compiled(Wanted),
+    PassesOnly(PlanWithUniforms),
 }
 
 /// A plan that is wanted, and its uniforms at the present values of dynamic parameters.
-pub(crate) struct Wanted {
+pub(crate) struct PlanWithUniforms {
     pub(crate) plan: Arc<Plan>,
     pub(crate) uniforms: Vec<u8>,
 }
 
-impl From<Arc<Plan>> for Wanted {
+impl From<Arc<Plan>> for PlanWithUniforms {
     fn from(plan: Arc<Plan>) -> Self {
         Self { uniforms: plan.uniform_buffer(), plan }
     }
@@ -91,7 +91,7 @@ impl PlanCompiler {
     /// comes next, if nothing renders meanwhile.
     pub(super) fn prepare(
         &self,
-        wanted: Wanted,
+        wanted: PlanWithUniforms,
         before: &PreviousPlan,
         (threads, frame): (usize, Option<u32>),
     ) -> Result<Prepared, GpuError> {
@@ -100,21 +100,21 @@ impl PlanCompiler {
             return Err(error.clone());
         }
         if let Some((old, _)) = before.plan.as_ref().filter(|(old, _)| old.differs_in_uniforms_only(&wanted.plan)) {
-            return Ok(Prepared::Numbers(wanted, old.clone()));
+            return Ok(Prepared::UniformsOnly(wanted, old.clone()));
         }
         let passes = self.passes(&wanted.plan, before, threads)?;
         let old = before.plan.as_ref().map(|(_, residency)| residency);
         if frame.is_none() && old.is_some_and(|old| !old.keeps_places(ring_length(&wanted.plan))) {
-            return Ok(Prepared::Compiled(wanted));
+            return Ok(Prepared::PassesOnly(wanted));
         }
-        let loaded = watched(&self.device, "the memory of the plan", || self.settle(&wanted, passes, before, frame))?;
-        Ok(Prepared::Whole(Box::new(loaded), old.cloned(), wanted.uniforms))
+        let loaded = watched(&self.device, "the memory of the plan", || self.allocate(&wanted, passes, before, frame))?;
+        Ok(Prepared::Ready(Box::new(loaded), old.cloned(), wanted.uniforms))
     }
 
     /// The plan in memory of its own and of the plan before.
-    fn settle(
+    fn allocate(
         &self,
-        wanted: &Wanted,
+        wanted: &PlanWithUniforms,
         passes: LoadedPasses,
         before: &PreviousPlan,
         frame: Option<u32>,
@@ -128,8 +128,8 @@ impl PlanCompiler {
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniforms = filled_buffer(&self.device, "uniforms", &wanted.uniforms, usage)?;
         let frame_number = frame.unwrap_or_default();
-        let settling = Settling { device: &self.device, queue: &self.queue, old, frame: frame_number };
-        let Settled { residency, uninitialized } = settling.settle(&plan, placement, placed)?;
+        let settling = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame: frame_number };
+        let NewResidency { residency, uninitialized } = settling.allocate(&plan, placement, placed)?;
         let lives = |wanted: BufferLife| {
             let buffers = plan.buffers.iter().enumerate();
             buffers.filter(|(_, buffer)| buffer.life == wanted).map(|(index, _)| index).collect()
@@ -184,7 +184,7 @@ impl PlanCompiler {
             .map(|at| UncompiledDispatch::new(plan, at, self.immediates))
             .collect::<Result<Vec<_>, _>>()?;
         let orders = dispatches.iter().enumerate();
-        let orders = orders.flat_map(|(at, dispatch)| self.orders(plan, at, dispatch, before));
+        let orders = orders.flat_map(|(at, dispatch)| self.pipeline_requests(plan, at, dispatch, before));
         self.pipelines.build(&self.device, orders.collect(), threads)?;
         let finish = |(at, dispatch)| self.finish(plan, at, dispatch);
         let passes = dispatches.into_iter().enumerate().map(finish).collect();
@@ -193,13 +193,13 @@ impl PlanCompiler {
     }
 
     /// The pipelines that a pass may need: the planned one, and the one for the host's image.
-    fn orders<'a>(
+    fn pipeline_requests<'a>(
         &self,
         plan: &'a Plan,
         index: usize,
         dispatch: &'a UncompiledDispatch,
         before: &PreviousPlan,
-    ) -> impl Iterator<Item = Order<'a>> + use<'a> {
+    ) -> impl Iterator<Item = PipelineRequest<'a>> + use<'a> {
         let extra = before.format_of(plan, dispatch.writes_image).filter(|_| is_drawable(plan, index)).map(Some);
         let planned = planned_attachment(plan, index, dispatch.writes_image);
         let attachments: Vec<_> = std::iter::once(planned).chain(extra).collect();
@@ -213,9 +213,9 @@ impl PlanCompiler {
         let attachment = planned_attachment(plan, index, writes_image);
         let key = order(plan, index, (&composed, immediate), attachment).key;
         let built = self.pipelines.get(&key).expect("every planned pipeline was built");
-        let by_hand = by_hand(&composed);
+        let manual_filtering = manual_filtering(&composed);
         let binds_frame = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
-        LoadedPass { composed, workgroups, writes_image, by_hand, immediate, binds_frame, built }
+        LoadedPass { composed, workgroups, writes_image, manual_filtering, immediate, binds_frame, built }
     }
 
     /// The pipelines that draw into the host's images, if those have the formats of the frame before.
@@ -321,7 +321,7 @@ fn order<'a>(
     index: usize,
     (composed, immediate): (&'a Composed, bool),
     attachment: Option<TextureFormat>,
-) -> Order<'a> {
+) -> PipelineRequest<'a> {
     let pass = &plan.passes[index].pass;
     let stage = match attachment {
         _ if pass.drawing().is_some() => Stage::Drawing,
@@ -336,7 +336,7 @@ fn order<'a>(
         _ => String::new(),
     });
     let layout: Vec<String> = sample_modes.collect();
-    Order {
+    PipelineRequest {
         key: PipelineKey {
             source: composed.source.clone(),
             entry: composed.compute.clone(),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
 use super::drawing::{record_draw, record_drawing};
-use super::frame_constants::Now;
+use super::frame_constants::FrameConstantsAt;
 use super::host_draw::HostDraw;
 use super::host_set::{HostSet, Run};
 use super::loaded::Loaded;
@@ -39,7 +39,7 @@ pub(super) fn take_over(loaded: &Loaded, encoder: &mut CommandEncoder) {
 pub(super) fn record(
     loaded: &Loaded,
     set: &HostSet,
-    now: Now<'_>,
+    now: FrameConstantsAt<'_>,
     passes: Range<usize>,
     (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
 ) {
@@ -73,7 +73,7 @@ fn stamp(loaded: &Loaded, number: usize, encoder: &mut CommandEncoder) {
 fn record_dispatches(
     loaded: &Loaded,
     set: &HostSet,
-    (ring_index, frame_constants): Now<'_>,
+    (ring_index, frame_constants): FrameConstantsAt<'_>,
     passes: Range<usize>,
     encoder: &mut CommandEncoder,
 ) -> usize {

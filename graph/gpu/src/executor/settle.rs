@@ -18,7 +18,7 @@ use crate::platform::caught;
 use crate::store::{self, Stored};
 
 /// A plan that settles.
-pub(super) struct Settling<'a> {
+pub(super) struct ResidencyBuilder<'a> {
     pub(super) device: &'a Device,
     pub(super) queue: &'a Queue,
     /// The plan before, which may render meanwhile.
@@ -28,7 +28,7 @@ pub(super) struct Settling<'a> {
 }
 
 /// Where a plan has settled.
-pub(super) struct Settled {
+pub(super) struct NewResidency {
     pub(super) residency: Arc<Residency>,
     /// Memory that no frame has written yet.
     pub(super) uninitialized: Vec<Resource>,
@@ -46,14 +46,14 @@ struct Memory<'a> {
     uninitialized: Vec<Resource>,
 }
 
-impl<'a> Settling<'a> {
+impl<'a> ResidencyBuilder<'a> {
     /// The plan on textures and buffers of its own and of the old plan.
-    pub(super) fn settle(
+    pub(super) fn allocate(
         self,
         plan: &'a Plan,
         placement: HeapPlacement,
         placed: Option<Placed>,
-    ) -> Result<Settled, GpuError> {
+    ) -> Result<NewResidency, GpuError> {
         let Self { device, queue, old, frame } = self;
         let mut memory =
             Memory { device, queue, frame, spare: Vec::new(), constants: Vec::new(), uninitialized: Vec::new() };
@@ -62,7 +62,7 @@ impl<'a> Settling<'a> {
         let bindings = memory.bind_images(plan, (&placement, placed.as_ref()), rings)?;
         let inputs = plan.inputs.len();
         let residency = Residency { placement, placed, bindings, buffers, ring_length: ring_length(plan), inputs };
-        Ok(Settled { residency: Arc::new(residency), uninitialized: memory.uninitialized })
+        Ok(NewResidency { residency: Arc::new(residency), uninitialized: memory.uninitialized })
     }
 }
 

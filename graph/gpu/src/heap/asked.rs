@@ -1,7 +1,7 @@
 //! What a driver states about the memory of an image.
 
 /// The memory that a driver asks for an image.
-pub(super) struct Asked {
+pub(super) struct MemoryRequirements {
     pub(super) bytes: u64,
     pub(super) alignment: u64,
     /// A bit for each suitable memory type.

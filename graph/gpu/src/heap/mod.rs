@@ -11,7 +11,7 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::Requirement;
 
 use crate::store::Stored;
-use asked::Asked;
+use asked::MemoryRequirements;
 use backend::Heap;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 use unplaced as backend;
@@ -67,7 +67,7 @@ pub(crate) struct Place<'p> {
 }
 
 impl Place<'_> {
-    fn suits(&self, asked: &Asked) -> bool {
+    fn suits(&self, asked: &MemoryRequirements) -> bool {
         asked.bytes <= self.planned.bytes && self.offset.is_multiple_of(asked.alignment)
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::image::ImageDesc;
 
-use super::asked::Asked;
+use super::asked::MemoryRequirements;
 use crate::store::Stored;
 
 /// No heap exists.
@@ -24,6 +24,6 @@ impl Heap {
 }
 
 /// The backend cannot be asked.
-pub(super) fn requirements(_device: &wgpu::Device, _desc: &ImageDesc) -> Option<Asked> {
+pub(super) fn requirements(_device: &wgpu::Device, _desc: &ImageDesc) -> Option<MemoryRequirements> {
     None
 }

@@ -11,7 +11,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
-use super::asked::Asked;
+use super::asked::MemoryRequirements;
 use crate::store::{self, Stored, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
@@ -97,7 +97,7 @@ impl Heap {
 }
 
 /// What the driver states for an image; `None` where the backend is not Vulkan.
-pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<Asked> {
+pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<MemoryRequirements> {
     // SAFETY: as in `Heap::new`.
     let hal = unsafe { device.as_hal::<Vulkan>() }?;
     let image = create_image(hal.raw_device(), device, desc)?;
@@ -106,7 +106,7 @@ pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<As
         let requirements = hal.raw_device().get_image_memory_requirements(image);
         hal.raw_device().destroy_image(image, None);
         let vk::MemoryRequirements { size, alignment, memory_type_bits, .. } = requirements;
-        Some(Asked { bytes: size, alignment, memory_types: memory_type_bits })
+        Some(MemoryRequirements { bytes: size, alignment, memory_types: memory_type_bits })
     }
 }
 

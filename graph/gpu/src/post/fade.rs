@@ -8,10 +8,10 @@ use afterimage_graph::node::Resource;
 use afterimage_plan::{Plan, PlanOutput};
 use wgpu::{BindGroup, CommandEncoder, TextureUsages, TextureView};
 
+use super::fade_skip_reason::FadeSkipReason;
 use super::fading::{Beginning, Fading};
 use super::mix::{FadeParts, Mixer, Target};
-use super::no_fade::NoFade;
-use super::running::Running;
+use super::running::ActivePlan;
 use super::{Post, PostError};
 use crate::executor::Residency;
 use crate::platform::{scoped, watched};
@@ -32,7 +32,7 @@ impl Post {
     /// with the new plan, and a second executor; the next frame has neither. Values of parameters change both pictures.
     /// A change that is ready waits for the end of a fade, so that no picture jumps. A reset, another size or other
     /// images of the host, [`finish_changes`](Self::finish_changes) and [`rebuild`](Self::rebuild) end a fade at once.
-    /// [`not_faded`](Self::not_faded) says why a change came in at once.
+    /// [`fade_skip_reason`](Self::not_faded) says why a change came in at once.
     ///
     /// The number holds for the next changes, here and in views that [`another`](Self::another) makes from now on.
     pub fn set_fade(&mut self, frames: u16) {
@@ -46,15 +46,15 @@ impl Post {
 
     /// Why the last change was not faded, or not to its end. `None` if it was, if there was none, and without
     /// [`set_fade`](Self::set_fade).
-    pub fn not_faded(&self) -> Option<&NoFade> {
+    pub fn fade_skip_reason(&self) -> Option<&FadeSkipReason> {
         self.fade.missed.as_ref()
     }
 
     /// What makes the parts of a fade from the plan that renders, on any thread; `None` if changes are not faded.
-    pub(super) fn fade_parts(&self) -> Option<impl FnOnce() -> Result<FadeParts, NoFade> + Send + use<>> {
+    pub(super) fn fade_parts(&self) -> Option<impl FnOnce() -> Result<FadeParts, FadeSkipReason> + Send + use<>> {
         let running = self.running.as_ref().filter(|_| self.fade.frames > 0)?;
         let format = self.executor.last_format(&running.plan, output_of(&running.plan).ok()?);
-        let (double, wanted) = (self.executor.double(), running.wanted());
+        let (double, wanted) = (self.executor.fork(), running.wanted());
         let device = self.executor.device().clone();
         Some(move || {
             let mixer = watched(&device, WHAT, || Ok(Mixer::new(&device, format))).map_err(refused)?;
@@ -67,10 +67,10 @@ impl Post {
         &self,
         new: &Plan,
         frame: Option<&Frame<'_>>,
-        parts: Option<Result<FadeParts, NoFade>>,
-    ) -> Option<Result<Beginning, NoFade>> {
+        parts: Option<Result<FadeParts, FadeSkipReason>>,
+    ) -> Option<Result<Beginning, FadeSkipReason>> {
         let left = (self.fade.frames > 0).then(|| self.memory_to_fade(new, frame));
-        match (left, parts.unwrap_or(Err(NoFade::Late))) {
+        match (left, parts.unwrap_or(Err(FadeSkipReason::Late))) {
             (Some(Ok(left)), parts) => Some(parts.map(|parts| Beginning { parts, left })),
             (left, parts) => {
                 parts.into_iter().for_each(|parts| self.executor.drop_later(parts));
@@ -80,20 +80,20 @@ impl Post {
     }
 
     /// The memory of the plan that renders, if the change to another one in this frame can be faded.
-    fn memory_to_fade(&self, new: &Plan, frame: Option<&Frame<'_>>) -> Result<Arc<Residency>, NoFade> {
-        let old = &self.running.as_ref().ok_or(NoFade::NewBeginning)?.plan;
-        let frame = frame.ok_or(NoFade::Awaited)?;
+    fn memory_to_fade(&self, new: &Plan, frame: Option<&Frame<'_>>) -> Result<Arc<Residency>, FadeSkipReason> {
+        let old = &self.running.as_ref().ok_or(FadeSkipReason::NewBeginning)?.plan;
+        let frame = frame.ok_or(FadeSkipReason::Awaited)?;
         let of_old = output_of(old)?;
         let of_new = output_of(new)?;
         if of_old.name != of_new.name || size_of(old, of_old) != size_of(new, of_new) {
-            return Err(NoFade::Outputs);
+            return Err(FadeSkipReason::Outputs);
         }
         let left = self.executor.residency().filter(|_| !frame.reset && !self.executor.is_fresh());
         // A host may load plans into the executor.
         let is_ours = self.executor.plan().is_some_and(|plan| Arc::ptr_eq(plan, old));
-        let left = left.filter(|_| is_ours).ok_or(NoFade::NewBeginning)?;
+        let left = left.filter(|_| is_ours).ok_or(FadeSkipReason::NewBeginning)?;
         if !left.can_be_copied() {
-            return Err(NoFade::DepthHistory);
+            return Err(FadeSkipReason::DepthHistory);
         }
         view_to_draw(frame, &of_old.name)?;
         Ok(left.clone())
@@ -103,9 +103,9 @@ impl Post {
     /// old plan if it does not go on.
     pub(super) fn begin_fade(
         &mut self,
-        beginning: Option<Result<Beginning, NoFade>>,
-        running: Running,
-    ) -> Option<Running> {
+        beginning: Option<Result<Beginning, FadeSkipReason>>,
+        running: ActivePlan,
+    ) -> Option<ActivePlan> {
         self.fade.missed = None;
         match beginning? {
             Ok(Beginning { parts, left }) => match self.joined(parts, &running) {
@@ -122,14 +122,14 @@ impl Post {
     }
 
     /// The second executor takes the place of ours.
-    fn joined(&self, mut parts: FadeParts, running: &Running) -> Result<(FadeParts, BindGroup), GpuError> {
-        parts.double.take_place_of(&self.executor, &running.uniforms.bytes)?;
+    fn joined(&self, mut parts: FadeParts, running: &ActivePlan) -> Result<(FadeParts, BindGroup), GpuError> {
+        parts.double.adopt_state(&self.executor, &running.uniforms.bytes)?;
         let images = self.pictures(&parts, running)?;
         Ok((parts, images))
     }
 
     /// The bind group of the pictures of both plans.
-    fn pictures(&self, FadeParts { double, mixer }: &FadeParts, running: &Running) -> Result<BindGroup, GpuError> {
+    fn pictures(&self, FadeParts { double, mixer }: &FadeParts, running: &ActivePlan) -> Result<BindGroup, GpuError> {
         let name = &running.plan.outputs[0].name;
         let [before, after] = [double, &self.executor].map(|executor| executor.output(name));
         let pictures = before.zip(after).ok_or(GpuError::NoPlan)?;
@@ -137,7 +137,7 @@ impl Post {
     }
 
     /// From the next frame on the new plan renders alone, if a fade goes on.
-    pub(super) fn end_fade(&mut self, why: NoFade) {
+    pub(super) fn end_fade(&mut self, why: FadeSkipReason) {
         if let Some(fading) = self.fade.fading.take() {
             self.give_back(fading);
             self.fade.missed = Some(why);
@@ -186,12 +186,12 @@ impl Post {
         fading: &mut Fading,
         encoder: &mut CommandEncoder,
         frame: &Frame<'f>,
-    ) -> Result<Target<'f>, NoFade> {
+    ) -> Result<Target<'f>, FadeSkipReason> {
         let output = output_of(&fading.running.plan)?;
         let (view, rectangle) = view_to_draw(frame, &output.name)?;
         let part = rectangle.unwrap_or(Rectangle::of_texture(view.texture()));
         if !part.lies_in(view.texture()) || part.size() != size_of(&fading.running.plan, output) {
-            return Err(NoFade::NewImages);
+            return Err(FadeSkipReason::NewImages);
         }
         let format = self.executor.format_of((output, view), frame).map_err(refused)?;
         self.go_on(fading, format, encoder, frame).map_err(refused)?;
@@ -225,14 +225,14 @@ impl Post {
 }
 
 /// The output of a plan that can be faded.
-fn output_of(plan: &Plan) -> Result<&PlanOutput, NoFade> {
-    let [output] = plan.outputs.as_slice() else { return Err(NoFade::Outputs) };
+fn output_of(plan: &Plan) -> Result<&PlanOutput, FadeSkipReason> {
+    let [output] = plan.outputs.as_slice() else { return Err(FadeSkipReason::Outputs) };
     let image = Resource::Image(output.image);
     if Executor::has_host_draws(plan) {
-        return Err(NoFade::HostDraws);
+        return Err(FadeSkipReason::HostDraws);
     }
     if plan.work().any(|pass| pass.reads().contains(&image)) {
-        return Err(NoFade::OutputIsRead);
+        return Err(FadeSkipReason::OutputIsRead);
     }
     Ok(output)
 }
@@ -242,12 +242,12 @@ fn size_of(plan: &Plan, output: &PlanOutput) -> Size {
 }
 
 /// The host's only view, for this output, and its rectangle, if it can be drawn to.
-fn view_to_draw<'f>(frame: &Frame<'f>, name: &str) -> Result<(&'f TextureView, Option<Rectangle>), NoFade> {
-    let [(known, view)] = frame.outputs else { return Err(NoFade::NotDrawable) };
+fn view_to_draw<'f>(frame: &Frame<'f>, name: &str) -> Result<(&'f TextureView, Option<Rectangle>), FadeSkipReason> {
+    let [(known, view)] = frame.outputs else { return Err(FadeSkipReason::NotDrawable) };
     let can_be_drawn = *known == name && view.texture().usage().contains(TextureUsages::RENDER_ATTACHMENT);
-    if can_be_drawn { Ok((view, frame.rectangle(name))) } else { Err(NoFade::NotDrawable) }
+    if can_be_drawn { Ok((view, frame.rectangle(name))) } else { Err(FadeSkipReason::NotDrawable) }
 }
 
-fn refused(error: GpuError) -> NoFade {
-    NoFade::Refused(error.to_string())
+fn refused(error: GpuError) -> FadeSkipReason {
+    FadeSkipReason::Refused(error.to_string())
 }

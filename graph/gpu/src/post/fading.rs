@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use wgpu::BindGroup;
 
+use super::fade_skip_reason::FadeSkipReason;
 use super::mix::FadeParts;
-use super::no_fade::NoFade;
-use super::running::Running;
+use super::running::ActivePlan;
 use crate::executor::Residency;
 
 /// How changes are faded, and the fade that goes on.
@@ -16,7 +16,7 @@ pub(super) struct Fade {
     pub(super) frames: u16,
     pub(super) fading: Option<Fading>,
     /// Why the last change was not faded.
-    pub(super) missed: Option<NoFade>,
+    pub(super) missed: Option<FadeSkipReason>,
 }
 
 /// What a fade begins with, once the new plan is in.
@@ -29,7 +29,7 @@ pub(super) struct Beginning {
 /// An old plan that renders on beside the new one.
 pub(super) struct Fading {
     pub(super) parts: FadeParts,
-    pub(super) running: Running,
+    pub(super) running: ActivePlan,
     /// What the old plan has left, until it is copied.
     pub(super) left: Option<Arc<Residency>>,
     /// Binds the pictures of both plans.
@@ -50,7 +50,7 @@ impl Fade {
     }
 
     /// A change came in at once.
-    pub(super) fn miss(&mut self, why: NoFade) {
+    pub(super) fn miss(&mut self, why: FadeSkipReason) {
         self.missed = (self.frames > 0).then_some(why);
     }
 

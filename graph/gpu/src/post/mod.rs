@@ -2,10 +2,10 @@
 
 mod error;
 mod fade;
+mod fade_skip_reason;
 mod fading;
 mod handle;
 mod mix;
-mod no_fade;
 mod parameters;
 mod pass_times;
 mod plans;
@@ -25,13 +25,13 @@ use wgpu::{CommandEncoder, Device, Queue};
 use crate::platform::{TaskPool, watched};
 use crate::{DrawTargets, Executor, Frame, GpuError, HostDraw};
 pub use error::PostError;
+pub use fade_skip_reason::FadeSkipReason;
 use fading::Fade;
 use handle::Handle;
 pub use handle::{Control, Parameter, ParameterInfo};
-pub use no_fade::NoFade;
 pub use pass_times::PassTimes;
 use pass_times::TimedPasses;
-use running::{Age, Next, Running, Sizes};
+use running::{ActivePlan, PendingPlan, Revision, Sizes};
 use watch::Watched;
 pub use watch::{Reading, Watch};
 
@@ -77,13 +77,13 @@ pub struct Post {
     pass_times: TimedPasses,
     /// Frames that have been recorded.
     frame: u64,
-    running: Option<Running>,
-    next: Option<Next>,
+    running: Option<ActivePlan>,
+    next: Option<PendingPlan>,
     fade: Fade,
     sizes: Sizes,
     /// Whether something has changed since the last plan was asked for.
     is_stale: bool,
-    age: Age,
+    age: Revision,
 }
 
 impl Post {
@@ -111,16 +111,16 @@ impl Post {
             fade: Fade::default(),
             sizes: Sizes::default(),
             is_stale: true,
-            age: Age::default(),
+            age: Revision::default(),
         }
     }
 
     /// The same pipeline for another view: a second camera, window or half of the screen, with images and histories of
     /// its own. Both share what is compiled and planned. Values and facts are those of now, and change apart from then
     /// on; handles are valid for both.
-    pub fn another(&self) -> Self {
+    pub fn clone_for_view(&self) -> Self {
         Self {
-            executor: self.executor.another(),
+            executor: self.executor.clone_for_view(),
             plans: self.plans.clone(),
             facts: self.facts.clone(),
             size: self.size,
@@ -136,7 +136,7 @@ impl Post {
             fade: self.fade.for_another(),
             sizes: self.sizes.for_another(),
             is_stale: true,
-            age: Age::default(),
+            age: Revision::default(),
         }
     }
 
@@ -199,7 +199,7 @@ impl Post {
 
     /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
     /// it, so that plans need not sanitize them.
-    pub fn promise_finite(&mut self, input: impl Into<String>) {
+    pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.finite.insert(input.into());
         self.is_stale = true;
     }
@@ -207,7 +207,7 @@ impl Post {
     /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
     /// later: what the pipeline has encoded as sRGB or with a gamma is decoded again, at the end of its last pass. For
     /// an image of an sRGB format this is so anyway.
-    pub fn hold_linear(&mut self, output: impl Into<String>) {
+    pub fn set_output_linear(&mut self, output: impl Into<String>) {
         self.linear.insert(output.into());
     }
 
@@ -241,7 +241,7 @@ impl Post {
         self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
         self.executor.pool = pool;
         (self.running, self.next) = (None, None);
-        self.end_fade(NoFade::NewBeginning);
+        self.end_fade(FadeSkipReason::NewBeginning);
         self.sizes = self.sizes.for_another();
         self.watched.iter_mut().for_each(|watched| watched.readings.renew());
         self.pass_times.renew();
@@ -288,7 +288,7 @@ impl Post {
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }
-        let failure = self.follow(frame)?;
+        let failure = self.update_plan(frame)?;
         self.record(encoder, frame, draws)?;
         failure.map_or(Ok(()), Err)
     }

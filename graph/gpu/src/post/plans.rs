@@ -5,39 +5,39 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{Given, GivenImage, NeedsPlan, Part, Plan, PlanError, Planned};
+use afterimage_plan::{GivenImage, HostInputs, NeedsPlan, Part, Plan, PlanError, Planned};
 use wgpu::TextureView;
 
-use super::no_fade::NoFade;
-use super::running::{Next, Ready, Running, Wish};
+use super::fade_skip_reason::FadeSkipReason;
+use super::running::{ActivePlan, OwnedPlanRequest, PendingPlan, Ready};
 use super::uniforms::Uniforms;
 use super::{Post, PostError};
 use crate::device::image_format;
-use crate::executor::{MULTISAMPLED, VOLUME, Wanted};
+use crate::executor::{MULTISAMPLED, PlanWithUniforms, VOLUME};
 use crate::platform::Worker;
 use crate::{Executor, Frame, GpuError, Rectangle};
 
 impl Post {
     /// Brings in the plan for these images if there is another one than the one that renders. Returns why one that was
     /// being made has failed.
-    pub(super) fn follow(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
+    pub(super) fn update_plan(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
         if !self.fits(frame)? {
             let given = self.given(frame)?;
-            self.end_fade(NoFade::NewImages);
+            self.end_fade(FadeSkipReason::NewImages);
             self.load_for(given)?;
             return Ok(None);
         }
         if frame.reset || self.executor.is_fresh() {
-            self.end_fade(NoFade::NewBeginning);
+            self.end_fade(FadeSkipReason::NewBeginning);
         }
         let next = self.next.take_if(|next| !self.fade.goes_on() && next.worker.is_finished());
         let failure = match next {
-            Some(next) => self.bring_in(next, Some(frame)).err(),
+            Some(next) => self.activate(next, Some(frame)).err(),
             None => None,
         };
         if self.is_stale && self.next.is_none() {
             self.is_stale = false;
-            self.begin_next();
+            self.start_pending();
         }
         Ok(failure.or_else(|| self.prepare_sizes()))
     }
@@ -78,7 +78,7 @@ impl Post {
     }
 
     /// What the host gives. The size is that of the first image, or else of the first output, or the stated one.
-    fn given(&self, frame: &Frame<'_>) -> Result<Given, PostError> {
+    fn given(&self, frame: &Frame<'_>) -> Result<HostInputs, PostError> {
         let (mut inputs, mut parts, mut blocks) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
         let mut size = None;
         for input in &self.plans.graph().inputs {
@@ -99,7 +99,7 @@ impl Post {
         let missing =
             || PostError::from(PlanError::MissingInput(first.map_or(String::new(), |input| input.name.clone())));
         let size = size.or(output_size(frame)).or(self.size).ok_or_else(missing)?;
-        Ok(Given { size, inputs, blocks, linear, parts, rectangles })
+        Ok(HostInputs { size, inputs, blocks, linear, parts, rectangles })
     }
 
     /// The description of the host's image for an input, and how large its rectangle is if it has one.
@@ -118,7 +118,7 @@ impl Post {
     ///
     /// # Errors
     /// The graph cannot be planned for it, or the device refuses the plan.
-    pub(crate) fn load_for(&mut self, given: Given) -> Result<&Arc<Plan>, PostError> {
+    pub(crate) fn load_for(&mut self, given: HostInputs) -> Result<&Arc<Plan>, PostError> {
         self.next = None;
         if self.is_stale {
             self.sizes.renew();
@@ -126,17 +126,17 @@ impl Post {
         let planned = self.planned(given.clone())?;
         if self.running.as_ref().is_none_or(|running| !Arc::ptr_eq(&running.plan, &planned.plan)) {
             let changed = self.dynamic().map(|parameter| parameter.node).collect();
-            let running = Running::new(self.age.graph, given, &planned, (self.plans.graph(), changed));
+            let running = ActivePlan::new(self.age.graph, given, &planned, (self.plans.graph(), changed));
             self.executor.load_at(running.wanted())?;
             if self.running.replace(running).is_some() {
-                self.fade.miss(NoFade::NewImages);
+                self.fade.miss(FadeSkipReason::NewImages);
             }
         }
         self.is_stale = false;
         Ok(self.plan().expect("it runs"))
     }
 
-    fn planned(&mut self, given: Given) -> Result<Arc<Planned>, PlanError> {
+    fn planned(&mut self, given: HostInputs) -> Result<Arc<Planned>, PlanError> {
         span!("afterimage::plan");
         let device = self.executor.device().clone();
         let wish = self.wish(given);
@@ -147,12 +147,12 @@ impl Post {
     ///
     /// # Errors
     /// The graph cannot be planned for it.
-    pub fn plan_for(&mut self, given: Given) -> Result<Arc<Plan>, PlanError> {
+    pub fn plan_for(&mut self, given: HostInputs) -> Result<Arc<Plan>, PlanError> {
         Ok(self.planned(given)?.plan.clone())
     }
 
-    pub(super) fn wish(&self, given: Given) -> Wish {
-        Wish {
+    pub(super) fn wish(&self, given: HostInputs) -> OwnedPlanRequest {
+        OwnedPlanRequest {
             given,
             facts: self.facts.clone(),
             caps: self.executor.caps().clone(),
@@ -162,7 +162,7 @@ impl Post {
     }
 
     /// Begins to make the plan that the present facts and values ask for, unless it is the one that renders.
-    fn begin_next(&mut self) {
+    fn start_pending(&mut self) {
         self.sizes.renew();
         let Some(running) = &self.running else { return };
         let wish = self.wish(running.given.clone());
@@ -183,17 +183,17 @@ impl Post {
                 }
             };
             let changed = wish.dynamic.iter().map(|parameter| parameter.node).collect();
-            let running = Running::new(number, wish.given, &planned, (&graph, changed));
+            let running = ActivePlan::new(number, wish.given, &planned, (&graph, changed));
             let prepared = compile(running.wanted())?;
             Ok(Ready { running, prepared, new, parts: fade_parts.map(|make| make()) })
         };
         let worker = Worker::new(self.executor.pool.as_ref(), work);
-        self.next = Some(Next { age: self.age, changed: Vec::new(), worker });
+        self.next = Some(PendingPlan { age: self.age, changed: Vec::new(), worker });
     }
 
     /// Brings in a plan that was made in the background, with the frame that is its first; without a frame if the host
     /// waits for the plan.
-    fn bring_in(&mut self, next: Next, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
+    fn activate(&mut self, next: PendingPlan, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
         if next.age.graph != self.age.graph {
             // The plan for the present graph is made after it.
             self.executor.drop_later(next.worker);
@@ -201,7 +201,7 @@ impl Post {
         }
         let Ready { mut running, prepared, new, parts } = next.worker.join()??;
         let beginning = self.beginning(&running.plan, frame, parts);
-        let old = self.executor.put_in(prepared)?;
+        let old = self.executor.install(prepared)?;
         let unkept = new.filter(|_| next.age == self.age).and_then(|new| self.plans.keep(new.key, new.planned));
         next.changed.into_iter().for_each(|node| running.uniforms.change(node));
         let before = self.running.replace(running);
@@ -230,29 +230,29 @@ impl Post {
     /// # Errors
     /// It cannot be made, or the device refuses it: the old plan renders on.
     pub fn finish_changes(&mut self) -> Result<(), PostError> {
-        self.end_fade(NoFade::Awaited);
+        self.end_fade(FadeSkipReason::Awaited);
         while self.is_changing() && self.running.is_some() {
             if let Some(next) = self.next.take() {
-                self.bring_in(next, None)?;
+                self.activate(next, None)?;
             }
             if std::mem::take(&mut self.is_stale) {
-                self.begin_next();
+                self.start_pending();
             }
         }
         Ok(())
     }
 }
 
-impl Running {
+impl ActivePlan {
     /// A plan at the values of a graph, which has that number. `changed` are nodes that may have others in the plan.
-    fn new(number: u64, given: Given, planned: &Planned, (graph, changed): (&Graph, Vec<usize>)) -> Self {
+    fn new(number: u64, given: HostInputs, planned: &Planned, (graph, changed): (&Graph, Vec<usize>)) -> Self {
         let (plan, mut dynamic) = (planned.plan.clone(), planned.dynamic.clone());
         let uniforms = Uniforms::at(&plan, &mut dynamic, graph, changed);
         Self { graph: number, given, plan, dynamic, uniforms }
     }
 
-    pub(super) fn wanted(&self) -> Wanted {
-        Wanted { plan: self.plan.clone(), uniforms: self.uniforms.bytes.clone() }
+    pub(super) fn wanted(&self) -> PlanWithUniforms {
+        PlanWithUniforms { plan: self.plan.clone(), uniforms: self.uniforms.bytes.clone() }
     }
 
     /// Writes the uniforms that the executor of this plan lacks.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage_graph::image::Size;
-use afterimage_plan::{Given, Plan};
+use afterimage_plan::{HostInputs, Plan};
 
 use super::running::NextSize;
 use super::{Post, PostError};
@@ -73,8 +73,8 @@ impl Post {
 }
 
 /// What the host gives at another size of the frame.
-fn of_size(given: &Given, size: Size) -> Given {
-    let mut other = Given { size, ..given.clone() };
+fn of_size(given: &HostInputs, size: Size) -> HostInputs {
+    let mut other = HostInputs { size, ..given.clone() };
     let inputs = other.inputs.values_mut().filter(|image| image.desc.size == given.size);
     inputs.for_each(|image| image.desc.size = size);
     other

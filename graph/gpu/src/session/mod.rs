@@ -10,7 +10,7 @@ use std::sync::Arc;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_plan::{Given, GivenImage, Options, Plan};
+use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
 pub use frame::{FrameStep, InputImage};
@@ -111,10 +111,10 @@ impl Session {
     }
 
     /// What plans need to know of images and blocks.
-    fn given(&self, size: Size, images: &[InputImage]) -> Given {
+    fn given(&self, size: Size, images: &[InputImage]) -> HostInputs {
         let image = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
         let (inputs, blocks) = (images.iter().map(image).collect(), self.blocks.keys().cloned().collect());
-        Given { inputs, blocks, ..Given::nothing(size) }
+        HostInputs { inputs, blocks, ..HostInputs::nothing(size) }
     }
 
     /// Makes the plan for these images and loads it if it is not the loaded one.

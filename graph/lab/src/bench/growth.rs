@@ -10,7 +10,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_media::write_atomic;
-use afterimage_plan::{Given, GivenImage, Options, PlanRequest, Requirement, plan};
+use afterimage_plan::{GivenImage, HostInputs, Options, PlanRequest, Requirement, plan};
 
 use super::next_step;
 use crate::files::make_folder;
@@ -155,7 +155,7 @@ impl Conditions<'_> {
             let start = Instant::now();
             let graph = scene::graph(self.registry, "growth.ron", text)?;
             let request = PlanRequest {
-                given: Given { inputs: inputs.clone(), ..Given::nothing(size) },
+                given: HostInputs { inputs: inputs.clone(), ..HostInputs::nothing(size) },
                 facts: Facts::default(),
                 caps: self.gpu.caps.clone(),
                 options: Options::default(),

@@ -13,7 +13,7 @@ use super::json::json as report_json;
 use super::report::MeasureReport;
 use super::table::significant;
 use crate::LabError;
-use crate::files::{MOST_TEXT, has_extension, make_folder};
+use crate::files::{MAX_TEXT, has_extension, make_folder};
 
 const HEADING: &str = "\
 # Tiers and switches, measured
@@ -131,7 +131,7 @@ struct Figures {
 }
 
 fn read(path: &Path) -> Result<Figures, LabError> {
-    let text = read_text(path, MOST_TEXT)?;
+    let text = read_text(path, MAX_TEXT)?;
     let pipelines = serde_json::from_str(&text)
         .map_err(|error| LabError::request(format!("`{}` holds no figures: {error}", path.display())))?;
     Ok(Figures { name: stem(path), pipelines })

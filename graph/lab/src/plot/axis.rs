@@ -1,7 +1,7 @@
 //! From numbers to positions in the chart.
 
 /// The least number of marks of an axis.
-const FEWEST_MARKS: f64 = 4.0;
+const MIN_MARKS: f64 = 4.0;
 
 /// A linear axis.
 pub(crate) struct LinearAxis {
@@ -27,9 +27,9 @@ impl LinearAxis {
     /// Round numbers on the axis, and their decimal places.
     pub(crate) fn marks(&self) -> (Vec<f64>, usize) {
         let span = self.high - self.low;
-        let decade = 10.0_f64.powf((span / FEWEST_MARKS).log10().floor());
+        let decade = 10.0_f64.powf((span / MIN_MARKS).log10().floor());
         let step =
-            [5.0, 2.0, 1.0].into_iter().map(|s| s * decade).find(|step| span / step >= FEWEST_MARKS).unwrap_or(decade);
+            [5.0, 2.0, 1.0].into_iter().map(|s| s * decade).find(|step| span / step >= MIN_MARKS).unwrap_or(decade);
         let first = (self.low / step).ceil() as i64;
         let last = (self.high / step).floor() as i64;
         let places = (-step.log10().floor()).max(0.0) as usize;

@@ -3,11 +3,11 @@
 use afterimage_graph::image::{Signedness, Size};
 
 /// The largest finite half float, the limit of sanitized images.
-const LARGEST_HALF: f32 = 65504.0;
+const MAX_HALF: f32 = 65504.0;
 /// The smallest subnormal half float.
-const LEAST_HALF: f32 = 5.960_464_5e-8;
+const MIN_HALF: f32 = 5.960_464_5e-8;
 /// The smallest subnormal float.
-const LEAST_FLOAT: f32 = 1.4e-45;
+const MIN_FLOAT: f32 = 1.4e-45;
 
 /// An extreme image.
 #[derive(Clone, Copy)]
@@ -77,15 +77,12 @@ pub(crate) const ALL: &[Extreme] = &[
         rule: Rule::Place(|place| if place.is_first_half() { constant(-1000.0) } else { GRAY }),
     },
     Extreme { name: "minus-zero", rule: Rule::Constant([-0.0; 4]) },
-    Extreme { name: "largest-half", rule: Rule::Constant([LARGEST_HALF; 4]) },
+    Extreme { name: "largest-half", rule: Rule::Constant([MAX_HALF; 4]) },
     Extreme { name: "largest-float", rule: Rule::Constant([f32::MAX; 4]) },
-    Extreme { name: "subnormal-half", rule: Rule::Constant(constant(LEAST_HALF)) },
-    Extreme { name: "subnormal-float", rule: Rule::Constant(constant(LEAST_FLOAT)) },
+    Extreme { name: "subnormal-half", rule: Rule::Constant(constant(MIN_HALF)) },
+    Extreme { name: "subnormal-float", rule: Rule::Constant(constant(MIN_FLOAT)) },
     Extreme { name: "tiny", rule: Rule::Constant(constant(1e-30)) },
-    Extreme {
-        name: "firefly",
-        rule: Rule::Place(|place| constant(if place.is_middle() { LARGEST_HALF } else { 0.0 })),
-    },
+    Extreme { name: "firefly", rule: Rule::Place(|place| constant(if place.is_middle() { MAX_HALF } else { 0.0 })) },
     Extreme { name: "edge", rule: Rule::Place(|place| constant(if place.is_first_half() { 0.01 } else { 10_000.0 })) },
     Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
     Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
@@ -98,7 +95,7 @@ pub(crate) const ALL: &[Extreme] = &[
 /// Colors with zeros in one or two channels and the largest half float in the others.
 fn primaries(place: Place) -> [f32; 4] {
     let index = place.x + place.y * 3;
-    let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { LARGEST_HALF } else { 0.0 };
+    let channel = |c: u32| if (index % 6 + 1) >> c & 1 == 1 { MAX_HALF } else { 0.0 };
     [channel(0), channel(1), channel(2), 1.0]
 }
 
@@ -113,7 +110,7 @@ fn wide(place: Place) -> [f32; 4] {
 
 /// A ramp with every bad value in it, for subjects that are too large for all images.
 fn mixed(place: Place) -> [f32; 4] {
-    const ODD: [f32; 7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1000.0, f32::MAX, LEAST_HALF, -0.0];
+    const ODD: [f32; 7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1000.0, f32::MAX, MIN_HALF, -0.0];
     let index = (place.x + place.y * place.size.width) as usize;
     match index % 5 {
         3 => [ODD[index / 5 % 7]; 4],
@@ -178,10 +175,10 @@ pub(crate) fn sanitized_samples(samples: &[[f32; 4]], signedness: Signedness) ->
 
 /// A pixel within the limits of its signedness.
 fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
-    let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, LARGEST_HALF) });
+    let bounded = |lowest: f32| pixel.map(|x| if x.is_nan() { 0.0 } else { x.clamp(lowest, MAX_HALF) });
     match signedness {
         Signedness::Unsigned => bounded(0.0),
-        Signedness::Signed => bounded(-LARGEST_HALF),
+        Signedness::Signed => bounded(-MAX_HALF),
         Signedness::Extended => {
             let [r, g, b, a] = pixel.map(|x| if x == f32::NEG_INFINITY { 0.0 } else { x });
             let [r, g, b, _] = limited([r, g, b, a], Signedness::Signed);

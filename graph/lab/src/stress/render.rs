@@ -10,7 +10,7 @@ use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
 use afterimage_graph::value::Value;
 use afterimage_media::catch_panic;
-use afterimage_plan::{Caps, Given, GivenImage, Options, Plan};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan};
 
 use super::images::{Extreme, sanitized, sanitized_samples};
 use super::subject::Subject;
@@ -222,7 +222,7 @@ impl Configuration {
             input.block.into_iter().for_each(|block| session.set_block(&input.name, plausible(block)));
         }
         session.change(graph.clone(), options);
-        session.post().plan_for(Given::everything(size, wanted(), given)).map_err(|error| error.to_string())
+        session.post().plan_for(HostInputs::everything(size, wanted(), given)).map_err(|error| error.to_string())
     }
 }
 

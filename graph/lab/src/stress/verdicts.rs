@@ -7,9 +7,9 @@ use super::promises::Promises;
 use super::render::OutputPixels;
 
 /// The largest finite half float.
-const LARGEST_HALF: f64 = 65504.0;
+const MAX_HALF: f64 = 65504.0;
 /// Below this half floats are subnormal, and devices may flush them to 0.
-const LEAST_NORMAL_HALF: f64 = 6.2e-5;
+const MIN_NORMAL_HALF: f64 = 6.2e-5;
 
 /// The largest difference of two equal numbers.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ impl Tolerance {
     /// No difference.
     pub(crate) const NONE: Self = Self { share: 0.0, beside: 0.0 };
     /// Four units in the last place of a half float.
-    pub(crate) const HALF: Self = Self { share: 4.0 / 1024.0, beside: LEAST_NORMAL_HALF };
+    pub(crate) const HALF: Self = Self { share: 4.0 / 1024.0, beside: MIN_NORMAL_HALF };
 
     /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and
     /// not in the same way for every texture path, so a tap between two texels weights them slightly differently.
@@ -56,7 +56,7 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
 /// Whether scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - LEAST_NORMAL_HALF
+    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
 }
 
 /// Colors are in the range of their state. Scene light may have negative components of a luminance that is not.
@@ -66,8 +66,8 @@ pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<St
         return None;
     }
     let is_extended = signedness == Signedness::Extended;
-    let low = if may_be_negative || is_extended { -LARGEST_HALF } else { 0.0 };
-    let high = shown.limit.unwrap_or(LARGEST_HALF);
+    let low = if may_be_negative || is_extended { -MAX_HALF } else { 0.0 };
+    let high = shown.limit.unwrap_or(MAX_HALF);
     // One rounding of a 32-bit float above the limit is still at the limit.
     let high = high * (1.0 + 1e-6);
     let is_dark = |pixel: &[f32; 4]| is_extended && !may_be_negative && !has_luminance(pixel);

@@ -8,7 +8,7 @@ use afterimage_graph::node::{Input, NodeKind, Output, PortType, Registry};
 /// The name of the node under test.
 pub(crate) const NODE: &str = "it";
 /// The most nodes between an image and a port; a longer chain is a cycle.
-const LONGEST: usize = 6;
+const MAX_LENGTH: usize = 6;
 
 /// The text under construction.
 struct Wiring<'r> {
@@ -83,7 +83,7 @@ impl Wiring<'_> {
             let _ = writeln!(self.inputs, "        \"{name}\": {},", block.name);
             return Some(name.to_owned());
         }
-        if depth == LONGEST {
+        if depth == MAX_LENGTH {
             return None;
         }
         let (kind, output) = maker(self.registry, port)?;
@@ -112,7 +112,7 @@ impl Wiring<'_> {
                 self.probe(&format!("{name}-finest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Finest)"));
                 self.probe(&format!("{name}-coarsest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Coarsest)"));
             }
-            PortType::Table if depth < LONGEST => return self.read_table(port, wire, name, depth),
+            PortType::Table if depth < MAX_LENGTH => return self.read_table(port, wire, name, depth),
             PortType::Table | PortType::Block | PortType::Multisampled => return None,
         }
         Some(())

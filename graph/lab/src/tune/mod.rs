@@ -11,7 +11,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::node::Registry;
 
 pub use crate::measure::variants::changes;
-pub use search::{Goal, Measured};
+pub use search::{Measured, TuneTarget};
 
 use search::search;
 use space::Space;
@@ -59,7 +59,7 @@ pub fn tune(
     registry: &Registry,
     pipeline: &TunePipeline,
     options: &MeasureOptions,
-    (goal, state): (Goal, Option<&Path>),
+    (goal, state): (TuneTarget, Option<&Path>),
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
     let mut candidates = Candidates::prepare(gpu, registry, pipeline, options)?;
@@ -74,11 +74,11 @@ pub fn tune(
     Ok(Tuned { graph, measured, conditions: candidates.conditions(), choices: state.len() })
 }
 
-fn unreachable_goal(goal: Goal, best: &Measured) -> LabError {
+fn unreachable_goal(goal: TuneTarget, best: &Measured) -> LabError {
     let reached = format!("the closest choice takes {:.3} ms and has an error of {:.3} codes", best.ms, best.p999);
     LabError::request(format!("no choice of the quality switches stays {goal}: {reached}")).hint(match goal {
-        Goal::Budget(_) => "allow more time, or change what the pipeline does: fewer levels, a smaller image",
-        Goal::Error(_) => "allow more error; what is left comes from half-float intermediates",
+        TuneTarget::Budget(_) => "allow more time, or change what the pipeline does: fewer levels, a smaller image",
+        TuneTarget::Error(_) => "allow more error; what is left comes from half-float intermediates",
     })
 }
 

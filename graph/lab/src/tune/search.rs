@@ -10,15 +10,15 @@ use crate::LabError;
 use crate::measure::beats;
 
 /// A step counts if it saves at least this share of the time; less is noise.
-const LEAST_SAVING: f64 = 0.01;
+const MIN_SAVING: f64 = 0.01;
 /// Errors below this number of codes are equal.
-const LEAST_ERROR: f64 = 1e-3;
+const MIN_ERROR: f64 = 1e-3;
 /// An error counts as smaller if it is smaller by at least this number of codes; less comes from rounding.
-const LEAST_GAIN: f64 = 0.05;
+const MIN_GAIN: f64 = 0.05;
 
 /// The limit that a tuned pipeline must keep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Goal {
+pub enum TuneTarget {
     /// The most milliseconds; the smallest error within them is searched.
     Budget(f64),
     /// The largest error in codes; the shortest time within it is searched.
@@ -50,11 +50,11 @@ impl Measured {
     }
 
     fn point(&self) -> (f64, f64) {
-        (self.ms, self.p999.max(LEAST_ERROR))
+        (self.ms, self.p999.max(MIN_ERROR))
     }
 }
 
-impl Goal {
+impl TuneTarget {
     /// Whether the figures are within the limit.
     pub(super) fn is_met(self, measured: &Measured) -> bool {
         match self {
@@ -77,8 +77,8 @@ impl Goal {
     fn gains(self, a: &Measured, b: &Measured) -> bool {
         let (now, before) = (a.point(), b.point());
         let counts = match (self, self.is_met(b)) {
-            (Self::Budget(_), true) | (Self::Error(_), false) => now.1 < before.1 - LEAST_GAIN,
-            (Self::Error(_), true) | (Self::Budget(_), false) => now.0 < before.0 * (1.0 - LEAST_SAVING),
+            (Self::Budget(_), true) | (Self::Error(_), false) => now.1 < before.1 - MIN_GAIN,
+            (Self::Error(_), true) | (Self::Budget(_), false) => now.0 < before.0 * (1.0 - MIN_SAVING),
         };
         self.prefers(a, b) && counts
     }
@@ -99,7 +99,7 @@ impl Goal {
     }
 }
 
-impl std::fmt::Display for Goal {
+impl std::fmt::Display for TuneTarget {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Budget(ms) => write!(f, "within {ms} ms"),
@@ -124,12 +124,12 @@ type Evaluate<'o> = dyn FnMut(&[usize]) -> Result<Measured, LabError> + 'o;
 type Candidate = (Vec<usize>, Measured);
 
 /// The best choice that the search finds.
-pub(super) fn search(space: &Space, goal: Goal, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+pub(super) fn search(space: &Space, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     search_sizes(&space.sizes(), goal, evaluate)
 }
 
 /// The search over switches with these numbers of choices.
-fn search_sizes(sizes: &[usize], goal: Goal, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+fn search_sizes(sizes: &[usize], goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     let mut found = Vec::new();
     descend(sizes, goal, evaluate, &mut found)?;
     let mut best = best_of(&found, goal);
@@ -148,10 +148,10 @@ fn search_sizes(sizes: &[usize], goal: Goal, evaluate: &mut Evaluate<'_>) -> Res
 }
 
 /// The choice without steps that save nothing: each switch becomes more accurate while that costs no time.
-fn refine(best: Candidate, goal: Goal, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+fn refine(best: Candidate, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     let mut best = best;
     // All these steps together may cost no more than the least saving of one step.
-    let most = best.1.ms / (1.0 - LEAST_SAVING);
+    let most = best.1.ms / (1.0 - MIN_SAVING);
     for switch in 0..best.0.len() {
         for at in 0..best.0[switch] {
             let mut choice = best.0.clone();
@@ -170,14 +170,14 @@ fn refine(best: Candidate, goal: Goal, evaluate: &mut Evaluate<'_>) -> Result<Ca
 /// are kept.
 fn descend(
     sizes: &[usize],
-    goal: Goal,
+    goal: TuneTarget,
     evaluate: &mut Evaluate<'_>,
     found: &mut Vec<Candidate>,
 ) -> Result<(), LabError> {
     let exact = vec![0; sizes.len()];
     let mut here = (exact.clone(), evaluate(&exact)?);
     found.push(here.clone());
-    while !matches!(goal, Goal::Budget(ms) if here.1.ms <= ms) {
+    while !matches!(goal, TuneTarget::Budget(ms) if here.1.ms <= ms) {
         let mut steps = Vec::new();
         for choice in neighbors(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
             let measured = evaluate(&choice)?;
@@ -185,10 +185,10 @@ fn descend(
         }
         found.extend(steps.iter().cloned());
         let allowed = |(_, m): &&Candidate| {
-            let saves = m.ms < here.1.ms * (1.0 - LEAST_SAVING);
-            saves && !matches!(goal, Goal::Error(codes) if m.p999 > codes)
+            let saves = m.ms < here.1.ms * (1.0 - MIN_SAVING);
+            saves && !matches!(goal, TuneTarget::Error(codes) if m.p999 > codes)
         };
-        let gain = |(_, m): &Candidate| (here.1.ms - m.ms) / (m.point().1 - here.1.point().1).max(LEAST_ERROR);
+        let gain = |(_, m): &Candidate| (here.1.ms - m.ms) / (m.point().1 - here.1.point().1).max(MIN_ERROR);
         let Some(next) = first_largest(steps.iter().filter(allowed), gain) else { return Ok(()) };
         here = next.clone();
     }
@@ -196,7 +196,7 @@ fn descend(
 }
 
 /// The best of the Pareto-optimal choices; the first of equal ones.
-fn best_of(all: &[Candidate], goal: Goal) -> Candidate {
+fn best_of(all: &[Candidate], goal: TuneTarget) -> Candidate {
     let on_front = |a: &&Candidate| !all.iter().any(|b| beats(b.1.point(), a.1.point()));
     let mut front = all.iter().filter(on_front);
     let first = front.next().expect("of some candidates, at least one is on the front");
@@ -250,7 +250,7 @@ mod tests {
         (0..12).map(|i| vec![i / 4, i / 2 % 2, i % 2]).collect()
     }
 
-    fn best_by_trying_all(goal: Goal) -> Measured {
+    fn best_by_trying_all(goal: TuneTarget) -> Measured {
         let all: Vec<Candidate> = every_choice().into_iter().map(|choice| (choice.clone(), figures(&choice))).collect();
         best_of(&all, goal).1
     }
@@ -258,13 +258,13 @@ mod tests {
     #[test]
     fn finds_what_trying_everything_finds() {
         for goal in [
-            Goal::Budget(8.0),
-            Goal::Budget(6.5),
-            Goal::Budget(4.6),
-            Goal::Budget(3.6),
-            Goal::Error(0.0),
-            Goal::Error(0.4),
-            Goal::Error(5.0),
+            TuneTarget::Budget(8.0),
+            TuneTarget::Budget(6.5),
+            TuneTarget::Budget(4.6),
+            TuneTarget::Budget(3.6),
+            TuneTarget::Error(0.0),
+            TuneTarget::Error(0.4),
+            TuneTarget::Error(5.0),
         ] {
             let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
             assert!(goal.is_met(&found), "{goal}: {choice:?}");
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn comes_closest_where_the_goal_cannot_be_met() {
-        let goal = Goal::Budget(1.0);
+        let goal = TuneTarget::Budget(1.0);
         let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
         assert!(!goal.is_met(&found));
         assert_eq!(choice, [2, 1, 1]);
@@ -284,7 +284,7 @@ mod tests {
     fn equal_figures_lead_to_equal_choices() {
         let run = || {
             let mut asked = Vec::new();
-            let found = search_sizes(&SIZES, Goal::Budget(4.6), &mut |choice| {
+            let found = search_sizes(&SIZES, TuneTarget::Budget(4.6), &mut |choice| {
                 asked.push(choice.to_vec());
                 Ok(figures(choice))
             });

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::search::Measured;
 use crate::LabError;
-use crate::files::MOST_TEXT;
+use crate::files::MAX_TEXT;
 use afterimage_media::{read_text, write_atomic};
 
 /// Figures by choice.
@@ -57,7 +57,7 @@ impl SearchState {
 
 fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
     let shown = path.display();
-    let text = read_text(path, MOST_TEXT)?;
+    let text = read_text(path, MAX_TEXT)?;
     let content: Content = serde_json::from_str(&text).map_err(|error| {
         LabError::request(format!("`{shown}` is not the state of a search: {error}")).hint("name another file")
     })?;

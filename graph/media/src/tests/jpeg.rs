@@ -20,11 +20,7 @@ fn segments(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
 
 fn encoded(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
     let values: Vec<f32> = (0..24 * 16 * 4).map(|i| (i % 97) as f32 / 96.0).collect();
-    encode_jpeg(
-        (24, 16),
-        EncodedPixels::Float(&values),
-        &JpegOptions { color: Some(color), ..JpegOptions::default() },
-    )
+    encode_jpeg((24, 16), EncodedPixels::Float(&values), &JpegOptions { color: Some(color), ..JpegOptions::default() })
 }
 
 #[test]

@@ -16,11 +16,11 @@ pub(crate) fn aliasing(
 ) -> Vec<Vec<AliasingBarrier>> {
     let memory =
         |(at, image): (usize, &PlannedImage)| Some((image.lifetime?.first, at, extent(image, offsets[at], alias)?));
-    let mut arrivals: Vec<(usize, usize, Range<u64>)> = images.iter().enumerate().filter_map(memory).collect();
-    arrivals.sort_by_key(|(first, at, _)| (*first, *at));
+    let mut inputs: Vec<(usize, usize, Range<u64>)> = images.iter().enumerate().filter_map(memory).collect();
+    inputs.sort_by_key(|(first, at, _)| (*first, *at));
     let mut owners = Owners::default();
     let mut barriers = vec![Vec::new(); batches];
-    for (batch, at, extent) in arrivals {
+    for (batch, at, extent) in inputs {
         let image = ImageId(at as u32);
         let before = owners.replace(extent, image);
         if !before.is_empty() {

@@ -12,13 +12,13 @@ use afterimage_graph::node::{Arg, ByCells, CellReduce, ImageId, KernelCall, Pass
 
 /// Cells of the finest lattice that a workgroup makes at most: with more, each has too few invocations to read rows of
 /// pixels.
-const MOST_CELLS: u32 = 64;
+const MAX_CELLS: u32 = 64;
 /// Readers of an image that are tried as members of one group; more only cost planning time.
-const MOST_CANDIDATES: usize = 64;
+const MAX_CANDIDATES: usize = 64;
 
 pub(super) fn join_cell_reductions(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
-    if caps.workgroup_invocations >= CellReduce::MOST_INVOCATIONS {
+    if caps.workgroup_invocations >= CellReduce::MAX_INVOCATIONS {
         for first in 0..graph.len() {
             let group = Group::around(&graph, &builder.recording, caps, first).filter(|group| group.members.len() > 1);
             builder.shared_reads.extend(group.map(|group| join(&mut graph, &builder.recording, group)));
@@ -60,7 +60,7 @@ impl Group {
         let (by, kernel, source) = reducer(graph, recording, first)?;
         let (before, results) = (graph.before(first), results(kernel));
         let mut group = Self { source, members: vec![first], forms: vec![by], before, results };
-        for number in graph.readers_after(Resource::Image(source), first).take(MOST_CANDIDATES) {
+        for number in graph.readers_after(Resource::Image(source), first).take(MAX_CANDIDATES) {
             group.take_in(graph, recording, caps, number);
         }
         Some(group)
@@ -104,7 +104,7 @@ fn lattices(forms: &[ByCells]) -> Option<([u32; 2], [u32; 2])> {
     let suits =
         |by: &ByCells| divide(finest, by.cells) && divide(by.cells, coarsest) && inside(by.cells) <= by.together;
     let cells = inside(finest);
-    let fits = forms.iter().all(suits) && cells <= MOST_CELLS && CellReduce::MOST_INVOCATIONS.is_multiple_of(cells);
+    let fits = forms.iter().all(suits) && cells <= MAX_CELLS && CellReduce::MAX_INVOCATIONS.is_multiple_of(cells);
     fits.then_some((coarsest, finest))
 }
 
@@ -117,7 +117,7 @@ const MANY_PIXELS: u64 = 2048;
 fn invocations(size: Size, coarsest: [u32; 2], finest: [u32; 2]) -> [u32; 2] {
     let cells = u64::from(coarsest[0]) * u64::from(coarsest[1]);
     let is_small = size.texels() < MANY_PIXELS * cells;
-    let workgroup = if is_small { CellReduce::MOST_INVOCATIONS / 2 } else { CellReduce::MOST_INVOCATIONS };
+    let workgroup = if is_small { CellReduce::MAX_INVOCATIONS / 2 } else { CellReduce::MAX_INVOCATIONS };
     let own = workgroup / (finest[0] / coarsest[0] * (finest[1] / coarsest[1]));
     let [width, cells] = [size.width, finest[0]].map(u64::from);
     let columns = (0..cells).map(|cell| ((cell + 1) * width).div_ceil(cells) - cell * width / cells).max();

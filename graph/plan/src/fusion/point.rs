@@ -12,11 +12,11 @@ use afterimage_base::caps::Caps;
 use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, PassKind, Recording, Resource};
 
 /// With more bindings than this in one pass, a small device refuses it.
-const MOST_TEXTURES: usize = 12;
+const MAX_TEXTURES: usize = 12;
 /// Readers that a light pass is copied into, at most.
-const MOST_COPIES: usize = 4;
+const MAX_COPIES: usize = 4;
 /// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler.
-const MOST_KERNELS: usize = 64;
+const MAX_KERNELS: usize = 64;
 
 pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
@@ -45,7 +45,7 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
         return Vec::new();
     }
     // An image may have thousands of readers, and this is asked whenever one of them changes.
-    let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MOST_COPIES + 1).collect();
+    let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MAX_COPIES + 1).collect();
     let takes = |reader: &usize| {
         let Some((reader, reader_result)) = graph.functions(*reader) else { return false };
         let only_pixels =
@@ -56,13 +56,13 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
             && fit_together(pass, reader)
             && fit_one_module([pass, reader].into_iter(), recording, caps)
     };
-    let few = readers.len() == 1 || readers.len() <= MOST_COPIES && is_light(pass);
+    let few = readers.len() == 1 || readers.len() <= MAX_COPIES && is_light(pass);
     if few && readers.iter().all(takes) { readers } else { Vec::new() }
 }
 
 fn fit_together(producer: &Pass, reader: &Pass) -> bool {
     let kernels = producer.kernels.len() + reader.kernels.len();
-    kernels <= MOST_KERNELS && bindings(producer) + bindings(reader) <= MOST_TEXTURES
+    kernels <= MAX_KERNELS && bindings(producer) + bindings(reader) <= MAX_TEXTURES
 }
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one

@@ -12,7 +12,7 @@ use afterimage_graph::node::{
 };
 
 /// Results with fewer texels leave most of the device idle, and are filtered by its texture units or in tiles.
-const FEWEST_TEXELS: u64 = 100_000;
+const MIN_TEXELS: u64 = 100_000;
 
 /// Filters that reach less far take so few taps that they gain nothing, unless their source need not be stored.
 const WIDE: f32 = 2.0;
@@ -59,7 +59,7 @@ impl Halving {
         let is_exact_half = from.size.width == 2 * to.size.width && from.size.height == 2 * to.size.height;
         // Neighbors share texels as half floats.
         let is_half_float = !from.format.is_32_bit() && !to.format.is_32_bit();
-        let is_large = always || to.size.texels() >= FEWEST_TEXELS;
+        let is_large = always || to.size.texels() >= MIN_TEXELS;
         let reach = kernel.reach.unwrap_or_default();
         (is_exact_half && is_half_float && is_large).then_some(Self { number, source, result, by, reach })
     }

@@ -20,10 +20,10 @@ use afterimage_graph::node::{
 /// Sides of tiles that are tried.
 const TILES: [u32; 3] = [32, 16, 8];
 /// Readers of an image that are tried as the next member of a chain.
-const MOST_CANDIDATES: usize = 64;
+const MAX_CANDIDATES: usize = 64;
 /// Resources that the search for another way from a chain to its next member may visit; after that the member counts as
 /// dependent and does not join. This keeps planning linear.
-const MOST_VISITED: usize = 128;
+const MAX_VISITED: usize = 128;
 
 pub(super) fn chain_in_tiles(builder: &mut PlanBuilder, caps: &Caps, always: bool) {
     let graph = PassGraph::new(builder);
@@ -93,7 +93,7 @@ impl Tiler<'_> {
         if self.recording.image(result).origin != Origin::Transient {
             return None;
         }
-        self.graph.readers(Resource::Image(result)).take(MOST_CANDIDATES).find(|number| {
+        self.graph.readers(Resource::Image(result)).take(MAX_CANDIDATES).find(|number| {
             let Some((pass, _)) = self.link(*number) else { return false };
             reader_of(&pass.kernels, result).is_some()
                 && !members.contains(number)
@@ -110,7 +110,7 @@ impl Tiler<'_> {
         let first = members.iter().copied().min().unwrap_or(0);
         while let Some(resource) = pending.pop() {
             for writer in self.graph.writers(resource).filter(|writer| *writer >= first) {
-                if members.contains(&writer) || seen.len() > MOST_VISITED {
+                if members.contains(&writer) || seen.len() > MAX_VISITED {
                     return true;
                 }
                 pending.extend(reads(writer).into_iter().filter(|read| seen.insert(*read)));

@@ -9,7 +9,7 @@ use afterimage_base::caps::Caps;
 use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, Recording, Resource, WarpPart};
 
 /// Reads of the image before all warps, at most: more cost more than to store the image between two of them.
-const MOST_TAPS: usize = 4;
+const MAX_TAPS: usize = 4;
 
 pub(super) fn fuse_warps(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
@@ -40,7 +40,7 @@ fn warp_reader(graph: &PassGraph, recording: &Recording, caps: &Caps, number: us
     let taps = taker.kernels.iter().filter(reads).count() * taps(producer);
     let same_size = recording.image(result).desc.size == image.desc.size;
     let fits = fit_one_module([producer, taker].into_iter(), recording, caps);
-    (only_taps && same_size && fits && taps <= MOST_TAPS).then_some(reader)
+    (only_taps && same_size && fits && taps <= MAX_TAPS).then_some(reader)
 }
 
 fn taps(pass: &Pass) -> usize {

@@ -11,7 +11,7 @@ use super::block::{Block, Placement};
 use super::skyline::search;
 
 /// With more blocks than this, only the first order is tried: blocks that all live at once take quadratic time.
-const MOST_REORDERED: usize = 4096;
+const MAX_REORDERED: usize = 4096;
 
 /// The lowest placement that a handful of orders and a short search find; `bound` is [`lower_bound`].
 pub(super) fn place(blocks: &[Block], bound: u64) -> Placement {
@@ -22,7 +22,7 @@ pub(super) fn place(blocks: &[Block], bound: u64) -> Placement {
     let mut best = place_in(blocks, &order);
     let rules: [&dyn Fn(usize) -> u128; 3] = [&life, &area, &soon];
     for rule in rules {
-        if best.end > bound && blocks.len() <= MOST_REORDERED {
+        if best.end > bound && blocks.len() <= MAX_REORDERED {
             order.sort_by_key(|at| Reverse(rule(*at)));
             best = lower(best, place_in(blocks, &order));
         }

@@ -27,7 +27,7 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
         [&life, &|at| blocks[at].bytes as f64, &|at| blocks[at].bytes as f64 * life(at)];
     let tries = (STEPS / (blocks.len() * blocks.len()).max(1)).min(TRIES);
     let alive = alive(blocks);
-    let mut shaker = Shaker(1);
+    let mut shaker = Lcg(1);
     let mut best = Placement { end: u64::MAX, offsets: Vec::new() };
     for rule in rules {
         let mut ranks: Vec<f64> = (0..blocks.len()).map(rule).collect();
@@ -49,9 +49,9 @@ pub(super) fn search(blocks: &[Block], bound: u64) -> Placement {
 }
 
 /// Changes that look random and are always the same: a linear congruential generator (Knuth's MMIX constants).
-struct Shaker(u64);
+struct Lcg(u64);
 
-impl Shaker {
+impl Lcg {
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         self.0 >> 33

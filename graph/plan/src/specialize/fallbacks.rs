@@ -12,7 +12,7 @@ use crate::request::PlanRequest;
 use crate::topological::stable_order;
 use afterimage_base::value::Value;
 use afterimage_graph::check::{Graph, GraphNode, Source};
-use afterimage_graph::node::{Arrivals, Fallback, Input, NodeInstance, Output};
+use afterimage_graph::node::{Fallback, Input, InputValues, NodeInstance, Output};
 
 pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> SpecializedGraph {
     let order = order(graph);
@@ -29,13 +29,13 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     };
     let remembered = remembered(graph);
     for &index in &order {
-        let (arrivals, outputs) = (arrivals(graph, &specialized, index), graph.nodes[index].kind().outputs());
+        let (inputs, outputs) = (inputs(graph, &specialized, index), graph.nodes[index].kind().outputs());
         let dynamic = request.dynamic_of(index);
         let off = off(&graph.nodes[index], request);
         let may_be_replaced = off.is_none() && !remembered.contains(&index);
-        let equals = |output: &Output| is_identity(&graph.nodes[index].instance, &dynamic, &output.name, &arrivals);
+        let equals = |output: &Output| is_identity(&graph.nodes[index].instance, &dynamic, &output.name, &inputs);
         let replaced: Vec<bool> = outputs.iter().map(|output| may_be_replaced && equals(output)).collect();
-        let verdict = off.map_or_else(|| verdict(&graph.nodes[index], &arrivals, &replaced), Verdict::Fallbacks);
+        let verdict = off.map_or_else(|| verdict(&graph.nodes[index], &inputs, &replaced), Verdict::Fallbacks);
         specialized.outputs[index] = (0..outputs.len())
             .map(|output| match &verdict {
                 Verdict::Runs if !replaced[output] => {
@@ -49,7 +49,7 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
         let node = graph.nodes[index].name.clone();
         specialized.skipped.extend(verdict.reason().map(|why| Skipped { node, why }));
         if replaced.contains(&true) && !dynamic.is_empty() {
-            specialized.identities.insert(index, (arrivals, replaced));
+            specialized.identities.insert(index, (inputs, replaced));
         }
     }
     specialized.order = order;
@@ -99,12 +99,12 @@ fn off(node: &GraphNode, request: &PlanRequest<'_>) -> Option<String> {
 }
 
 /// Whether a node that is not off runs. `replaced` says of each output whether its fallback equals it.
-fn verdict(node: &GraphNode, arrivals: &Arrivals, replaced: &[bool]) -> Verdict {
+fn verdict(node: &GraphNode, inputs: &InputValues, replaced: &[bool]) -> Verdict {
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());
     }
     let mut ports = node.kind().inputs().iter().enumerate();
-    let starved = ports.find(|(_, port)| !port.optional && arrivals.is_absent(&port.name));
+    let starved = ports.find(|(_, port)| !port.optional && inputs.is_absent(&port.name));
     let why = |port: &Input| format!("nothing arrives at its input `{}`", port.name);
     match starved {
         None => Verdict::Runs,
@@ -115,12 +115,12 @@ fn verdict(node: &GraphNode, arrivals: &Arrivals, replaced: &[bool]) -> Verdict 
 }
 
 /// Whether the fallback of an output equals it, whatever values the dynamic parameters get.
-fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, arrivals: &Arrivals) -> bool {
+fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, inputs: &InputValues) -> bool {
     // An identity because of what arrives is one at all values. One because of its values is very likely not one at
     // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
     let probes = if dynamic.is_empty() { 0 } else { PROBES };
-    instance.identity_of(output, arrivals)
-        && (0..probes).all(|probe| probed(instance, dynamic, probe).identity_of(output, arrivals))
+    instance.identity_of(output, inputs)
+        && (0..probes).all(|probe| probed(instance, dynamic, probe).identity_of(output, inputs))
 }
 
 /// Values of dynamic parameters at which an identity must hold.
@@ -141,7 +141,7 @@ fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInsta
 }
 
 /// Which inputs of a node are zero, and at which nothing arrives.
-fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arrivals {
+fn inputs(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> InputValues {
     let node = &graph.nodes[index];
     let mut zero = Vec::new();
     let mut absent = Vec::new();
@@ -152,7 +152,7 @@ fn arrivals(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> Arri
             WireSource::From(_) => {}
         }
     }
-    Arrivals::new(zero, absent)
+    InputValues::new(zero, absent)
 }
 
 /// What readers of an output get when its node does not run.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Source;
-use afterimage_graph::node::Arrivals;
+use afterimage_graph::node::InputValues;
 
 use crate::plan::Skipped;
 
@@ -34,7 +34,7 @@ pub(crate) struct SpecializedGraph {
     pub(crate) skipped: Vec<Skipped>,
     /// Nodes with dynamic parameters whose outputs equal their fallbacks at their values: what arrives, and of each
     /// output whether its fallback replaces it.
-    pub(crate) identities: BTreeMap<usize, (Arrivals, Vec<bool>)>,
+    pub(crate) identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
 }
 
 impl SpecializedGraph {

@@ -86,11 +86,11 @@ fn replay(walk: &Walk<'_>, extents: &[Option<Range<u64>>], place: &str, faults: 
     cuts.dedup();
     let mut pieces: Vec<Vec<usize>> = vec![Vec::new(); cuts.len()];
     let mut found = vec![BTreeSet::new(); extents.len()];
-    let mut arrivals: Vec<(usize, usize)> =
+    let mut inputs: Vec<(usize, usize)> =
         walk.spans.iter().enumerate().filter_map(|(i, s)| Some(((*s)?.0, i))).collect();
-    arrivals.sort_unstable();
+    inputs.sort_unstable();
     let last_of = |image: usize| walk.spans[image].map_or(0, |(_, last)| last);
-    for (first, image) in arrivals {
+    for (first, image) in inputs {
         let Some(extent) = &extents[image] else { continue };
         let range = cuts.partition_point(|cut| *cut < extent.start)..cuts.partition_point(|cut| *cut < extent.end);
         for piece in &mut pieces[range] {

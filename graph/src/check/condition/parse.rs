@@ -12,7 +12,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::{Comparison, Condition, Expression, Side};
-use crate::check::limits::LONGEST_CONDITION;
+use crate::check::limits::MAX_CONDITION;
 use afterimage_base::diagnostic::quote;
 
 /// A condition that cannot be read.
@@ -109,9 +109,9 @@ fn strange(c: char, rest: &str, at: usize) -> ConditionError {
 }
 
 /// Brackets and `not`s within each other.
-const DEEPEST: usize = 64;
+const MAX_DEPTH: usize = 64;
 /// Words and signs in one condition.
-const LONGEST: usize = 512;
+const MAX_LENGTH: usize = 512;
 
 struct Parser<'a> {
     text: &'a str,
@@ -169,7 +169,7 @@ impl Parser<'_> {
     }
 
     fn single(&mut self) -> Result<Expression, ConditionError> {
-        if self.depth >= DEEPEST || self.tokens.len() > LONGEST || self.text.len() > LONGEST_CONDITION {
+        if self.depth >= MAX_DEPTH || self.tokens.len() > MAX_LENGTH || self.text.len() > MAX_CONDITION {
             return Err(ConditionError {
                 span: self.span(),
                 message: "the condition is too long".into(),

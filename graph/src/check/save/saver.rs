@@ -2,7 +2,7 @@
 
 use super::change::Change;
 use super::state::{SetTo, State};
-use super::verify::{Context, Goal, alone, not_saved};
+use super::verify::{Context, ExpectedGraph, alone, not_saved};
 use super::wanted::wanted;
 use crate::check::files::Files;
 use crate::check::{Checker, Loader};
@@ -51,7 +51,7 @@ impl<'a> Saver<'a> {
         for change in &wanted {
             state.write(&mut editor, tier, change);
         }
-        self.settled(&state, editor, &Goal { before: &self.document, tier, new_tier: None, wanted: &wanted })
+        self.settled(&state, editor, &ExpectedGraph { before: &self.document, tier, new_tier: None, wanted: &wanted })
     }
 
     /// The text with a new tier, which is the pipeline at `tier` with changes. The rest stays.
@@ -74,7 +74,11 @@ impl<'a> Saver<'a> {
         for change in &wanted {
             editor.add_to_tier(name, &state.key(change.subject), change.text.clone());
         }
-        self.settled(&state, editor, &Goal { before: &self.document, tier, new_tier: Some(name), wanted: &wanted })
+        self.settled(
+            &state,
+            editor,
+            &ExpectedGraph { before: &self.document, tier, new_tier: Some(name), wanted: &wanted },
+        )
     }
 
     fn editor(&self) -> Editor<'a> {
@@ -82,7 +86,12 @@ impl<'a> Saver<'a> {
     }
 
     /// The edited text, with overrides in the tiers that would differ from what they must say otherwise.
-    fn settled(&self, state: &State<'_>, mut editor: Editor<'_>, goal: &Goal<'_>) -> Result<String, Diagnostics> {
+    fn settled(
+        &self,
+        state: &State<'_>,
+        mut editor: Editor<'_>,
+        goal: &ExpectedGraph<'_>,
+    ) -> Result<String, Diagnostics> {
         if goal.wanted.is_empty() && goal.new_tier.is_none() {
             return Ok(self.text.to_owned());
         }
@@ -101,7 +110,7 @@ impl<'a> Saver<'a> {
     }
 
     /// At all tiers, where a text differs from what it must say.
-    fn differences(&self, text: &str, goal: &Goal<'_>) -> Result<Vec<Difference>, Diagnostics> {
+    fn differences(&self, text: &str, goal: &ExpectedGraph<'_>) -> Result<Vec<Difference>, Diagnostics> {
         let saved = parse(&self.document.file, text)?;
         let mut all = Vec::new();
         for tier in self.context.state(&saved, None)?.tiers() {
@@ -113,7 +122,7 @@ impl<'a> Saver<'a> {
 
     /// Checks that a text is right at all tiers at which it was right before. An error that the text had before at the
     /// tier that is saved is shown in that text.
-    fn check(&self, text: &str, goal: &Goal<'_>) -> Result<(), Diagnostics> {
+    fn check(&self, text: &str, goal: &ExpectedGraph<'_>) -> Result<(), Diagnostics> {
         let saved = parse(&self.document.file, text)?;
         let checker = Checker::new(&saved, self.context.registry, self.loader);
         let before = Checker::new(&self.document, self.context.registry, self.loader);

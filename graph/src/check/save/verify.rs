@@ -23,7 +23,7 @@ impl Context<'_> {
 }
 
 /// What is saved.
-pub(super) struct Goal<'a> {
+pub(super) struct ExpectedGraph<'a> {
     /// The text as it was read.
     pub(super) before: &'a Document,
     /// The tier at which the values are wanted.
@@ -33,7 +33,7 @@ pub(super) struct Goal<'a> {
     pub(super) wanted: &'a [Wanted],
 }
 
-impl Goal<'_> {
+impl ExpectedGraph<'_> {
     /// Where a saved document differs from what it must say at a tier: the key, and what it must be set to.
     ///
     /// # Errors

@@ -2,13 +2,13 @@
 
 /// The violations that were found so far, each once.
 #[derive(Default)]
-pub(super) struct Complaints {
+pub(super) struct Violations {
     kind: String,
     all: Vec<String>,
     skipped: Vec<String>,
 }
 
-impl Complaints {
+impl Violations {
     /// Later violations belong to this kind.
     pub(super) fn about(&mut self, kind: &str) {
         self.kind = kind.to_owned();

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::complaints::Complaints;
+use super::complaints::Violations;
 use super::names::{RESERVED, is_free_in_wgsl, is_pascal, is_snake};
 use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
 use afterimage_base::value::{Param, Type, Value};
@@ -10,7 +10,7 @@ use afterimage_base::value::{Param, Type, Value};
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 6] = ["when", "format", "label", "at", "frame", "params"];
 
-pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints) {
+pub(super) fn look(kind: &NodeKind, complaints: &mut Violations) {
     complaints.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());
     complaints.require(!RESERVED.contains(&kind.name()), || "pipeline files use this name themselves".into());
     complaints.require(!kind.doc().trim().is_empty(), || "there is no doc".into());
@@ -22,14 +22,14 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints) {
     kind.params().iter().for_each(|param| parameter(param, complaints));
 }
 
-fn names(kind: &NodeKind, complaints: &mut Complaints) {
+fn names(kind: &NodeKind, complaints: &mut Violations) {
     let inputs = kind.inputs().iter().map(|port| &*port.name);
     let params = kind.params().iter().map(|param| &*param.name);
     distinct(inputs.chain(params), complaints);
     distinct(kind.outputs().iter().map(|port| &*port.name), complaints);
 }
 
-fn distinct<'a>(names: impl Iterator<Item = &'a str>, complaints: &mut Complaints) {
+fn distinct<'a>(names: impl Iterator<Item = &'a str>, complaints: &mut Violations) {
     let mut seen = BTreeSet::new();
     for name in names {
         complaints.require(seen.insert(name), || format!("the name `{name}` is given twice"));
@@ -50,12 +50,12 @@ fn is_number(ty: PortType) -> bool {
 
 /// Ports are arguments and bindings of shaders. Parameters need not be: a number that stays on the CPU may have any
 /// name, and one that goes into a uniform is seen by naga.
-fn port_name(name: &str, complaints: &mut Complaints) {
+fn port_name(name: &str, complaints: &mut Violations) {
     complaints
         .require(is_free_in_wgsl(name), || format!("`{name}` is a word of WGSL and cannot be the name of a port"));
 }
 
-fn input(port: &Input, complaints: &mut Complaints) {
+fn input(port: &Input, complaints: &mut Violations) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the input `{name}` has no doc"));
@@ -69,7 +69,7 @@ fn input(port: &Input, complaints: &mut Complaints) {
 }
 
 /// Images and pyramids have a color state, which says what their numbers are.
-fn content(port: &str, ty: PortType, content: Option<&str>, complaints: &mut Complaints) {
+fn content(port: &str, ty: PortType, content: Option<&str>, complaints: &mut Violations) {
     complaints.require(content.is_none() || !is_image(ty), || {
         format!("`{port}` is a {} and has no content but its color state", ty.name())
     });
@@ -79,7 +79,7 @@ fn content(port: &str, ty: PortType, content: Option<&str>, complaints: &mut Com
     });
 }
 
-fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
+fn output(kind: &NodeKind, port: &Output, complaints: &mut Violations) {
     let name = &*port.name;
     port_name(name, complaints);
     complaints.require(!port.doc.trim().is_empty(), || format!("the output `{name}` has no doc"));
@@ -115,7 +115,7 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     }
 }
 
-fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
+fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Violations) {
     let (name, ty) = (&port.name, port.ty.name());
     match &port.fallback {
         Fallback::Absent => {}
@@ -131,7 +131,7 @@ fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Complaints) {
     }
 }
 
-fn parameter(param: &Param, complaints: &mut Complaints) {
+fn parameter(param: &Param, complaints: &mut Violations) {
     let name = &*param.name;
     complaints.require(!param.doc.trim().is_empty(), || format!("the parameter `{name}` has no doc"));
     if let Some((low, high)) = param.domain {
@@ -167,7 +167,7 @@ fn parameter(param: &Param, complaints: &mut Complaints) {
     }
 }
 
-fn acceptable(param: &Param, what: &str, value: &Value, complaints: &mut Complaints) {
+fn acceptable(param: &Param, what: &str, value: &Value, complaints: &mut Violations) {
     if let Err(why) = param.accepts(value) {
         complaints.add(format!("the {what} of `{}` is not acceptable: {why}", param.name));
     }

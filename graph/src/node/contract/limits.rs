@@ -1,20 +1,20 @@
 //! Limits that every WebGPU device has: dispatches, workgroups, bindings and buffers.
 
-use super::complaints::Complaints;
+use super::complaints::Violations;
 use crate::node::{Arg, KernelCall, PassKind, Recording};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
 
 /// Workgroups of a dispatch in each direction.
-const MOST_GROUPS: u32 = 65_535;
+const MAX_GROUPS: u32 = 65_535;
 /// Invocations of a workgroup in each direction.
-const MOST_INVOCATIONS: [u32; 3] = [256, 256, 64];
+const MAX_INVOCATIONS: [u32; 3] = [256, 256, 64];
 /// Bindings of a pass, and bytes of a uniform.
-const MOST_TEXTURES: usize = 16;
-const MOST_BUFFERS: usize = 8;
-const MOST_UNIFORM_BYTES: usize = 64 << 10;
+const MAX_TEXTURES: usize = 16;
+const MAX_BUFFERS: usize = 8;
+const MAX_UNIFORM_BYTES: usize = 64 << 10;
 
-pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaints) {
+pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Violations) {
     let caps = Caps::default();
     for buffer in recording.buffers.iter().filter(|buffer| buffer.bytes > caps.max_buffer) {
         complaints.add(format!(
@@ -36,16 +36,16 @@ pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Complaint
     }
 }
 
-fn exceeds(count: usize, most: usize, what: &str, place: &str, complaints: &mut Complaints) {
+fn exceeds(count: usize, most: usize, what: &str, place: &str, complaints: &mut Violations) {
     complaints.require(count <= most, || format!("{place} has {count} {what}; the limit of a device may be {most}"));
 }
 
-fn dispatch(kernel: &KernelCall, place: &str, complaints: &mut Complaints) {
+fn dispatch(kernel: &KernelCall, place: &str, complaints: &mut Violations) {
     let most = kernel.workgroups.into_iter().flatten().max().unwrap_or(0);
-    exceeds(most as usize, MOST_GROUPS as usize, "workgroups in one direction", place, complaints);
+    exceeds(most as usize, MAX_GROUPS as usize, "workgroups in one direction", place, complaints);
 }
 
-fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Complaints) {
+fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Violations) {
     if kernel.workgroups.is_none() {
         return;
     }
@@ -56,21 +56,21 @@ fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Com
     invocations(entry.workgroup, caps, place, complaints);
 }
 
-fn invocations(sides: [u32; 3], caps: &Caps, place: &str, complaints: &mut Complaints) {
+fn invocations(sides: [u32; 3], caps: &Caps, place: &str, complaints: &mut Violations) {
     let all = sides.iter().map(|side| *side as usize).product();
     exceeds(all, caps.workgroup_invocations as usize, "invocations in a workgroup", place, complaints);
-    for (side, most) in sides.into_iter().zip(MOST_INVOCATIONS) {
+    for (side, most) in sides.into_iter().zip(MAX_INVOCATIONS) {
         exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, complaints);
     }
 }
 
-fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Complaints) {
+fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Violations) {
     let count = |fits: fn(&Arg) -> bool| kernel.args.iter().filter(|arg| fits(&arg.value)).count();
     let textures = count(|arg| matches!(arg, Arg::Texture(_) | Arg::Level(_) | Arg::Pixel(_)));
-    exceeds(textures, MOST_TEXTURES, "textures", place, complaints);
+    exceeds(textures, MAX_TEXTURES, "textures", place, complaints);
     let buffers = count(|arg| matches!(arg, Arg::Buffer(..) | Arg::Value(..)));
-    exceeds(buffers, MOST_BUFFERS, "buffers", place, complaints);
+    exceeds(buffers, MAX_BUFFERS, "buffers", place, complaints);
     let images = count(|arg| matches!(arg, Arg::Storage(_)));
     exceeds(images, caps.max_storage_images as usize, "storage images", place, complaints);
-    exceeds(kernel.uniform.len(), MOST_UNIFORM_BYTES, "bytes in its uniform", place, complaints);
+    exceeds(kernel.uniform.len(), MAX_UNIFORM_BYTES, "bytes in its uniform", place, complaints);
 }

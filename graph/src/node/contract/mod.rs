@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 
 use super::kind::NodeKind;
 use super::recorder::Recording;
-use complaints::Complaints;
+use complaints::Violations;
 
 pub use names::kind_file_name;
 pub(super) use names::{is_pascal, is_snake, snake, stem};
@@ -46,7 +46,7 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 /// # Errors
 /// All violations, one sentence each, beginning with the kind's name.
 pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
-    let mut complaints = Complaints::default();
+    let mut complaints = Violations::default();
     let mut names = BTreeSet::new();
     for kind in kinds {
         complaints.about(kind.name());
@@ -63,5 +63,5 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
 /// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's
 /// extremes, with and without its optional inputs.
 pub fn for_each_recording(kind: &NodeKind, seen: &mut dyn FnMut(&Recording)) {
-    recorded::look(kind, &mut Complaints::default(), seen);
+    recorded::look(kind, &mut Violations::default(), seen);
 }

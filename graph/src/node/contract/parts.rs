@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use super::complaints::Complaints;
+use super::complaints::Violations;
 use crate::node::{Arg, Drawing, ImageId, Origin, Recording, Subresource};
 
-pub(super) fn look(recording: &Recording, complaints: &mut Complaints) {
+pub(super) fn look(recording: &Recording, complaints: &mut Violations) {
     let mut drawn: BTreeSet<Subresource> = BTreeSet::new();
     for pass in &recording.passes {
         for part in pass.args().flat_map(|arg| read(arg, recording)) {

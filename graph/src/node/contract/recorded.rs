@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use super::complaints::Complaints;
+use super::complaints::Violations;
 use super::limits;
 use super::names::{pascal, snake, stem};
 use super::parts;
 use crate::node::{
-    Arg, Arrival, Arrivals, BlockId, BufferLife, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
+    Arg, BlockId, BufferLife, InputValue, InputValues, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
     PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
@@ -30,7 +30,7 @@ struct Use<'a> {
 /// What one recording came to.
 #[derive(PartialEq)]
 struct Recorded {
-    outputs: Vec<Arrival>,
+    outputs: Vec<InputValue>,
     recording: Recording,
     given: usize,
 }
@@ -38,7 +38,7 @@ struct Recorded {
 /// An image as tests have it, a single pixel, and the largest images that every device has.
 const SIZES: [(u32, u32); 4] = [(64, 36), (1, 1), (7680, 4320), (8192, 8192)];
 
-pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+pub(super) fn look(kind: &NodeKind, complaints: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
     let mut is_recorded = false;
     for (index, values) in variants(kind).into_iter().enumerate() {
         let node = NodeInstance::new(kind.clone(), values);
@@ -62,7 +62,7 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Complaints, seen: &mut dyn 
 }
 
 /// No value that was tried lets the kind record.
-fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
+fn skipped(kind: &NodeKind, complaints: &mut Violations) {
     let why = match NodeInstance::new(kind.clone(), defaults(kind)).verify() {
         Err(why) => format!("its defaults are refused ({why})"),
         Ok(()) => "each output equals its fallback at the defaults".into(),
@@ -74,14 +74,14 @@ fn skipped(kind: &NodeKind, complaints: &mut Complaints) {
 }
 
 /// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
-pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
+pub(super) fn live(kind: &NodeKind, complaints: &mut Violations) {
     let defaults = defaults(kind);
     let all: Vec<usize> = (0..kind.params().len()).filter(|index| !kind.params()[*index].replan).collect();
     if all.is_empty() {
         return;
     }
     for is_fully_wired in [true, false] {
-        let without_uniforms = |values: Vec<Value>, complaints: &mut Complaints| {
+        let without_uniforms = |values: Vec<Value>, complaints: &mut Violations| {
             let node = NodeInstance::new(kind.clone(), values);
             let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
             let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
@@ -107,15 +107,15 @@ pub(super) fn live(kind: &NodeKind, complaints: &mut Complaints) {
 fn records(way: &Use<'_>) -> bool {
     let inputs = way.node.kind().inputs();
     let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
-    let arrivals = Arrivals::new(Vec::new(), absent.collect());
-    let is_replaced = way.node.kind().outputs().iter().all(|port| way.node.identity_of(&port.name, &arrivals));
+    let inputs = InputValues::new(Vec::new(), absent.collect());
+    let is_replaced = way.node.kind().outputs().iter().all(|port| way.node.identity_of(&port.name, &inputs));
     way.node.verify().is_ok() && !is_replaced
 }
 
 /// Tables that a recording has computed.
 type Tables = BTreeMap<String, Arc<[u8]>>;
 
-fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: &mut dyn FnMut(&Recording)) {
+fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
     let is_first = computed.is_empty();
     let Some(first) = record(way, std::mem::take(computed), complaints) else { return };
     computed.clone_from(&first.recording.computed);
@@ -125,10 +125,10 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Complaints, seen: 
     for (port, given) in way.node.kind().outputs().iter().zip(&first.outputs) {
         let fits = matches!(
             (port.ty, given),
-            (PortType::Image | PortType::Volume, Arrival::Image(_) | Arrival::Zero)
-                | (PortType::Multisampled, Arrival::Image(_))
-                | (PortType::Pyramid, Arrival::Pyramid(_) | Arrival::Zero)
-                | (PortType::Table | PortType::Value, Arrival::Buffer(_))
+            (PortType::Image | PortType::Volume, InputValue::Image(_) | InputValue::Zero)
+                | (PortType::Multisampled, InputValue::Image(_))
+                | (PortType::Pyramid, InputValue::Pyramid(_) | InputValue::Zero)
+                | (PortType::Table | PortType::Value, InputValue::Buffer(_))
         );
         complaints
             .require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
@@ -177,7 +177,7 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-fn record(way: &Use<'_>, computed: Tables, complaints: &mut Complaints) -> Option<Recorded> {
+fn record(way: &Use<'_>, computed: Tables, complaints: &mut Violations) -> Option<Recorded> {
     let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way, computed)));
     attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
 }
@@ -190,11 +190,11 @@ fn reason(panic: &(dyn std::any::Any + Send)) -> String {
 fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
     let kind = way.node.kind();
     let mut recording = Recording { computed, ..Recording::default() };
-    let arrivals: Vec<Arrival> = kind
+    let inputs: Vec<InputValue> = kind
         .inputs()
         .iter()
         .map(|port| match port.optional && !way.is_fully_wired {
-            true => Arrival::Absent,
+            true => InputValue::Absent,
             false => arrival(port.ty, &port.name, way.size, &mut recording),
         })
         .collect();
@@ -206,7 +206,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
         kind: kind.signature(),
         parameters: way.node.uniform_values(),
         dynamic: way.dynamic,
-        arrivals: &arrivals,
+        inputs: &inputs,
         format: None,
         frame_size: way.size,
         caps: &caps,
@@ -221,7 +221,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
 }
 
 /// Something plausible at an input.
-fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> Arrival {
+fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> InputValue {
     let mut image = |desc: ImageDesc| {
         let origin = Origin::Input(name.to_owned());
         recording.add_image(VirtualImage {
@@ -233,25 +233,25 @@ fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> A
         })
     };
     match ty {
-        PortType::Image => Arrival::Image(image(ImageDesc::new(size))),
-        PortType::Multisampled => Arrival::Image(image(ImageDesc::new(size).multisampled(4))),
-        PortType::Volume => Arrival::Image(image(ImageDesc::volume(Size::volume(16, 9, 8)))),
+        PortType::Image => InputValue::Image(image(ImageDesc::new(size))),
+        PortType::Multisampled => InputValue::Image(image(ImageDesc::new(size).multisampled(4))),
+        PortType::Volume => InputValue::Image(image(ImageDesc::volume(Size::volume(16, 9, 8)))),
         PortType::Pyramid => {
             let levels = size.levels().clamp(1, 4);
             let sizes = std::iter::successors(Some(size.half()), |size| Some(size.half()));
-            Arrival::Pyramid(sizes.take(levels as usize).map(|size| image(ImageDesc::new(size))).collect())
+            InputValue::Pyramid(sizes.take(levels as usize).map(|size| image(ImageDesc::new(size))).collect())
         }
         PortType::Table | PortType::Value => {
             let bytes = if ty == PortType::Value { 16 } else { 64 << 10 };
             let buffer = VirtualBuffer { label: name.to_owned(), bytes, life: BufferLife::Frame };
-            Arrival::Buffer(recording.add_buffer(buffer))
+            InputValue::Buffer(recording.add_buffer(buffer))
         }
-        PortType::Block => Arrival::Block(BlockId(0)),
+        PortType::Block => InputValue::Block(BlockId(0)),
     }
 }
 
 /// The structs of host blocks have the members that the kind's ports declare.
-fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Complaints) {
+fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Violations) {
     let Ok(reflection) = kernel.shader.reflect() else { return };
     for arg in kernel.args.iter().filter(|arg| matches!(arg.value, Arg::Block(_))) {
         let layout = reflection.struct_of(&kernel.function, &arg.name).and_then(|ty| reflection.layout(ty));
@@ -264,7 +264,7 @@ fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Complaints) {
 }
 
 /// Samples are sanitized where the library reads them, and nowhere else.
-fn samples(kernel: &KernelCall, recording: &Recording, complaints: &mut Complaints) {
+fn samples(kernel: &KernelCall, recording: &Recording, complaints: &mut Violations) {
     let has_samples = kernel.textures().any(|image| recording.image(image).desc.samples > 1);
     let is_direct = kernel.shader.reads_textures_itself(&kernel.function);
     complaints.require(!(has_samples && is_direct), || {
@@ -273,7 +273,7 @@ fn samples(kernel: &KernelCall, recording: &Recording, complaints: &mut Complain
 }
 
 /// A pass must not write to what it was given, nor to what is constant.
-fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints) {
+fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Violations) {
     for resource in pass.writes() {
         if let Resource::Image(image) = resource {
             let is_foreign = (image.0 as usize) < recorded.given;
@@ -286,7 +286,7 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Complaints)
 }
 
 /// The file is named after a kind.
-fn file_name(shader: &Shader, complaints: &mut Complaints) {
+fn file_name(shader: &Shader, complaints: &mut Violations) {
     let file = shader.file();
     let stem = stem(file);
     complaints.require(snake(&pascal(stem)) == stem, || {

@@ -119,12 +119,12 @@ fn known<'f>(of_all: &[&'f str], ty: PortType, shape: Option<&(Shape, SizeRule)>
 }
 
 /// The most levels of a pyramid: an image of 16384 pixels has 14.
-const MOST_LEVELS: i64 = 16;
+const MAX_LEVELS: i64 = 16;
 
 fn levels(fields: &mut Fields<'_>) -> Option<u32> {
     let item = fields.required("levels")?;
     match item.value {
-        Tree::Int(levels @ 1..=MOST_LEVELS) => Some(levels as u32),
+        Tree::Int(levels @ 1..=MAX_LEVELS) => Some(levels as u32),
         _ => {
             fields.wrong("levels", &item, "a whole number from 1 to 16");
             None
@@ -156,7 +156,7 @@ fn read(fields: &mut Fields<'_>, item: Item) -> Option<Read> {
     match &item.value {
         Tree::Text(of) => return Some(Read { of: Spanned::new(of.clone(), item.location), level: None }),
         Tree::Tuple(Some(word), items) if word.value == "Level" => {
-            if let [Item { value: Tree::Text(of), location }, Item { value: Tree::Int(level @ 0..MOST_LEVELS), .. }] =
+            if let [Item { value: Tree::Text(of), location }, Item { value: Tree::Int(level @ 0..MAX_LEVELS), .. }] =
                 items.as_slice()
             {
                 let of = Spanned::new(of.clone(), location.clone());

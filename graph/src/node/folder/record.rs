@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{Arrival, DynNode, ImageId, Input, Output, PortType, Recorder};
+use crate::node::{DynNode, ImageId, Input, InputValue, Output, PortType, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_wgsl::{ArgType, Shader};
@@ -30,7 +30,7 @@ fn table_words(@builtin(global_invocation_id) id: vec3u) {
 
 /// Texels in a row of the image of a table, and the most rows: what lies beyond is not read.
 const TABLE_WIDTH: u64 = 256;
-const MOST_ROWS: u64 = 8192;
+const MAX_ROWS: u64 = 8192;
 
 /// A node of a kind without Rust. All nodes are one, since passes do not depend on the parameters: they are numbers in
 /// uniforms.
@@ -71,7 +71,7 @@ impl FolderNode {
 
     /// The functions whose results are read.
     fn needed(&self, pass: &Recorder<'_>) -> Vec<bool> {
-        let mut needed: Vec<bool> = self.steps.iter().map(|step| pass.wanted(&step.name)).collect();
+        let mut needed: Vec<bool> = self.steps.iter().map(|step| pass.is_output_used(&step.name)).collect();
         // Each reads only those before it.
         for at in (0..self.steps.len()).rev() {
             if needed[at] {
@@ -145,8 +145,8 @@ impl DynNode for FolderNode {
         let size = self.size(pass);
         let mut round = Round { node: self, size, made: Vec::new(), tables: BTreeMap::new(), pass };
         for (step, needed) in self.steps.iter().zip(needed) {
-            let made = if needed { round.step(step) } else { Arrival::Absent };
-            if round.pass.wanted(&step.name) {
+            let made = if needed { round.step(step) } else { InputValue::Absent };
+            if round.pass.is_output_used(&step.name) {
                 round.pass.give(&step.name, made.clone());
             }
             round.made.push(made);
@@ -159,7 +159,7 @@ struct Round<'n, 'r, 'a> {
     node: &'n FolderNode,
     size: Size,
     /// What the functions before have made.
-    made: Vec<Arrival>,
+    made: Vec<InputValue>,
     /// The tables that have been read, as images.
     tables: BTreeMap<usize, ImageId>,
     pass: &'r mut Recorder<'a>,
@@ -173,31 +173,31 @@ struct Moving {
 }
 
 impl Round<'_, '_, '_> {
-    fn step(&mut self, step: &Step) -> Arrival {
+    fn step(&mut self, step: &Step) -> InputValue {
         match step.levels {
             Levels::Image { .. } => {
                 let image = self.target(step, &step.name, step.size.of(self.size));
                 self.call(step, Moving::default(), image);
-                Arrival::Image(image)
+                InputValue::Image(image)
             }
             Levels::Down { of, levels } => self.down(step, of, levels),
             Levels::Each(of) => {
                 let levels = self.pyramid(of).into_iter().enumerate();
                 let level = |(index, level)| self.level(step, index, level, Moving::default());
-                Arrival::Pyramid(levels.map(level).collect())
+                InputValue::Pyramid(levels.map(level).collect())
             }
             Levels::Up(of) => {
                 let levels = self.pyramid(of);
                 let (coarsest, finer) = levels.split_last().expect("a pyramid has a level");
                 let upwards = finer.iter().enumerate().rev();
-                Arrival::Image(upwards.fold(*coarsest, |coarser, (index, level)| {
+                InputValue::Image(upwards.fold(*coarsest, |coarser, (index, level)| {
                     self.level(step, index, *level, Moving { coarser: Some(coarser), ..Moving::default() })
                 }))
             }
         }
     }
 
-    fn down(&mut self, step: &Step, of: Source, levels: u32) -> Arrival {
+    fn down(&mut self, step: &Step, of: Source, levels: u32) -> InputValue {
         let mut above = self.image(of, Moving::default());
         let mut size = self.pass.desc(above).size;
         let mut made = Vec::new();
@@ -208,7 +208,7 @@ impl Round<'_, '_, '_> {
             made.push(image);
             above = image;
         }
-        Arrival::Pyramid(made)
+        InputValue::Pyramid(made)
     }
 
     /// Calls the function for a level of a pyramid; the result has its size.
@@ -222,7 +222,7 @@ impl Round<'_, '_, '_> {
     /// An image for a result. The format that a pipeline sets is for outputs.
     fn target(&mut self, step: &Step, name: impl Display, size: Size) -> ImageId {
         let desc = ImageDesc::new(size).format(step.format);
-        match self.pass.wanted(&step.name) {
+        match self.pass.is_output_used(&step.name) {
             true => self.pass.level(name, desc),
             false => self.pass.transient(name, desc),
         }
@@ -247,7 +247,7 @@ impl Round<'_, '_, '_> {
         match source {
             Source::Input(input) => self.input(input),
             Source::Made(made) => match &self.made[made] {
-                Arrival::Image(image) => *image,
+                InputValue::Image(image) => *image,
                 other => panic!("an image was made before its readers, not {other:?}"),
             },
             Source::Level(of, level) => {
@@ -277,7 +277,7 @@ impl Round<'_, '_, '_> {
         let name = &self.node.inputs[input].name;
         let buffer = self.pass.buffer(name);
         let texels = self.pass.buffer_bytes(buffer).div_ceil(8);
-        let rows = texels.div_ceil(TABLE_WIDTH).clamp(1, MOST_ROWS);
+        let rows = texels.div_ceil(TABLE_WIDTH).clamp(1, MAX_ROWS);
         let desc = ImageDesc::new(Size::new(TABLE_WIDTH as u32, rows as u32)).format(Format::Rgba32Float);
         let image = self.pass.transient(format_args!("{name}.words"), desc);
         let groups = desc.size.div_up(16);
@@ -290,7 +290,7 @@ impl Round<'_, '_, '_> {
     fn pyramid(&mut self, of: Pyramid) -> Vec<ImageId> {
         match of {
             Pyramid::Made(made) => match &self.made[made] {
-                Arrival::Pyramid(levels) => levels.clone(),
+                InputValue::Pyramid(levels) => levels.clone(),
                 other => panic!("a pyramid was made before its readers, not {other:?}"),
             },
             Pyramid::Input(input) => {

@@ -1,7 +1,7 @@
 //! What the bindings of an entry point hold.
 
 use super::details::{Bindings, Bound};
-use super::{Arrival, Recorder};
+use super::{InputValue, Recorder};
 use crate::node::kernel::{Arg, Argument, KernelCall};
 use crate::node::resource::Resource;
 use afterimage_base::Shared;
@@ -42,9 +42,9 @@ impl Bindings {
         let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, bound)| *bound);
         bound.or_else(|| {
             let index = recorder.kind.inputs.iter().position(|input| input.name == name)?;
-            match &recorder.arrivals[index] {
-                Arrival::Image(image) => Some(Bound::Resource(Resource::Image(*image))),
-                Arrival::Buffer(buffer) => Some(Bound::Resource(Resource::Buffer(*buffer))),
+            match &recorder.inputs[index] {
+                InputValue::Image(image) => Some(Bound::Resource(Resource::Image(*image))),
+                InputValue::Buffer(buffer) => Some(Bound::Resource(Resource::Buffer(*buffer))),
                 _ => None,
             }
         })
@@ -66,8 +66,8 @@ pub(super) fn params<'s>(recorder: &Recorder<'_>, shader: &'s Shader) -> Option<
 /// The host block at the input of that name.
 fn block(recorder: &Recorder<'_>, name: &str) -> Option<Arg> {
     let index = recorder.kind.inputs.iter().position(|input| input.name == name)?;
-    match recorder.arrivals[index] {
-        Arrival::Block(block) => Some(Arg::Block(block)),
+    match recorder.inputs[index] {
+        InputValue::Block(block) => Some(Arg::Block(block)),
         _ => None,
     }
 }

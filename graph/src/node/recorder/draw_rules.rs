@@ -12,10 +12,10 @@ use afterimage_wgsl::{EntryPoint, EntryStage, Located, NumberKind, Reflection};
 /// Samples that every device draws.
 const SAMPLES: [u32; 2] = [1, 4];
 /// Attachments for color that every device has, and their bytes for a sample.
-const MOST_COLORS: usize = 8;
-const MOST_COLOR_BYTES: u64 = 32;
+const MAX_COLORS: usize = 8;
+const MAX_COLOR_BYTES: u64 = 32;
 /// Buffers of vertices that every device has.
-const MOST_VERTEX_BUFFERS: usize = 8;
+const MAX_VERTEX_BUFFERS: usize = 8;
 
 /// Refuses a drawing pass that no device, or not every device, can run after the passes before it.
 ///
@@ -110,10 +110,10 @@ impl Rules<'_> {
             // A device stores bytes as more.
             bytes += if format == Format::Rgba8Unorm { 8 } else { format.bytes() };
         }
-        self.require(colors.len() <= MOST_COLORS && bytes <= MOST_COLOR_BYTES, || {
+        self.require(colors.len() <= MAX_COLORS && bytes <= MAX_COLOR_BYTES, || {
             format!(
-                "has {} attachments for color with {bytes} bytes a sample; the limit of a device may be {MOST_COLORS} \
-                 with {MOST_COLOR_BYTES}",
+                "has {} attachments for color with {bytes} bytes a sample; the limit of a device may be {MAX_COLORS} \
+                 with {MAX_COLOR_BYTES}",
                 colors.len()
             )
         });
@@ -158,8 +158,8 @@ impl Rules<'_> {
 
     fn geometry(&mut self, geometry: &Geometry) {
         let buffers = geometry.vertices.len();
-        self.require(buffers <= MOST_VERTEX_BUFFERS, || {
-            format!("has {buffers} buffers of vertices; the limit of a device may be {MOST_VERTEX_BUFFERS}")
+        self.require(buffers <= MAX_VERTEX_BUFFERS, || {
+            format!("has {buffers} buffers of vertices; the limit of a device may be {MAX_VERTEX_BUFFERS}")
         });
         match &geometry.draws {
             Draws::Ranges(ranges) => {

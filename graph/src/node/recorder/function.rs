@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
 use super::known_pass::KnownPass;
-use super::{Arrival, Recorder, shape};
+use super::{InputValue, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
@@ -252,7 +252,7 @@ impl FunctionPass<'_, '_> {
 
     fn image(&self, name: &str, has_samples: bool) -> ImageId {
         let image = self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
-            Arrival::Image(image) => *image,
+            InputValue::Image(image) => *image,
             other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
         });
         self.require_samples(name, image, has_samples);
@@ -274,7 +274,7 @@ impl FunctionPass<'_, '_> {
 
     fn block(&self, name: &str) -> BlockId {
         match self.recorder.arrival(name) {
-            Arrival::Block(block) => *block,
+            InputValue::Block(block) => *block,
             other => panic!("input `{name}` of `{}` is {other:?}, not a host block", self.recorder.node),
         }
     }
@@ -288,10 +288,10 @@ impl FunctionPass<'_, '_> {
             return pixel(image);
         }
         match self.recorder.arrival(name) {
-            Arrival::Image(image) => pixel(*image),
-            Arrival::Buffer(buffer) => Arg::Value(*buffer, components),
-            Arrival::Zero | Arrival::Absent => Arg::Zero(components),
-            other @ (Arrival::Pyramid(_) | Arrival::Block(_)) => {
+            InputValue::Image(image) => pixel(*image),
+            InputValue::Buffer(buffer) => Arg::Value(*buffer, components),
+            InputValue::Zero | InputValue::Absent => Arg::Zero(components),
+            other @ (InputValue::Pyramid(_) | InputValue::Block(_)) => {
                 panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node)
             }
         }

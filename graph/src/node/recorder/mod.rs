@@ -35,7 +35,7 @@ use details::Label;
 
 /// What is wired to an input port of a node that runs.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Arrival {
+pub enum InputValue {
     /// An image or a volume.
     Image(ImageId),
     /// A pyramid, finest level first.
@@ -56,7 +56,7 @@ pub struct Recorder<'a> {
     kind: Signature<'a>,
     parameters: UniformValues<'a>,
     dynamic: &'a [usize],
-    arrivals: &'a [Arrival],
+    inputs: &'a [InputValue],
     format: Option<Format>,
     frame_size: Size,
     caps: &'a Caps,
@@ -67,7 +67,7 @@ pub struct Recorder<'a> {
     /// What the node has recorded before, if it is recorded again for its uniforms.
     replay: Option<&'a mut Replay>,
     /// None if it is recorded again: nobody reads them then.
-    outputs: Vec<Arrival>,
+    outputs: Vec<InputValue>,
 }
 
 /// What a [`Recorder`] knows of its node; the planner fills it in.
@@ -81,7 +81,7 @@ pub struct RecorderContext<'a> {
     /// The parameters that the host changes while the plan runs, by their indices in the kind's table.
     pub dynamic: &'a [usize],
     /// What arrives at its inputs, in the order of the kind's ports.
-    pub arrivals: &'a [Arrival],
+    pub inputs: &'a [InputValue],
     /// The format that the file asks for.
     pub format: Option<Format>,
     /// The size of the frame, for nodes without an image input.
@@ -109,7 +109,7 @@ pub struct NodeColors<'a> {
 impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
-        let outputs = vec![Arrival::Absent; context.kind.outputs.len()];
+        let outputs = vec![InputValue::Absent; context.kind.outputs.len()];
         Self::with(context, recording, None, outputs)
     }
 
@@ -124,16 +124,16 @@ impl<'a> Recorder<'a> {
         context: RecorderContext<'a>,
         recording: &'a mut Recording,
         replay: Option<&'a mut Replay>,
-        outputs: Vec<Arrival>,
+        outputs: Vec<InputValue>,
     ) -> Self {
-        let RecorderContext { node, kind, parameters, dynamic, arrivals, .. } = context;
+        let RecorderContext { node, kind, parameters, dynamic, inputs, .. } = context;
         let RecorderContext { format, frame_size, caps, exact, wanted, colors, .. } = context;
         Self {
             node,
             kind,
             parameters,
             dynamic,
-            arrivals,
+            inputs,
             format,
             frame_size,
             caps,
@@ -154,27 +154,27 @@ impl<'a> Recorder<'a> {
     }
 
     /// What each output port holds, in the order of the kind's ports.
-    pub fn finish(self) -> Vec<Arrival> {
+    pub fn finish(self) -> Vec<InputValue> {
         self.outputs
     }
 
-    fn arrival(&self, port: &str) -> &'a Arrival {
+    fn arrival(&self, port: &str) -> &'a InputValue {
         let index = self.kind.inputs.iter().position(|input| input.name == port);
-        &self.arrivals[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
+        &self.inputs[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
     }
 
     /// Whether something arrives at an optional input.
     pub fn wired(&self, port: &str) -> bool {
-        !matches!(self.arrival(port), Arrival::Absent)
+        !matches!(self.arrival(port), InputValue::Absent)
     }
 
     /// Whether the input is known to be zero everywhere.
     pub fn is_zero(&self, port: &str) -> bool {
-        matches!(self.arrival(port), Arrival::Zero)
+        matches!(self.arrival(port), InputValue::Zero)
     }
 
     /// Whether the output is read.
-    pub fn wanted(&self, port: &str) -> bool {
+    pub fn is_output_used(&self, port: &str) -> bool {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         index.is_some_and(|index| self.wanted[index])
     }
@@ -189,8 +189,8 @@ impl<'a> Recorder<'a> {
     /// The image or volume at an input; one black texel where the input is zero.
     pub fn image(&mut self, port: &str) -> ImageId {
         match self.arrival(port).clone() {
-            Arrival::Image(image) => image,
-            Arrival::Zero => self.black(),
+            InputValue::Image(image) => image,
+            InputValue::Zero => self.black(),
             other => panic!("input `{port}` of `{}` is {other:?}, not an image", self.node),
         }
     }
@@ -198,8 +198,8 @@ impl<'a> Recorder<'a> {
     /// The levels of the pyramid at an input, finest first; one black texel where the input is zero.
     pub fn pyramid(&mut self, port: &str) -> Cow<'a, [ImageId]> {
         match self.arrival(port) {
-            Arrival::Pyramid(levels) => levels.as_slice().into(),
-            Arrival::Zero => vec![self.black()].into(),
+            InputValue::Pyramid(levels) => levels.as_slice().into(),
+            InputValue::Zero => vec![self.black()].into(),
             other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.node),
         }
     }
@@ -207,7 +207,7 @@ impl<'a> Recorder<'a> {
     /// The buffer of the table or value at an input.
     pub fn buffer(&self, port: &str) -> BufferId {
         match self.arrival(port) {
-            Arrival::Buffer(buffer) => *buffer,
+            InputValue::Buffer(buffer) => *buffer,
             other => panic!("input `{port}` of `{}` is {other:?}, not a buffer", self.node),
         }
     }
@@ -265,10 +265,10 @@ impl<'a> Recorder<'a> {
     }
 
     /// Gives something to an output port.
-    pub fn give(&mut self, port: &str, what: Arrival) {
+    pub fn give(&mut self, port: &str, what: InputValue) {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
-        if let Arrival::Image(image) = what {
+        if let InputValue::Image(image) = what {
             let (desc, ty) = (self.desc(image), self.kind.outputs[index].ty);
             let fits = match ty {
                 PortType::Multisampled => desc.samples > 1,
@@ -286,8 +286,8 @@ impl<'a> Recorder<'a> {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
         let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
         match self.outputs.get_mut(index) {
-            Some(Arrival::Pyramid(levels)) => levels.push(level),
-            Some(output) => *output = Arrival::Pyramid(vec![level]),
+            Some(InputValue::Pyramid(levels)) => levels.push(level),
+            Some(output) => *output = InputValue::Pyramid(vec![level]),
             None => {}
         }
     }

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::replay::is_label;
-use super::{Arrival, Recorder};
+use super::{InputValue, Recorder};
 use crate::node::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
 use afterimage_base::image::{Format, ImageDesc, Signedness, Size};
 
@@ -73,7 +73,7 @@ impl Recorder<'_> {
     /// An image of an output port, to be written by a pass of this node.
     pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
         let image = self.level(port, desc);
-        self.give(port, Arrival::Image(image));
+        self.give(port, InputValue::Image(image));
         image
     }
 
@@ -131,7 +131,7 @@ impl Recorder<'_> {
     /// The table of an output port.
     pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
         let buffer = self.add_buffer(port, bytes, life);
-        self.give(port, Arrival::Buffer(buffer));
+        self.give(port, InputValue::Buffer(buffer));
         buffer
     }
 

@@ -2,7 +2,7 @@
 
 /// What the shown picture is compared with.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Beside {
+pub enum CompareWith {
     /// The pipeline as it is written, without the user's changes.
     Written,
     /// The same with 32-bit intermediates: the reference.
@@ -13,7 +13,7 @@ pub enum Beside {
     Pipeline(String),
 }
 
-impl Beside {
+impl CompareWith {
     /// Its name for people.
     pub fn name(&self) -> String {
         match self {

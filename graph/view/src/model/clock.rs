@@ -5,7 +5,7 @@ use super::chain::Moment;
 /// Seconds of a frame that is stepped to.
 const STEP: f64 = 1.0 / 60.0;
 /// A longer pause between two frames is not played back.
-const LONGEST: f64 = 0.1;
+const MAX_LENGTH: f64 = 0.1;
 
 /// The time that frames are rendered at.
 #[derive(Debug)]
@@ -52,7 +52,7 @@ impl PlayClock {
     /// The moment of the next frame, `passed` seconds after the last one; `None` if it is the same as before.
     pub fn advance(&mut self, passed: f64) -> Option<Moment> {
         let dt = match (self.is_playing, std::mem::take(&mut self.step)) {
-            (true, _) => passed.clamp(0.0, LONGEST),
+            (true, _) => passed.clamp(0.0, MAX_LENGTH),
             (false, true) => STEP,
             (false, false) if self.cut => 0.0,
             (false, false) => return None,
@@ -92,7 +92,7 @@ mod tests {
     fn a_window_that_was_away_does_not_jump_and_a_cut_has_no_history() {
         let mut clock = PlayClock::default();
         clock.advance(0.0);
-        assert_eq!(clock.advance(60.0).map(|moment| moment.dt), Some(LONGEST));
+        assert_eq!(clock.advance(60.0).map(|moment| moment.dt), Some(MAX_LENGTH));
         clock.is_playing = false;
         clock.seek(3.0);
         assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, dt: 0.0, reset: true }));

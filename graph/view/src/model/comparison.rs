@@ -2,18 +2,18 @@
 
 use afterimage_gpu::wgpu;
 
-use super::beside::Beside;
+use super::beside::CompareWith;
 use super::{Chain, Model, Project, Purpose, Target};
 use crate::Problem;
 
 impl Model {
     /// What the shown picture is compared with.
-    pub fn beside(&self) -> Option<&Beside> {
+    pub fn beside(&self) -> Option<&CompareWith> {
         self.beside.as_ref().map(|(beside, _)| beside)
     }
 
     /// Renders another picture beside the shown one, or no more. If it cannot be made, that is the problem.
-    pub fn set_beside(&mut self, beside: Option<Beside>) {
+    pub fn set_beside(&mut self, beside: Option<CompareWith>) {
         self.beside = None;
         let Some(beside) = beside else { return };
         match self.make_beside(&beside) {
@@ -33,21 +33,21 @@ impl Model {
         self.set_beside(beside);
     }
 
-    fn make_beside(&mut self, beside: &Beside) -> Result<Chain, Problem> {
+    fn make_beside(&mut self, beside: &CompareWith) -> Result<Chain, Problem> {
         let no_pipeline = || Problem::said("there is no pipeline to compare with");
-        let purpose = if *beside == Beside::Reference { Purpose::Reference } else { Purpose::Show };
+        let purpose = if *beside == CompareWith::Reference { Purpose::Reference } else { Purpose::Show };
         let graph = match beside {
-            Beside::Written => self.graph.as_deref().cloned(),
-            Beside::Reference => self.present_graph(),
-            Beside::Tier(tier) => Some(self.project.check(tier.as_deref()).map_err(Problem::Pipeline)?.graph),
-            Beside::Pipeline(name) => {
+            CompareWith::Written => self.graph.as_deref().cloned(),
+            CompareWith::Reference => self.present_graph(),
+            CompareWith::Tier(tier) => Some(self.project.check(tier.as_deref()).map_err(Problem::Pipeline)?.graph),
+            CompareWith::Pipeline(name) => {
                 let mut other = super::TextProject::built_in(name).ok_or_else(no_pipeline)?;
                 Some(other.check(None).map_err(Problem::Pipeline)?.graph)
             }
         };
         let mut chain = Chain::new(&self.gpu, graph.ok_or_else(no_pipeline)?, purpose);
         chain.post().set_facts(self.facts.clone());
-        if matches!(beside, Beside::Reference | Beside::Tier(_)) {
+        if matches!(beside, CompareWith::Reference | CompareWith::Tier(_)) {
             self.give_values(&mut chain);
         }
         Ok(chain)

@@ -23,7 +23,7 @@ pub struct Files {
     have_changed: HaveChanged,
     /// The frame that is shown.
     present: usize,
-    further: Vec<Further>,
+    further: Vec<SecondaryInput>,
     size: Size,
     /// Frames in a second.
     fps: f64,
@@ -67,7 +67,7 @@ impl Files {
     pub fn add(&mut self, input: &str, picture: Picture) -> Result<(), Problem> {
         let view = uploaded(&self.gpu, &picture)?;
         self.further.retain(|further| further.input != input);
-        self.further.push(Further { input: input.to_owned(), picture, view });
+        self.further.push(SecondaryInput { input: input.to_owned(), picture, view });
         Ok(())
     }
 
@@ -113,7 +113,7 @@ impl Files {
         }
         let view = uploaded(&self.gpu, &(self.read)(index).map_err(Problem::said)?)?;
         let bytes = u64::from(self.size.width) * u64::from(self.size.height) * 8;
-        if self.frames.iter().flatten().count() as u64 * bytes > MOST_BYTES {
+        if self.frames.iter().flatten().count() as u64 * bytes > MAX_BYTES {
             self.frames.fill(None);
         }
         self.frames[index] = Some(view.clone());
@@ -122,14 +122,14 @@ impl Files {
 }
 
 /// An image for an input beside the first.
-struct Further {
+struct SecondaryInput {
     input: String,
     /// Kept for a device that replaces a lost one.
     picture: Picture,
     view: TextureView,
 }
 
-impl Further {
+impl SecondaryInput {
     fn upload(&mut self, gpu: &Gpu) -> Result<(), Problem> {
         self.view = uploaded(gpu, &self.picture)?;
         Ok(())
@@ -137,7 +137,7 @@ impl Further {
 }
 
 /// The most bytes of frames that are kept on the device.
-const MOST_BYTES: u64 = 2 << 30;
+const MAX_BYTES: u64 = 2 << 30;
 
 fn uploaded(gpu: &Gpu, picture: &Picture) -> Result<TextureView, Problem> {
     gpu.check_fits(picture.desc())?;

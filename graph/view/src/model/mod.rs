@@ -23,7 +23,7 @@ use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
 
-pub use beside::Beside;
+pub use beside::CompareWith;
 pub use chain::{Chain, Moment, Purpose};
 pub use changes::{Changes, Target};
 pub use clock::PlayClock;
@@ -55,7 +55,7 @@ pub struct Model {
     fed: FrameImages,
     clock: PlayClock,
     shown: Option<Chain>,
-    beside: Option<(Beside, Chain)>,
+    beside: Option<(CompareWith, Chain)>,
     inspected: Option<Chain>,
     reference: Option<Chain>,
     savings: Option<Savings>,

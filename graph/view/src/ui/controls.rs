@@ -11,7 +11,7 @@ const ANY: (f64, f64) = (-10.0, 10.0);
 const LARGEST: f64 = 1e5;
 
 /// What a control did in a frame.
-pub(super) struct Turned {
+pub(super) struct ControlChange {
     /// The new value.
     pub(super) value: Value,
     /// Whether the user is done: another change is another step of undo.
@@ -19,7 +19,7 @@ pub(super) struct Turned {
 }
 
 /// Shows the control of a parameter at its present value.
-pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Turned> {
+pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<ControlChange> {
     match (param.ty, value) {
         (Type::Bool, Value::Bool(on)) => flag(ui, *on),
         (Type::Int, Value::Int(number)) => whole(ui, param, *number),
@@ -37,11 +37,11 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Turne
     }
 }
 
-fn turned(value: Value, is_done: bool) -> Turned {
-    Turned { value, is_done }
+fn turned(value: Value, is_done: bool) -> ControlChange {
+    ControlChange { value, is_done }
 }
 
-fn flag(ui: &mut Ui, mut on: bool) -> Option<Turned> {
+fn flag(ui: &mut Ui, mut on: bool) -> Option<ControlChange> {
     ui.checkbox(&mut on, "").changed().then(|| turned(Value::Bool(on), true))
 }
 
@@ -55,7 +55,7 @@ fn is_wide((low, high): (f64, f64)) -> bool {
     low > 0.0 && high / low > WIDE || low == 0.0 && high > WIDE
 }
 
-fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<Turned> {
+fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<ControlChange> {
     let (low, high) = range(param);
     let slider = Slider::new(&mut number, low as i64..=high as i64).logarithmic(is_wide((low, high)));
     let slid = ui.add(slider.clamping(egui::SliderClamping::Edits).show_value(false));
@@ -64,7 +64,7 @@ fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<Turned> {
     answer(&response, Value::Int(number))
 }
 
-fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<Turned> {
+fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<ControlChange> {
     let (low, high) = range(param);
     // What is typed may leave the usual range, but not the domain.
     let slider = Slider::new(&mut number, low..=high)
@@ -100,12 +100,12 @@ fn rounded(number: f64) -> f64 {
     (number * scale).round() / scale
 }
 
-fn answer(response: &egui::Response, value: Value) -> Option<Turned> {
+fn answer(response: &egui::Response, value: Value) -> Option<ControlChange> {
     let is_done = response.drag_stopped() || response.lost_focus();
     (response.changed() || is_done).then(|| turned(value, is_done || !response.dragged()))
 }
 
-fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Option<Turned> {
+fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Option<ControlChange> {
     let speed = speed(range(param));
     let mut responses = Vec::new();
     ui.horizontal(|ui| {
@@ -138,7 +138,7 @@ fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
     response
 }
 
-fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'static str) -> Option<Turned> {
+fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'static str) -> Option<ControlChange> {
     let mut new = chosen;
     egui::ComboBox::from_id_salt(("choice", ui.id(), &*param.name))
         .selected_text(chosen)

@@ -4,7 +4,7 @@ use afterimage_gpu::wgpu;
 use egui::{Context, Ui};
 
 use super::Viewer;
-use super::exporter::{ExportKind, Exported, UnderWay};
+use super::exporter::{ExportKind, Exported, PendingExport};
 use super::picture::Subject;
 use crate::render::device::{image, onto};
 use crate::render::{Copied, Painter};
@@ -53,7 +53,7 @@ impl Viewer {
             ExportKind::Numbers => (subject.image.clone(), subject.slice),
         };
         let copied = Copied::record(&self.model.gpu().device, encoder, &texture, slice);
-        self.exporter.under_way = copied.map(|copied| UnderWay::new(&self.model, &subject, kind, copied));
+        self.exporter.under_way = copied.map(|copied| PendingExport::new(&self.model, &subject, kind, copied));
     }
 
     /// The picture as it is seen, on an image of its size.
@@ -79,7 +79,7 @@ impl Viewer {
         under_way.copied.ask();
         let Some(texels) = under_way.copied.texels() else { return ctx.request_repaint() };
         let encoded = under_way.encode(&texels);
-        let Some(UnderWay { name, .. }) = self.exporter.under_way.take() else { return };
+        let Some(PendingExport { name, .. }) = self.exporter.under_way.take() else { return };
         match encoded {
             Ok(bytes) => self.exporter.finished = Some(Exported { name, bytes }),
             Err(why) => self.tell(ctx, format!("Nothing is exported: {why}")),

@@ -30,19 +30,19 @@ pub enum ExportKind {
 #[derive(Default)]
 pub(super) struct Exporter {
     pub(super) wanted: Option<ExportKind>,
-    pub(super) under_way: Option<UnderWay>,
+    pub(super) under_way: Option<PendingExport>,
     pub(super) finished: Option<Exported>,
 }
 
 /// A file whose image is being copied.
-pub(super) struct UnderWay {
+pub(super) struct PendingExport {
     kind: ExportKind,
     pub(super) copied: Copied,
     pub(super) name: String,
     color: Option<Colorimetry>,
 }
 
-impl UnderWay {
+impl PendingExport {
     /// What a model shows, as a file of a kind.
     pub(super) fn new(model: &Model, subject: &Subject, kind: ExportKind, copied: Copied) -> Self {
         Self { kind, copied, name: name(model, kind), color: colorimetry(model, subject) }

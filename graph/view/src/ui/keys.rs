@@ -4,7 +4,7 @@ use egui::{Context, Key, Modifiers};
 
 use super::picture::Comparison;
 use super::{ExportKind, Tab, Viewer};
-use crate::model::Beside;
+use crate::model::CompareWith;
 
 impl Viewer {
     /// Does what keys ask for, unless a text is being typed.
@@ -52,18 +52,18 @@ impl Viewer {
         if pressed(Key::Num1) {
             self.picture.zoom = Some(1.0);
         }
-        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::Beside), (Key::D, Comparison::Difference)];
+        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::CompareWith), (Key::D, Comparison::Difference)];
         for (key, mode) in modes {
             if pressed(key) {
                 self.picture.comparison = mode;
                 if self.model.beside().is_none() {
-                    self.model.set_beside(Some(Beside::Written));
+                    self.model.set_beside(Some(CompareWith::Written));
                 }
             }
         }
         if pressed(Key::R) {
-            let is_reference = self.model.beside() == Some(&Beside::Reference);
-            self.model.set_beside(if is_reference { None } else { Some(Beside::Reference) });
+            let is_reference = self.model.beside() == Some(&CompareWith::Reference);
+            self.model.set_beside(if is_reference { None } else { Some(CompareWith::Reference) });
         }
         if pressed(Key::Escape) {
             self.model.set_tap(None);

@@ -3,23 +3,23 @@
 use egui::{Context, Id, Modal, RichText};
 
 use super::Viewer;
-use super::leaving::Leaving;
+use super::leaving::QuitPrompt;
 use super::theme::DIM;
 
 impl Viewer {
     /// Closes the window, or asks first if changes would be lost.
     pub fn leave(&mut self) {
-        self.leaving = if self.model.changes().is_empty() { Leaving::Leaves } else { Leaving::Asks };
+        self.leaving = if self.model.changes().is_empty() { QuitPrompt::Leaves } else { QuitPrompt::Asks };
     }
 
     /// Whether the window is to be closed now.
     pub fn is_leaving(&self) -> bool {
-        self.leaving == Leaving::Leaves
+        self.leaving == QuitPrompt::Leaves
     }
 
     /// The question, while it is open.
     pub(super) fn ask_before_leaving(&mut self, ctx: &Context) {
-        if self.leaving != Leaving::Asks {
+        if self.leaving != QuitPrompt::Asks {
             return;
         }
         let modal = Modal::new(Id::new("leaving")).show(ctx, |ui| {
@@ -30,18 +30,18 @@ impl Viewer {
             ui.horizontal(|ui| {
                 if ui.button("Save and close").clicked() {
                     self.save(ctx, None);
-                    self.leaving = if self.unsaved.is_none() { Leaving::Leaves } else { Leaving::Stays };
+                    self.leaving = if self.unsaved.is_none() { QuitPrompt::Leaves } else { QuitPrompt::Stays };
                 }
                 if ui.button("Close without saving").clicked() {
-                    self.leaving = Leaving::Leaves;
+                    self.leaving = QuitPrompt::Leaves;
                 }
                 if ui.button("Stay").clicked() {
-                    self.leaving = Leaving::Stays;
+                    self.leaving = QuitPrompt::Stays;
                 }
             });
         });
-        if modal.should_close() && self.leaving == Leaving::Asks {
-            self.leaving = Leaving::Stays;
+        if modal.should_close() && self.leaving == QuitPrompt::Asks {
+            self.leaving = QuitPrompt::Stays;
         }
     }
 }

@@ -2,7 +2,7 @@
 
 /// Whether the window is to be closed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Leaving {
+pub(super) enum QuitPrompt {
     /// It stays.
     #[default]
     Stays,

@@ -28,7 +28,7 @@ use cost::CostPanel;
 use exporter::Exporter;
 pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
-use leaving::Leaving;
+use leaving::QuitPrompt;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use probe::ProbePanel;
@@ -68,7 +68,7 @@ pub struct Viewer {
     /// Whether the picture is shown alone, without panels.
     pub is_bare: bool,
     shows_help: bool,
-    leaving: Leaving,
+    leaving: QuitPrompt,
     /// Whether the panels have been shown.
     was_shown: bool,
     painter: Painter,
@@ -105,7 +105,7 @@ impl Viewer {
             shows_probe: false,
             is_bare: false,
             shows_help: false,
-            leaving: Leaving::default(),
+            leaving: QuitPrompt::default(),
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),

@@ -4,7 +4,7 @@ use afterimage_graph::check::{Fact, FactKind, Graph, GraphNode, ParameterId};
 use afterimage_graph::value::{Param, Value};
 use egui::{RichText, ScrollArea, Ui};
 
-use super::controls::{Turned, control};
+use super::controls::{ControlChange, control};
 use super::theme::{ACCENT, DIM};
 use crate::model::{Model, Target};
 
@@ -17,7 +17,7 @@ pub(super) struct Parameters {
 }
 
 /// What a user has done in the panel.
-enum Act {
+enum PanelAction {
     Set(Target, Option<Value>),
     Release,
 }
@@ -28,7 +28,7 @@ impl Parameters {
         ui.horizontal(|ui| {
             let search =
                 egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
-            ui.add(search).labeled_by(ui.id());
+            ui.add(search).labelled_by(ui.id());
             let text = format!("Changed {}", model.changes().len());
             ui.toggle_value(&mut self.only_changed, text).on_hover_text("Show only what differs from the file");
         });
@@ -49,8 +49,8 @@ impl Parameters {
             }
             for act in acts {
                 match act {
-                    Act::Set(target, value) => model.set(&target, value),
-                    Act::Release => model.release(),
+                    PanelAction::Set(target, value) => model.set(&target, value),
+                    PanelAction::Release => model.release(),
                 }
             }
         });
@@ -75,7 +75,13 @@ impl Parameters {
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
 
-    fn node(&self, ui: &mut Ui, model: &Model, (graph, index, node): (&Graph, usize, &GraphNode), acts: &mut Vec<Act>) {
+    fn node(
+        &self,
+        ui: &mut Ui,
+        model: &Model,
+        (graph, index, node): (&Graph, usize, &GraphNode),
+        acts: &mut Vec<PanelAction>,
+    ) {
         let rows: Vec<ParameterId> = self.rows(model, graph, index).collect();
         if rows.is_empty() {
             return;
@@ -96,11 +102,11 @@ impl Parameters {
 }
 
 /// The line of a node: its switch, its name and its kind.
-fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
+fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<PanelAction>) {
     let mut on = model.is_on(&node.name);
     if ui.checkbox(&mut on, "").on_hover_text("Whether the node runs").changed() {
-        acts.push(Act::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
-        acts.push(Act::Release);
+        acts.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
+        acts.push(PanelAction::Release);
     }
     ui.label(RichText::new(&node.name).strong());
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
@@ -113,7 +119,7 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<Act>) {
 const NARROWEST_UNIT: f32 = 36.0;
 
 /// A row: the name, marked if it is changed, and the control.
-fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act>) {
+fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<PanelAction>) {
     let target = Target::Parameter(name.to_owned());
     let Some(value) = model.value(name) else { return };
     let is_changed = model.changes().get(&target).is_some();
@@ -123,13 +129,13 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Act
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(name).as_ref()));
         if label.double_clicked() && is_changed {
-            acts.push(Act::Set(target.clone(), None));
-            acts.push(Act::Release);
+            acts.push(PanelAction::Set(target.clone(), None));
+            acts.push(PanelAction::Release);
         }
-        if let Some(Turned { value, is_done }) = control(ui, param, &value) {
-            acts.push(Act::Set(target, Some(value)));
+        if let Some(ControlChange { value, is_done }) = control(ui, param, &value) {
+            acts.push(PanelAction::Set(target, Some(value)));
             if is_done {
-                acts.push(Act::Release);
+                acts.push(PanelAction::Release);
             }
         }
         let mark = if param.replan { "new plan" } else { "" };

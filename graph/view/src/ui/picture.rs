@@ -15,7 +15,7 @@ pub enum Comparison {
     #[default]
     Wipe,
     /// Side by side.
-    Beside,
+    CompareWith,
     /// Their difference, enlarged eight times.
     Difference,
 }
@@ -173,7 +173,7 @@ impl PictureView {
 
     /// Where pictures are shown: two halves side by side, or everything.
     fn areas(&self, area: Rect, compares: bool) -> Vec<Rect> {
-        if compares && self.comparison == Comparison::Beside {
+        if compares && self.comparison == Comparison::CompareWith {
             let (left, right) = area.split_left_right_at_fraction(0.5);
             return vec![left.with_max_x(left.max.x - 1.0), right.with_min_x(right.min.x + 1.0)];
         }
@@ -207,7 +207,7 @@ impl PictureView {
     /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
     pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
         let other = if model.tap().is_some() { None } else { model.picture_beside() };
-        let is_beside = other.is_some() && self.comparison == Comparison::Beside;
+        let is_beside = other.is_some() && self.comparison == Comparison::CompareWith;
         let compared = other.filter(|_| !is_beside);
         let [width, height] = [subject.image.width(), subject.image.height()];
         let images = [Some(&subject.image), other.filter(|_| is_beside)];

@@ -5,7 +5,7 @@ use egui::{Button, ComboBox, RichText, Ui};
 use super::Viewer;
 use super::picture::Comparison;
 use super::theme::{ACCENT, DIM};
-use crate::model::{Beside, TextProject};
+use crate::model::{CompareWith, TextProject};
 
 impl Viewer {
     /// The bar above.
@@ -75,7 +75,7 @@ impl Viewer {
     fn compare_menu(&mut self, ui: &mut Ui) {
         let present = self.model.beside().cloned();
         let mut chosen = present.clone();
-        let shown = present.as_ref().map_or("compare with…".into(), Beside::name);
+        let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
         ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, None, "nothing");
             for beside in self.comparable() {
@@ -87,8 +87,11 @@ impl Viewer {
             self.model.set_beside(chosen);
         }
         if self.model.beside().is_some() {
-            let modes =
-                [("Wipe", Comparison::Wipe), ("Beside", Comparison::Beside), ("Difference", Comparison::Difference)];
+            let modes = [
+                ("Wipe", Comparison::Wipe),
+                ("Beside", Comparison::CompareWith),
+                ("Difference", Comparison::Difference),
+            ];
             // An intermediate image is shown alone.
             let is_compared = self.model.tap().is_none();
             for (name, mode) in modes {
@@ -101,12 +104,12 @@ impl Viewer {
         }
     }
 
-    fn comparable(&self) -> Vec<Beside> {
+    fn comparable(&self) -> Vec<CompareWith> {
         let own = self.model.project().name();
         let others = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (*name).to_owned());
-        let others = others.filter(|name| own != format!("{name}.ron")).map(Beside::Pipeline);
-        let tiers = self.model.tiers().iter().map(|tier| Beside::Tier(Some(tier.clone())));
-        [Beside::Written, Beside::Reference].into_iter().chain(tiers).chain(others).collect()
+        let others = others.filter(|name| own != format!("{name}.ron")).map(CompareWith::Pipeline);
+        let tiers = self.model.tiers().iter().map(|tier| CompareWith::Tier(Some(tier.clone())));
+        [CompareWith::Written, CompareWith::Reference].into_iter().chain(tiers).chain(others).collect()
     }
 
     /// The bar below the picture.

@@ -47,7 +47,7 @@ struct Reader<'t> {
 }
 
 /// No language has pointers to pointers; a file may.
-const MOST_POINTERS: u32 = 16;
+const MAX_POINTERS: u32 = 16;
 /// Attributes whose arguments are enumerants.
 const NAMING_ATTRIBUTES: [&str; 3] = ["builtin", "interpolate", "diagnostic"];
 /// Words of the language that no declaration can have for a name.
@@ -127,7 +127,7 @@ impl<'t> Reader<'t> {
         }
         if name == "var" || name.starts_with("texture_storage_") {
             self.skip_to('>');
-        } else if name == "ptr" && self.pointers < MOST_POINTERS {
+        } else if name == "ptr" && self.pointers < MAX_POINTERS {
             self.pointers += 1;
             self.pointer();
             self.pointers -= 1;

@@ -13,9 +13,9 @@ use afterimage_media::{Picture, Pixels};
 use crate::case::Case;
 
 /// A process that runs longer is stopped.
-const LONGEST: Duration = Duration::from_secs(60);
+const MAX_LENGTH: Duration = Duration::from_secs(60);
 /// A process with more memory is stopped, in MB.
-const MOST_MEGABYTES: u64 = 6000;
+const MAX_MEGABYTES: u64 = 6000;
 /// Between two looks at the process.
 const PAUSE: Duration = Duration::from_millis(2);
 
@@ -38,7 +38,7 @@ pub(crate) enum Verdict {
     /// By a signal: a failed assertion, no memory, a stack that ran over, a segmentation fault.
     Abort,
     Panic,
-    /// It was stopped after [`LONGEST`].
+    /// It was stopped after [`MAX_LENGTH`].
     Hang,
     OverBudget,
     /// With another status, without a message, with control characters, with a file that nobody asked for, or with an
@@ -120,7 +120,7 @@ fn verdict(end: &End, printed: &str, nothing_is_written: bool, budget: Budget) -
     let is_clean = printed.chars().all(|c| matches!(c, '\n' | '\t') || !c.is_control());
     let is_refused = is_clean && nothing_is_written && printed.contains("error");
     if end.is_stopped {
-        return if end.megabytes > MOST_MEGABYTES { Verdict::OverBudget } else { Verdict::Hang };
+        return if end.megabytes > MAX_MEGABYTES { Verdict::OverBudget } else { Verdict::Hang };
     }
     if printed.contains("panicked at") {
         return Verdict::Panic;
@@ -156,7 +156,7 @@ fn wait(mut child: Child) -> Result<End> {
             });
         }
         seen = seen.max(peak(&status));
-        if start.elapsed() > LONGEST || seen > MOST_MEGABYTES {
+        if start.elapsed() > MAX_LENGTH || seen > MAX_MEGABYTES {
             child.kill()?;
             is_stopped = true;
         }

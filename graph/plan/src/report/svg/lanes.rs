@@ -7,13 +7,13 @@ use crate::report::units::mebibytes;
 use afterimage_graph::node::{ImageId, Origin};
 
 const LANE: f64 = 15.0;
-const LONGEST_NAME: usize = 34;
+const MAX_NAME: usize = 34;
 
 fn name_of(picture: &Picture<'_>, pass: usize) -> String {
     let pass = &picture.plan.passes[pass].pass;
     let name = format!("{} · {}", pass.nodes.join("+"), pass.label);
-    let long = name.chars().count() > LONGEST_NAME;
-    if long { name.chars().take(LONGEST_NAME - 1).chain(['…']).collect() } else { name }
+    let long = name.chars().count() > MAX_NAME;
+    if long { name.chars().take(MAX_NAME - 1).chain(['…']).collect() } else { name }
 }
 
 /// The height of the slanted names of the passes.

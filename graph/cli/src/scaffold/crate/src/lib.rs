@@ -22,7 +22,7 @@ impl Node for MyKind {
         &[Output::image("result", OutputState::same("source"), "The tinted image.").or_input("source")];
 
     // A node that changes nothing is skipped: its readers read its fallback.
-    fn identity(&self, _: &Arrivals) -> bool {
+    fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
 

@@ -1,8 +1,8 @@
 //! Why a change was not faded.
 
-/// Why a change was not faded, or not to its end: see [`Post::not_faded`](super::Post::not_faded).
+/// Why a change was not faded, or not to its end: see [`Post::fade_skip_reason`](super::Post::not_faded).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoFade {
+pub enum FadeSkipReason {
     /// The host draws into images of a plan, which it would have to do twice.
     #[error("the host draws into images of the pipeline")]
     HostDraws,
