@@ -55,7 +55,7 @@ impl Renderer {
     /// One view becomes two, or two become one.
     pub(crate) fn split(&mut self) {
         match self.views.as_slice() {
-            [only] => self.views.push(only.another()),
+            [only] => self.views.push(only.clone_for_view()),
             _ => self.views.truncate(1),
         }
     }
