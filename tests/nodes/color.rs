@@ -2,7 +2,6 @@
 
 pub(super) mod aces2;
 mod baked;
-mod contract;
 mod curves;
 mod files;
 mod gamut;

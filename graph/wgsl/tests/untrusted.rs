@@ -204,22 +204,6 @@ fn a_declaration_without_an_end_is_reported_where_it_stops() {
 }
 
 #[test]
-fn the_manual_lists_all_limits_in_their_order() {
-    let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../nodes/README.md");
-    let manual = std::fs::read_to_string(manual).expect("the manual of node kinds");
-    let rows: Vec<&str> = limits::ALL
-        .iter()
-        .map(|limit| {
-            let row = format!("| {} | {} |", limit.most, limit.counts);
-            manual.lines().find(|line| line.starts_with(&row)).unwrap_or_else(|| panic!("the table has no `{row}`"))
-        })
-        .collect();
-    let table: Vec<&str> = manual.lines().skip_while(|line| *line != "| limit | of | reason |").skip(2).collect();
-    assert_eq!(table[..rows.len()], rows);
-    assert_eq!(table[rows.len()], "", "the table has a limit that the code has not");
-}
-
-#[test]
 fn a_wrong_use_of_the_library_is_reported_where_it_is_used() {
     for body in [
         "let p = Point(0.5, source); return source;",

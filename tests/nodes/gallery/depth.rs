@@ -31,7 +31,7 @@ fn linear_depth(crop: Crop) -> Panel {
         "written": Gray(source: "room.projected", scale: 8.0), "LinearDepth-0": Encode(source: "written"),
         "meters": Gray(source: "LinearDepth", scale: 0.1), "LinearDepth-1": Encode(source: "meters"),
     "#;
-    Panel { kind: "LinearDepth", parameters: "", nodes: nodes.to_owned(), crop }
+    Panel { kind: "LinearDepth", nodes: nodes.to_owned(), crop }
 }
 
 fn panels() -> Vec<Panel> {
@@ -53,7 +53,7 @@ fn panels() -> Vec<Panel> {
         Panel::light(("Gtao", "radius: 0.8, slices: 4, steps: 8"), room(surfaces), 1.0, Crop::new(780, 400, 320)),
         Panel::light(("Ssao", "radius: 0.8, samples: 32"), room(surfaces), 1.0, Crop::new(0, 440, 320)),
         Panel::light(("BilateralBlur", "radius: 6"), clay, 1.0, Crop::new(395, 430, 160)),
-        Panel::of_light(("ShadowMask", SHADOW), &shadowed, ["lit", "shadowed"], 1.0, Crop::new(0, 360, 640)),
+        Panel::of_light("ShadowMask", &shadowed, "lit", "shadowed", 1.0, Crop::new(0, 360, 640)),
         Panel::light(("Fog", MIST), room(seen), 0.5, whole),
         Panel::light(("VolumetricComposite", "far: 16.0"), room("depth: \"room.depth\", volume: \"fog\","), 0.5, whole),
         Panel::light(("DepthOfField", LENS), room("depth: \"room.depth\","), 0.5, Crop::new(0, 200, 640)),

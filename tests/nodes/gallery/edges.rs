@@ -49,8 +49,8 @@ pub(super) fn page() -> Page {
     );
     let (bars, leaves) = (Crop::new(290, 60, 80), Crop::new(460, 150, 80));
     let panels = vec![
-        Panel::of_light(("Resolve", RESOLVE), &resolved, ["plain", "weighted"], -1.0, Crop::new(205, 92, 40)),
-        Panel::of_light(("Taa", TAA), "", ["one", "smooth"], -1.0, leaves),
+        Panel::of_light("Resolve", &resolved, "plain", "weighted", -1.0, Crop::new(205, 92, 40)),
+        Panel::of_light("Taa", "", "one", "smooth", -1.0, leaves),
         Panel::encoded(("Smaa", ""), "aliased", -1.0, bars),
         Panel::encoded(("Fxaa", ""), "aliased", -1.0, bars),
         Panel::encoded(("Cas", "sharpness: 0.5"), "smooth", 0.5, Crop::new(64, 150, 80)),

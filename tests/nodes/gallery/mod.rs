@@ -20,8 +20,6 @@ use crate::support::gpu::{Picture, Run, SLICES};
 /// What a panel shows: two images of a pipeline, without a kind and with it.
 struct Panel {
     kind: &'static str,
-    /// Its parameters, as the table in `effects.md` has them.
-    parameters: &'static str,
     /// The nodes that it adds to the pipeline. Two of them, `KIND-0` and `KIND-1`, are the images.
     nodes: String,
     crop: Crop,
@@ -37,15 +35,9 @@ fn shown(name: &str, light: &str, stops: f32) -> String {
 
 impl Panel {
     /// Two images of light before exposure, and nodes that make them.
-    fn of_light(
-        (kind, parameters): (&'static str, &'static str),
-        nodes: &str,
-        [before, after]: [&str; 2],
-        stops: f32,
-        crop: Crop,
-    ) -> Self {
+    fn of_light(kind: &'static str, nodes: &str, before: &str, after: &str, stops: f32, crop: Crop) -> Self {
         let both = shown(&format!("{kind}-0"), before, stops) + &shown(&format!("{kind}-1"), after, stops);
-        Self { kind, parameters, nodes: nodes.to_owned() + &both, crop }
+        Self { kind, nodes: nodes.to_owned() + &both, crop }
     }
 
     /// A kind that changes light, with these wires besides the source.
@@ -56,7 +48,7 @@ impl Panel {
         crop: Crop,
     ) -> Self {
         let node = format!("\"{kind}\": {kind}(source: \"{source}\", {wires} {parameters}),\n");
-        Self::of_light((kind, parameters), &node, [source, kind], stops, crop)
+        Self::of_light(kind, &node, source, kind, stops, crop)
     }
 
     /// A kind whose light is added to an image, this share of it: what is shown without it, the image, and its source.
@@ -71,14 +63,14 @@ impl Panel {
             "\"{kind}\": {kind}(source: \"{source}\", {parameters}), \"{kind}-added\": Composite(base: \"{base}\", \
              bloom: \"{kind}\", blend: Add, strength: {share:?}),\n"
         );
-        Self::of_light((kind, parameters), &nodes, [before, &format!("{kind}-added")], stops, crop)
+        Self::of_light(kind, &nodes, before, &format!("{kind}-added"), stops, crop)
     }
 
     /// A kind that changes an encoded image of this light.
     fn encoded((kind, parameters): (&'static str, &'static str), light: &str, stops: f32, crop: Crop) -> Self {
         let before = format!("{kind}-0");
         let node = format!("\"{kind}-1\": {kind}(source: \"{before}\", {parameters}),\n");
-        Self { kind, parameters, nodes: shown(&before, light, stops) + &node, crop }
+        Self { kind, nodes: shown(&before, light, stops) + &node, crop }
     }
 
     /// A kind that changes an image for a display: linear, of this scene.
@@ -86,7 +78,7 @@ impl Panel {
         let nodes = format!(
             "\"{kind}\": {kind}(source: \"{kind}-0-mapped\", {parameters}), \"{kind}-1\": Encode(source: \"{kind}\"),\n"
         );
-        Self { kind, parameters, nodes: nodes + &shown(&format!("{kind}-0"), scene, stops), crop }
+        Self { kind, nodes: nodes + &shown(&format!("{kind}-0"), scene, stops), crop }
     }
 }
 
@@ -142,7 +134,6 @@ impl Page {
             assert!(is_shown(before) && is_shown(after), "{} has numbers that no display has", panel.kind);
             assert!(changed(before, after) > 0.01, "{} changes {} of the frame", panel.kind, changed(before, after));
         }
-        in_the_manual(&self);
         if docs::are_written() {
             let shown = |(panel, frames): (&Panel, &[Picture; 2])| {
                 let halves = frames.each_ref().map(|frame| panel.crop.shown(frame));
@@ -164,44 +155,10 @@ fn changed(a: &Picture, b: &Picture) -> f64 {
     a.pixels.iter().zip(&b.pixels).filter(differs).count() as f64 / a.pixels.len() as f64
 }
 
-/// The table below the picture has a row for each panel, in their order, with its parameters.
-fn in_the_manual(page: &Page) {
-    let text = std::fs::read_to_string(docs::path("effects.md")).expect("the page is there");
-    let (_, below) = text.split_once(&format!("({})", page.file)).expect("the page shows the picture");
-    let rows = below.lines().skip_while(|line| !line.starts_with('|')).take_while(|line| line.starts_with('|'));
-    let found: Vec<Vec<&str>> =
-        rows.skip(2).map(|row| row.split('|').map(str::trim).skip(1).take(3).collect()).collect();
-    let row = |(index, panel): (usize, &Panel)| {
-        let place = format!("{}, {}", index / 2 + 1, ["left", "right"][index % 2]);
-        let is_plain = panel.parameters.is_empty();
-        let parameters = if is_plain { "defaults".to_owned() } else { format!("`{}`", panel.parameters) };
-        vec![place, format!("`{}`", panel.kind), parameters]
-    };
-    let wanted: Vec<Vec<String>> = page.panels.iter().enumerate().map(row).collect();
-    assert_eq!(found, wanted, "effects.md, below {}", page.file);
-}
-
 /// That of the pictures, or a small one.
 fn size(width: u32) -> Size {
     let width = if docs::are_written() { width } else { 64 };
     Size::new(width, width * 9 / 16)
-}
-
-/// The kinds of some tables of the README are in the tables of `effects.md`.
-#[test]
-fn each_kind_of_a_camera_and_a_lens_has_a_panel() {
-    let read = |path| std::fs::read_to_string(path).expect("the page is there");
-    let readme = read(docs::path("../../nodes/README.md"));
-    let manual = read(docs::path("effects.md"));
-    let (_, kinds) = readme.split_once("\n## The kinds\n").expect("the section is there");
-    let sections = kinds.split("\n### ").filter_map(|section| section.split_once('\n'));
-    let drawn = ["Samples", "Camera", "Edges and detail", "Lens, film, scene"];
-    let rows = sections.filter(|(head, _)| drawn.contains(head)).flat_map(|(_, text)| text.lines());
-    let named: Vec<&str> = rows.filter_map(|row| row.strip_prefix("| `")?.split('`').next()).collect();
-    // The scene is at the left of all panels.
-    let has_panel = |kind: &&str| *kind == "DemoScene" || manual.contains(&format!(" | `{kind}` | "));
-    let missing: Vec<&&str> = named.iter().filter(|kind| !has_panel(kind)).collect();
-    assert!(named.len() > 20 && missing.is_empty(), "of {} kinds have no panel: {missing:?}", named.len());
 }
 
 #[test]

@@ -1,11 +1,9 @@
-//! Rules of a single file: its header, its length and its width.
+//! Rules of a single file: its header and its width.
 
 use std::path::{Path, PathBuf};
 
 use crate::workspace::{Crate, Workspace, files_in, read};
 
-/// The longest file of the product, in lines.
-pub const MAX_LINES: usize = 400;
 /// The widest line, in characters; `.rustfmt.toml` has the same number.
 pub const MAX_WIDTH: usize = 120;
 
@@ -40,10 +38,6 @@ fn of_text(file: &Path, text: &str) -> Vec<String> {
     if file.extension().is_some_and(|extension| extension == "rs") && !text.starts_with("//!") {
         found.push(format!("{name}: the first line is no `//!` comment"));
     }
-    let lines = text.lines().count();
-    if lines > MAX_LINES {
-        found.push(format!("{name}: {lines} lines, at most {MAX_LINES} are allowed"));
-    }
     let wide = text.lines().enumerate().map(|(line, text)| (line + 1, text.chars().count()));
     let wide = wide.filter(|(_, width)| *width > MAX_WIDTH);
     found.extend(wide.map(|(line, width)| format!("{name}:{line}: {width} columns, at most {MAX_WIDTH} are allowed")));
@@ -62,13 +56,6 @@ mod tests {
     fn a_missing_header_is_found_in_rust() {
         assert_eq!(found("a.rs", "struct A;\n"), ["a.rs: the first line is no `//!` comment"]);
         assert_eq!(found("a.wgsl", "struct A {}\n"), Vec::<String>::new());
-    }
-
-    #[test]
-    fn a_long_file_is_found() {
-        let text = format!("//! A.\n{}", "\n".repeat(MAX_LINES));
-        assert_eq!(found("a.rs", &text), ["a.rs: 401 lines, at most 400 are allowed"]);
-        assert_eq!(found("a.rs", text.trim_end_matches('\n')), Vec::<String>::new());
     }
 
     #[test]

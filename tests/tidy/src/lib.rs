@@ -6,11 +6,10 @@
 //! |---|---|
 //! | [`layers`] | do the dependencies of the crates follow the layers? |
 //! | [`imports`], [`cycles`] | which file uses which, and is there a cycle? |
-//! | [`files`] | length, width and header of each file |
+//! | [`files`] | width and header of each file |
 //! | [`functions`] | how long are the functions? |
 //! | [`words`] | does a word occur that the glossary replaces? |
 //! | [`places`] | does the code have the functions and files that a document names? |
-//! | [`flows`] | through which files does a task go? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
@@ -19,7 +18,6 @@
 
 pub mod cycles;
 pub mod files;
-pub mod flows;
 pub mod functions;
 pub mod imports;
 pub mod layers;

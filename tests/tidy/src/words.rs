@@ -5,38 +5,18 @@ use std::path::{Path, PathBuf};
 use crate::files;
 use crate::workspace::{Workspace, files_in, read};
 
-/// The list of `tests/tidy/words.txt`.
-#[derive(Debug, Default)]
-pub struct Words {
-    /// Words that must not occur, with what replaces them.
-    pub replaced: Vec<(String, String)>,
-    /// Words that still occur.
-    pub pending: Vec<(String, String)>,
+/// The words of `tests/tidy/words.txt` that must not occur, with what replaces them.
+pub fn replaced() -> Vec<(String, String)> {
+    parse(&read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("words.txt")))
 }
 
-impl Words {
-    /// The list of this crate.
-    pub fn this() -> Self {
-        Self::parse(&read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("words.txt")))
+fn parse(text: &str) -> Vec<(String, String)> {
+    let mut words = Vec::new();
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        let (old, new) = line.split_once(" -> ").unwrap_or_else(|| panic!("`{line}` is no `OLD -> NEW`"));
+        words.push((old.to_owned(), new.to_owned()));
     }
-
-    /// Reads a list.
-    ///
-    /// # Panics
-    ///
-    /// Panics at a line that is neither `OLD -> NEW` nor `pending` nor a comment.
-    pub fn parse(text: &str) -> Self {
-        let mut words = Self::default();
-        let mut list = &mut words.replaced;
-        for line in text.lines().filter(|line| !line.starts_with('#')) {
-            match line.split_once(" -> ") {
-                Some((old, new)) => list.push((old.to_owned(), new.to_owned())),
-                None if line == "pending" => list = &mut words.pending,
-                None => panic!("`{line}` is no `OLD -> NEW`"),
-            }
-        }
-        words
-    }
+    words
 }
 
 /// Where the words of a list occur: `file:line: word, replacement`.
@@ -87,11 +67,10 @@ mod tests {
 
     #[test]
     fn old_words_are_found_whole() {
-        let words = Words::parse("# Comment\nOldName -> NewName\ntake turns -> share\npending\nOld:: -> New\n");
+        let words = parse("# Comment\nOldName -> NewName\ntake turns -> share\nOld:: -> New\n");
         let text = "let x = OldName::None;\n// Images TAKE TURNS in\nlet OldNames = oldname(Unold::A, Old);\nOld::B\n";
         let expected =
             ["a.rs:1: `OldName`, now NewName", "a.rs:2: `take turns`, now share", "a.rs:4: `Old::`, now New"];
-        let all = [words.replaced, words.pending].concat();
-        assert_eq!(in_text(Path::new("a.rs"), text, &all), expected);
+        assert_eq!(in_text(Path::new("a.rs"), text, &words), expected);
     }
 }

@@ -81,32 +81,5 @@ pub const OUTPUTS: Limit = Limit::new(8, "outputs of a kind");
 /// Of a function of a kind without Rust. A device binds at least 16 textures in a pass.
 pub const TEXTURES: Limit = Limit::new(12, "textures that a function reads");
 
-/// All limits, in the order of the table in `nodes/README.md`.
-pub const ALL: [Limit; 23] = [
-    FILE_BYTES,
-    FILES,
-    FILE_TOKENS,
-    IMPORTS,
-    NESTING,
-    OPERATORS,
-    DECLARATIONS,
-    VALUE_TOKENS,
-    VALUE_BYTES,
-    ARRAY_BYTES,
-    OPERATIONS,
-    LOOPS,
-    CALLS,
-    WORKGROUP_BYTES,
-    BARRIERS,
-    INVOCATIONS,
-    LOOP_STEPS,
-    WORKGROUP_LOOP_STEPS,
-    PARAMETERS,
-    INPUTS,
-    IMAGES,
-    OUTPUTS,
-    TEXTURES,
-];
-
 /// Stack of a thread that parses shaders: the parsers of naga recurse, by up to [`OPERATORS`] expressions.
 pub const STACK_BYTES: usize = 64 << 20;
