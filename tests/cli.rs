@@ -7,7 +7,6 @@ mod cameras;
 mod errors;
 mod folders;
 mod hostile;
-mod memory;
 mod outputs;
 mod pictures;
 mod plans;
@@ -17,6 +16,7 @@ mod scaffold;
 mod sequences;
 #[cfg(target_os = "linux")]
 mod strangers;
+mod tiers;
 mod untrusted;
 mod volumes;
 

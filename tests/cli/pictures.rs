@@ -45,19 +45,6 @@ fn demo_writes_the_scene_every_pipeline_and_a_sheet() {
     assert!(dark < Some(&60) && light > Some(&200), "{dark:?} to {light:?}");
 }
 
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn demo_plots_a_walk_that_is_the_same_at_every_frame_rate() {
-    let folder = Folder::new("walk");
-    let printed = folder.run("demo --walk walk.svg").good();
-    let figures: Vec<f64> = printed.split(" % ").filter_map(|part| part.rsplit(' ').next()?.parse().ok()).collect();
-    assert!(figures.len() == 2 && figures.iter().all(|percent| *percent < 1.0), "{printed}");
-    let plot = fs::read_to_string(folder.file("walk.svg")).expect("the plot was written");
-    assert!(plot.starts_with("<svg") && plot.contains("144 frames per second"));
-    folder.run("demo --walk walk.png").fails(1, "error: `--walk walk.png` does not end in `.svg`");
-    assert_eq!(folder.names(), ["walk.svg"]);
-}
-
 /// A driver on the processor works a dispatch off in an order that its number of threads makes, and Mesa's reads it
 /// from here. With other drivers these are runs of their own.
 #[test]

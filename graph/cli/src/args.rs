@@ -64,9 +64,6 @@ pub(crate) struct DemoArgs {
     /// The time of the scene in seconds
     #[arg(long, default_value_t = 0.0)]
     pub(crate) time: f32,
-    /// Instead, move the camera to the window at 24, 60 and 144 frames per second and plot the exposure
-    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["out", "size", "time"])]
-    pub(crate) walk: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
 }
@@ -165,9 +162,8 @@ pub(crate) struct CheckArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
-    /// The pipeline file; several with `--memory`
-    #[arg(required = true)]
-    pub(crate) pipelines: Vec<PathBuf>,
+    /// The pipeline file
+    pub(crate) pipeline: PathBuf,
     /// Pixels of the inputs
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
@@ -180,9 +176,6 @@ pub(crate) struct PlanArgs {
     /// Print the differences from the plan of another tier of this file; as text or JSON
     #[arg(long, value_name = "TIER", conflicts_with = "diff")]
     pub(crate) diff_tier: Option<String>,
-    /// Print a table in Markdown instead: bytes of transient images of each pipeline at 1080p, 4K and 8K
-    #[arg(long, conflicts_with_all = ["size", "format", "diff", "diff_tier", "device"])]
-    pub(crate) memory: bool,
     /// Plan for this machine's graphics adapter instead of a typical one
     #[arg(long)]
     pub(crate) device: bool,
@@ -262,9 +255,6 @@ pub(crate) struct BenchArgs {
         conflicts_with_all = ["pipeline", "size"]
     )]
     pub(crate) kinds: Option<Sizes>,
-    /// Write the tables of `--kinds` as Markdown
-    #[arg(long, value_name = "FILE", requires = "kinds")]
-    pub(crate) markdown: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

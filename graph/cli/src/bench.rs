@@ -72,10 +72,6 @@ fn kinds(args: &BenchArgs, sizes: &[(u32, u32)], gpu: &Gpu, tables: &[&[NodeKind
         camera: &|graph, size| scene(graph).map(|scene| scene.camera(size)),
     };
     let report = bench::kinds(gpu, &registry, &tables, &options, &Bar::new(0))?;
-    let tables = report.to_string();
-    say(&tables);
-    if let Some(file) = &args.markdown {
-        write_atomic(file, tables.as_bytes())?;
-    }
+    say(&report.to_string());
     write_json(args, &report)
 }

@@ -10,7 +10,6 @@ mod device;
 mod failure;
 mod files;
 mod measure;
-mod memory;
 mod nodes;
 mod pipeline;
 mod plan;

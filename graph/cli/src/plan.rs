@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::memory::table;
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
 use crate::terminal::say;
 
@@ -21,7 +20,7 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
             Ok(())
         }
         // A program that reads JSON gets the errors as JSON, too.
-        Err(failure) if args.format == PlanFormat::Json && !args.memory => {
+        Err(failure) if args.format == PlanFormat::Json => {
             let status = failure.status();
             say(&format!("{:#}", failure.into_diagnostics().to_json()));
             Err(Failure::Printed { status })
@@ -32,14 +31,8 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
     let registry = registry(tables, &args.options.kinds)?;
-    if args.memory {
-        return table(args, &registry);
-    }
-    let [path] = args.pipelines.as_slice() else {
-        return Err(Failure::user("this shows one pipeline at a time").hint("compare two with `--diff OTHER`"));
-    };
-    let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds);
+    let document = read_document(&args.pipeline)?;
+    let files = Files::of(&args.pipeline, &args.options.kinds);
     let file = PipelineFile::new(&document, &registry, &files);
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {

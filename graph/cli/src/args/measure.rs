@@ -9,7 +9,7 @@ use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
 /// What each figure means, below the options.
 const FIGURES: &str = "\
 The reference is the same pipeline with f32 intermediates and every quality switch at its most accurate.
-Each figure is the worst over the images; JSON and CSV also have the figures of each image. Errors of an encoded output
+Each figure is the worst over the images; JSON also has the figures of each image. Errors of an encoded output
 are measured before dither and quantization.
 
   time      the GPU time of a frame, at full clock frequency, as in `bench`; the median of the samples. On a processor,
@@ -63,23 +63,16 @@ pub(crate) struct ClipArgs {
 #[derive(Debug, Args)]
 #[command(after_help = FIGURES)]
 pub(crate) struct MeasureArgs {
-    /// The pipeline file, or with `--docs` a folder of them
+    /// The pipeline file
     pub(crate) pipeline: PathBuf,
     #[command(flatten)]
     pub(crate) clips: ClipArgs,
     /// Measure the tiers only, not each switch
     #[arg(long)]
     pub(crate) tiers: bool,
-    /// Write a page of documentation: the figures of this adapter, charts, and a `README.md` with the figures of all
-    /// adapters
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "csv", "plot", "error_image"])]
-    pub(crate) docs: Option<PathBuf>,
     /// Write all figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Write all figures as comma-separated values
-    #[arg(long, value_name = "FILE")]
-    pub(crate) csv: Option<PathBuf>,
     /// Write a chart of time against error, as `.svg` or `.png`; can be repeated
     #[arg(long, value_name = "FILE")]
     pub(crate) plot: Vec<PathBuf>,

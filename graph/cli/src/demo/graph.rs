@@ -9,13 +9,6 @@ use crate::args::{KindOptions, PipelineOptions};
 use crate::failure::Failure;
 use crate::pipeline::PipelineFile;
 
-/// The built-in scene.
-pub(super) const SCENE: &str = r#"Pipeline(
-    inputs: {},
-    nodes: { "scene": DemoScene() },
-    outputs: { "scene": "scene" },
-)"#;
-
 /// The built-in scene, with what a renderer gives besides its light.
 pub(super) const RENDERER: &str = r#"Pipeline(
     inputs: {},

@@ -1,17 +1,12 @@
 //! `afterimage demo`: the built-in scene through every built-in pipeline.
 
-mod chart;
 mod graph;
-mod walk;
-
-use std::path::Path;
 
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
-use afterimage_graph::node::{BlockData, NodeKind, Registry};
-use afterimage_media::write_atomic;
+use afterimage_graph::node::{BlockData, NodeKind};
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
@@ -28,9 +23,6 @@ use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &KindOptions::default())?;
-    if let Some(file) = &args.walk {
-        return plot_walk(args, &registry, file);
-    }
     let gpu = open(&args.device)?;
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
@@ -82,16 +74,6 @@ fn render(
 
 fn cached(gpu: &Gpu, graph: Graph) -> CachedSession {
     CachedSession::new(gpu, graph, Facts::default(), Options::default())
-}
-
-fn plot_walk(args: &DemoArgs, registry: &Registry, file: &Path) -> Result<(), Failure> {
-    if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
-        return Err(Failure::user(format!("`--walk {}` does not end in `.svg`", file.display())));
-    }
-    let walk = walk::measure(&open(&args.device)?, registry)?;
-    write_atomic(file, chart::svg(&walk).as_bytes())?;
-    say(&walk.summary());
-    Ok(())
 }
 
 /// Pixels between two images of the sheet.

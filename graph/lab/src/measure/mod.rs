@@ -5,11 +5,9 @@
 
 mod chart;
 pub(crate) mod clips;
-mod csv;
 mod error_image;
 mod errors;
 mod json;
-mod page;
 pub(crate) mod player;
 pub(crate) mod reference;
 mod report;
@@ -27,10 +25,8 @@ use afterimage_plan::{Options, Plan};
 
 pub use chart::write_chart;
 pub use clips::ClipOptions;
-pub use csv::csv;
 pub use errors::{Errors, Flicker};
 pub use json::json;
-pub use page::FigurePage;
 pub use player::Cost;
 pub use reference::Figures;
 pub use report::{ClipInfo, MeasureReport, Row};
