@@ -134,29 +134,3 @@ fn a_failed_case_comes_with_the_command_that_shows_it_again() {
         "{text}"
     );
 }
-
-#[test]
-fn the_page_of_every_kind_says_how_errors_grow_in_it() {
-    for kind in afterimage_nodes::ALL {
-        let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
-        let output = program.args(["nodes", kind.name()]).output().expect("the program starts");
-        let page = String::from_utf8(output.stdout).expect("pages are text");
-        let figures = page.split("What one half-float unit of error at the input becomes").nth(1);
-        let figures = figures.unwrap_or_else(|| panic!("{page}"));
-        let wanted = if kind.inputs().is_empty() { "nothing: it has no input" } else { "at worst" };
-        assert!(figures.contains(wanted), "{page}");
-    }
-}
-
-#[test]
-fn figures_of_conditioning_are_those_of_kinds_that_exist() {
-    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graph/docs/conditioning.json");
-    let text = std::fs::read_to_string(file).expect("the repository has the figures");
-    let rows: Vec<afterimage_lab::stress::Conditioning> = serde_json::from_str(&text).expect("the figures are rows");
-    let names: Vec<&str> = rows.iter().map(|row| row.kind.as_str()).collect();
-    let wanted = afterimage_nodes::ALL.iter().filter(|kind| !kind.inputs().is_empty());
-    assert_eq!(names, wanted.map(|kind| kind.name()).collect::<Vec<_>>());
-    for row in &rows {
-        assert!(row.typical <= row.worst.growth && row.worst.growth <= row.over_domain.growth, "{row:?}");
-    }
-}

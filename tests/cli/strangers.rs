@@ -296,8 +296,7 @@ fn the_pipeline_and_its_files_are_no_outputs() {
         "render p.ron room.exr -o to-look.png",
         "render p.ron room.exr --output display=./to-p.png",
         "render p.ron room.exr -o out.png --json p.ron",
-        "stress p.ron --quick --markdown p.ron",
-        "stress p.ron --conditioning --json ./p.ron",
+        "stress p.ron --quick --json ./p.ron",
     ] {
         let words = "this is the pipeline, or a file that it uses\n  hint: choose another name for the output";
         folder.run_soon(line).fails_saying(1, &[words]);
@@ -315,7 +314,6 @@ fn measurements_do_not_replace_the_pipeline() {
     folder.with("p.ron", &table(""));
     for line in [
         "measure p.ron room.exr --json p.ron",
-        "measure p.ron room.exr --csv ./p.ron",
         "tune p.ron room.exr --error 1 -o p.ron",
         "tune p.ron room.exr --error 1 --state p.ron",
         "bench p.ron --size 16x16 --frames 1 --json p.ron",

@@ -6,7 +6,6 @@ use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
-use afterimage_lab::stress::{Conditioning, WorstLight};
 use anstyle::{AnsiColor, Style};
 
 use crate::args::NodesArgs;
@@ -63,14 +62,6 @@ fn page(kind: &NodeKind) -> String {
     kind.params().iter().for_each(|param| text += &parameter(param));
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}");
     kind.outputs().iter().for_each(|port| text += &fallback(port));
-    let figures = match kind.inputs() {
-        [] => Some("  nothing: it has no input".to_owned()),
-        _ => conditioning(kind.name()),
-    };
-    if let Some(figures) = figures {
-        let _ =
-            writeln!(text, "\n{HEADING}What one half-float unit of error at the input becomes{HEADING:#}\n{figures}");
-    }
     text
 }
 
@@ -144,22 +135,4 @@ fn fallback(port: &Output) -> String {
         Fallback::Absent => "absent, and what needs it is off too".into(),
     };
     format!("  {NAME}{}{NAME:#} is {what}\n", port.name)
-}
-
-/// The growth of errors in a kind, as `stress --conditioning --json` measured it.
-fn conditioning(kind: &str) -> Option<String> {
-    let kept: Vec<Conditioning> = serde_json::from_str(include_str!("../../docs/conditioning.json")).ok()?;
-    let found = kept.into_iter().find(|row| row.kind == kind)?;
-    let unit = found.unit.name();
-    let mut text = format!(
-        "  typically {} {unit}; at worst {} (light {})",
-        found.typical,
-        found.worst.growth,
-        found.worst.place()
-    );
-    if found.over_domain != found.worst {
-        let WorstLight { growth, set, .. } = &found.over_domain;
-        text += &format!(",\n  and {growth} with `{set}` (light {})", found.over_domain.place());
-    }
-    Some(text)
 }

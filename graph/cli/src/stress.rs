@@ -1,6 +1,5 @@
 //! `afterimage stress`: every pipeline and every kind with extreme inputs.
 
-use afterimage_gpu::Gpu;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::stress::{self, StressOptions, Subject};
@@ -30,9 +29,6 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let (subjects, skipped) = subjects(args, &registry, &tables)?;
     skipped.iter().for_each(|kind| note(kind));
     let gpu = open(&args.device)?;
-    if args.conditioning {
-        return conditioning(args, &gpu, &registry, &subjects);
-    }
     let options = StressOptions {
         case: args.case.clone(),
         size: args.size,
@@ -43,24 +39,14 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
     };
     let report = stress::stress(&gpu, &registry, &subjects, &options, &Bar::new(subjects.len() as u64));
-    if let Some(path) = &args.markdown {
-        write_atomic(path, report.to_markdown(&gpu.name()).as_bytes())?;
+    if let Some(path) = &args.json {
+        write_atomic(path, &serde_json::to_vec_pretty(&report).expect("names and numbers are JSON"))?;
     }
     say(&report.to_text(if args.all { usize::MAX } else { LISTED }));
     match report.failures().count() {
         0 => Ok(()),
         _ => Err(Failure::Printed { status: 1 }),
     }
-}
-
-fn conditioning(args: &StressArgs, gpu: &Gpu, registry: &Registry, subjects: &[Subject]) -> Result<(), Failure> {
-    let all = stress::conditioning(gpu, registry, subjects, &Bar::new(subjects.len() as u64));
-    say(&stress::conditioning_table(&all));
-    if let Some(path) = &args.json {
-        let text = serde_json::to_string_pretty(&all).expect("names and numbers are JSON");
-        write_atomic(path, format!("{text}\n").as_bytes())?;
-    }
-    Ok(())
 }
 
 fn unknown_case(case: &str) -> Failure {
@@ -84,7 +70,7 @@ fn subjects(
         let text = text(path, "pipeline")?;
         // A subject may live as long as the program.
         let files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
-        args.markdown.iter().chain(&args.json).try_for_each(|out| files.refuse_output(out))?;
+        args.json.iter().try_for_each(|out| files.refuse_output(out))?;
         subjects.extend(stress::pipelines((&file, &file), (&file, &text), files, tier)?);
     }
     if everything {

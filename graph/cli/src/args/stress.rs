@@ -50,14 +50,8 @@ pub(crate) struct StressArgs {
     /// List every failed case
     #[arg(long)]
     pub(crate) all: bool,
-    /// Write the tables as Markdown
-    #[arg(long, value_name = "FILE", conflicts_with = "conditioning")]
-    pub(crate) markdown: Option<PathBuf>,
-    /// Instead, measure how much an error of the input grows in each kind
-    #[arg(long)]
-    pub(crate) conditioning: bool,
-    /// Write the figures of `--conditioning` as JSON
-    #[arg(long, value_name = "FILE", requires = "conditioning")]
+    /// Write the results as JSON
+    #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,

@@ -4,7 +4,6 @@
 //! are small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
 
 mod case_runner;
-mod conditioning;
 mod filter;
 mod images;
 mod probes;
@@ -24,9 +23,7 @@ use afterimage_graph::check::Loader;
 use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
 
 pub use case_runner::StressOptions;
-pub use conditioning::{Conditioning, ErrorUnit, WorstLight, conditioning, conditioning_table};
 pub use report::{Failed, StressReport, Tally};
-
 pub use subject::{Overrides, Subject};
 
 use crate::Progress;

@@ -6,19 +6,20 @@ use std::fmt::Write as _;
 use afterimage_graph::image::Size;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
+use serde::Serialize;
 
 use super::settings::arguments;
 use super::subject::{Overrides, Subject};
 
 /// The results of all cases.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct StressReport {
     /// One for each pipeline and kind.
     pub tallies: Vec<Tally>,
 }
 
 /// The cases of one pipeline or kind.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Tally {
     /// Its title.
     pub title: String,
@@ -33,7 +34,7 @@ pub struct Tally {
 }
 
 /// A case that failed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Failed {
     /// The image or the sequence.
     pub case: String,
@@ -100,31 +101,6 @@ impl StressReport {
         }
         let failures = self.failures().count();
         let _ = writeln!(text, "\n{} cases, {failures} failed", self.cases());
-        text
-    }
-
-    /// How often each promise was tested, by its name.
-    pub fn verdicts(&self) -> BTreeMap<&'static str, usize> {
-        let mut all = BTreeMap::from([("finite", self.cases()), ("in range", self.cases())]);
-        for (verdict, count) in self.tallies.iter().flat_map(|tally| &tally.verdicts) {
-            *all.entry(*verdict).or_default() += count;
-        }
-        all
-    }
-
-    /// Tables in Markdown: by verdict, then by pipeline and kind.
-    pub fn to_markdown(&self, device: &str) -> String {
-        let mut text = format!("Measured on {device}: {} cases, {} failed.\n", self.cases(), self.failures().count());
-        text += "\n| verdict | tested |\n| --- | ---: |\n";
-        for (verdict, count) in self.verdicts() {
-            let _ = writeln!(text, "| {verdict} | {count} |");
-        }
-        text +=
-            "\n| pipeline or kind | cases | failed | settings refused by the kind |\n| --- | ---: | ---: | ---: |\n";
-        for tally in &self.tallies {
-            let Tally { title, cases, refused, failures, .. } = tally;
-            let _ = writeln!(text, "| {title} | {cases} | {} | {refused} |", failures.len());
-        }
         text
     }
 
