@@ -16,8 +16,8 @@ use stress::StressArgs;
 use view::ViewArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, Sizes,
-    TileChoice, parse_fps, parse_size, parse_sizes,
+    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
+    parse_fps, parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -223,7 +223,7 @@ pub(crate) struct NodesArgs {
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
     /// The pipeline file
-    #[arg(required_unless_present_any = ["calibrate", "grow", "kinds"])]
+    #[arg(required_unless_present_any = ["calibrate"])]
     pub(crate) pipeline: Option<PathBuf>,
     /// Pixels of a frame
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
@@ -241,20 +241,6 @@ pub(crate) struct BenchArgs {
     /// runs use the result
     #[arg(long)]
     pub(crate) calibrate: bool,
-    /// Measure how time and memory grow with pixels and nodes; writes a table and a chart to the folder
-    #[arg(long, value_name = "DIR")]
-    pub(crate) grow: Option<PathBuf>,
-    /// Measure every node kind on its own, at these sizes, compared with the copy bandwidth and with baselines
-    #[arg(
-        long,
-        value_name = "WxH,..",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "1920x1080,3840x2160",
-        value_parser = parse_sizes,
-        conflicts_with_all = ["pipeline", "size"]
-    )]
-    pub(crate) kinds: Option<Sizes>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

@@ -31,7 +31,8 @@ pub enum LabError {
 }
 
 impl LabError {
-    pub(crate) fn request(message: impl Into<String>) -> Self {
+    /// A request that cannot be met, without a hint.
+    pub fn request(message: impl Into<String>) -> Self {
         Self::Request { message: message.into(), hint: None }
     }
 

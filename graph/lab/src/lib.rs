@@ -2,8 +2,7 @@
 //!
 //! - [`measure`]: time against error, for each tier and each quality switch of a pipeline.
 //! - [`tune`]: the quality switches with the smallest error in a time, or the shortest time within an error.
-//! - [`mod@bench`]: the time of a frame and of its passes, compared with the bandwidth of the device and with a
-//!   baseline.
+//! - [`mod@bench`]: the time of a frame and of its passes, compared with the bandwidth of the device.
 //! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
 //! - [`dump`]: a frame of a host as files, which the program renders again.
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.

@@ -21,7 +21,10 @@ const DATA: [&str; 3] = ["depth", "normal", "albedo"];
 const SPEED: f64 = 0.2;
 
 /// A graph from the text of a pipeline that names no files.
-pub(crate) fn graph(registry: &Registry, name: &str, text: &str) -> Result<Graph, LabError> {
+///
+/// # Errors
+/// The text is not a valid pipeline.
+pub fn graph(registry: &Registry, name: &str, text: &str) -> Result<Graph, LabError> {
     Ok(check(&parse(name, text)?, registry, &CheckOptions::default())?.0)
 }
 

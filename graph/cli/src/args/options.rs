@@ -173,15 +173,6 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// Sizes of frames.
-#[derive(Clone, Debug)]
-pub(crate) struct Sizes(pub(crate) Vec<(u32, u32)>);
-
-/// `1920x1080,3840x2160`.
-pub(crate) fn parse_sizes(text: &str) -> Result<Sizes, String> {
-    text.split(',').map(parse_size).collect::<Result<_, _>>().map(Sizes)
-}
-
 /// Frames per second, above 0 and finite.
 pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
     let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);

@@ -1,10 +1,9 @@
 //! The copy bandwidth of the device, which the bandwidth of passes is compared with.
 
-use afterimage_gpu::wgpu::{BufferUsages, TextureUsages};
+use afterimage_gpu::wgpu::{BufferUsages, ShaderSource, TextureUsages};
 use afterimage_gpu::{Clock, Gpu, Recording, wgpu};
 use afterimage_graph::image::Size;
 
-use super::raw::{compute_pipeline, dispatch, group, groups, module, target};
 use crate::LabError;
 
 /// The copied image: larger than any cache.
@@ -15,7 +14,10 @@ const SAMPLES: u32 = 15;
 
 /// Gigabytes per second, reads and writes both counted: the higher of a compute shader that copies half-float colors
 /// and of a buffer copy.
-pub(crate) fn bandwidth(gpu: &Gpu, clock: &Clock) -> Result<f64, LabError> {
+///
+/// # Errors
+/// Errors of the device.
+pub fn bandwidth(gpu: &Gpu, clock: &Clock) -> Result<f64, LabError> {
     let size = if gpu.is_processor() { SMALL } else { LARGE };
     let side = |length: u32| length.min(gpu.caps.max_side);
     let size = Size::new(side(size.width), side(size.height));
@@ -27,14 +29,41 @@ fn gigabytes_per_second(bytes: u64, milliseconds: f64) -> f64 {
 }
 
 fn by_shader(gpu: &Gpu, clock: &Clock, size: Size) -> Result<f64, LabError> {
-    let format = wgpu::TextureFormat::Rgba16Float;
-    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
-    let (from, to) = (target(gpu, size, format, usage), target(gpu, size, format, usage));
-    let entry = |binding, view| wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) };
-    let pipeline = compute_pipeline(gpu, &module(gpu, include_str!("copy.wgsl")), "copy");
-    let group = group(gpu, &pipeline.get_bind_group_layout(0), &[entry(0, &from), entry(1, &to)]);
+    let source = ShaderSource::Wgsl(include_str!("copy.wgsl").into());
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("copy"), source });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("copy"),
+        layout: None,
+        module: &module,
+        entry_point: Some("copy"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let texture = wgpu::TextureDescriptor {
+        label: Some("copied"),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    };
+    let [from, to] = [(); 2].map(|()| gpu.device.create_texture(&texture).create_view(&Default::default()));
+    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&from) },
+            wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&to) },
+        ],
+    });
     let copy: Recording<'_> = Box::new(|encoder| {
-        dispatch(&mut encoder.begin_compute_pass(&Default::default()), &pipeline, &group, groups(size));
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(size.width.div_ceil(16), size.height.div_ceil(16), 1);
+        drop(pass);
         Ok(())
     });
     let time = clock.medians(SAMPLES, &mut [copy])?[0].ms();

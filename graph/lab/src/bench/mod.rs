@@ -1,30 +1,22 @@
 //! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
 
-mod baseline;
-mod baselines;
 mod calibrate;
 mod copy;
-mod growth;
-mod kinds;
 mod raw;
 mod report;
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, FrameStep, FrameTime, Gpu, InputImage, Session, median};
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Options, Plan, Stage};
 
-pub use baseline::{BaselineReport, BaselineTimes};
 pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
-pub use growth::growth;
-pub use kinds::{BaselineFigures, KindFigures, KindsOptions, KindsReport, SizeFigures, SkippedKind, kinds};
+pub use copy::bandwidth;
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
-
-use baseline::Chain;
 
 use crate::{LabError, scene};
 
@@ -64,7 +56,7 @@ pub fn bench<E: From<LabError>>(
     let mut images = scene::still(gpu, registry, &graph, options.size)?;
     images.iter_mut().for_each(|image| image.finite = options.finite);
     let (first_frame, session) = starts(gpu, load, &images, options)?;
-    Ok(Bench { gpu, session, images, frames: 0, options }.report(name, &graph, first_frame)?)
+    Ok(Bench { gpu, session, images, frames: 0, options }.report(name, first_frame)?)
 }
 
 /// From the text to the first frame, without the driver's pipelines and with them; the second session goes on.
@@ -99,11 +91,14 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn report(mut self, name: &str, graph: &Graph, first_frame: FirstFrame) -> Result<BenchReport, LabError> {
+    fn report(mut self, name: &str, first_frame: FirstFrame) -> Result<BenchReport, LabError> {
         let clock = Clock::new(self.gpu)?;
-        let (frame, baseline) = self.frame_times(graph, &clock)?;
+        let Self { session, images, frames, options, .. } = &mut self;
+        let mut step = || next_step(frames);
+        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
+        let (frame, _) = session.frame_time(&clock, options.samples, work, Vec::new())?;
         let host = self.host_times()?;
-        let copy_gbps = copy::bandwidth(self.gpu, &clock)?;
+        let copy_gbps = bandwidth(self.gpu, &clock)?;
         let pass_times = self.pass_times(&clock)?;
         let pipelines = self.session.executor().pipeline_cache_data().unwrap_or_default();
         let plan = self.session.plan();
@@ -121,25 +116,9 @@ impl Bench<'_> {
             share: share(plan.bytes_moved(), frame.ms(), copy_gbps),
             memory: plan.memory.placed + plan.memory.kept,
             first_frame_ms: first_frame,
-            baseline,
             pipelines,
             passes: passes(plan, &pass_times, copy_gbps),
         })
-    }
-
-    /// The time of a frame, and those of the chains written by hand if the pipeline is the one that they implement.
-    fn frame_times(&mut self, graph: &Graph, clock: &Clock) -> Result<(FrameTime, Option<BaselineReport>), LabError> {
-        let Self { gpu, session, images, frames, options } = self;
-        let mut step = || next_step(frames);
-        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
-        let (Some(chain), Some(scene)) = (Chain::of(graph), images.first()) else {
-            return Ok((session.frame_time(clock, options.samples, work, Vec::new())?.0, None));
-        };
-        let chains = baseline::chains(gpu, &chain, &scene.view);
-        let (frame, times) = session.frame_time(clock, options.samples, work, baseline::recordings(&chains))?;
-        let output = session.plan().outputs[0].name.clone();
-        let picture = session.output(&output)?.to_floats();
-        Ok((frame, Some(baseline::report(gpu, &chains, &times, &picture)?)))
     }
 
     fn pass_times(&mut self, clock: &Clock) -> Result<Vec<f64>, LabError> {

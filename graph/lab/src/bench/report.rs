@@ -6,8 +6,6 @@ use afterimage_gpu::FrameTime;
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use serde::Serialize;
 
-use super::baseline::{BaselineReport, BaselineTimes};
-
 /// Everything about one pipeline at one size. Times are medians.
 #[derive(Debug, Serialize)]
 pub struct BenchReport {
@@ -36,8 +34,6 @@ pub struct BenchReport {
     pub memory: u64,
     /// The time to the first frame.
     pub first_frame_ms: FirstFrame,
-    /// The chains written by hand, if the pipeline is the one that they implement.
-    pub baseline: Option<BaselineReport>,
     /// The driver's pipelines, for the next run of the program; empty if the device has no cache.
     #[serde(skip)]
     pub pipelines: Vec<u8>,
@@ -133,18 +129,6 @@ impl BenchReport {
         let all = vec!["sum of passes".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }
-
-    fn baseline_lines(&self, times: &BaselineTimes, what: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let compared = |time: f64| format!("{time:.4} ms; the pipeline takes {:.2} of that", self.frame.gpu_ms / time);
-        writeln!(f, "{what}")?;
-        writeln!(f, "  draws                    {}", compared(times.fragment_ms))?;
-        writeln!(f, "  dispatches               {}", compared(times.compute_ms))?;
-        if let Some(packed) = times.compute_rg11b10_ms {
-            writeln!(f, "  with levels in rg11b10   {}", compared(packed))?;
-        }
-        let (largest, mean) = (times.max_difference, times.mean_difference);
-        writeln!(f, "  its image differs by {largest:.4} at most, {mean:.5} on average")
-    }
 }
 
 impl fmt::Display for BenchReport {
@@ -163,9 +147,6 @@ impl fmt::Display for BenchReport {
         writeln!(f, "copy bandwidth             {:.0} GB/s", self.copy_gbps)?;
         writeln!(f, "memory                     {} MB", megabytes(self.memory))?;
         let FirstFrame { cold, warm } = self.first_frame_ms;
-        writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines")?;
-        let Some(baseline) = &self.baseline else { return Ok(()) };
-        self.baseline_lines(&baseline.same, "baseline, the same work", f)?;
-        self.baseline_lines(&baseline.light, "baseline, less work: half the pixels, four loads each, no dither", f)
+        writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines")
     }
 }

@@ -3,7 +3,6 @@
 pub mod axis;
 pub mod canvas;
 pub mod labels;
-pub mod log_chart;
 pub mod palette;
 
 use std::path::Path;

@@ -140,19 +140,6 @@ impl Extreme {
         let pixels = self.pixels(size);
         bits(&sanitized(&pixels, size, Signedness::Unsigned)) != bits(&pixels)
     }
-
-    /// One color everywhere.
-    pub(crate) fn constant(pixel: [f32; 4]) -> Self {
-        Self { name: "constant", rule: Rule::Constant(pixel) }
-    }
-
-    /// Its identity among all images.
-    pub(crate) fn key(self) -> (&'static str, [u32; 4]) {
-        match self.rule {
-            Rule::Place(_) => (self.name, [0; 4]),
-            Rule::Constant(pixel) => (self.name, pixel.map(f32::to_bits)),
-        }
-    }
 }
 
 /// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that

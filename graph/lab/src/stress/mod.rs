@@ -28,7 +28,7 @@ pub use subject::{Overrides, Subject};
 
 use crate::Progress;
 use render::Renderer;
-pub(crate) use wiring::NODE;
+pub use wiring::NODE;
 
 /// The kinds of these tables, and those that make values, pyramids and volumes visible.
 ///

@@ -60,7 +60,7 @@ pub(crate) struct Renderer {
 /// The identity of an uploaded image.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct ImageKey {
-    image: (&'static str, [u32; 4]),
+    image: &'static str,
     desc: ImageDesc,
     signedness: Option<Signedness>,
 }
@@ -155,7 +155,7 @@ impl Renderer {
     /// higher image.
     fn image(&mut self, shot: Shot, desc: ImageDesc, signedness: Signedness) -> Result<InputImage, GpuError> {
         let signedness = shot.sanitized.then_some(signedness);
-        let key = ImageKey { image: shot.image.key(), desc, signedness };
+        let key = ImageKey { image: shot.image.name, desc, signedness };
         if let Some(made) = self.images.get(&key) {
             return Ok(made.clone());
         }

@@ -111,7 +111,7 @@ impl Subject {
     ///
     /// # Errors
     /// As [`kind`](Self::kind).
-    pub(crate) fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
+    pub fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
         let wires = Wires { typical: true, file: TYPICAL_CUBE, ..Wires::default() };
         Self::with_or_without_file(registry, kind, wires, false)
     }
@@ -199,7 +199,7 @@ impl Subject {
     }
 
     /// The graph with these overrides, or what is wrong with them.
-    pub(crate) fn graph(&self, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
+    pub fn graph(&self, registry: &Registry, overrides: &Overrides) -> Result<Graph, Diagnostics> {
         self.check(&self.document, registry, overrides)
     }
 

@@ -6,7 +6,7 @@ use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Input, NodeKind, Output, PortType, Registry};
 
 /// The name of the node under test.
-pub(crate) const NODE: &str = "it";
+pub const NODE: &str = "it";
 /// The most nodes between an image and a port; a longer chain is a cycle.
 const MAX_LENGTH: usize = 6;
 

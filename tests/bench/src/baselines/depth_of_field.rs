@@ -8,8 +8,8 @@ use afterimage_graph::check::GraphNode;
 use afterimage_graph::image::Size;
 
 use super::chain::{Bound, Chain, between, image, pair, size_of, uniform};
-use crate::bench::baseline::number;
-use crate::bench::raw::module;
+use super::number;
+use crate::raw::module;
 
 pub(super) fn chain(gpu: &Gpu, node: &GraphNode, images: &[InputImage]) -> Option<Chain> {
     let (scene, depth) = (image(images, "source")?, image(images, "depth")?);

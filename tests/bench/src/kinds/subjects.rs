@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Pass, Registry, Resource};
 use afterimage_graph::value::{Param, Value};
+use afterimage_lab::LabError;
+use afterimage_lab::stress::{NODE, Subject};
 use afterimage_plan::{Plan, PlannedPass};
 
 use super::figures::SkippedKind;
-use crate::LabError;
-use crate::stress::{NODE, Subject};
 
 /// A kind on its own.
 pub(super) struct KindAlone {
@@ -90,8 +90,9 @@ pub(super) fn moved_bytes(plan: &Plan) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use afterimage_lab::stress::{NODE, registry};
+
     use super::alone;
-    use crate::stress::{NODE, registry};
 
     #[test]
     fn every_built_in_kind_runs_alone_at_its_defaults_and_with_the_changed_values() {

@@ -6,39 +6,40 @@ use afterimage_gpu::{FrameTime, Gpu, Recording, download};
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::value::Value;
+use afterimage_lab::LabError;
 use serde::Serialize;
 
-use super::raw::{compute_pipeline, dispatch, draw, draw_pipeline, group, groups, module, target};
-use crate::LabError;
+use super::number;
+use crate::raw::{compute_pipeline, dispatch, draw, draw_pipeline, group, groups, module, target};
 
 /// The times of the chains in milliseconds, and the differences of their images from that of the pipeline.
 #[derive(Debug, Serialize)]
-pub struct BaselineReport {
+pub(crate) struct BaselineReport {
     /// The usual hand-written chain: light from half the pixels, four loads each, and no dither.
     #[serde(flatten)]
-    pub light: BaselineTimes,
+    pub(crate) light: BaselineTimes,
     /// All the work of the pipeline: filters, weights, sanitizing and dither.
-    pub same: BaselineTimes,
+    pub(crate) same: BaselineTimes,
 }
 
 /// One chain in its variants.
 #[derive(Debug, Serialize)]
-pub struct BaselineTimes {
+pub(crate) struct BaselineTimes {
     /// Draws, half-float levels.
-    pub fragment_ms: f64,
+    pub(crate) fragment_ms: f64,
     /// Dispatches in one compute pass, half-float levels.
-    pub compute_ms: f64,
+    pub(crate) compute_ms: f64,
     /// Dispatches with levels of 11, 11 and 10 bits; `None` if the device cannot store them.
-    pub compute_rg11b10_ms: Option<f64>,
+    pub(crate) compute_rg11b10_ms: Option<f64>,
     /// The largest difference of a channel, whose range is 1.
-    pub max_difference: f32,
+    pub(crate) max_difference: f32,
     /// The mean difference of a channel.
-    pub mean_difference: f32,
+    pub(crate) mean_difference: f32,
 }
 
 /// The parameters of the pipeline that the chain uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Chain {
+pub(crate) struct Chain {
     levels: usize,
     threshold: f32,
     knee: f32,
@@ -51,7 +52,7 @@ pub(super) struct Chain {
 
 impl Chain {
     /// The parameters, if the graph is the chain that is implemented here.
-    pub(super) fn of(graph: &Graph) -> Option<Self> {
+    pub(crate) fn of(graph: &Graph) -> Option<Self> {
         let wanted = ["Exposure", "Extract", "Downsample", "Upsample", "Composite", "ToneMap", "Encode"];
         // A final dither is optional.
         let nodes = match graph.nodes.as_slice() {
@@ -103,17 +104,8 @@ impl Chain {
     }
 }
 
-/// A number among the parameters of a node.
-pub(super) fn number(node: &GraphNode, name: &str) -> Option<f32> {
-    match node.instance.value(name)? {
-        Value::Float(number) => Some(*number as f32),
-        Value::Int(number) => Some(*number as f32),
-        _ => None,
-    }
-}
-
 /// The chains for a scene: with less work and with the same work, each in all its variants.
-pub(super) fn chains(gpu: &Gpu, settings: &Chain, scene: &TextureView) -> [Vec<HandWritten>; 2] {
+pub(crate) fn chains(gpu: &Gpu, settings: &Chain, scene: &TextureView) -> [Vec<HandWritten>; 2] {
     let half = TextureFormat::Rgba16Float;
     let mut variants = vec![(Stage::Draw, half), (Stage::Dispatch, half)];
     if gpu.caps.storage.contains(&Format::Rg11b10Ufloat) {
@@ -127,12 +119,12 @@ pub(super) fn chains(gpu: &Gpu, settings: &Chain, scene: &TextureView) -> [Vec<H
 }
 
 /// All chains, to be recorded.
-pub(super) fn recordings(chains: &[Vec<HandWritten>; 2]) -> Vec<Recording<'_>> {
+pub(crate) fn recordings(chains: &[Vec<HandWritten>; 2]) -> Vec<Recording<'_>> {
     chains.iter().flatten().map(HandWritten::recording).collect()
 }
 
 /// The times of the chains, and the differences of their last images from `picture`.
-pub(super) fn report(
+pub(crate) fn report(
     gpu: &Gpu,
     [less, same]: &[Vec<HandWritten>; 2],
     times: &[FrameTime],
@@ -175,7 +167,7 @@ enum Stage {
 }
 
 /// A chain with all its GPU objects.
-pub(super) struct HandWritten {
+pub(crate) struct HandWritten {
     dispatches: Vec<(wgpu::ComputePipeline, wgpu::BindGroup, [u32; 2])>,
     draws: Vec<(wgpu::RenderPipeline, wgpu::BindGroup, TextureView)>,
     display: TextureView,
@@ -208,7 +200,7 @@ impl HandWritten {
         let storage = if format == TextureFormat::Rg11b10Ufloat { "rg11b10ufloat" } else { "rgba16float" };
         let glow = if chain.tent { "tent(uv, 1.0)" } else { "near(uv)" };
         let same = (amount == Amount::Same).to_string();
-        let source = include_str!("baseline.wgsl").replace("LEVEL", storage).replace("GLOW", glow);
+        let source = include_str!("lynx.wgsl").replace("LEVEL", storage).replace("GLOW", glow);
         let module = module(gpu, &source.replace("SAME_WORK", &same));
         let picked = (amount == Amount::Same).then(|| level(&full));
         for step in steps(scene, picked.as_ref(), &down, &up, &display) {

@@ -3,13 +3,12 @@
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
-use afterimage_graph::node::{BlockData, Camera, HostBlock, Registry};
+use afterimage_graph::node::{BlockData, Camera, HostBlock, Params as _, Registry};
 use afterimage_graph::value::Value;
+use afterimage_lab::LabError;
+use afterimage_lab::scene::graph;
+use afterimage_nodes::DemoScene;
 use afterimage_plan::Options;
-
-use super::options::KindsOptions;
-use crate::LabError;
-use crate::scene::graph;
 
 /// Objects move, and samples lie beside the centers of pixels, as a renderer does for anti-aliasing over time.
 const SCENE: &str = r#"Pipeline(
@@ -55,21 +54,12 @@ pub(super) struct SceneImages<'a> {
 }
 
 impl<'a> SceneImages<'a> {
-    pub(super) fn new(
-        gpu: &'a Gpu,
-        registry: &'a Registry,
-        size: Size,
-        options: &KindsOptions<'_>,
-    ) -> Result<Self, LabError> {
-        let at = |walk, jitter| -> Result<(Session, Camera), LabError> {
-            let graph = scene(registry, walk, jitter)?;
-            let camera = (options.camera)(&graph, size);
-            let camera = camera.ok_or_else(|| LabError::request("the built-in scene has no camera"))?;
-            Ok((render(gpu, graph, size)?, camera))
-        };
-        let (now, camera) = at(WALK, JITTER)?;
-        let (before, _) = at(WALK - STEP, [0.0; 2])?;
-        let (light, light_camera) = at(LIGHT, [0.0; 2])?;
+    pub(super) fn new(gpu: &'a Gpu, registry: &'a Registry, size: Size) -> Result<Self, LabError> {
+        let now = scene(registry, WALK, JITTER)?;
+        let before = scene(registry, WALK - STEP, [0.0; 2])?;
+        let light = scene(registry, LIGHT, [0.0; 2])?;
+        let (camera, light_camera) = (camera(&now, size), camera(&light, size));
+        let [now, before, light] = [render(gpu, now, size)?, render(gpu, before, size)?, render(gpu, light, size)?];
         Ok(Self { gpu, registry, size, now, before, light, camera, light_camera })
     }
 
@@ -136,6 +126,12 @@ fn scene(registry: &Registry, walk: f64, [x, y]: [f64; 2]) -> Result<Graph, LabE
         node.instance.set(at, value);
     }
     Ok(scene)
+}
+
+/// The camera of the scene.
+fn camera(graph: &Graph, size: Size) -> Camera {
+    let node = graph.nodes.iter().find(|node| node.name == "scene").expect("it is in the text");
+    DemoScene::from_values(node.instance.values()).expect("the values are checked").camera(size)
 }
 
 fn render(gpu: &Gpu, graph: Graph, size: Size) -> Result<Session, LabError> {

@@ -1,21 +1,17 @@
-//! The growth of time and memory with pixels and with nodes: a table and a chart.
+//! The growth of time and memory with pixels and with nodes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_media::write_atomic;
+use afterimage_lab::{LabError, scene};
 use afterimage_plan::{GivenImage, HostInputs, Options, PlanRequest, Requirement, plan};
 
-use super::next_step;
-use crate::files::make_folder;
-use crate::plot::log_chart::{Chart, Line, page};
-use crate::{LabError, scene};
+use crate::next_step;
 
 /// 720p to 16K, all 16:9.
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
@@ -44,11 +40,8 @@ struct Growth {
     unshared: u64,
 }
 
-/// Measures, writes `growth.csv` and `growth.svg` to the folder, and returns the table.
-///
-/// # Errors
-/// Errors of the device, and files that cannot be written.
-pub fn growth(gpu: &Gpu, registry: &Registry, samples: u32, folder: &Path) -> Result<String, LabError> {
+/// The figures, as comma-separated values.
+pub(crate) fn growth(gpu: &Gpu, registry: &Registry, samples: u32) -> Result<String, LabError> {
     let conditions = Conditions { gpu, registry, clock: Clock::new(gpu)?, samples };
     let mut all = Vec::new();
     let (highest, chain_height) = if gpu.is_processor() { PROCESSOR_HEIGHTS } else { (u32::MAX, CHAIN_HEIGHT) };
@@ -62,11 +55,7 @@ pub fn growth(gpu: &Gpu, registry: &Registry, samples: u32, folder: &Path) -> Re
             all.push(conditions.measure(series, &text, wide(chain_height))?);
         }
     }
-    make_folder(folder)?;
-    let csv = csv(&all);
-    write_atomic(&folder.join("growth.csv"), csv.as_bytes())?;
-    write_atomic(&folder.join("growth.svg"), plot(&all, &gpu.name(), conditions.clock.is_gpu()).as_bytes())?;
-    Ok(csv)
+    Ok(csv(&all))
 }
 
 /// 16:9.
@@ -197,39 +186,4 @@ fn csv(all: &[Growth]) -> String {
         );
     }
     text
-}
-
-fn plot(all: &[Growth], adapter: &str, gpu_clock: bool) -> String {
-    let of = |series: &str, x: fn(&Growth) -> f64, y: fn(&Growth) -> f64| {
-        all.iter().filter(|row| row.series == series).map(|row| (x(row), y(row))).collect::<Vec<_>>()
-    };
-    let pixels = |row: &Growth| f64::from(row.size.width) * f64::from(row.size.height) * 1e-6;
-    let nodes = |row: &Growth| row.nodes as f64;
-    let mebibytes = |row: &Growth| row.placed as f64 / f64::from(1 << 20);
-    let unshared = |row: &Growth| row.unshared as f64 / f64::from(1 << 20);
-    let clock = if gpu_clock { "GPU milliseconds" } else { "milliseconds (host clock)" };
-    let line = |name: &'static str, points| Line { name, points };
-    let both = |y: fn(&Growth) -> f64| {
-        vec![line("point nodes", of("point nodes", nodes, y)), line("gather nodes", of("gather nodes", nodes, y))]
-    };
-    let charts = [
-        Chart {
-            title: clock,
-            x: "megapixels, bloom and a curve",
-            lines: vec![line("a frame", of("pixels", pixels, |r| r.gpu_ms))],
-        },
-        Chart {
-            title: "MiB of transient images",
-            x: "megapixels, bloom and a curve",
-            lines: vec![
-                line("placed", of("pixels", pixels, mebibytes)),
-                line("one by one", of("pixels", pixels, unshared)),
-            ],
-        },
-        Chart { title: clock, x: "nodes in a chain", lines: both(|r| r.gpu_ms) },
-        Chart { title: "microseconds to record", x: "nodes in a chain", lines: both(|r| r.record_us) },
-        Chart { title: "milliseconds from text to plan", x: "nodes in a chain", lines: both(|r| r.plan_ms) },
-        Chart { title: "MiB of transient images", x: "nodes in a chain", lines: both(mebibytes) },
-    ];
-    page(adapter, &charts)
 }

@@ -7,8 +7,8 @@ use afterimage_graph::node::Camera;
 use afterimage_graph::value::Value;
 
 use super::chain::{Bound, Chain, between, image, pair, size_of, uniform, unprojection};
-use crate::bench::baseline::number;
-use crate::bench::raw::module;
+use super::number;
+use crate::raw::module;
 
 pub(super) fn chain(gpu: &Gpu, node: &GraphNode, images: &[InputImage], camera: &Camera) -> Option<Chain> {
     let [scene, depth, normal, albedo] =

@@ -8,8 +8,8 @@ use afterimage_graph::value::Value;
 use glam::DMat4;
 
 use super::chain::{Bound, Chain, between, image, size_of, uniform, unprojection};
-use crate::bench::baseline::number;
-use crate::bench::raw::module;
+use super::number;
+use crate::raw::module;
 
 pub(super) fn chain(gpu: &Gpu, node: &GraphNode, images: &[InputImage], camera: &Camera) -> Option<Chain> {
     let read = ["source", "history", "depth", "previous_depth", "motion"];

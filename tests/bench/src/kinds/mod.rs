@@ -2,24 +2,23 @@
 
 mod figures;
 mod images;
-mod options;
 mod subjects;
 
 use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, NodeKind, Registry};
+use afterimage_lab::LabError;
+use afterimage_lab::bench::bandwidth;
+use afterimage_lab::stress::NODE;
 use afterimage_media::catch_panic;
-use afterimage_plan::Plan;
+use afterimage_plan::{Options, Plan};
 
-use super::baselines::{self, Chain};
-use super::{copy, next_step, share};
-use crate::stress::NODE;
-use crate::{LabError, Progress};
-use figures::difference;
-pub use figures::{BaselineFigures, KindFigures, KindsReport, SizeFigures, SkippedKind};
+use crate::baselines::{self, Chain};
+use crate::next_step;
+pub(crate) use figures::KindsReport;
+use figures::{BaselineFigures, KindFigures, SizeFigures, SkippedKind, difference};
 use images::SceneImages;
-pub use options::KindsOptions;
 use subjects::{KindAlone, alone, is_own, least_bytes, moved_bytes};
 
 /// Measures each kind of these tables on its own, at each of the sizes: with its optional images, without optional
@@ -28,28 +27,25 @@ use subjects::{KindAlone, alone, is_own, least_bytes, moved_bytes};
 ///
 /// # Errors
 /// The device cannot be measured, or the built-in scene not be rendered. A kind that does not run is in the report.
-pub fn kinds(
+pub(crate) fn kinds(
     gpu: &Gpu,
     registry: &Registry,
     tables: &[&[NodeKind]],
-    options: &KindsOptions<'_>,
-    progress: &dyn Progress,
+    sizes: &[Size],
+    samples: u32,
 ) -> Result<KindsReport, LabError> {
     let clock = Clock::new(gpu)?;
     let (subjects, mut skipped) = alone(registry, tables);
-    progress.expect((options.sizes.len() * subjects.len()) as u64);
-    let copy_gbps = copy::bandwidth(gpu, &clock)?;
+    let copy_gbps = bandwidth(gpu, &clock)?;
     let mut rows: Vec<KindFigures> = subjects.iter().map(|subject| KindFigures::new(&subject.kind)).collect();
-    for size in &options.sizes {
-        let images = SceneImages::new(gpu, registry, *size, options)?;
-        let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps, options, size: *size };
+    for size in sizes {
+        let images = SceneImages::new(gpu, registry, *size)?;
+        let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps, samples, size: *size };
         for (subject, row) in subjects.iter().zip(&mut rows) {
-            progress.begin(&format!("{} at {size}", subject.kind));
             let measured = catch_panic(|| bench.measure(subject, row)).map_err(|panic| format!("it panics: {panic}"));
             if let Err(why) = measured.and_then(|measured| measured.map_err(|error| error.to_string())) {
                 skipped.push(SkippedKind { kind: subject.kind.clone(), why: format!("at {size}: {why}") });
             }
-            progress.end();
         }
     }
     rows.retain(|row| !row.sizes.is_empty());
@@ -58,7 +54,7 @@ pub fn kinds(
         adapter: info.name,
         driver: format!("{} {}", info.driver, info.driver_info),
         clock: clock.source().name(),
-        frames: options.samples,
+        frames: samples,
         copy_gbps,
         kinds: rows,
         skipped,
@@ -72,7 +68,7 @@ struct KindBench<'a> {
     clock: &'a Clock,
     images: &'a SceneImages<'a>,
     copy_gbps: f64,
-    options: &'a KindsOptions<'a>,
+    samples: u32,
     size: Size,
 }
 
@@ -96,7 +92,7 @@ impl KindBench<'_> {
         let mut step = || next_step(&mut frames);
         let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> FrameStep);
         let recordings = chain.iter().map(Chain::recording).collect();
-        let (frame, baseline_time) = session.frame_time(self.clock, self.options.samples, work, recordings)?;
+        let (frame, baseline_time) = session.frame_time(self.clock, self.samples, work, recordings)?;
         let picture = chain.map(|chain| self.compare(&mut session, &chain, &images)).transpose()?;
         let baseline = picture.map(|picture| BaselineFigures { ms: baseline_time[0].ms(), ..picture });
         let plan = session.plan().clone();
@@ -108,9 +104,9 @@ impl KindBench<'_> {
             size: [self.size.width, self.size.height],
             ms,
             least_bytes,
-            share: share(least_bytes, ms, self.copy_gbps),
+            share: least_bytes as f64 * 1e-6 / ms / self.copy_gbps,
             moved_bytes,
-            moved_share: share(moved_bytes, ms, self.copy_gbps),
+            moved_share: moved_bytes as f64 * 1e-6 / ms / self.copy_gbps,
             baseline,
         });
         Ok(())
@@ -134,7 +130,7 @@ impl KindBench<'_> {
 
     /// A session with a plan for these images.
     fn session(&self, graph: &Graph, images: &[InputImage]) -> Result<Session, LabError> {
-        let mut session = Session::new(self.gpu, graph.clone(), Facts::default(), self.options.options);
+        let mut session = Session::new(self.gpu, graph.clone(), Facts::default(), Options::default());
         for input in &graph.inputs {
             let Some(block) = input.block else { continue };
             session.set_block(&input.name, self.images.block(&input.name, block, *block == CAMERA)?);
@@ -146,7 +142,7 @@ impl KindBench<'_> {
     /// The time of the kind's own passes, where others make its inputs or show its result.
     fn own_passes(&self, session: &mut Session, images: &[InputImage]) -> Result<f64, LabError> {
         let mut frames = 0;
-        let times = session.pass_times(self.clock, self.options.samples, images, &mut || next_step(&mut frames))?;
+        let times = session.pass_times(self.clock, self.samples, images, &mut || next_step(&mut frames))?;
         let passes = session.plan().passes.iter();
         Ok(passes.zip(times).filter(|(planned, _)| is_own(planned)).map(|(_, ms)| ms).sum())
     }

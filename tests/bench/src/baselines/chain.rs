@@ -5,12 +5,12 @@ use afterimage_gpu::wgpu::{self, BindGroupEntry, BindingResource, TextureFormat,
 use afterimage_gpu::{Gpu, InputImage, Recording, download};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::Camera;
+use afterimage_lab::LabError;
 
-use crate::LabError;
-use crate::bench::raw::{compute_pipeline, dispatch, group, groups, target};
+use crate::raw::{compute_pipeline, dispatch, group, groups, target};
 
 /// Dispatches, the last of which writes `result`.
-pub(in crate::bench) struct Chain {
+pub(crate) struct Chain {
     dispatches: Vec<(wgpu::ComputePipeline, wgpu::BindGroup, [u32; 2])>,
     result: TextureView,
 }
@@ -35,7 +35,7 @@ impl Chain {
     }
 
     /// Its commands.
-    pub(in crate::bench) fn recording(&self) -> Recording<'_> {
+    pub(crate) fn recording(&self) -> Recording<'_> {
         Box::new(|encoder| {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             for (pipeline, group, groups) in &self.dispatches {
@@ -46,7 +46,7 @@ impl Chain {
     }
 
     /// The image that it has made.
-    pub(in crate::bench) fn picture(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, LabError> {
+    pub(crate) fn picture(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, LabError> {
         Ok(download(&gpu.device, &gpu.queue, self.result.texture())?.to_floats())
     }
 }
