@@ -3,16 +3,13 @@
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Transfer, Xy};
 use glam::{DMat3, DVec3};
-use moxcms::{
-    ColorDateTime, ColorProfile, DataColorSpace, LocalizableString, Matrix3d, ProfileText, ToneReprCurve, Xyzd,
-};
+use moxcms::{ColorProfile, DataColorSpace, LocalizableString, Matrix3d, ProfileText, ToneReprCurve, Xyzd};
 
 /// The white of the profile connection space: D50 as ICC.1 rounds it.
 const PCS_WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
 
-/// One date for all profiles, so that equal colorimetry gives equal bytes.
-const DATE: ColorDateTime =
-    ColorDateTime { year: 2026, month: 1, day_of_the_month: 1, hours: 0, minutes: 0, seconds: 0 };
+/// Year, month, day, hour, minute and second of all profiles, so that equal colorimetry gives equal bytes.
+const DATE: [u16; 6] = [2026, 1, 1, 0, 0, 0];
 
 /// Largest difference between a curve and a transfer function that counts as equal, in linear light. Tables of 8-bit
 /// profiles differ by less.
@@ -42,8 +39,19 @@ pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
     profile.blue_trc = Some(curve);
     profile.description = Some(text(&description(color)));
     profile.copyright = Some(text("No copyright, use freely"));
-    profile.creation_date_time = DATE;
-    Some(profile.encode().expect("a matrix profile can be encoded"))
+    Some(with_fixed_date(profile.encode().expect("a matrix profile can be encoded")))
+}
+
+/// Replaces the date of the header, where the encoder puts the time of the clock, and pads the profile: readers such as
+/// libpng refuse a length that is not a multiple of 4 (ICC.1:2022, 7.2.1).
+fn with_fixed_date(mut profile: Vec<u8>) -> Vec<u8> {
+    profile.resize(profile.len().next_multiple_of(4), 0);
+    let length = u32::try_from(profile.len()).expect("a profile with a matrix has less than a kilobyte");
+    profile[..4].copy_from_slice(&length.to_be_bytes());
+    for (at, number) in DATE.iter().enumerate() {
+        profile[24 + 2 * at..26 + 2 * at].copy_from_slice(&number.to_be_bytes());
+    }
+    profile
 }
 
 fn description(color: &Colorimetry) -> String {

@@ -14,8 +14,7 @@ pub struct JpegOptions {
     pub quality: u8,
     /// Seed of the dither to eight bits, or `None` to round.
     pub dither: Option<u32>,
-    /// What the numbers mean. sRGB is not stated, since it is what readers assume; all else is stated by an ICC
-    /// profile.
+    /// What the numbers mean, stated by an ICC profile; not stated if `None`.
     pub color: Option<Colorimetry>,
 }
 
@@ -35,22 +34,18 @@ pub fn encode_jpeg(size: (u32, u32), pixels: EncodedPixels<'_>, options: &JpegOp
         return Err(CodecError::new(ErrorKind::TooLarge, "a JPEG has at most 65535 pixels in a row or column"));
     };
     check_size((size.0.into(), size.1.into()), 1)?;
-    let profile = options.color.map(profile).transpose()?.flatten();
+    let profile = options.color.map(profile).transpose()?;
     let codes = Quantizer { bits: 8, dither: options.dither, channels: 3 }.codes(size, pixels)?;
     let bytes: Vec<u8> = codes.iter().map(|code| *code as u8).collect();
     pack((width, height), &bytes, profile.as_deref(), options.quality)
         .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the JPEG failed: {error}")))
 }
 
-/// The profile to embed; `None` for sRGB.
-fn profile(color: Colorimetry) -> Result<Option<Vec<u8>>, CodecError> {
-    let is_srgb = (color.primaries, color.transfer) == (Colorimetry::SRGB.primaries, Colorimetry::SRGB.transfer);
-    match icc::write(&color) {
-        _ if is_srgb => Ok(None),
-        Some(profile) => Ok(Some(profile)),
-        None => Err(CodecError::new(ErrorKind::Unsupported, "a JPEG has eight bits, too few for PQ and HLG")
-            .hint("write a PNG or an AVIF, or encode for an SDR display")),
-    }
+fn profile(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
+    icc::write(&color).ok_or_else(|| {
+        CodecError::new(ErrorKind::Unsupported, "a JPEG has eight bits, too few for PQ and HLG")
+            .hint("write a PNG or an AVIF, or encode for an SDR display")
+    })
 }
 
 fn pack(size: (u16, u16), bytes: &[u8], profile: Option<&[u8]>, quality: u8) -> Result<Vec<u8>, EncodingError> {

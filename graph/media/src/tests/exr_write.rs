@@ -1,6 +1,7 @@
 //! What is written is what is read back.
 
 use ::exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
+use afterimage_base::color::Chromaticities;
 use half::f16;
 
 use super::{Folder, ODD_SIZES, numbers, picture};
@@ -119,4 +120,79 @@ fn attributes_that_would_contradict_the_file_are_left_out() {
     let back = Folder::new("odd-attributes").read(&encoded(&odd, &ExrOptions::default())).unwrap();
     assert_eq!(back.meta.image.pixel_aspect, 1.0);
     assert_eq!(back.pixel(1, 1)[0], f16::from_f32(odd.pixel(1, 1)[0]).to_f32());
+}
+
+/// `acesImageContainerFlag` and `colorInteropID` name the primaries of the input, and `cryptomatte/*` its channels. The
+/// written file has other ones.
+#[test]
+fn what_describes_the_pixels_of_the_input_is_not_copied() {
+    let mut aces = picture(2, 2);
+    aces.meta.set_number("gain", 2.5);
+    for name in ["acesImageContainerFlag", "colorInteropID", "cryptomatte/8a3c/name"] {
+        aces.meta.set_text(name, "lin_ap0_scene");
+        aces.meta.image.other.insert(Text::new_or_none(name).unwrap(), AttributeValue::I32(1));
+    }
+    let back = Folder::new("old-pixels").read(&encoded(&aces, &ExrOptions::default())).unwrap();
+    let names: Vec<String> =
+        back.meta.layer.other.keys().chain(back.meta.image.other.keys()).map(Text::to_string).collect();
+    assert_eq!(names, ["gain"]);
+}
+
+#[test]
+fn primaries_that_only_a_name_states_are_converted() {
+    let unlabeled = ExrOptions { color: None, float: true, ..ExrOptions::default() };
+    let flag = ("acesImageContainerFlag", AttributeValue::I32(1), Chromaticities::ACES_AP0);
+    let id = |id: &str| AttributeValue::Text(id.into());
+    let named = [
+        flag,
+        ("colorInteropID", id("lin_ap0_scene"), Chromaticities::ACES_AP0),
+        ("colorInteropID", id("lin_ap1_scene"), Chromaticities::ACES_CG),
+        ("colorInteropID", id("lin_rec2020_scene"), Chromaticities::REC2020),
+        ("colorInteropID", id("lin_p3d65_scene"), Chromaticities::DISPLAY_P3),
+        ("colorInteropID", id("lin_rec709_scene"), Chromaticities::REC709),
+        ("colorInteropID", id("data"), Chromaticities::REC709),
+        ("acesImageContainerFlag", AttributeValue::I32(0), Chromaticities::REC709),
+    ];
+    for (name, value, primaries) in named {
+        let mut picture = Picture::new(1, 1, Pixels::Float(vec![0.25, 0.5, 0.125, 1.0]));
+        picture.meta.image.chromaticities = None;
+        picture.meta.layer.other.insert(Text::new_or_none("unused").unwrap(), AttributeValue::I32(0));
+        let file = with_attribute(&encoded(&picture, &unlabeled), name, &value);
+        let back = Folder::new("named-primaries").read(&file).unwrap();
+        let expected = primaries.conversion(&Chromaticities::REC709) * glam::DVec3::new(0.25, 0.5, 0.125);
+        let [r, g, b, _] = back.pixel(0, 0).map(f64::from);
+        assert!(expected.abs_diff_eq(glam::DVec3::new(r, g, b), 1e-6), "{name}, {value:?}: {r} {g} {b}, {expected}");
+    }
+}
+
+/// The file with the attribute `unused` replaced, since the writer does not write these names. The table of offsets is
+/// moved by what the header grows.
+fn with_attribute(file: &[u8], name: &str, value: &AttributeValue) -> Vec<u8> {
+    let (kind, bytes) = match value {
+        AttributeValue::I32(number) => ("int", number.to_le_bytes().to_vec()),
+        AttributeValue::Text(text) => ("string", text.to_string().into_bytes()),
+        other => panic!("not used here: {other:?}"),
+    };
+    let old = b"unused\0int\0\x04\0\0\0\0\0\0\0";
+    let at = file.windows(old.len()).position(|part| part == old).unwrap();
+    let length = (bytes.len() as u32).to_le_bytes();
+    let new = [name.as_bytes(), b"\0", kind.as_bytes(), b"\0", &length, &bytes].concat();
+    let mut moved = [&file[..at], &new, &file[at + old.len()..]].concat();
+    // One row: the table has one offset, right before the block, which begins with its row.
+    let end_of_header = moved.len() - (file.len() - header_length(file));
+    let offset = end_of_header as u64 + 8;
+    moved[end_of_header..end_of_header + 8].copy_from_slice(&offset.to_le_bytes());
+    moved
+}
+
+/// Up to the zero that ends the attributes.
+fn header_length(file: &[u8]) -> usize {
+    let mut at = 8;
+    while file[at] != 0 {
+        for _ in 0..2 {
+            at += file[at..].iter().position(|byte| *byte == 0).unwrap() + 1;
+        }
+        at += 4 + u32::from_le_bytes(file[at..at + 4].try_into().unwrap()) as usize;
+    }
+    at + 1
 }

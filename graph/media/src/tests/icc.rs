@@ -51,8 +51,6 @@ fn a_profile_is_read_back_as_what_it_was_made_of() {
             assert!(to_rec709(&found).abs_diff_eq(to_rec709(&primaries), 1e-3), "{found:?}");
         }
     }
-    let srgb = Colorimetry::SRGB;
-    assert_eq!(icc::write(&srgb), icc::write(&srgb), "equal colorimetry gives equal bytes");
     assert_eq!(icc::write(&Colorimetry::new(Chromaticities::REC2020, Transfer::Pq)), None);
 }
 
@@ -66,4 +64,17 @@ fn what_is_no_matrix_profile_is_not_read() {
     let at = profile.windows(4).position(|name| name == b"para").unwrap() + 12;
     profile[at..at + 4].copy_from_slice(&(3_i32 << 16).to_be_bytes());
     assert_eq!(icc::read(&profile), None, "the curves of the channels differ");
+}
+
+#[test]
+fn profiles_have_a_fixed_date_and_lengths_that_readers_accept() {
+    let gammas = [1.8, 2.2, 2.4].map(|gamma| Transfer::Gamma(Decimal::new(gamma)));
+    for primaries in [Chromaticities::REC709, Chromaticities::DISPLAY_P3, Chromaticities::REC2020] {
+        for transfer in gammas.into_iter().chain([Transfer::Linear, Transfer::Srgb]) {
+            let profile = icc::write(&Colorimetry::new(primaries, transfer)).unwrap();
+            let stated = u32::from_be_bytes(profile[..4].try_into().unwrap()) as usize;
+            assert_eq!((stated, profile.len() % 4), (profile.len(), 0), "{primaries:?}, {transfer:?}");
+            assert_eq!(profile[24..36], [7, 234, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0], "1 January 2026, 0:00");
+        }
+    }
 }

@@ -4,6 +4,7 @@
 mod camera;
 mod counters;
 mod decode;
+mod label;
 mod read;
 mod select;
 mod write;

@@ -10,6 +10,7 @@ use exr::meta::attribute::{Chromaticities as Attribute, IntegerBounds, SampleTyp
 use exr::meta::header::Header;
 
 use super::decode::{BATCH_BYTES, Placement, decode_blocks};
+use super::label::named_primaries;
 use super::select::{Choice, choose};
 use super::{explain, unsupported};
 use crate::codec::chromaticities::to_rec709;
@@ -99,8 +100,10 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
 
 fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
     let is_gray = choice.slots[0] == choice.slots[1];
-    let stated = header.shared_attributes.chromaticities.filter(|_| choice.is_color && !is_gray);
-    let Some(stated) = stated else { return Ok(None) };
+    if !choice.is_color || is_gray {
+        return Ok(None);
+    }
+    let Some(stated) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
     let stated = primaries(&stated).ok_or_else(|| {
         unsupported("its `chromaticities` attribute describes no color space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")

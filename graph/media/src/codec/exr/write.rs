@@ -17,6 +17,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::explain;
+use super::label::describes_old_pixels;
 use super::read::{attribute, point};
 use crate::codec::limits::check_size;
 use crate::codec::panics::catch_panic;
@@ -137,7 +138,7 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     if let Some(color) = &options.color {
         image.chromaticities = Some(attribute(&color.primaries));
     }
-    image.other.retain(|name, value| !is_reserved(name) && is_writable(name, value));
+    image.other.retain(|name, value| is_kept(name) && is_writable(name, value));
     image
 }
 
@@ -154,7 +155,7 @@ fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttribut
     let is_shared =
         |value: &AttributeValue| matches!(value, AttributeValue::Chromaticities(_) | AttributeValue::TimeCode(_));
     layer.other.retain(|name, value| {
-        !is_reserved(name) && is_writable(name, value) && !is_shared(value) && !image.other.contains_key(name)
+        is_kept(name) && is_writable(name, value) && !is_shared(value) && !image.other.contains_key(name)
     });
     layer
 }
@@ -170,8 +171,10 @@ fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttrib
     }
 }
 
-fn is_reserved(name: &Text) -> bool {
-    standard_names::ALL.iter().any(|reserved| *reserved == name.as_slice())
+/// Whether an attribute of the input is written: not those that the encoder makes, and none that would be false.
+fn is_kept(name: &Text) -> bool {
+    let is_reserved = standard_names::ALL.iter().any(|reserved| *reserved == name.as_slice());
+    !is_reserved && !describes_old_pixels(name)
 }
 
 /// Whether the name and the type of an attribute have an end: a zero ends them, so neither may be empty or have one.

@@ -1,0 +1,43 @@
+//! What an EXR file states about its colors, besides `chromaticities`.
+
+use afterimage_base::color::Chromaticities;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::Header;
+
+/// Set by ACES containers (SMPTE ST 2065-4), whose pixels are ACES2065-1.
+const ACES_FLAG: &str = "acesImageContainerFlag";
+
+/// The name of a color space, from the Color Interop Forum's list.
+const INTEROP_ID: &str = "colorInteropID";
+
+/// The primaries that the file states by name, for files without `chromaticities`.
+pub(super) fn named_primaries(header: &Header) -> Option<Chromaticities> {
+    let find = |name| {
+        let name = Text::from(name);
+        header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
+    };
+    match (find(INTEROP_ID), find(ACES_FLAG)) {
+        (Some(AttributeValue::Text(id)), _) if space(&id.to_string()).is_some() => space(&id.to_string()),
+        (_, Some(AttributeValue::I32(1))) => Some(Chromaticities::ACES_AP0),
+        _ => None,
+    }
+}
+
+/// The linear spaces of the list that have RGB primaries. Files with other names are read as if they had none.
+fn space(id: &str) -> Option<Chromaticities> {
+    match id {
+        "lin_rec709_scene" => Some(Chromaticities::REC709),
+        "lin_p3d65_scene" => Some(Chromaticities::DISPLAY_P3),
+        "lin_rec2020_scene" => Some(Chromaticities::REC2020),
+        "lin_ap1_scene" => Some(Chromaticities::ACES_CG),
+        "lin_ap0_scene" => Some(Chromaticities::ACES_AP0),
+        _ => None,
+    }
+}
+
+/// Whether an attribute describes the pixels or the channels of the file that it was read from. A rendered picture has
+/// other ones, so the attribute must not be copied.
+pub(super) fn describes_old_pixels(name: &Text) -> bool {
+    let name = name.to_string();
+    name == ACES_FLAG || name == INTEROP_ID || name.starts_with("cryptomatte/")
+}
