@@ -7,7 +7,7 @@ use afterimage_lab::bench::{self, BenchOptions};
 use afterimage_media::write_atomic;
 
 use crate::args::BenchArgs;
-use crate::device::{keep_calibration, keep_pipeline_data, open, options_on, pipelines};
+use crate::device::{keep_calibration, keep_pipeline_data, open_for, options_on, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
@@ -15,7 +15,7 @@ use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.kinds)?;
-    let gpu = open(&args.device)?;
+    let gpu = open_for(&args.device, &args.plan)?;
     if args.calibrate {
         let (calibration, size) = bench::calibrate(&gpu, &registry, args.frames)?;
         let kept = keep_calibration(&gpu, &calibration);

@@ -12,7 +12,7 @@ use afterimage_lab::bench::{Calibration, Gain};
 use afterimage_media::{read_bytes, write_atomic};
 use afterimage_plan::Options;
 
-use crate::args::{ArithmeticOptions, DeviceOptions};
+use crate::args::{ArithmeticOptions, DeviceOptions, PlanOptions};
 use crate::failure::Failure;
 use crate::terminal::note;
 
@@ -25,7 +25,14 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     // Without a calibration: on lavapipe whole pipelines are a third faster with draws, which single passes do not
     // show.
     let drawn = calibration(&gpu).map_or(gpu.is_processor(), |calibration| calibration.prefers_fragment());
-    gpu.caps.prefer_fragment = options.fragment || drawn;
+    gpu.caps.prefer_fragment = drawn;
+    Ok(gpu)
+}
+
+/// Opens the device for a plan with these options.
+pub(crate) fn open_for(device: &DeviceOptions, plan: &PlanOptions) -> Result<Gpu, Failure> {
+    let mut gpu = open(device)?;
+    gpu.caps.prefer_fragment |= plan.fragment;
     Ok(gpu)
 }
 
@@ -51,11 +58,12 @@ impl CachedSession {
     /// Opens the device, and a session on it with the planner's options there.
     pub(crate) fn open(
         device: &DeviceOptions,
+        plan: &PlanOptions,
         graph: Graph,
         facts: Facts,
         requested: Options,
     ) -> Result<Self, Failure> {
-        let gpu = open(device)?;
+        let gpu = open_for(device, plan)?;
         let options = options_on(&gpu, requested, &device.arithmetic);
         Ok(Self::new(&gpu, graph, facts, options))
     }

@@ -4,7 +4,7 @@ use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_plan::{Plan, PlanDiff, PlanRequest, Requirement, diff, plan};
+use afterimage_plan::{Caps, Plan, PlanDiff, PlanRequest, Requirement, diff, plan};
 use serde_json::{Value, json};
 
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
@@ -82,13 +82,15 @@ fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
     let (facts, options) = (facts(&args.options)?, args.arithmetic.over(plan_options(&args.plan)));
     let dynamic = args.dynamic.iter().map(|name| dynamic(graph, name)).collect::<Result<_, _>>()?;
     if !args.device {
-        let request = request(graph, size, facts, options, typical_caps(), &Requirement::typical);
+        let caps = Caps { prefer_fragment: args.plan.fragment, ..typical_caps() };
+        let request = request(graph, size, facts, options, caps, &Requirement::typical);
         return Ok(plan(graph, &PlanRequest { dynamic, ..request })?);
     }
     let gpu = Gpu::open(&Opening::default())?;
     let executor = gpu.executor();
     let requirement = |desc: &_| executor.requirement(desc);
-    let request = request(graph, size, facts, options, gpu.caps.clone(), &requirement);
+    let caps = Caps { prefer_fragment: gpu.caps.prefer_fragment || args.plan.fragment, ..gpu.caps.clone() };
+    let request = request(graph, size, facts, options, caps, &requirement);
     Ok(plan(graph, &PlanRequest { dynamic, ..request })?)
 }
 

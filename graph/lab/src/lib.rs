@@ -8,7 +8,8 @@
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
-//! registries: this crate parses no command line and knows no table of node kinds.
+//! registries: this crate parses no command line. It names built-in kinds in [`scene`], whose pipeline makes the
+//! built-in scene, and in the table of what kinds promise to `stress`.
 
 pub mod bench;
 pub mod dump;

@@ -6,21 +6,22 @@ use clap::Args;
 
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
 
-/// What each figure means, below the options.
+/// What each figure means, below the options. The terminal's width wraps the lines.
 const FIGURES: &str = "\
-The reference is the same pipeline with f32 intermediates and every quality switch at its most accurate.
-Each figure is the worst over the images; JSON also has the figures of each image. Errors of an encoded output
-are measured before dither and quantization.
+The reference is the same pipeline with f32 intermediates and every quality switch at its most accurate. \
+Each figure is the worst over the images; JSON also has the figures of each image. \
+Errors of an encoded output are measured before dither and quantization.
 
-  time      the GPU time of a frame, at full clock frequency, as in `bench`; the median of the samples. On a processor,
-            where timestamps cannot be trusted, the time on the host
-  MiB       the most bytes that transient images hold at once; moved: bytes that all passes of a frame read and write
-  max       the largest error of a channel, in 8-bit codes (PU21 codes for HDR outputs, 256 of them up to 100 cd/m2)
-  p99.9     the error that one pixel in a thousand exceeds, in codes
-  PSNR      in decibels
-  SSIM      structural similarity, 1 is equal; FLIP: the visible difference of alternating images, 0 to 1
-  dE2000    mean color difference (dE ITP for HDR outputs); 1 is just noticeable
-  flicker   the change between two frames that the reference does not have: 99.9th percentile, in codes";
+time: the GPU time of a frame, at full clock frequency, as in `bench`; the median of the samples. \
+On a processor, where timestamps cannot be trusted, the time on the host
+MiB: the most bytes that transient images hold at once; moved: bytes that all passes of a frame read and write
+max: the largest error of a channel, in 8-bit codes (PU21 codes for HDR outputs, 256 of them up to 100 cd/m2)
+p99.9: the error that one pixel in a thousand exceeds, in codes
+PSNR: in decibels
+SSIM: structural similarity, 1 is equal
+FLIP: the visible difference of alternating images, 0 to 1
+dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
+flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
 /// The images that a pipeline is measured on.
 #[derive(Debug, Args)]

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use afterimage_media::{Budget, default_budget};
 use afterimage_plan::Options;
+use clap::builder::Resettable;
 use clap::{Args, ValueEnum};
 
 /// Options of every command that reads a pipeline.
@@ -34,9 +35,13 @@ pub(crate) struct KindOptions {
     pub(crate) allow: Vec<PathBuf>,
 }
 
-/// Options of every command that plans.
+/// Options of the commands that show, measure or run one plan. All but `--exact` are for developers of the planner.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Planner developers")]
 pub(crate) struct PlanOptions {
+    /// Store every intermediate in 32-bit floats, and filter them in the shader
+    #[arg(long, help_heading = Resettable::Reset)]
+    pub(crate) exact: bool,
     /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled
     /// texture
     #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
@@ -56,12 +61,12 @@ pub(crate) struct PlanOptions {
     /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
     #[arg(long)]
     pub(crate) fewest_batches: bool,
-    /// Store every intermediate in 32-bit floats, and filter them in the shader
-    #[arg(long)]
-    pub(crate) exact: bool,
     /// Keep bounds checks in the built-in kernels, too
     #[arg(long)]
     pub(crate) bounds_checks: bool,
+    /// Run point passes as draws instead of dispatches
+    #[arg(long)]
+    pub(crate) fragment: bool,
 }
 
 /// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration
@@ -120,9 +125,6 @@ pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
-    /// Run point passes as draws instead of dispatches
-    #[arg(long)]
-    pub(crate) fragment: bool,
     #[command(flatten)]
     pub(crate) arithmetic: ArithmeticOptions,
 }

@@ -45,7 +45,7 @@ pub(super) fn run(
         };
         let writing: Vec<_> = (0..writers).map(spawn).collect();
         drop(queue);
-        let session = CachedSession::open(&request.args.device, graph, facts, options);
+        let session = CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options);
         let start = start.elapsed();
         let rendered = session.and_then(|session| render_all(request, (session, meters), read_from, write_to));
         let read = reader.join().expect("the reader returns its errors");
