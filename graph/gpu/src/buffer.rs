@@ -1,6 +1,6 @@
 //! Buffers of the device.
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::platform::caught;
 
 /// A new buffer. wgpu fills it with zeros.

@@ -6,7 +6,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
-use crate::GpuError;
+use crate::error::GpuError;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
 use crate::platform::{caught, watched};

@@ -6,8 +6,9 @@ use afterimage_plan::codegen::Composed;
 use afterimage_plan::{Plan, Stage};
 use rustc_hash::FxHashMap;
 
-use crate::GpuError;
-use crate::drawing::{DrawState, render_pipeline};
+use crate::draw_state::{DrawState, render_pipeline};
+use crate::error::GpuError;
+use crate::full_screen::FullScreenPipeline;
 use crate::layout::{Pipeline, bind_group_layout};
 use crate::platform::{on_threads, watched};
 
@@ -105,21 +106,21 @@ impl Pipelines {
     pub(crate) fn build(
         &self,
         device: &wgpu::Device,
-        orders: Vec<PipelineRequest<'_>>,
+        requests: Vec<PipelineRequest<'_>>,
         threads: usize,
     ) -> Result<(), GpuError> {
-        self.table.lock().expect(UNBROKEN).begin(orders.iter().map(|order| &order.key));
+        self.table.lock().expect(UNBROKEN).begin(requests.iter().map(|request| &request.key));
         let mut missing: Vec<PipelineRequest<'_>> = Vec::new();
-        for order in orders {
-            if self.get(&order.key).is_none() && missing.iter().all(|known| known.key != order.key) {
-                missing.push(order);
+        for request in requests {
+            if self.get(&request.key).is_none() && missing.iter().all(|known| known.key != request.key) {
+                missing.push(request);
             }
         }
         let threads = threads.min(missing.len());
         let (queue, refused) = (Mutex::new(missing), Mutex::new(None));
         on_threads(threads, || {
-            while let Some(order) = pop(&queue) {
-                if let Err(error) = self.build_one(device, order) {
+            while let Some(request) = pop(&queue) {
+                if let Err(error) = self.build_one(device, request) {
                     refused.lock().expect(UNBROKEN).get_or_insert(error);
                 }
             }
@@ -127,10 +128,10 @@ impl Pipelines {
         refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)
     }
 
-    fn build_one(&self, device: &wgpu::Device, order: PipelineRequest<'_>) -> Result<(), GpuError> {
-        let what = format!("the shader of `{}`", order.label);
-        let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &order)))?;
-        self.table.lock().expect(UNBROKEN).put(order.key, built);
+    fn build_one(&self, device: &wgpu::Device, request: PipelineRequest<'_>) -> Result<(), GpuError> {
+        let what = format!("the shader of `{}`", request.label);
+        let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &request)))?;
+        self.table.lock().expect(UNBROKEN).put(request.key, built);
         Ok(())
     }
 }
@@ -149,71 +150,54 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
 
-fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, order: &PipelineRequest<'_>) -> Built {
-    let layout = bind_group_layout(device, order.plan, order.composed, order.stage);
-    if order.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
+fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: &PipelineRequest<'_>) -> Built {
+    let layout = bind_group_layout(device, request.plan, request.composed, request.stage);
+    if request.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
         return Built { pipeline: Pipeline::None, layout };
     }
     let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(&order.label),
-        source: wgpu::ShaderSource::Wgsl(order.composed.source.as_str().into()),
+        label: Some(&request.label),
+        source: wgpu::ShaderSource::Wgsl(request.composed.source.as_str().into()),
     };
-    let module = if order.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
+    let module =
+        if request.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(&order.label),
+        label: Some(&request.label),
         bind_group_layouts: &[Some(&layout)],
-        immediate_size: order.immediate_bytes,
+        immediate_size: request.immediate_bytes,
     });
-    let pipeline = match order.stage {
+    let pipeline = match request.stage {
         Stage::Compute => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(&order.label),
+            label: Some(&request.label),
             layout: Some(&pipeline_layout),
             module: &module,
-            entry_point: Some(&order.composed.compute),
-            compilation_options: compilation_options(order),
+            entry_point: Some(&request.composed.compute),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: request.zero_workgroup_memory,
+                ..Default::default()
+            },
             cache,
         })),
-        Stage::Fragment => Pipeline::Render(full_screen_pipeline(device, order, (&module, &pipeline_layout), cache)),
+        Stage::Fragment => {
+            let draw = request.composed.draw.as_ref().expect("the module of a draw has its entry points");
+            let pipeline = FullScreenPipeline {
+                label: &request.label,
+                module: &module,
+                vertex: &draw.vertex,
+                fragment: draw.fragment.as_deref().expect("a draw has a fragment entry point"),
+                layout: Some(&pipeline_layout),
+                format: request.key.attachment.expect("a draw has an attachment"),
+                samples: 1,
+                cache,
+            };
+            Pipeline::Render(pipeline.create(device))
+        }
         Stage::Drawing => {
-            let state = order.key.drawing.as_ref().expect("a drawing pass has a state");
-            Pipeline::Drawing(render_pipeline(device, (&module, order.composed), &pipeline_layout, state, cache))
+            let state = request.key.drawing.as_ref().expect("a drawing pass has a state");
+            Pipeline::Drawing(render_pipeline(device, &module, request.composed, &pipeline_layout, state, cache))
         }
     };
     Built { pipeline, layout }
-}
-
-fn full_screen_pipeline(
-    device: &wgpu::Device,
-    order: &PipelineRequest<'_>,
-    (module, layout): (&wgpu::ShaderModule, &wgpu::PipelineLayout),
-    cache: Option<&wgpu::PipelineCache>,
-) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(&order.label),
-        layout: Some(layout),
-        vertex: full_screen_triangle(module, order.composed),
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: order.composed.draw.as_ref().and_then(|draw| draw.fragment.as_deref()),
-            compilation_options: compilation_options(order),
-            targets: &[Some(order.key.attachment.expect("a draw has an attachment").into())],
-        }),
-        multiview_mask: None,
-        cache,
-    })
-}
-
-fn compilation_options(order: &PipelineRequest<'_>) -> wgpu::PipelineCompilationOptions<'static> {
-    let zero_initialize_workgroup_memory = order.zero_workgroup_memory;
-    wgpu::PipelineCompilationOptions { zero_initialize_workgroup_memory, ..Default::default() }
-}
-
-fn full_screen_triangle<'a>(module: &'a wgpu::ShaderModule, composed: &'a Composed) -> wgpu::VertexState<'a> {
-    let entry_point = composed.draw.as_ref().map(|draw| draw.vertex.as_str());
-    wgpu::VertexState { module, entry_point, compilation_options: Default::default(), buffers: &[] }
 }
 
 #[cfg(test)]

@@ -3,8 +3,10 @@
 use afterimage_graph::image::ImageDesc;
 
 use crate::device::texture_format;
+use crate::error::GpuError;
+use crate::full_screen::FullScreenPipeline;
 use crate::platform::submit;
-use crate::{GpuError, store};
+use crate::store;
 
 /// Each sample is the texel of a layer.
 const FILL: &str = "
@@ -31,7 +33,19 @@ pub(crate) fn upload(
         wgpu::TextureViewDescriptor { dimension: Some(wgpu::TextureViewDimension::D2Array), ..Default::default() };
     let texels = texels.create_view(&all);
     let result = store::create(device, desc, "multisampled input");
-    let pipeline = pipeline(device, desc);
+    let source = wgpu::ShaderSource::Wgsl(FILL.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let pipeline = FullScreenPipeline {
+        label: "samples",
+        module: &module,
+        vertex: "corner",
+        fragment: "fill",
+        layout: None,
+        format: texture_format(desc.format),
+        samples: desc.samples,
+        cache: None,
+    };
+    let pipeline = pipeline.create(device);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
@@ -54,46 +68,4 @@ pub(crate) fn upload(
         Ok::<(), GpuError>(())
     })?;
     Ok(result.texture)
-}
-
-fn pipeline(device: &wgpu::Device, desc: ImageDesc) -> wgpu::RenderPipeline {
-    let source = wgpu::ShaderSource::Wgsl(FILL.into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
-    let texels = wgpu::BindGroupLayoutEntry {
-        binding: 0,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty: wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2Array,
-            multisampled: false,
-        },
-        count: None,
-    };
-    let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[texels] });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &[Some(&group)],
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("corner"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("fill"),
-            compilation_options: Default::default(),
-            targets: &[Some(texture_format(desc.format).into())],
-        }),
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState { count: desc.samples, ..Default::default() },
-        multiview_mask: None,
-        cache: None,
-    })
 }

@@ -3,9 +3,9 @@
 use afterimage_graph::image::ImageDesc;
 use wgpu::{TextureUsages, TextureViewDimension};
 
-use crate::GpuError;
 use crate::buffer::buffer;
 use crate::device::texture_format;
+use crate::error::GpuError;
 use crate::platform::caught;
 
 /// A texture and the view that all bind groups use.

@@ -1,7 +1,7 @@
 //! GPU time of every pass, by timestamps inside the one compute pass.
 
-use crate::GpuError;
 use crate::buffer::buffer;
+use crate::error::GpuError;
 use crate::platform::watched;
 #[cfg(not(target_family = "wasm"))]
 use crate::stream::map;

@@ -1,10 +1,10 @@
-//! What the last frame has left in images and buffers, how long it took, and what tools see of it.
+//! Images, buffers and pass times of the last frame, and labels for tools.
 
 use wgpu::Buffer;
 
 use super::Executor;
-use super::residency::{ImageBinding, ring_place};
-use crate::GpuError;
+use crate::error::GpuError;
+use crate::executor::load::residency::{ImageBinding, ring_place};
 use crate::timing::Timing;
 
 impl Executor {
@@ -40,7 +40,7 @@ impl Executor {
         }
     }
 
-    /// Marks each pass with its nodes in the commands, for tools such as RenderDoc.
+    /// Labels each pass with its nodes in the commands, for tools such as RenderDoc.
     pub fn label_passes(&mut self, on: bool) {
         self.labeled = on;
         if let Some(loaded) = &mut self.loaded {

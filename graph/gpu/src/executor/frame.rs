@@ -43,3 +43,8 @@ impl Frame<'_> {
         self.formats.iter().find(|(name, _)| *name == port).map(|(_, format)| *format)
     }
 }
+
+/// The view of that name.
+pub(crate) fn view_of<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
+    views.iter().find(|(known, _)| *known == name).map(|(_, view)| *view)
+}

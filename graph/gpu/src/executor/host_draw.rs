@@ -7,8 +7,8 @@ use afterimage_graph::node::{DrawContents, Pass};
 use afterimage_plan::{Plan, PlannedPass};
 use wgpu::{RenderPass, TextureFormat};
 
-use crate::GpuError;
 use crate::device::texture_format;
+use crate::error::GpuError;
 
 /// What a host draws in a pass of a plan: see [`Post::encode_drawing`](crate::Post::encode_drawing).
 pub struct HostDraw<'a> {
@@ -33,7 +33,7 @@ pub struct DrawTargets {
 
 impl DrawTargets {
     /// The attachments of a node's pass; `None` if the plan has no such pass for the host.
-    pub(super) fn of(plan: &Plan, node: &str) -> Option<Self> {
+    pub(crate) fn of(plan: &Plan, node: &str) -> Option<Self> {
         let pass = plan.work().find(|pass| host_node(pass) == Some(node))?;
         let drawing = pass.drawing()?;
         let first = drawing.targets().next()?;
@@ -49,13 +49,13 @@ impl DrawTargets {
 }
 
 /// The node whose host fills a pass; `None` for other passes.
-pub(super) fn host_node(pass: &Pass) -> Option<&str> {
+pub(crate) fn host_node(pass: &Pass) -> Option<&str> {
     pass.drawing().filter(|drawing| drawing.contents == DrawContents::Host)?;
     pass.nodes.first().map(String::as_str)
 }
 
 /// Each pass that the host fills has its draws.
-pub(super) fn check_filled(plan: &Plan, passes: Range<usize>, draws: &[HostDraw<'_>]) -> Result<(), GpuError> {
+pub(crate) fn check_filled(plan: &Plan, passes: Range<usize>, draws: &[HostDraw<'_>]) -> Result<(), GpuError> {
     let is_filled = |node: &str| draws.iter().any(|draw| draw.node == node);
     let nodes = plan.passes[passes].iter().filter_map(|PlannedPass { pass, .. }| host_node(pass));
     match nodes.into_iter().find(|node| !is_filled(node)) {

@@ -1,55 +1,42 @@
 //! The executor: records a loaded plan as commands in the host's encoder.
 
 mod bind;
-mod binder;
-mod blocks;
-mod compiled;
 mod contents;
-mod double;
-mod drawing;
-mod explicit_transitions;
+mod fork;
 mod frame;
-mod frame_constants;
 mod host_draw;
-mod host_images;
-mod host_set;
-mod host_sets;
-mod loaded;
-mod passes;
-mod prepare;
+mod load;
 mod record;
 mod rectangle;
-mod rectangles;
-mod residency;
-mod sets;
-mod settle;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
-use wgpu::{CommandEncoder, Device, Queue, TextureFormat};
+use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::cache;
+use crate::device::Gpu;
+use crate::error::GpuError;
 use crate::heap;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, caught, scoped, watched, write};
 use crate::timing::Timing;
-use crate::{Gpu, GpuError};
-use binder::Binder;
+use bind::binder::Binder;
+use bind::formats::HostFormats;
+pub(crate) use bind::host_images::{MULTISAMPLED, VOLUME};
 pub use frame::Frame;
-use frame_constants::FrameConstants;
+pub(crate) use frame::view_of;
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
-use host_images::Formats;
-pub(crate) use host_images::{MULTISAMPLED, VOLUME};
-use loaded::Loaded;
-pub use prepare::Preparation;
-use prepare::{PlanCompiler, PreviousPlan};
-pub(crate) use prepare::{PlanWithUniforms, Prepared};
-use record::{clear_memory, record, take_over};
+pub use load::Preparation;
+pub(crate) use load::PreparedPlan;
+use load::loaded::Loaded;
+pub(crate) use load::residency::Residency;
+use load::{PlanCompiler, PreparedMemory, Preparing, PreviousPlan};
+use record::frame_constants::{self, FrameConstants};
+use record::{FrameCommands, clear_memory, take_over};
 pub use rectangle::Rectangle;
-pub(crate) use residency::Residency;
 
 /// Runs plans on the host's device.
 pub struct Executor {
@@ -59,17 +46,15 @@ pub struct Executor {
     /// The constants of the last frame.
     frame_constants: FrameConstants,
     loaded: Option<Loaded>,
-    /// Outputs that the last frame drew, and in which format: the next plan will, too.
-    drawn: Vec<(String, TextureFormat)>,
-    formats: Formats,
-    /// Where plans are prepared, if the host has a place for it.
+    formats: HostFormats,
+    /// The host's threads for preparing plans, if it has some.
     pub(crate) pool: Option<TaskPool>,
-    /// Whether passes are marked with their nodes.
+    /// Whether passes are labeled with their nodes.
     labeled: bool,
     frame_index: u32,
     fresh: bool,
     /// Passes for which the last frame has made bind groups.
-    runs_made: usize,
+    passes_bound: usize,
 }
 
 impl Gpu {
@@ -116,13 +101,12 @@ impl Executor {
             caps,
             frame_constants: FrameConstants::default(),
             loaded: None,
-            drawn: Vec::new(),
-            formats: Formats::default(),
+            formats: HostFormats::default(),
             pool: None,
             labeled: false,
             frame_index: 0,
             fresh: true,
-            runs_made: 0,
+            passes_bound: 0,
         }
     }
 
@@ -163,18 +147,18 @@ impl Executor {
     /// Changes bytes of the uniforms of the plan in use, for all frames that are submitted later.
     pub(crate) fn write_uniforms(&mut self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        // The bytes may have none of the rectangles, which lie between parameters.
+        // Rectangles lie between parameters, and the bytes may have zeros there.
         loaded.forget_rectangles();
         let queue = (&self.compiler.device, &self.queue);
         write(queue, "the parameters of the plan", (&loaded.uniforms, offset), bytes)
     }
 
-    /// What plans for this executor may rely on.
+    /// The capabilities that plans for this executor may use.
     pub fn caps(&self) -> &Caps {
         &self.caps
     }
 
-    /// What the device wants for an image: the planner asks for it through
+    /// The memory that the device requires for an image: the planner gets it through
     /// [`PlanRequest`](afterimage_plan::PlanRequest).
     pub fn requirement(&self, desc: &ImageDesc) -> Requirement {
         heap::requirement(&self.compiler.device, desc)
@@ -185,7 +169,7 @@ impl Executor {
         self.loaded.as_ref().map(|loaded| &loaded.plan)
     }
 
-    /// The plan in use, and where its images lie.
+    /// The plan in use, and the offsets of its images in the heap.
     pub fn placed_plan(&self) -> Option<PlacedPlan> {
         self.loaded.as_ref().map(Loaded::placed_plan)
     }
@@ -196,25 +180,34 @@ impl Executor {
     /// On the web, where nothing may wait, errors of the device go to its own error handler, and `prepare` compiles at
     /// once.
     pub fn load(&mut self, plan: Arc<Plan>) -> Result<(), GpuError> {
-        self.load_at(plan.into())
+        let uniforms = plan.uniform_buffer();
+        self.load_with(plan, uniforms)
     }
 
     /// Loads a plan with uniforms at other values.
-    pub(crate) fn load_at(&mut self, wanted: PlanWithUniforms) -> Result<(), GpuError> {
-        let prepared = self.compiler.prepare(wanted, &self.before(), (cores(), Some(self.frame_index)))?;
+    pub(crate) fn load_with(&mut self, plan: Arc<Plan>, uniforms: Vec<u8>) -> Result<(), GpuError> {
+        let when = Preparing::NextFrame(self.frame_index);
+        let prepared = self.compiler.prepare(plan, uniforms, &self.previous_plan(), cores(), when)?;
         self.install(prepared).map(drop)
     }
 
     /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
-        Preparation { worker: Worker::new(self.pool.as_ref(), move || compile(plan.into())) }
+        let worker = Worker::new(self.pool.as_ref(), move || {
+            let uniforms = plan.uniform_buffer();
+            compile(plan, uniforms)
+        });
+        Preparation { worker }
     }
 
     /// Compiles a plan on any thread, while the plan in use renders.
-    pub(crate) fn compilation(&self) -> impl FnOnce(PlanWithUniforms) -> Result<Prepared, GpuError> + Send + use<> {
-        let (compiler, before) = (self.compiler.clone(), self.before());
-        move |wanted| compiler.prepare(wanted, &before, (cores().saturating_sub(1).max(1), None))
+    pub(crate) fn compilation(
+        &self,
+    ) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<PreparedPlan, GpuError> + Send + use<> {
+        let (compiler, previous) = (self.compiler.clone(), self.previous_plan());
+        let threads = cores().saturating_sub(1).max(1);
+        move |plan, uniforms| compiler.prepare(plan, uniforms, &previous, threads, Preparing::InBackground)
     }
 
     /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
@@ -227,41 +220,41 @@ impl Executor {
         Ok(())
     }
 
-    /// Drops what a plan has left behind on another thread: to free memory takes as long as to make it.
+    /// Drops a value on another thread, because freeing memory takes as long as allocating it.
     pub(crate) fn drop_later<T: Send + 'static>(&self, left: T) {
         drop(Worker::new(self.pool.as_ref(), move || drop(left)));
     }
 
-    /// Compiles the passes of a plan that may come later, on any thread.
+    /// Compiles the passes of a plan that may be loaded later, on any thread.
     pub(crate) fn compilation_ahead(&self) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
-        let (compiler, before) = (self.compiler.clone(), self.before());
-        move |plan| compiler.passes(plan, &before, 1).map(drop)
+        let (compiler, previous) = (self.compiler.clone(), self.previous_plan());
+        move |plan| compiler.passes(plan, &previous, 1).map(drop)
     }
 
-    /// What the next plan can keep of the plan in use.
-    fn before(&self) -> PreviousPlan {
-        let Some(loaded) = &self.loaded else {
-            return PreviousPlan { drawn: self.drawn.clone(), ..PreviousPlan::default() };
-        };
+    /// What the next plan can reuse of the plan in use.
+    fn previous_plan(&self) -> PreviousPlan {
+        let drawn = self.formats.last().to_vec();
+        let Some(loaded) = &self.loaded else { return PreviousPlan { drawn, ..PreviousPlan::default() } };
         let (inputs, outputs) = loaded.views_of_host();
         let plan = Some((loaded.plan.clone(), loaded.residency.clone()));
-        PreviousPlan { plan, drawn: self.drawn.clone(), inputs, outputs }
+        PreviousPlan { plan, drawn, inputs, outputs }
     }
 
     /// Makes a plan the one that runs from the next frame on, and returns what the old one leaves behind.
-    pub(crate) fn install(&mut self, prepared: Prepared) -> Result<Option<Loaded>, GpuError> {
+    pub(crate) fn install(&mut self, prepared: PreparedPlan) -> Result<Option<Loaded>, GpuError> {
         span!("afterimage::load");
-        match (prepared, &mut self.loaded) {
-            (Prepared::UniformsOnly(wanted, base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
+        let PreparedPlan { plan, uniforms, memory } = prepared;
+        match (memory, &mut self.loaded) {
+            (PreparedMemory::UniformsOnly(base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
                 let what = "the parameters of the plan";
-                let write = || self.queue.write_buffer(&loaded.uniforms, 0, &wanted.uniforms);
+                let write = || self.queue.write_buffer(&loaded.uniforms, 0, &uniforms);
                 watched(&self.compiler.device, what, || caught(what, write))?;
-                loaded.plan = wanted.plan;
+                loaded.plan = plan;
                 loaded.forget_blocks();
                 Ok(None)
             }
-            (Prepared::Ready(mut new, base, _), old)
-                if base.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
+            (PreparedMemory::Allocated { loaded: mut new, previous }, old)
+                if previous.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
                 new.labels = self.labeled.then(|| new.plan.pass_names());
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
@@ -269,13 +262,8 @@ impl Executor {
                 }
                 Ok(old.replace(*new))
             }
-            // Another plan has come in between, or places in rings differ.
-            (Prepared::UniformsOnly(wanted, _) | Prepared::PassesOnly(wanted), _) => {
-                self.load_at(wanted).map(|()| None)
-            }
-            (Prepared::Ready(new, _, uniforms), _) => {
-                self.load_at(PlanWithUniforms { plan: new.plan, uniforms }).map(|()| None)
-            }
+            // Another plan was loaded meanwhile, or ring indices differ.
+            _ => self.load_with(plan, uniforms).map(|()| None),
         }
     }
 
@@ -295,7 +283,7 @@ impl Executor {
     /// that the frame before did not have. An attachment is in no bind group. 0 while the host's images alternate
     /// between a few.
     pub fn passes_bound(&self) -> usize {
-        self.runs_made
+        self.passes_bound
     }
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
@@ -323,15 +311,14 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let set = self.host_set(frame)?;
+        let groups = self.bind(frame)?;
         let reset = self.fresh || frame.reset;
         self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
         self.write_frame_constants()?;
-        self.write_blocks(frame)?;
-        self.write_rectangles(frame)?;
-        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
+        loaded.write_blocks(device, &self.queue, frame)?;
+        loaded.write_rectangles(device, &self.queue, frame)?;
         if reset {
-            let device = &self.compiler.device;
             scoped(device, "the cleared histories", || {
                 clear_memory(device, loaded, encoder);
                 Ok::<(), GpuError>(())
@@ -343,22 +330,47 @@ impl Executor {
         for &buffer in &loaded.zeroed {
             encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
         }
-        let ring_index = (self.frame_index % loaded.residency.ring_length) as usize;
-        record(
+        let commands = FrameCommands {
             loaded,
-            &loaded.sets[set],
-            (ring_index, &self.frame_constants),
-            0..loaded.passes.len(),
-            (encoder, draws),
-        );
+            groups: &loaded.bind_groups[groups],
+            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
+            constants: &self.frame_constants,
+        };
+        commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
         }
-        // This was their first frame.
+        // This frame has initialized all of it.
         loaded.uninitialized.clear();
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
+    }
+
+    /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
+    /// reads what the frames before have left, and the frame number stays.
+    pub fn encode_pass(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        pass: usize,
+    ) -> Result<(), GpuError> {
+        let groups = self.bind(frame)?;
+        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        check_filled(&loaded.plan, pass..pass + 1, &[])?;
+        let commands = FrameCommands {
+            loaded,
+            groups: &loaded.bind_groups[groups],
+            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
+            constants: &self.frame_constants,
+        };
+        commands.record(pass..pass + 1, encoder, &mut []);
+        Ok(())
+    }
+
+    /// The attachments of a pass that the host fills, by the name of its node; `None` if the plan in use has none.
+    pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
+        DrawTargets::of(self.plan()?, node)
     }
 
     /// Writes the constants for passes that take them from a buffer.

@@ -1,4 +1,4 @@
-//! A rectangle of texels, and what the uniforms of a plan hold of such.
+//! Rectangles of texels, and those in the uniforms of a plan.
 
 use afterimage_graph::image::Size;
 use afterimage_plan::{Plan, RectangleInput};
@@ -45,21 +45,21 @@ impl std::fmt::Display for Rectangle {
     }
 }
 
-/// What the uniforms hold of rectangles.
+/// The rectangles in the uniforms; `None` if unknown.
 #[derive(Default)]
-pub(super) struct HeldRectangles {
+pub(crate) struct HeldRectangles {
     /// The uniform of each input of which frames state a rectangle.
-    pub(super) inputs: Vec<Option<[u8; RectangleInput::BYTES]>>,
+    pub(crate) inputs: Vec<Option<[u8; RectangleInput::BYTES]>>,
     /// The rectangle of each output that has one.
-    pub(super) outputs: Vec<Option<Rectangle>>,
+    pub(crate) outputs: Vec<Option<Rectangle>>,
 }
 
 impl HeldRectangles {
-    pub(super) fn none(plan: &Plan) -> Self {
+    pub(crate) fn none(plan: &Plan) -> Self {
         Self { inputs: vec![None; plan.rectangles.len()], outputs: vec![None; plan.outputs.len()] }
     }
 
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.inputs.fill(None);
         self.outputs.fill(None);
     }

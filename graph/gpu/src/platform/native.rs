@@ -2,7 +2,7 @@
 
 use std::panic::AssertUnwindSafe;
 
-use crate::GpuError;
+use crate::error::GpuError;
 
 /// Calls `make` inside error scopes and returns the device's error if there is one, also that it was lost before or
 /// meanwhile. wgpu's error scopes belong to the calling thread.

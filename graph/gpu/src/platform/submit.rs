@@ -1,7 +1,7 @@
 //! Commands on any platform.
 
 use super::{caught, scoped};
-use crate::GpuError;
+use crate::error::GpuError;
 
 /// Records commands and submits them.
 pub(crate) fn submit<E: From<GpuError>>(

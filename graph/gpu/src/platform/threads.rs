@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Condvar, LazyLock, Mutex};
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::platform::TaskPool;
 use afterimage_wgsl::limits;
 use rayon::{ThreadPool, ThreadPoolBuilder};

@@ -1,6 +1,6 @@
 //! The web: one thread, and nothing may wait.
 
-use crate::GpuError;
+use crate::error::GpuError;
 use crate::platform::TaskPool;
 
 /// Work that is done at once.

@@ -2,7 +2,7 @@
 
 use afterimage_plan::PlanError;
 
-use crate::GpuError;
+use crate::error::GpuError;
 
 /// Why a host's call failed.
 #[derive(Debug, Clone, thiserror::Error)]

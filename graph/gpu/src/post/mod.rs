@@ -1,41 +1,41 @@
 //! A pipeline on a device that may belong to somebody else: plans follow the images, the facts and the parameters.
 
+mod active;
+mod bindings;
+mod controls;
 mod error;
 mod fade;
-mod fade_skip_reason;
-mod fading;
-mod handle;
-mod mix;
-mod parameters;
 mod pass_times;
-mod plans;
-mod running;
+mod pending;
+mod readings;
 mod sizes;
-mod uniforms;
-mod watch;
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::image::Size;
-use afterimage_plan::{Options, Plan, PlanCache};
+use afterimage_graph::value::{ParamType, Value};
+use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanCache, PlanError};
 use wgpu::{CommandEncoder, Device, Queue};
 
-use crate::platform::{TaskPool, watched};
-use crate::{DrawTargets, Executor, Frame, GpuError, HostDraw};
+use crate::device::caps;
+use crate::error::GpuError;
+use crate::executor::{DrawTargets, Executor, Frame, HostDraw};
+use crate::platform::{TaskPool, Worker, watched};
+use active::{ActivePlan, GraphValues};
+use bindings::HostBindings;
+use controls::Controls;
+pub use controls::{Control, Parameter, ParameterInfo};
 pub use error::PostError;
-pub use fade_skip_reason::FadeSkipReason;
-use fading::Fade;
-use handle::Handle;
-pub use handle::{Control, Parameter, ParameterInfo};
+use fade::Fade;
+pub use fade::FadeSkipReason;
 pub use pass_times::PassTimes;
-use pass_times::TimedPasses;
-use running::{ActivePlan, PendingPlan, Revision, Sizes};
-use watch::Watched;
-pub use watch::{Reading, Watch};
+use pending::{CreatedPlan, Creation, OwnedPlanRequest, PendingPlan, Revision};
+use readings::Readings;
+pub use readings::{Reading, Watch};
+use sizes::{ExpectedSizes, MAX_SIZES, at_size};
 
-/// Frames until the device is looked at again.
+/// Frames between two checks whether the device is lost.
 const FRAMES_BETWEEN_CHECKS: u64 = 32;
 
 /// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
@@ -65,31 +65,23 @@ pub struct Post {
     executor: Executor,
     plans: PlanCache,
     facts: Facts,
-    /// The size of the images in rectangles, whatever the rectangles have.
-    size: Option<Size>,
     options: Options,
-    /// Inputs whose texels are known to be finite.
-    finite: BTreeSet<String>,
-    /// Outputs that hold linear light.
-    linear: BTreeSet<String>,
-    handles: Vec<Handle>,
-    watched: Vec<Watched>,
-    pass_times: TimedPasses,
+    bindings: HostBindings,
+    controls: Controls,
+    active: Option<ActivePlan>,
+    pending: PendingPlan,
+    expected: ExpectedSizes,
+    revision: Revision,
+    fade: Fade,
+    readings: Readings,
     /// Frames that have been recorded.
     frame: u64,
-    running: Option<ActivePlan>,
-    next: Option<PendingPlan>,
-    fade: Fade,
-    sizes: Sizes,
-    /// Whether something has changed since the last plan was asked for.
-    is_stale: bool,
-    age: Revision,
 }
 
 impl Post {
-    /// A pipeline on the host's device. [`caps`](crate::caps) says what its plans rely on.
+    /// A pipeline on the host's device. Its plans rely on [`caps`](crate::caps).
     pub fn new(adapter: &wgpu::Adapter, device: &Device, queue: &Queue, graph: Graph) -> Self {
-        Self::with_executor(Executor::with_caps(device, queue, crate::caps(adapter, device)), graph)
+        Self::with_executor(Executor::with_caps(device, queue, caps(adapter, device)), graph)
     }
 
     /// The same with an executor that the host has made.
@@ -98,45 +90,37 @@ impl Post {
             executor,
             plans: PlanCache::new(graph),
             facts: Facts::default(),
-            size: None,
             options: Options::default(),
-            finite: BTreeSet::new(),
-            linear: BTreeSet::new(),
-            handles: Vec::new(),
-            watched: Vec::new(),
-            pass_times: TimedPasses::default(),
-            frame: 0,
-            running: None,
-            next: None,
+            bindings: HostBindings::default(),
+            controls: Controls::default(),
+            active: None,
+            pending: PendingPlan::Queued,
+            expected: ExpectedSizes::default(),
+            revision: Revision::default(),
             fade: Fade::default(),
-            sizes: Sizes::default(),
-            is_stale: true,
-            age: Revision::default(),
+            readings: Readings::default(),
+            frame: 0,
         }
     }
 
     /// The same pipeline for another view: a second camera, window or half of the screen, with images and histories of
-    /// its own. Both share what is compiled and planned. Values and facts are those of now, and change apart from then
-    /// on; handles are valid for both.
+    /// its own. Both share compiled pipelines and cached plans; parameters and facts are copied. Handles are valid for
+    /// both.
     pub fn clone_for_view(&self) -> Self {
         Self {
             executor: self.executor.clone_for_view(),
             plans: self.plans.clone(),
             facts: self.facts.clone(),
-            size: self.size,
             options: self.options,
-            finite: self.finite.clone(),
-            linear: self.linear.clone(),
-            handles: self.handles.clone(),
-            watched: self.watched.iter().map(|watched| Watched::new(&watched.label)).collect(),
-            pass_times: TimedPasses::default(),
+            bindings: self.bindings.clone(),
+            controls: self.controls.clone(),
+            active: None,
+            pending: PendingPlan::Queued,
+            expected: self.expected.without_plans(),
+            revision: Revision::default(),
+            fade: self.fade.for_view(),
+            readings: self.readings.for_view(),
             frame: 0,
-            running: None,
-            next: None,
-            fade: self.fade.for_another(),
-            sizes: self.sizes.for_another(),
-            is_stale: true,
-            age: Revision::default(),
         }
     }
 
@@ -152,7 +136,7 @@ impl Post {
 
     /// The plan that renders.
     pub fn plan(&self) -> Option<&Arc<Plan>> {
-        self.running.as_ref().map(|running| &running.plan)
+        self.active.as_ref().map(|active| &active.plan)
     }
 
     /// The attachments of a pass that the host fills, by the name of its node: what its pipelines are made for. `None`
@@ -163,30 +147,32 @@ impl Post {
 
     /// Whether a plan is being made, or will be at the next frame.
     pub fn is_changing(&self) -> bool {
-        self.is_stale || self.next.is_some()
+        !matches!(self.pending, PendingPlan::None)
     }
 
-    /// Says something about the scene, for the conditions of the pipeline.
+    /// Sets a fact that `when` conditions test.
     pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
         self.facts.set(name, fact);
-        self.is_stale = true;
+        self.pending.queue();
     }
 
-    /// What the host has said of the scene.
+    /// The facts that the host has set.
     pub fn facts(&self) -> &Facts {
         &self.facts
     }
 
     /// Replaces all facts.
     pub fn set_facts(&mut self, facts: Facts) {
-        self.is_stale |= self.facts != facts;
-        self.facts = facts;
+        if self.facts != facts {
+            self.facts = facts;
+            self.pending.queue();
+        }
     }
 
-    /// Sets the switches of plans.
+    /// Sets the options of plans.
     pub fn set_options(&mut self, options: Options) {
         self.options = options;
-        self.is_stale = true;
+        self.pending.queue();
     }
 
     /// States the size in which the pipeline works, whatever the sizes of the [rectangles](Frame::rectangles) of its
@@ -194,24 +180,24 @@ impl Post {
     /// every frame without another plan. With `None` the size is that of the first input's rectangle, and another size
     /// is another plan. Inputs without a rectangle keep their sizes.
     pub fn set_size(&mut self, size: Option<Size>) {
-        self.size = size;
+        self.bindings.size = size;
     }
 
     /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
     /// it, so that plans need not sanitize them.
     pub fn assume_finite(&mut self, input: impl Into<String>) {
-        self.finite.insert(input.into());
-        self.is_stale = true;
+        self.bindings.finite.insert(input.into());
+        self.pending.queue();
     }
 
     /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
     /// later: what the pipeline has encoded as sRGB or with a gamma is decoded again, at the end of its last pass. For
     /// an image of an sRGB format this is so anyway.
     pub fn set_output_linear(&mut self, output: impl Into<String>) {
-        self.linear.insert(output.into());
+        self.bindings.linear.insert(output.into());
     }
 
-    /// Makes plans in the host's task pool from now on, and not on threads of ours. See [`TaskPool`].
+    /// Creates plans in the host's task pool from now on, and not on threads of ours. See [`TaskPool`].
     pub fn set_task_pool(&mut self, pool: TaskPool) {
         self.executor.pool = Some(pool);
     }
@@ -220,35 +206,33 @@ impl Post {
     /// it has their parameters and accepts them; handles stay valid. A graph that differs in values of parameters with
     /// handles alone needs no plan where these need none.
     pub fn change(&mut self, graph: Graph) {
-        if self.take_values(&graph) {
+        if self.controls.take_values(&mut self.plans, &graph) {
             return;
         }
         self.plans = PlanCache::new(graph);
-        self.age.graph += 1;
-        self.place_handles();
-        self.is_stale = true;
+        self.revision.graph += 1;
+        self.controls.move_to(&mut self.plans);
+        self.pending.queue();
     }
 
-    /// Marks each pass with its nodes in the commands, for tools such as RenderDoc. It costs a little time to record.
+    /// Labels each pass with its nodes in the commands, for tools such as RenderDoc. It costs a little time to record.
     pub fn label_passes(&mut self, on: bool) {
         self.executor.label_passes(on);
     }
 
-    /// Goes on on another device, after the one before was lost. Parameters, facts and options stay, histories start
-    /// again; the next frame makes its plan and waits for it.
+    /// Recreates all GPU resources on a new device. Parameters, facts and options stay, histories start again; the next
+    /// frame makes its plan and waits for it.
     pub fn rebuild(&mut self, adapter: &wgpu::Adapter, device: &Device, queue: &Queue) {
         let pool = self.executor.pool.take();
-        self.executor = Executor::with_caps(device, queue, crate::caps(adapter, device));
+        self.executor = Executor::with_caps(device, queue, caps(adapter, device));
         self.executor.pool = pool;
-        (self.running, self.next) = (None, None);
-        self.end_fade(FadeSkipReason::NewBeginning);
-        self.sizes = self.sizes.for_another();
-        self.watched.iter_mut().for_each(|watched| watched.readings.renew());
-        self.pass_times.renew();
-        self.is_stale = true;
+        (self.active, self.pending) = (None, PendingPlan::Queued);
+        self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
+        self.expected = self.expected.without_plans();
+        self.readings.reset();
     }
 
-    /// Checks that the device is there, at the cost of a buffer of a few bytes.
+    /// Checks that the device is not lost, at the cost of a buffer of a few bytes.
     ///
     /// # Errors
     /// [`GpuError::DeviceLost`].
@@ -258,8 +242,8 @@ impl Post {
 
     /// Records a frame into the host's encoder. Submit it before the next is recorded.
     ///
-    /// wgpu drops the commands of a lost device without an error, so every 32nd frame looks whether it is there: see
-    /// [`check_device`](Self::check_device). [`wgpu::Device::set_device_lost_callback`] says it at once.
+    /// wgpu drops the commands of a lost device without an error, so every 32nd frame checks the device: see
+    /// [`check_device`](Self::check_device). [`wgpu::Device::set_device_lost_callback`] reports it at once.
     ///
     /// # Errors
     /// Without a recorded frame: the graph cannot be planned for these images, or the device reports an error. With a
@@ -271,8 +255,8 @@ impl Post {
     /// The same with the draws of passes that the host fills, by the names of their nodes: those of the kinds of
     /// `afterimage_nodes::HOST`, and of kinds that use `Recorder::host_draw`. What the plan does not need is ignored.
     ///
-    /// A pass has its attachments, which the plan makes; the host sets pipelines and bindings. [`draw_targets`] says
-    /// what pipelines are made for. Images that the host draws are sanitized where they are read.
+    /// A pass has its attachments, which the plan makes; the host sets pipelines and bindings. [`draw_targets`] states
+    /// their formats. Images that the host draws are sanitized where they are read.
     ///
     /// [`draw_targets`]: Self::draw_targets
     ///
@@ -290,7 +274,45 @@ impl Post {
         }
         let failure = self.update_plan(frame)?;
         self.record(encoder, frame, draws)?;
-        failure.map_or(Ok(()), Err)
+        match failure {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+
+    /// Chooses the plan of a frame: that which renders, the pending one if it is ready, or, for other images of the
+    /// host, one that is made at once. Starts to create the next one if something has changed. Returns why a pending
+    /// plan has failed.
+    ///
+    /// # Errors
+    /// There is no plan for the frame.
+    fn update_plan(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
+        let graph = self.plans.graph();
+        let fits = match &self.active {
+            Some(active) => self.bindings.fit(graph, &active.inputs, frame)?,
+            None => false,
+        };
+        if !fits {
+            let inputs = self.bindings.inputs(graph, frame)?;
+            self.fade.end(&mut self.executor, FadeSkipReason::NewImages);
+            self.load_for(inputs)?;
+            return Ok(None);
+        }
+        if frame.reset || self.executor.is_fresh() {
+            self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
+        }
+        let mut failure = None;
+        // A plan waits for the end of a fade.
+        if !self.fade.is_running()
+            && self.pending.is_finished()
+            && let Some(creation) = self.pending.take()
+        {
+            failure = self.activate(creation, Some(frame)).err();
+        }
+        if let PendingPlan::Queued = self.pending {
+            self.start_pending();
+        }
+        Ok(failure.or_else(|| self.prepare_sizes()))
     }
 
     /// Records a frame of the plan that is loaded.
@@ -303,19 +325,304 @@ impl Post {
         frame: &Frame<'_>,
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
-        self.write_uniforms()?;
-        self.record_plans(encoder, frame, draws)?;
+        self.update_uniforms()?;
+        let values = graph_values(&self.plans, self.revision, &self.controls);
+        self.fade.record(&mut self.executor, values, encoder, frame, draws)?;
         self.frame += 1;
-        for watched in &mut self.watched {
-            watched.readings.collect()?;
-            if let Some(buffer) = self.executor.buffer(&watched.label) {
-                watched.readings.record(self.executor.device(), buffer, self.frame, encoder)?;
+        let plan = self.active.as_ref().map(|active| &active.plan);
+        Ok(self.readings.record(&self.executor, plan, self.frame, encoder)?)
+    }
+
+    /// Updates the uniforms of the active plan. If a value needs another plan, that is queued.
+    fn update_uniforms(&mut self) -> Result<(), GpuError> {
+        let Some(active) = &mut self.active else { return Ok(()) };
+        if active.update(graph_values(&self.plans, self.revision, &self.controls)) == Err(NeedsPlan) {
+            self.plans.clear();
+            self.revision.values += 1;
+            self.pending.queue();
+        }
+        active.write(&mut self.executor)
+    }
+
+    /// Makes the plan for the host's inputs and loads it, if it is not the active one.
+    ///
+    /// # Errors
+    /// The graph cannot be planned for them, or the device refuses the plan.
+    pub(crate) fn load_for(&mut self, inputs: HostInputs) -> Result<&Arc<Plan>, PostError> {
+        if self.pending.is_outdated() {
+            self.expected.queue_all();
+        }
+        if let PendingPlan::Creating(_) = self.pending {
+            self.pending = PendingPlan::Queued;
+        }
+        span!("afterimage::plan");
+        let planned = self.plan_request(inputs.clone()).with(|request| self.plans.planned(request))?;
+        if self.active.as_ref().is_none_or(|active| !Arc::ptr_eq(&active.plan, &planned.plan)) {
+            let values = graph_values(&self.plans, self.revision, &self.controls);
+            let active = ActivePlan::new(inputs, &planned, values);
+            self.executor.load_with(active.plan.clone(), active.uniforms.clone())?;
+            if self.active.replace(active).is_some() {
+                self.fade.skip(FadeSkipReason::NewImages);
             }
         }
-        if let Some(running) = &self.running {
-            self.pass_times.record(&self.executor, &running.plan, self.frame, encoder)?;
+        self.pending = PendingPlan::None;
+        Ok(self.plan().expect("it is loaded"))
+    }
+
+    /// The plan for these inputs of the host, without loading it.
+    ///
+    /// # Errors
+    /// The graph cannot be planned for them.
+    pub fn plan_for(&mut self, inputs: HostInputs) -> Result<Arc<Plan>, PlanError> {
+        span!("afterimage::plan");
+        let planned = self.plan_request(inputs).with(|request| self.plans.planned(request))?;
+        Ok(planned.plan.clone())
+    }
+
+    fn plan_request(&self, inputs: HostInputs) -> OwnedPlanRequest {
+        OwnedPlanRequest {
+            device: self.executor.device().clone(),
+            inputs,
+            facts: self.facts.clone(),
+            caps: self.executor.caps().clone(),
+            options: self.options,
+            dynamic: self.controls.dynamic(self.plans.graph()).collect(),
+        }
+    }
+
+    /// Starts to create the queued plan on a worker, unless the active one is the same.
+    fn start_pending(&mut self) {
+        self.pending = PendingPlan::None;
+        self.expected.queue_all();
+        let Some(active) = &self.active else { return };
+        let request = self.plan_request(active.inputs.clone());
+        let cached = request.with(|request| self.plans.known(request));
+        if cached.as_ref().is_some_and(|cached| Arc::ptr_eq(&cached.plan, &active.plan)) {
+            return;
+        }
+        let (graph, revision, changes) = (self.plans.shared_graph(), self.revision, self.controls.changes.clone());
+        let (compile, prepare_fade) = (self.executor.compilation(), self.fade.preparation(&self.executor, active));
+        let worker = Worker::new(self.executor.pool.as_ref(), move || {
+            span!("afterimage::prepare");
+            let (planned, uncached) = match cached {
+                Some(planned) => (planned, None),
+                None => {
+                    let uncached = request.plan(&graph)?;
+                    (uncached.planned.clone(), Some(uncached))
+                }
+            };
+            let values = GraphValues { graph: &graph, revision: revision.graph, changes: &changes };
+            let active = ActivePlan::new(request.inputs, &planned, values);
+            let prepared = compile(active.plan.clone(), active.uniforms.clone())?;
+            Ok(CreatedPlan { active, prepared, uncached, fade: prepare_fade.map(|prepare| prepare()) })
+        });
+        self.pending.start(revision, worker);
+    }
+
+    /// Installs a plan that a worker has created. `frame` is its first frame, or `None` if the host waits for the plan.
+    fn activate(&mut self, creation: Creation, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
+        if creation.revision.graph != self.revision.graph {
+            // A plan for the present graph follows.
+            self.executor.drop_later(creation.worker);
+            return Ok(());
+        }
+        let CreatedPlan { active, prepared, uncached, fade } = creation.worker.join()??;
+        let fade = self.fade.before_change(&self.executor, self.active.as_ref(), &active.plan, frame, fade);
+        let old_memory = self.executor.install(prepared)?;
+        let mut evicted = None;
+        if let Some(uncached) = uncached
+            && creation.revision == self.revision
+        {
+            evicted = self.plans.keep(uncached.key, uncached.planned);
+        }
+        let old = self.active.replace(active);
+        let old = old.and_then(|old| self.fade.start(&self.executor, fade, old));
+        self.executor.drop_later((old_memory, old, evicted));
+        Ok(())
+    }
+
+    /// Waits for the plan that the present facts and values need, and activates it. A [fade](Self::set_fade) ends.
+    ///
+    /// # Errors
+    /// It cannot be made, or the device refuses it: the old plan renders on.
+    pub fn finish_changes(&mut self) -> Result<(), PostError> {
+        self.fade.end(&mut self.executor, FadeSkipReason::Awaited);
+        while self.is_changing() && self.active.is_some() {
+            if let Some(creation) = self.pending.take() {
+                self.activate(creation, None)?;
+            }
+            if let PendingPlan::Queued = self.pending {
+                self.start_pending();
+            }
         }
         Ok(())
+    }
+
+    /// Makes and compiles plans for other sizes of the frame in the background, one after another, also after each
+    /// change of facts, tiers and pipelines. A frame of such a size then needs memory for its images only. Images of
+    /// the size of the present frame are taken to have the new size, and others to keep theirs.
+    ///
+    /// # Panics
+    /// If there are more than 16 sizes.
+    pub fn expect_sizes(&mut self, sizes: &[Size]) {
+        assert!(sizes.len() <= MAX_SIZES, "at most {MAX_SIZES} sizes can be expected");
+        self.expected.set(sizes);
+    }
+
+    /// Whether the plans of all [expected sizes](Self::expect_sizes) are made.
+    pub fn has_expected_sizes(&self) -> bool {
+        self.expected.are_ready()
+    }
+
+    /// The plan of an expected size, if it is made for the present facts.
+    pub fn expected_plan(&mut self, size: Size) -> Option<Arc<Plan>> {
+        let request = self.plan_request(at_size(&self.active.as_ref()?.inputs, size));
+        let cached = request.with(|request| self.plans.known(request))?;
+        Some(cached.plan.clone())
+    }
+
+    /// Caches the plan of an expected size if it is finished, and starts the next. Returns why one has failed.
+    fn prepare_sizes(&mut self) -> Option<PostError> {
+        match self.expected.take_finished() {
+            Some((revision, Ok(plan))) if revision == self.revision => {
+                if let Some(evicted) = self.plans.keep(plan.key, plan.planned) {
+                    self.executor.drop_later(evicted);
+                }
+            }
+            Some((_, Err(error))) => return Some(error),
+            _ => {}
+        }
+        while let PendingPlan::None = self.pending
+            && let Some(active) = &self.active
+            && let Some(size) = self.expected.next()
+        {
+            let request = self.plan_request(at_size(&active.inputs, size));
+            if request.with(|request| self.plans.known(request)).is_some() {
+                continue;
+            }
+            let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation_ahead());
+            let worker = Worker::new(self.executor.pool.as_ref(), move || {
+                span!("afterimage::prepare");
+                let plan = request.plan(&graph)?;
+                compile(&plan.planned.plan)?;
+                Ok(plan)
+            });
+            self.expected.start(self.revision, worker);
+        }
+        None
+    }
+
+    /// All parameters of the graph.
+    pub fn parameters(&self) -> impl Iterator<Item = ParameterInfo<'_>> {
+        self.graph().parameters().map(|id| ParameterInfo {
+            name: self.graph().parameter_name(id),
+            declaration: self.graph().declaration(id),
+            value: self.graph().value(id),
+        })
+    }
+
+    /// The values that the host has set for parameters of the present graph, by their names, `node.parameter`.
+    pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
+        self.controls.set_values(self.graph())
+    }
+
+    /// A handle to the parameter that `node.parameter` names.
+    ///
+    /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
+    /// values need no plan. Where a change [needs a plan](Self::needs_plan), each does.
+    ///
+    /// # Errors
+    /// There is no such parameter, or it has another type.
+    pub fn parameter<T: ParamType>(&mut self, name: &str) -> Result<Parameter<T>, PostError> {
+        let (parameter, is_new) = self.controls.parameter(self.plans.graph(), name)?;
+        if is_new {
+            self.pending.queue();
+        }
+        Ok(parameter)
+    }
+
+    /// The same for a parameter of any type.
+    ///
+    /// # Errors
+    /// There is no such parameter.
+    pub fn control(&mut self, name: &str) -> Result<Control, PostError> {
+        let (control, is_new) = self.controls.control(self.plans.graph(), name)?;
+        if is_new {
+            self.pending.queue();
+        }
+        Ok(control)
+    }
+
+    /// Sets a value, from the next frame on; in the background if it needs a new plan. While the present graph has no
+    /// such parameter, the value is kept for the next one.
+    ///
+    /// # Errors
+    /// It is outside of the domain, or does not go with other values of the node, which then keeps the old one.
+    pub fn set<T: ParamType>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), PostError> {
+        self.set_value(parameter.control(), value.into_value())
+    }
+
+    /// The same for a parameter of any type.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set); also if the value has another type.
+    pub fn set_value(&mut self, control: Control, value: Value) -> Result<(), PostError> {
+        if self.controls.set(&mut self.plans, control, value)? {
+            self.revision.values += 1;
+            self.pending.queue();
+        }
+        Ok(())
+    }
+
+    /// The present value of a parameter: that of the graph, or the last that was set while the graph has none.
+    pub fn value(&self, control: Control) -> Option<&Value> {
+        self.controls.value(self.graph(), control)
+    }
+
+    /// Reverts to the value in the pipeline file, also in the next graph.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn unset(&mut self, control: Control) -> Result<(), PostError> {
+        if self.controls.unset(&mut self.plans, control)? {
+            self.revision.values += 1;
+            self.pending.queue();
+        }
+        Ok(())
+    }
+
+    /// Whether a change of the parameter needs a new plan.
+    pub fn needs_plan(&self, control: Control) -> bool {
+        self.controls.needs_plan(self.graph(), control)
+    }
+
+    /// Fades from the old plan to the new one over this many frames after each change that is made in the background,
+    /// at most 65,534; 0, the default, changes at once. Both plans render in these frames, each with histories and
+    /// adaptation of its own, and frame `k` of `n` has `k / (n + 1)` of the new output: of its encoded values where the
+    /// host's image holds those, of its light where it holds light. The frame before them is of the old plan alone, and
+    /// the frame after them of the new plan alone, bit for bit what it would be without a fade.
+    ///
+    /// In these frames the old plan has memory of its own next to that of the new one, which is allocated in the
+    /// background with the new plan, and a second executor; the next frame has neither. Values of parameters change
+    /// both outputs. A change that is ready waits for the end of a fade. A reset, another size or other images of the
+    /// host, [`finish_changes`](Self::finish_changes) and [`rebuild`](Self::rebuild) end a fade at once.
+    /// [`fade_skip_reason`](Self::fade_skip_reason) states why a change was not faded.
+    ///
+    /// The number holds for the next changes, here and in views that [`clone_for_view`](Self::clone_for_view) makes
+    /// from now on.
+    pub fn set_fade(&mut self, frames: u16) {
+        self.fade.set_frames(frames);
+    }
+
+    /// Whether the next frame is a mix of two plans, unless something ends the fade.
+    pub fn is_fading(&self) -> bool {
+        self.fade.is_running()
+    }
+
+    /// Why the last change was not faded, or not to its end. `None` if it was, if there was none, and without
+    /// [`set_fade`](Self::set_fade).
+    pub fn fade_skip_reason(&self) -> Option<&FadeSkipReason> {
+        self.fade.skip_reason.as_ref()
     }
 
     /// The number of frames that have been recorded: that of the last one, counted from 1.
@@ -326,18 +633,14 @@ impl Post {
     /// Reads a table or value of a node, `node.port`, back after every frame from now on, without a wait. A node that
     /// the plan does not run has none.
     pub fn watch(&mut self, label: &str) -> Watch {
-        let known = self.watched.iter().position(|watched| watched.label == label);
-        Watch(known.unwrap_or_else(|| {
-            self.watched.push(Watched::new(label));
-            self.watched.len() - 1
-        }))
+        self.readings.watch(label)
     }
 
     /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while
     /// frames are recorded and submitted, and the device is polled. Each frame is submitted before the next is
     /// recorded.
     pub fn reading(&self, watch: Watch) -> Option<&Reading> {
-        self.watched[watch.0].readings.latest.as_ref()
+        self.readings.latest(watch)
     }
 
     /// Measures the GPU time of each pass of every frame from now on, without a wait. `false` where the device has no
@@ -353,7 +656,7 @@ impl Post {
     /// The newest times of passes that have arrived, if they are [measured](Self::time_passes): a few frames old, like
     /// a [`reading`](Self::reading).
     pub fn pass_times(&self) -> Option<&PassTimes> {
-        self.pass_times.latest.as_ref()
+        self.readings.pass_times.latest.as_ref()
     }
 
     /// The texture of an image of the plan that renders, by its label, `node.port`, or by its name in
@@ -376,6 +679,10 @@ impl Post {
     pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
         self.executor.buffer(label)
     }
+}
+
+fn graph_values<'a>(plans: &'a PlanCache, revision: Revision, controls: &'a Controls) -> GraphValues<'a> {
+    GraphValues { graph: plans.graph(), revision: revision.graph, changes: &controls.changes }
 }
 
 // Hosts encode on any thread.

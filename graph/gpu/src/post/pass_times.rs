@@ -5,8 +5,9 @@ use std::sync::{Arc, Weak};
 use afterimage_plan::Plan;
 use wgpu::CommandEncoder;
 
-use super::watch::Readings;
-use crate::{Executor, GpuError};
+use super::readings::BufferCopies;
+use crate::error::GpuError;
+use crate::executor::Executor;
 
 /// The GPU time of each pass of a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,18 +28,18 @@ impl PassTimes {
 /// The times of the plan that renders.
 #[derive(Default)]
 pub(super) struct TimedPasses {
-    readings: Readings,
+    copies: BufferCopies,
     plan: Weak<Plan>,
     pub(super) latest: Option<PassTimes>,
 }
 
 impl TimedPasses {
-    /// Forgets the copies of a device that was lost.
-    pub(super) fn renew(&mut self) {
-        self.readings.renew();
+    /// Drops the copies of a lost device.
+    pub(super) fn reset(&mut self) {
+        self.copies.reset();
     }
 
-    /// Takes the times that have arrived, and asks for those of the frame that was recorded.
+    /// Takes the times that have arrived, and copies those of the frame that is recorded.
     pub(super) fn record(
         &mut self,
         executor: &Executor,
@@ -48,15 +49,15 @@ impl TimedPasses {
     ) -> Result<(), GpuError> {
         let Some((timestamps, period_ns)) = executor.timestamps() else { return Ok(()) };
         if !std::ptr::eq(self.plan.as_ptr(), Arc::as_ptr(plan)) {
-            // Copies of the plan before have other passes.
+            // Copies of the previous plan have other passes.
             *self = Self { plan: Arc::downgrade(plan), ..Self::default() };
         }
-        self.readings.collect()?;
-        if let Some(reading) = &self.readings.latest {
+        self.copies.collect()?;
+        if let Some(reading) = &self.copies.latest {
             let ms = milliseconds(&reading.bytes, period_ns);
             self.latest = Some(PassTimes { frame: reading.frame, ms });
         }
-        self.readings.record(executor.device(), timestamps, frame, encoder)
+        self.copies.record(executor.device(), timestamps, frame, encoder)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What all drawings of the viewer ask of the device.
 
-use afterimage_gpu::{Gpu, wgpu};
+use afterimage_gpu::{FullScreenPipeline, Gpu, wgpu};
 use bytemuck::Pod;
 
 /// A pipeline that draws one triangle over a whole target. The vertex entry point of the module is `corner`; without a
@@ -9,29 +9,13 @@ pub(super) fn full_screen(
     device: &wgpu::Device,
     layout: Option<&wgpu::PipelineLayout>,
     module: &wgpu::ShaderModule,
-    (entry, format): (&str, wgpu::TextureFormat),
+    fragment: &str,
+    format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(entry),
-        layout,
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some("corner"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let label = fragment;
+    let pipeline =
+        FullScreenPipeline { label, module, vertex: "corner", fragment, layout, format, samples: 1, cache: None };
+    pipeline.create(device)
 }
 
 /// A uniform that holds these numbers.

@@ -161,7 +161,7 @@ impl Pipelines {
             bind_group_layouts: &[Some(&layout)],
             ..Default::default()
         });
-        let pipeline = |entry, format| device::full_screen(gpu, Some(&whole), &shader, (entry, format));
+        let pipeline = |entry, format| device::full_screen(gpu, Some(&whole), &shader, entry, format);
         Self { draw: pipeline("draw", target), grid: pipeline("sample_grid", GRID_FORMAT), layout }
     }
 }

@@ -76,7 +76,7 @@ impl Screen {
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
         let device = &gpu.device;
         let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
-        let pipeline = full_screen(device, None, &shader, ("convert", format));
+        let pipeline = full_screen(device, None, &shader, "convert", format);
         let numbers = Numbers::of(space, white, cfg!(target_os = "windows"));
         Self { device: device.clone(), pipeline, numbers: uniform(gpu, "screen", &numbers), drawn: None }
     }

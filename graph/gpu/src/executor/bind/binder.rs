@@ -5,29 +5,29 @@ use afterimage_plan::Stage;
 use afterimage_plan::codegen::{Slot, SlotKind};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
 
-use super::frame_constants::{self, FrameConstants};
-use super::host_set::Run;
-use super::loaded::Loaded;
 use crate::buffer::buffer;
+use crate::executor::bind::bind_groups::BoundPass;
+use crate::executor::load::loaded::Loaded;
+use crate::executor::record::frame_constants::{self, FrameConstants};
 use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;
 use crate::store::part_view;
 
-/// What bind groups of all plans of an executor name.
+/// Makes bind groups, with the samplers and the buffer of frame constants that all plans of an executor share.
 #[derive(Clone)]
-pub(super) struct Binder {
+pub(crate) struct Binder {
     device: Device,
     linear: wgpu::Sampler,
     nearest: wgpu::Sampler,
     /// The constants of the last frame, for shaders that do not take them from immediates: first those of most passes,
     /// then those of passes whose memory begins in that frame.
     frame: Buffer,
-    /// Where both begin.
-    pub(super) frame_offsets: [u32; 2],
+    /// The offsets of both.
+    pub(crate) frame_offsets: [u32; 2],
 }
 
 impl Binder {
-    pub(super) fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         let stride = device.limits().min_uniform_buffer_offset_alignment.max(frame_constants::BYTES);
         let bytes = u64::from(stride + frame_constants::BYTES);
         let [linear, nearest] = [true, false].map(|is_linear| sampler(device, is_linear));
@@ -36,7 +36,7 @@ impl Binder {
     }
 
     /// Writes the constants for passes that take them from a buffer; the second ones only where a pass needs them.
-    pub(super) fn write_frame(&self, queue: &Queue, constants: &FrameConstants, has_uninitialized: bool) {
+    pub(crate) fn write_frame(&self, queue: &Queue, constants: &FrameConstants, has_uninitialized: bool) {
         let [first, second] = self.frame_offsets.map(u64::from);
         queue.write_buffer(&self.frame, first, constants.bytes(false));
         if has_uninitialized {
@@ -44,17 +44,16 @@ impl Binder {
         }
     }
 
-    /// The bind groups and attachments of a pass; `views` are those of the host.
-    pub(super) fn run(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> Run {
-        let stage = built.pipeline.stage();
-        let group = |ring_index| self.bind_group(loaded, index, (stage, &built.layout), views, ring_index);
-        let groups = ring_indices(loaded, index).map(group).collect();
+    /// The bind groups and attachments of a pass. `views` are the host's: of all inputs, then of all outputs.
+    pub(crate) fn bind_pass(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> BoundPass {
+        let ring_indices = ring_indices(loaded, index);
+        let groups = ring_indices.map(|ring_index| self.bind_group(loaded, index, &built, views, ring_index)).collect();
         let attachments = self.attachments(loaded, index, &built, views);
-        Run { built, groups, attachments }
+        BoundPass { built, groups, attachments }
     }
 
-    /// The attachments of a draw, one or one for each ring index; likewise.
-    pub(super) fn attachments(
+    /// The attachments of a draw; several if the pass binds a history image, one for each ring index.
+    pub(crate) fn attachments(
         &self,
         loaded: &Loaded,
         index: usize,
@@ -80,11 +79,11 @@ impl Binder {
         &self,
         loaded: &Loaded,
         index: usize,
-        (stage, layout): (Stage, &wgpu::BindGroupLayout),
+        built: &Built,
         views: &[TextureView],
         ring_index: u32,
     ) -> BindGroup {
-        let pass = &loaded.passes[index];
+        let (pass, stage) = (&loaded.passes[index], built.pipeline.stage());
         let part = |buffer, offset, bytes| {
             let size = std::num::NonZeroU64::new(bytes);
             BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size })
@@ -112,11 +111,15 @@ impl Binder {
         let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
             .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
             .collect();
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &built.layout,
+            entries: &entries,
+        })
     }
 }
 
-/// One ring index, or all if the pass names images in rings.
+/// All ring indices if the pass binds a history image, or else one.
 fn ring_indices(loaded: &Loaded, index: usize) -> std::ops::Range<u32> {
     0..if loaded.in_rings[index] { loaded.residency.ring_length } else { 1 }
 }

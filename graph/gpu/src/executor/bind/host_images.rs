@@ -1,22 +1,18 @@
-//! The host's images: whether they suit the plan, and in which format an output is drawn into one.
+//! Whether the host's images fit the plan.
 
 use afterimage_base::color::Transfer;
 use afterimage_graph::image::{ColorState, ImageDesc};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Plan, PlanOutput};
 use afterimage_wgsl::SampleMode;
-use wgpu::{Device, Texture, TextureDimension, TextureFormat, TextureUsages, TextureView};
+use wgpu::{Texture, TextureDimension, TextureFormat, TextureUsages, TextureView};
 
-use super::frame::Frame;
-use crate::GpuError;
 use crate::device::{image_format, texture_format};
-use crate::platform::{caught, watched};
-
-/// Kinds of textures whose formats for drawing are remembered: a host has few.
-const MAX_LOOKS: usize = 16;
+use crate::error::GpuError;
+use crate::executor::frame::Frame;
 
 /// A name that the plan does not know is an error: its image would stay as it was.
-pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
+pub(crate) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
     let is_known = |name: &str| plan.outputs.iter().any(|output| output.name == name);
     match frame.outputs.iter().find(|(name, _)| !is_known(name)) {
         None => Ok(()),
@@ -27,7 +23,7 @@ pub(super) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError
     }
 }
 
-pub(super) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
+pub(crate) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();
     let planned = plan.image(image);
     check_desc(plan, port, image, texture, image_format(texture.format()) == Some(planned.desc.format))?;
@@ -74,7 +70,7 @@ fn check_dimension(port: &str, texture: &Texture, planned: ImageDesc) -> Result<
 /// Why a volume does not fit an input that is not declared so.
 pub(crate) const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
 
-pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
+pub(crate) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
     let texture = view.texture();
     let is_drawn = must_be_drawn(plan, image, texture);
     // Not even trying is allowed with a format of depth.
@@ -88,7 +84,7 @@ pub(super) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &Textu
 }
 
 /// An image that the pipeline has encoded would be encoded a second time by a format that encodes.
-pub(super) fn check_encoding(output: &PlanOutput, drawn: Option<TextureFormat>) -> Result<(), GpuError> {
+pub(crate) fn check_encoding(output: &PlanOutput, drawn: Option<TextureFormat>) -> Result<(), GpuError> {
     let is_encoded = output.state == ColorState::Encoded && output.colorimetry.transfer != Transfer::Linear;
     let Some(format) = drawn.filter(|format| format.is_srgb() && is_encoded) else { return Ok(()) };
     let why = format!(
@@ -99,7 +95,7 @@ pub(super) fn check_encoding(output: &PlanOutput, drawn: Option<TextureFormat>) 
 }
 
 /// No pass may read a host image while it writes to it. `views` are those of the inputs, then of the outputs.
-pub(super) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuError> {
+pub(crate) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuError> {
     let (inputs, outputs) = views.split_at(plan.inputs.len());
     let is_whole = |texture: &Texture| texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
     for (output, view) in plan.outputs.iter().zip(outputs) {
@@ -138,7 +134,7 @@ fn has_rectangle(plan: &Plan, image: ImageId) -> bool {
 }
 
 /// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
-pub(super) fn must_be_drawn(plan: &Plan, image: ImageId, texture: &Texture) -> bool {
+pub(crate) fn must_be_drawn(plan: &Plan, image: ImageId, texture: &Texture) -> bool {
     texture.format() != texture_format(plan.image(image).desc.format) || !is_storable(texture)
 }
 
@@ -149,95 +145,4 @@ fn is_storable(texture: &Texture) -> bool {
 /// Whether kernel functions make the image: only they can be drawn.
 fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
     plan.work().any(|pass| pass.function_result() == Some(image))
-}
-
-/// The properties of a texture. A view has none that can be queried, so its format is found by trying.
-#[derive(Clone, Copy, PartialEq)]
-struct Look {
-    format: TextureFormat,
-    /// The format of the view, if the host states it.
-    stated: Option<TextureFormat>,
-    usage: TextureUsages,
-    samples: u32,
-    levels: u32,
-    layers: u32,
-}
-
-impl Look {
-    fn of(texture: &Texture) -> Self {
-        Self {
-            format: texture.format(),
-            stated: None,
-            usage: texture.usage(),
-            samples: texture.sample_count(),
-            levels: texture.mip_level_count(),
-            layers: texture.depth_or_array_layers(),
-        }
-    }
-}
-
-/// The formats that views of the host have turned out to have.
-#[derive(Default)]
-pub(super) struct Formats {
-    known: Vec<(Look, TextureFormat)>,
-}
-
-impl Formats {
-    /// The format of a view that is drawn to: the texture's own, or the same with or without sRGB, which is common for
-    /// swap chains.
-    pub(super) fn of(
-        &mut self,
-        device: &Device,
-        (port, view): (&str, &TextureView),
-        stated: Option<TextureFormat>,
-    ) -> Result<TextureFormat, GpuError> {
-        let look = Look { stated, ..Look::of(view.texture()) };
-        if let Some((_, format)) = self.known.iter().find(|(known, _)| *known == look) {
-            return Ok(*format);
-        }
-        let attempt = |format| draw_nothing(device, port, view, format);
-        let other = if stated.is_some() { None } else { other_encoding(look.format) };
-        let first = stated.unwrap_or(look.format);
-        let format = match (attempt(first), other) {
-            (Ok(()), _) => first,
-            (Err(_), Some(other)) if attempt(other).is_ok() => other,
-            (Err(refused), _) => return Err(refused),
-        };
-        if self.known.len() == MAX_LOOKS {
-            self.known.remove(0);
-        }
-        self.known.push((look, format));
-        Ok(format)
-    }
-}
-
-fn other_encoding(format: TextureFormat) -> Option<TextureFormat> {
-    [format.add_srgb_suffix(), format.remove_srgb_suffix()].into_iter().find(|other| *other != format)
-}
-
-/// Records an empty draw into the view, which is never submitted: the device reports whether it is valid.
-fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: TextureFormat) -> Result<(), GpuError> {
-    let what = format!("the image given for `{port}`");
-    watched(device, &what, || {
-        let bundle = device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
-            color_formats: &[Some(format)],
-            sample_count: 1,
-            ..Default::default()
-        });
-        let bundle = bundle.finish(&Default::default());
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: None,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        pass.execute_bundles([&bundle]);
-        drop(pass);
-        caught(&what, || drop(encoder.finish()))
-    })
 }

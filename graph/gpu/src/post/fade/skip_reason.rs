@@ -1,6 +1,6 @@
 //! Why a change was not faded.
 
-/// Why a change was not faded, or not to its end: see [`Post::fade_skip_reason`](super::Post::not_faded).
+/// Why a change was not faded, or not to its end: see [`Post::fade_skip_reason`](crate::Post::fade_skip_reason).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FadeSkipReason {
     /// The host draws into images of a plan, which it would have to do twice.
@@ -24,7 +24,7 @@ pub enum FadeSkipReason {
     /// The images of the host have other sizes or formats.
     #[error("the images of the host have changed")]
     NewImages,
-    /// The host has waited for the change, with [`Post::finish_changes`](super::Post::finish_changes).
+    /// The host has waited for the change, with [`Post::finish_changes`](crate::Post::finish_changes).
     #[error("the host has waited for the change")]
     Awaited,
     /// The fade was set after the plan was begun.

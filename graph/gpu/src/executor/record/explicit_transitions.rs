@@ -12,29 +12,31 @@ use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
-use super::residency::Residency;
+use crate::executor::load::residency::Residency;
 
 /// What must be brought into its state before batches.
-pub(super) struct ExplicitTransitions {
+pub(crate) struct ExplicitTransitions {
     /// Which passes draw.
-    pub(super) is_drawn: Vec<bool>,
+    pub(crate) is_drawn: Vec<bool>,
     /// For each pass the images that change before it, and their new states; none for most.
     of_passes: Vec<Vec<(ImageId, TextureUses)>>,
 }
 
 impl ExplicitTransitions {
-    pub(super) fn new(plan: &Plan, residency: &Residency, is_drawn: Vec<bool>) -> Self {
-        let of_passes = wanted(plan, &residency.placement.aliasing, &is_drawn, residency.placed.is_some());
+    pub(crate) fn new(plan: &Plan, residency: &Residency, is_drawn: Vec<bool>) -> Self {
+        let of_passes =
+            explicit_transitions(plan, &residency.placement.aliasing, &is_drawn, residency.placed.is_some());
         Self { is_drawn, of_passes }
     }
 
     /// The transitions before a pass: views of the images in that ring index, and their new states. `views` are those
     /// of the host.
-    pub(super) fn before<'a>(
+    pub(crate) fn before<'a>(
         &'a self,
         pass: usize,
         residency: &'a Residency,
-        (views, ring_index): (&'a [TextureView], usize),
+        views: &'a [TextureView],
+        ring_index: usize,
     ) -> impl ExactSizeIterator<Item = (&'a TextureView, TextureUses)> {
         self.of_passes[pass].iter().map(move |(image, state)| {
             let view = residency.view(*image, views, ring_index as u32);
@@ -46,7 +48,7 @@ impl ExplicitTransitions {
 
 /// For each pass the images that change before it, and their new states. `aliasing` are the aliasing barriers of each
 /// batch, which count where the images lie in a heap.
-fn wanted(
+fn explicit_transitions(
     plan: &Plan,
     aliasing: &[Vec<AliasingBarrier>],
     is_drawn: &[bool],
@@ -107,7 +109,7 @@ mod tests {
     };
     use wgpu::TextureUses;
 
-    use super::wanted;
+    use super::explicit_transitions;
 
     /// Two blurs of two images of the host.
     fn two_blurs(options: Options) -> Plan {
@@ -146,8 +148,8 @@ mod tests {
     fn transitions(plan: &Plan, is_drawn: bool, has_heap: bool) -> Vec<Vec<(String, TextureUses)>> {
         let aliasing: Vec<_> = plan.batches.iter().map(|batch| batch.aliasing.clone()).collect();
         let named = |(image, state): &(ImageId, TextureUses)| (plan.image(*image).label.clone(), *state);
-        let wanted = wanted(plan, &aliasing, &vec![is_drawn; plan.passes.len()], has_heap);
-        wanted.iter().map(|wanted| wanted.iter().map(named).collect()).collect()
+        let transitions = explicit_transitions(plan, &aliasing, &vec![is_drawn; plan.passes.len()], has_heap);
+        transitions.iter().map(|before| before.iter().map(named).collect()).collect()
     }
 
     #[test]

@@ -3,78 +3,66 @@
 use afterimage_graph::node::{BufferId, ColorAttachment, DrawContents, DrawRange, Drawing, Draws, Geometry, Load};
 use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
-use super::frame_constants::FrameConstantsAt;
-use super::host_draw::{HostDraw, host_node};
-use super::host_set::Run;
-use super::loaded::Loaded;
-use super::rectangle::Rectangle;
+use crate::executor::host_draw::{HostDraw, host_node};
+use crate::executor::load::loaded::Loaded;
+use crate::executor::record::FrameCommands;
+use crate::executor::rectangle::Rectangle;
 use crate::layout::Pipeline;
 
-/// Records a full-screen draw, whose result is one image.
-pub(super) fn record_draw(
-    loaded: &Loaded,
-    run: &Run,
-    pipeline: &RenderPipeline,
-    now: FrameConstantsAt<'_>,
-    index: usize,
-    encoder: &mut CommandEncoder,
-) {
-    let [view] = run.attachments(now.0) else { panic!("a full-screen draw has one attachment") };
-    let rectangle = loaded.drawn_rectangle(index);
-    let label = loaded.label(index).or(Some("afterimage"));
-    // The triangle covers every pixel. What is around a rectangle stays.
-    let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label,
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-        })],
-        ..Default::default()
-    });
-    if let Some(Rectangle { x, y, width, height }) = rectangle {
-        pass.set_scissor_rect(x, y, width, height);
+impl FrameCommands<'_> {
+    /// Records a full-screen draw, whose result is one image.
+    pub(super) fn record_full_screen(&self, pipeline: &RenderPipeline, index: usize, encoder: &mut CommandEncoder) {
+        let [view] = self.groups.passes[index].attachments(self.ring_index) else {
+            panic!("a full-screen draw has one attachment")
+        };
+        let rectangle = self.loaded.drawn_rectangle(index);
+        let label = self.loaded.label(index).or(Some("afterimage"));
+        // The triangle covers every pixel. What is around a rectangle stays.
+        let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label,
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        if let Some(Rectangle { x, y, width, height }) = rectangle {
+            pass.set_scissor_rect(x, y, width, height);
+        }
+        self.bind_pipeline(pipeline, index, &mut pass);
+        pass.draw(0..3, 0..1);
     }
-    set_up(loaded, run, pipeline, now, index, &mut pass);
-    pass.draw(0..3, 0..1);
-}
 
-/// Records a drawing pass: its geometry, or what the host draws.
-pub(super) fn record_drawing(
-    loaded: &Loaded,
-    run: &Run,
-    now: FrameConstantsAt<'_>,
-    index: usize,
-    (encoder, draws): (&mut CommandEncoder, &mut [HostDraw<'_>]),
-) {
-    let planned = &loaded.plan.passes[index];
-    let drawing = planned.pass.drawing().expect("the plan draws in this pass");
-    let mut pass = begin(drawing, run.attachments(now.0), &planned.stores, loaded.label(index), encoder);
-    if let (DrawContents::Geometry(geometry), Pipeline::Drawing(pipeline)) = (&drawing.contents, &run.built.pipeline) {
-        set_up(loaded, run, pipeline, now, index, &mut pass);
-        draw(loaded, geometry, &mut pass);
+    /// Records a drawing pass: its geometry, or what the host draws.
+    pub(super) fn record_drawing(&self, index: usize, encoder: &mut CommandEncoder, draws: &mut [HostDraw<'_>]) {
+        let (loaded, bound) = (self.loaded, &self.groups.passes[index]);
+        let planned = &loaded.plan.passes[index];
+        let drawing = planned.pass.drawing().expect("the plan draws in this pass");
+        let views = bound.attachments(self.ring_index);
+        let mut pass = begin(drawing, views, &planned.stores, loaded.label(index), encoder);
+        if let (DrawContents::Geometry(geometry), Pipeline::Drawing(pipeline)) =
+            (&drawing.contents, &bound.built.pipeline)
+        {
+            self.bind_pipeline(pipeline, index, &mut pass);
+            draw(loaded, geometry, &mut pass);
+        }
+        if let Some(node) = host_node(&planned.pass) {
+            let host = draws.iter_mut().find(|draw| draw.node == node).expect("each pass of the host has its draws");
+            (host.fill)(&mut pass);
+        }
     }
-    if let Some(node) = host_node(&planned.pass) {
-        let host = draws.iter_mut().find(|draw| draw.node == node).expect("each pass of the host has its draws");
-        (host.fill)(&mut pass);
-    }
-}
 
-/// Sets the pipeline, the bindings and the numbers of the frame of a draw.
-fn set_up(
-    loaded: &Loaded,
-    run: &Run,
-    pipeline: &RenderPipeline,
-    (ring_index, frame_constants): FrameConstantsAt<'_>,
-    index: usize,
-    pass: &mut RenderPass<'_>,
-) {
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, run.group(ring_index), loaded.frame_offset(index));
-    if loaded.passes[index].immediate {
-        pass.set_immediates(0, frame_constants.bytes(loaded.uses_uninitialized(index)));
+    /// Sets the pipeline of a draw, its bind group and the frame constants.
+    fn bind_pipeline(&self, pipeline: &RenderPipeline, index: usize, pass: &mut RenderPass<'_>) {
+        let loaded = self.loaded;
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, self.groups.passes[index].group(self.ring_index), loaded.frame_offset(index));
+        if loaded.passes[index].immediate {
+            pass.set_immediates(0, self.constants.bytes(loaded.uses_uninitialized(index)));
+        }
     }
 }
 

@@ -1,5 +1,4 @@
-//! A plan settles in memory: it takes the textures and buffers of the plan before where they are the same, and makes
-//! the others.
+//! Allocates a plan's textures and buffers, reusing those of the previous plan with equal descriptors.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,31 +9,31 @@ use afterimage_plan::{HeapPlacement, Plan, PlannedImage};
 use rustc_hash::FxHashMap;
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 
-use super::residency::{ImageBinding, Residency, ring_place};
-use crate::GpuError;
 use crate::buffer::buffer;
+use crate::error::GpuError;
+use crate::executor::load::residency::{ImageBinding, Residency, ring_place};
 use crate::heap::Placed;
 use crate::platform::caught;
 use crate::store::{self, Stored};
 
-/// A plan that settles.
-pub(super) struct ResidencyBuilder<'a> {
-    pub(super) device: &'a Device,
-    pub(super) queue: &'a Queue,
-    /// The plan before, which may render meanwhile.
-    pub(super) old: Option<(&'a Plan, &'a Residency)>,
-    /// The number of the frame that comes next, where it matters: see [`Residency::keeps_places`].
-    pub(super) frame: u32,
+/// Allocates the memory of a plan.
+pub(crate) struct ResidencyBuilder<'a> {
+    pub(crate) device: &'a Device,
+    pub(crate) queue: &'a Queue,
+    /// The previous plan, which may render meanwhile.
+    pub(crate) old: Option<(&'a Plan, &'a Residency)>,
+    /// The number of the next frame, where it matters: see [`Residency::keeps_places`].
+    pub(crate) frame: u32,
 }
 
-/// Where a plan has settled.
-pub(super) struct NewResidency {
-    pub(super) residency: Arc<Residency>,
+/// The memory of a plan.
+pub(crate) struct NewResidency {
+    pub(crate) residency: Arc<Residency>,
     /// Memory that no frame has written yet.
-    pub(super) uninitialized: Vec<Resource>,
+    pub(crate) uninitialized: Vec<Resource>,
 }
 
-/// What a plan takes and makes.
+/// What a plan can reuse, and what is allocated for it.
 struct Memory<'a> {
     device: &'a Device,
     queue: &'a Queue,
@@ -47,8 +46,8 @@ struct Memory<'a> {
 }
 
 impl<'a> ResidencyBuilder<'a> {
-    /// The plan on textures and buffers of its own and of the old plan.
-    pub(super) fn allocate(
+    /// Allocates the textures and buffers of a plan.
+    pub(crate) fn allocate(
         self,
         plan: &'a Plan,
         placement: HeapPlacement,
@@ -59,7 +58,7 @@ impl<'a> ResidencyBuilder<'a> {
             Memory { device, queue, frame, spare: Vec::new(), constants: Vec::new(), uninitialized: Vec::new() };
         let rings = old.map_or_else(FxHashMap::default, |(plan, old)| memory.retire(plan, old));
         let buffers = memory.buffers(plan, old)?;
-        let bindings = memory.bind_images(plan, (&placement, placed.as_ref()), rings)?;
+        let bindings = memory.bind_images(plan, &placement, placed.as_ref(), rings)?;
         let inputs = plan.inputs.len();
         let residency = Residency { placement, placed, bindings, buffers, ring_length: ring_length(plan), inputs };
         Ok(NewResidency { residency: Arc::new(residency), uninitialized: memory.uninitialized })
@@ -132,7 +131,8 @@ impl<'a> Memory<'a> {
     fn bind_images(
         &mut self,
         plan: &'a Plan,
-        (placement, placed): (&HeapPlacement, Option<&Placed>),
+        placement: &HeapPlacement,
+        placed: Option<&Placed>,
         mut rings: FxHashMap<&str, &[Stored]>,
     ) -> Result<Vec<ImageBinding>, GpuError> {
         let mut in_heap = placed.map_or(&[][..], |placed| &placed.images).iter();
@@ -160,8 +160,8 @@ impl<'a> Memory<'a> {
         Ok(bindings)
     }
 
-    /// The binding of an image that no pass writes; `None` for one that a pass writes. Images of earlier frames are
-    /// bound once the image of this frame has its ring.
+    /// The binding of an image that no pass writes; `None` for one that a pass writes. History images are bound once
+    /// the image of this frame has its ring.
     fn bind_given(&mut self, plan: &'a Plan, image: &'a PlannedImage) -> Result<Option<ImageBinding>, GpuError> {
         Ok(match &image.origin {
             _ if image.lifetime.is_none() => Some(ImageBinding::Unused),
@@ -194,7 +194,7 @@ impl<'a> Memory<'a> {
         slots[slot].get_or_insert_with(|| self.take(desc, "transients")).clone()
     }
 
-    /// The ring of textures of a history. What earlier frames have left in those of the old plan keeps its age.
+    /// The ring of textures of a history. Those of the old plan keep their age in frames.
     fn ring(&mut self, plan: &Plan, id: ImageId, known: &[Stored]) -> Vec<Stored> {
         let image = plan.image(id);
         let known = if known.first().is_some_and(|first| first.desc == image.desc) { known } else { &[] };
@@ -225,7 +225,7 @@ impl<'a> Memory<'a> {
             }
             bindings[index] = match &bindings[of.0 as usize] {
                 ImageBinding::Ring(ring, _) => ImageBinding::Ring(ring.clone(), frames),
-                // The image is never written in this plan: its past is black.
+                // This plan never writes the image: its history is black.
                 _ => ImageBinding::Fixed(self.black(image)),
             };
         }
@@ -233,7 +233,7 @@ impl<'a> Memory<'a> {
 }
 
 /// Ring length: one texture for this frame and one for each that is remembered.
-pub(super) fn ring_length(plan: &Plan) -> u32 {
+pub(crate) fn ring_length(plan: &Plan) -> u32 {
     let depth = plan.images.iter().map(|image| match image.origin {
         Origin::Previous { frames, .. } => frames,
         _ => 0,
@@ -241,7 +241,7 @@ pub(super) fn ring_length(plan: &Plan) -> u32 {
     1 + depth.max().unwrap_or(0)
 }
 
-/// What every buffer of a plan may be used for.
+/// The usages of every buffer of a plan.
 const USAGE: BufferUsages = BufferUsages::STORAGE
     .union(BufferUsages::VERTEX)
     .union(BufferUsages::INDEX)
@@ -257,11 +257,11 @@ fn buffers_of_ranges(plan: &Plan) -> BTreeSet<BufferId> {
 fn make_buffer(
     device: &Device,
     queue: &Queue,
-    wanted: &VirtualBuffer,
+    described: &VirtualBuffer,
     usage: BufferUsages,
 ) -> Result<Buffer, GpuError> {
-    let made = buffer(device, &wanted.label, wanted.bytes.next_multiple_of(16), usage);
-    if let BufferLife::Constant(bytes) = &wanted.life {
+    let made = buffer(device, &described.label, described.bytes.next_multiple_of(16), usage);
+    if let BufferLife::Constant(bytes) = &described.life {
         caught("a table", || queue.write_buffer(&made, 0, bytes))?;
     }
     Ok(made)

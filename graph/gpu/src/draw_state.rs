@@ -10,7 +10,7 @@ use wgpu::{ColorTargetState, VertexAttribute, VertexStepMode};
 
 use crate::device::texture_format;
 
-/// All that the pipeline of a drawing pass depends on, besides its module and its bindings.
+/// The state of a drawing pass's pipeline, without its module and its bindings.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct DrawState {
     colors: Vec<ColorTargetState>,
@@ -64,7 +64,8 @@ impl DrawState {
 
 pub(crate) fn render_pipeline(
     device: &wgpu::Device,
-    (module, composed): (&wgpu::ShaderModule, &Composed),
+    module: &wgpu::ShaderModule,
+    composed: &Composed,
     layout: &wgpu::PipelineLayout,
     state: &DrawState,
     cache: Option<&wgpu::PipelineCache>,

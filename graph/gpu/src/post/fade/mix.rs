@@ -1,9 +1,10 @@
-//! The mix of two images into the host's view, while one plan fades into the next.
+//! The mix of two images into the host's view during a fade.
 
 use wgpu::{BindGroup, CommandEncoder, Device, RenderPipeline, Texture, TextureFormat, TextureView};
 
+use crate::executor::{Executor, Rectangle};
+use crate::full_screen::FullScreenPipeline;
 use crate::store::part_view;
-use crate::{Executor, Rectangle};
 
 /// Each texel of the view: of the old image and of the new one, by the share of frames that have passed.
 const MIX: &str = "
@@ -29,91 +30,64 @@ struct Corner {
 }
 ";
 
-/// What a fade needs, prepared with the new plan.
-pub(super) struct FadeParts {
-    /// The executor in which the old plan goes on.
-    pub(super) double: Executor,
-    pub(super) mixer: Mixer,
+/// What a fade needs; it is prepared with the new plan.
+pub(in crate::post) struct FadeParts {
+    /// The executor that continues the old plan.
+    pub(in crate::post) fork: Executor,
+    pub(in crate::post) mixer: Mixer,
 }
 
 /// The pipeline that mixes into views of a format.
-pub(super) struct Mixer {
-    pub(super) format: TextureFormat,
+pub(in crate::post) struct Mixer {
+    pub(in crate::post) format: TextureFormat,
     pipeline: RenderPipeline,
 }
 
 /// Where a mix is drawn.
-pub(super) struct Target<'a> {
-    pub(super) view: &'a TextureView,
-    pub(super) rectangle: Option<Rectangle>,
+pub(in crate::post) struct Target<'a> {
+    pub(in crate::post) view: &'a TextureView,
+    pub(in crate::post) rectangle: Option<Rectangle>,
 }
 
 impl Mixer {
-    pub(super) fn new(device: &Device, format: TextureFormat) -> Self {
+    pub(in crate::post) fn new(device: &Device, format: TextureFormat) -> Self {
         let source = wgpu::ShaderSource::Wgsl(MIX.into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("fade"), source });
-        let image = |binding| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            count: None,
-        };
-        let group = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("fade"),
-            entries: &[image(0), image(1)],
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("fade"),
-            bind_group_layouts: &[Some(&group)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("fade"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("corner"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("mixed"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            multiview_mask: None,
+        let pipeline = FullScreenPipeline {
+            label: "fade",
+            module: &module,
+            vertex: "corner",
+            fragment: "mixed",
+            layout: None,
+            format,
+            samples: 1,
             cache: None,
-        });
-        Self { format, pipeline }
+        };
+        Self { format, pipeline: pipeline.create(device) }
     }
 
     /// The bind group of two images of equal size.
-    pub(super) fn images(&self, device: &Device, (before, after): (&Texture, &Texture)) -> BindGroup {
+    pub(in crate::post) fn bind_group(&self, device: &Device, before: &Texture, after: &Texture) -> BindGroup {
         let [before, after] = [before, after].map(|texture| part_view(texture, 0, 0));
-        let entry =
-            |binding, view| wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) };
+        let [before, after] = [&before, &after].map(wgpu::BindingResource::TextureView);
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("fade"),
             layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &[entry(0, &before), entry(1, &after)],
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: before },
+                wgpu::BindGroupEntry { binding: 1, resource: after },
+            ],
         })
     }
 
     /// Records the mix of frame `number` of a fade, with the weight `number / (frames + 1)` of the new image.
-    pub(super) fn record(
+    pub(in crate::post) fn record(
         &self,
         encoder: &mut CommandEncoder,
         images: &BindGroup,
         target: &Target<'_>,
-        [number, frames]: [u16; 2],
+        number: u16,
+        frames: u16,
     ) {
         // What is around a rectangle stays.
         let load = target.rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);

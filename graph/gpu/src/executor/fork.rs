@@ -1,4 +1,6 @@
-//! A second executor that goes on with the plan in use, while the first one runs the next plan: what a fade needs.
+//! A second executor that continues the plan in use while the first one runs the next plan, for a fade.
+
+use std::sync::Arc;
 
 use afterimage_plan::{Plan, PlanOutput};
 use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
@@ -6,12 +8,11 @@ use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
 use super::Executor;
 use super::frame::Frame;
 use super::host_draw::host_node;
-use super::host_images::check_encoding;
-use super::loaded::Loaded;
-use super::prepare::PlanWithUniforms;
-use super::residency::{ImageBinding, Residency};
-use crate::GpuError;
 use crate::device::texture_format;
+use crate::error::GpuError;
+use crate::executor::bind::host_images::check_encoding;
+use crate::executor::load::loaded::Loaded;
+use crate::executor::load::residency::{ImageBinding, Residency};
 use crate::store::{self, Stored};
 
 impl Executor {
@@ -29,50 +30,54 @@ impl Executor {
     }
 
     /// Makes, on any thread, an executor with memory of its own for a plan that this one has compiled.
-    pub(crate) fn fork(&self) -> impl FnOnce(PlanWithUniforms) -> Result<Self, GpuError> + Send + use<> {
+    pub(crate) fn fork(&self) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
         let other = self.other();
-        move |wanted| {
-            let mut double = other();
-            double.load_at(wanted)?;
-            Ok(double)
+        move |plan, uniforms| {
+            let mut fork = other();
+            fork.load_with(plan, uniforms)?;
+            Ok(fork)
         }
     }
 
-    /// Takes the place of an executor with the same plan: the number of its next frame, its uniforms, and what earlier
-    /// frames have left, which [`copy_memory`](Self::copy_memory) copies.
+    /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are copied
+    /// by [`copy_memory`](Self::copy_memory).
     pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
         (self.frame_index, self.fresh) = (other.frame_index, false);
-        // Its memory does not begin: it is copied.
-        self.loaded.iter_mut().for_each(|loaded| loaded.uninitialized.clear());
+        if let Some(loaded) = &mut self.loaded {
+            // It is copied.
+            loaded.uninitialized.clear();
+        }
         self.write_uniforms(0, uniforms)
     }
 
     /// The memory of the plan in use.
-    pub(crate) fn residency(&self) -> Option<&std::sync::Arc<Residency>> {
+    pub(crate) fn residency(&self) -> Option<&Arc<Residency>> {
         self.loaded.as_ref().map(|loaded| &loaded.residency)
     }
 
-    /// Copies histories, and buffers that outlive frames, from where the same plan has left them.
+    /// Copies histories, and buffers that outlive frames, from the memory of the same plan in another executor.
     pub(crate) fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
         let Some(loaded) = &self.loaded else { return };
         for &index in &loaded.persistent {
             encoder.copy_buffer_to_buffer(&from.buffers[index], 0, &loaded.residency.buffers[index], 0, None);
         }
-        let pairs = from.histories().zip(loaded.residency.histories());
-        pairs.flat_map(|(from, to)| from.iter().zip(to)).for_each(|(from, to)| store::copy(from, to, encoder));
+        let rings = from.histories().zip(loaded.residency.histories());
+        for (from, to) in rings.flat_map(|(from, to)| from.iter().zip(to)) {
+            store::copy(from, to, encoder);
+        }
     }
 
-    /// Drops the bind groups for frames that leave an output in a texture of ours.
-    pub(crate) fn forget_own_pictures(&mut self) {
-        let Some(Loaded { plan, residency, sets, .. }) = &mut self.loaded else { return };
+    /// Drops the bind groups of frames that write an output to a texture of ours.
+    pub(crate) fn drop_bind_groups_of_own_outputs(&mut self) {
+        let Some(Loaded { plan, residency, bind_groups, .. }) = &mut self.loaded else { return };
         let is_ours = |view: &TextureView| {
             let mut outputs = plan.outputs.iter().map(|output| &residency.bindings[output.image.0 as usize]);
             outputs.any(|binding| matches!(binding, ImageBinding::Output(_, stored) if stored.view == *view))
         };
-        sets.retain(|set| !set.views[plan.inputs.len()..].iter().any(is_ours));
+        bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(is_ours));
     }
 
-    /// Whether the next frame begins anew.
+    /// Whether the next frame resets histories.
     pub(crate) fn is_fresh(&self) -> bool {
         self.fresh
     }
@@ -83,11 +88,12 @@ impl Executor {
     /// It cannot be drawn to, or the device would encode it a second time.
     pub(crate) fn format_of(
         &mut self,
-        (output, view): (&PlanOutput, &TextureView),
+        output: &PlanOutput,
+        view: &TextureView,
         frame: &Frame<'_>,
     ) -> Result<TextureFormat, GpuError> {
         let (device, stated) = (&self.compiler.device, frame.stated_format(&output.name));
-        let format = self.formats.of(device, (&output.name, view), stated)?;
+        let format = self.formats.of_view(device, &output.name, view, stated)?;
         check_encoding(output, Some(format))?;
         Ok(format)
     }
@@ -95,7 +101,7 @@ impl Executor {
     /// The format of the host's view for an output in the last frame that drew it; the planned one if a pass stores to
     /// the view.
     pub(crate) fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
-        let drawn = self.drawn.iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
+        let drawn = self.formats.last().iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
         drawn.unwrap_or_else(|| texture_format(plan.image(output.image).desc.format))
     }
 

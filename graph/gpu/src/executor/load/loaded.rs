@@ -1,0 +1,163 @@
+//! What a plan runs on.
+
+use std::sync::Arc;
+
+use afterimage_graph::node::{ImageId, Resource};
+use afterimage_plan::codegen::Composed;
+use afterimage_plan::{PlacedPlan, Plan, Stage};
+use wgpu::{Buffer, TextureFormat, TextureView};
+
+use crate::device::texture_format;
+use crate::executor::bind::bind_groups::BoundPass;
+use crate::executor::bind::cache::BindGroupCache;
+use crate::executor::load::residency::{ImageBinding, Residency};
+use crate::executor::record::explicit_transitions::ExplicitTransitions;
+use crate::executor::rectangle::{HeldRectangles, Rectangle};
+use crate::pipelines::Built;
+use crate::timing::Timing;
+
+/// A plan with its pipelines, memory and bind groups.
+pub(crate) struct Loaded {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) residency: Arc<Residency>,
+    pub(crate) passes: LoadedPasses,
+    pub(crate) uniforms: Buffer,
+    /// The bytes of each host block in the uniforms.
+    pub(crate) blocks: Vec<Vec<u8>>,
+    /// The rectangles in the uniforms.
+    pub(crate) rectangles: HeldRectangles,
+    /// The host images of each pass.
+    pub(crate) host_views: Vec<HostViews>,
+    /// Whether each pass binds a history image, which rotates every frame.
+    pub(crate) in_rings: Vec<bool>,
+    pub(crate) zeroed: Vec<usize>,
+    pub(crate) persistent: Vec<usize>,
+    /// The passes that bind no image of the host.
+    pub(crate) bound: Vec<Option<Arc<BoundPass>>>,
+    /// Passes that draw into the host's images, with the formats that those had when the plan was prepared, and the
+    /// pipelines for them.
+    pub(crate) drawn: Vec<(usize, TextureFormat, Built)>,
+    /// Whether the device was checked for errors when the plan was prepared in the background.
+    pub(crate) is_watched: bool,
+    /// The explicit transitions for these formats.
+    pub(crate) explicit_transitions: Arc<ExplicitTransitions>,
+    pub(crate) bind_groups: BindGroupCache,
+    pub(crate) timing: Option<Timing>,
+    /// The names of the passes, if they are labeled.
+    pub(crate) labels: Option<Vec<String>>,
+    /// The offsets of the frame constants in their buffer: for most passes, and for those that use uninitialized memory.
+    pub(crate) frame_offsets: [u32; 2],
+    /// Memory that no frame has written yet: the passes that use it reset in the first frame.
+    pub(crate) uninitialized: Vec<Resource>,
+    /// Whether the previous plan used the same heap.
+    pub(crate) shares_old_heap: bool,
+}
+
+/// A view of the host, and the name of its input or output.
+pub(crate) type NamedView = (String, TextureView);
+
+/// The passes of one plan, which every executor that runs it shares.
+pub(crate) type LoadedPasses = Arc<[LoadedPass]>;
+
+/// What one draw or dispatch needs.
+pub(crate) struct LoadedPass {
+    pub(crate) composed: Composed,
+    pub(crate) workgroups: [u32; 3],
+    /// The first image that the pass writes.
+    pub(crate) writes_image: Option<ImageId>,
+    pub(crate) manual_filtering: bool,
+    /// Whether it takes the frame constants from immediates.
+    pub(crate) immediate: bool,
+    /// Whether it has the frame constants in its bind group, at a dynamic offset.
+    pub(crate) binds_frame: bool,
+    /// Its pipeline, unless the host wants the result drawn in a format of its own.
+    pub(crate) built: Built,
+}
+
+/// The host images of a pass, by their index among the host's views: inputs, then outputs.
+pub(crate) struct HostViews {
+    pub(crate) read: Vec<usize>,
+    pub(crate) written: Vec<usize>,
+}
+
+impl HostViews {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.read.is_empty() && self.written.is_empty()
+    }
+
+    /// Those in its bind group.
+    pub(crate) fn in_group(&self, stage: Stage) -> impl Iterator<Item = &usize> {
+        self.read.iter().chain(if stage == Stage::Compute { self.written.as_slice() } else { &[] })
+    }
+
+    /// Those that are attachments.
+    pub(crate) fn attached(&self, stage: Stage) -> &[usize] {
+        if stage == Stage::Compute { &[] } else { &self.written }
+    }
+}
+
+impl Loaded {
+    /// After all uniforms were written: blocks and rectangles hold zeros.
+    pub(crate) fn forget_blocks(&mut self) {
+        self.blocks.iter_mut().for_each(|held| held.fill(0));
+        self.forget_rectangles();
+    }
+
+    /// After uniforms were written: rectangles may hold zeros.
+    pub(crate) fn forget_rectangles(&mut self) {
+        self.rectangles.forget();
+    }
+
+    /// The name of a pass, if passes are labeled.
+    pub(crate) fn label(&self, pass: usize) -> Option<&str> {
+        self.labels.as_ref().map(|labels| labels[pass].as_str())
+    }
+
+    /// The rectangle that a pass draws into, if its output has one.
+    pub(crate) fn drawn_rectangle(&self, pass: usize) -> Option<Rectangle> {
+        match &self.residency.bindings[self.passes[pass].writes_image?.0 as usize] {
+            ImageBinding::Output(output, _) => self.rectangles.outputs[*output],
+            _ => None,
+        }
+    }
+
+    /// The host's images of the last frame, by the names of inputs and of outputs.
+    pub(crate) fn views_of_host(&self) -> (Vec<NamedView>, Vec<NamedView>) {
+        let Some(groups) = self.bind_groups.last() else { return Default::default() };
+        let (inputs, outputs) = groups.views.split_at(self.plan.inputs.len());
+        let inputs = self.plan.inputs.iter().zip(inputs).map(|((name, _), view)| (name.clone(), view.clone()));
+        let is_ours = |image: ImageId, view: &TextureView| {
+            let binding = &self.residency.bindings[image.0 as usize];
+            matches!(binding, ImageBinding::Output(_, own) if own.view == *view)
+        };
+        let outputs = self.plan.outputs.iter().zip(outputs);
+        let given = outputs.filter(|(output, view)| !is_ours(output.image, view));
+        (inputs.collect(), given.map(|(output, view)| (output.name.clone(), view.clone())).collect())
+    }
+
+    /// The plan, and where its images lie.
+    pub(crate) fn placed_plan(&self) -> PlacedPlan {
+        PlacedPlan { plan: self.plan.clone(), placement: self.residency.placement.clone() }
+    }
+
+    /// The dynamic offset in the bind group of a pass, if it has one.
+    pub(crate) fn frame_offset(&self, pass: usize) -> &[u32] {
+        match self.passes[pass].binds_frame {
+            true => std::slice::from_ref(&self.frame_offsets[usize::from(self.uses_uninitialized(pass))]),
+            false => &[],
+        }
+    }
+
+    /// Whether the pass uses memory that no frame has written yet.
+    pub(crate) fn uses_uninitialized(&self, pass: usize) -> bool {
+        let begins = |resource: &Resource| self.uninitialized.contains(resource);
+        let pass = &self.plan.passes[pass].pass;
+        !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
+    }
+}
+
+/// The format of the attachment of a planned draw; `None` for a dispatch.
+pub(crate) fn planned_attachment(plan: &Plan, pass: usize, writes: Option<ImageId>) -> Option<TextureFormat> {
+    let image = writes.filter(|_| plan.passes[pass].stage == Stage::Fragment)?;
+    Some(texture_format(plan.image(image).desc.format))
+}

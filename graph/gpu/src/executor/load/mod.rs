@@ -1,0 +1,364 @@
+//! The slow part of loading a plan, on any thread while another plan renders: shaders, pipelines, memory, and the bind
+//! groups without an image of the host.
+
+mod allocate;
+pub(crate) mod compiled;
+pub(crate) mod loaded;
+pub(crate) mod residency;
+
+use std::sync::Arc;
+
+use afterimage_graph::node::{BufferLife, ImageId, Pass, Resource, Subresource};
+use afterimage_plan::codegen::{Composed, SlotKind};
+use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
+use wgpu::{BufferUsages, Device, Queue, TextureFormat};
+
+use crate::buffer::filled_buffer;
+use crate::draw_state::DrawState;
+use crate::error::GpuError;
+use crate::executor::bind::binder::Binder;
+use crate::executor::bind::cache::BindGroupCache;
+use crate::executor::load::allocate::{NewResidency, ResidencyBuilder, ring_length};
+use crate::executor::load::compiled::CompiledPasses;
+use crate::executor::load::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, NamedView, planned_attachment};
+use crate::executor::load::residency::Residency;
+use crate::executor::record::explicit_transitions::ExplicitTransitions;
+use crate::executor::record::frame_constants;
+use crate::executor::rectangle::HeldRectangles;
+use crate::heap::{Place, Placed};
+use crate::layout::manual_filtering;
+use crate::pipelines::{Built, PipelineKey, PipelineRequest, Pipelines};
+use crate::platform::{Worker, watched};
+
+/// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
+/// dropped, the pipelines that it has compiled until then are kept.
+pub struct Preparation {
+    pub(crate) worker: Worker<Result<PreparedPlan, GpuError>>,
+}
+
+impl Preparation {
+    /// Whether [`Executor::swap`](crate::Executor::swap) would not have to wait, be it for a plan or for an error.
+    pub fn is_ready(&self) -> bool {
+        self.worker.is_finished()
+    }
+}
+
+/// A compiled plan that can be installed, with its uniforms at the values of dynamic parameters.
+pub(crate) struct PreparedPlan {
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) uniforms: Vec<u8>,
+    pub(crate) memory: PreparedMemory,
+}
+
+/// How far the memory of a plan is prepared.
+pub(crate) enum PreparedMemory {
+    /// The plan takes all of it from this one, from which it differs in values of uniforms only.
+    UniformsOnly(Arc<Plan>),
+    /// It is allocated, with what can be reused of the memory of the plan in use.
+    Allocated { loaded: Box<Loaded>, previous: Option<Arc<Residency>> },
+    /// Not at all: which texture of a history is the newest is known in the frame that installs the plan.
+    PassesOnly,
+}
+
+/// Whether another plan renders while one is prepared.
+#[derive(Clone, Copy)]
+pub(crate) enum Preparing {
+    /// The next frame, which has this number, waits for the plan.
+    NextFrame(u32),
+    /// Frames of the plan in use are recorded meanwhile.
+    InBackground,
+}
+
+/// Compiles plans and allocates their memory.
+#[derive(Clone)]
+pub(crate) struct PlanCompiler {
+    pub(crate) device: Device,
+    pub(crate) queue: Queue,
+    pub(crate) binder: Binder,
+    pub(crate) pipelines: Arc<Pipelines>,
+    pub(crate) compiled: Arc<CompiledPasses>,
+    /// Whether passes take the frame constants from immediates.
+    pub(crate) immediates: bool,
+    /// The error of the device when the executor was made, if there was one.
+    pub(crate) broken: Option<GpuError>,
+}
+
+/// What the next plan can reuse of the plan in use.
+#[derive(Clone, Default)]
+pub(crate) struct PreviousPlan {
+    pub(crate) plan: Option<(Arc<Plan>, Arc<Residency>)>,
+    /// Outputs that are drawn into the host's images, and in which format.
+    pub(crate) drawn: Vec<(String, TextureFormat)>,
+    /// The host's images in the last frame, by the names of inputs and of outputs.
+    pub(crate) inputs: Vec<NamedView>,
+    pub(crate) outputs: Vec<NamedView>,
+}
+
+impl PlanCompiler {
+    /// Compiles the plan with this many threads, and allocates its memory and the bind groups without an image of the
+    /// host. Its images keep their offsets in the heap where those still fit.
+    pub(crate) fn prepare(
+        &self,
+        plan: Arc<Plan>,
+        uniforms: Vec<u8>,
+        before: &PreviousPlan,
+        threads: usize,
+        when: Preparing,
+    ) -> Result<PreparedPlan, GpuError> {
+        span!("afterimage::compile");
+        if let Some(error) = &self.broken {
+            return Err(error.clone());
+        }
+        if let Some((old, _)) = before.plan.as_ref().filter(|(old, _)| old.differs_in_uniforms_only(&plan)) {
+            return Ok(PreparedPlan { plan, uniforms, memory: PreparedMemory::UniformsOnly(old.clone()) });
+        }
+        let passes = self.passes(&plan, before, threads)?;
+        let previous = before.plan.as_ref().map(|(_, residency)| residency.clone());
+        let frame = match when {
+            Preparing::NextFrame(number) => number,
+            Preparing::InBackground => {
+                if previous.as_ref().is_some_and(|old| !old.keeps_places(ring_length(&plan))) {
+                    return Ok(PreparedPlan { plan, uniforms, memory: PreparedMemory::PassesOnly });
+                }
+                0
+            }
+        };
+        let mut loaded = watched(&self.device, "the memory of the plan", || {
+            self.allocate(plan.clone(), &uniforms, passes, before, frame)
+        })?;
+        if let Preparing::InBackground = when {
+            loaded.is_watched = true;
+            if let Some(groups) = self.bind_ahead(&loaded, before) {
+                loaded.bind_groups.add(groups);
+            }
+        }
+        let memory = PreparedMemory::Allocated { loaded: Box::new(loaded), previous };
+        Ok(PreparedPlan { plan, uniforms, memory })
+    }
+
+    /// Allocates a plan's textures and buffers, reusing those of the previous plan with equal descriptors. `frame` is
+    /// the number of the next frame, where it matters: see [`Residency::keeps_places`].
+    fn allocate(
+        &self,
+        plan: Arc<Plan>,
+        uniforms: &[u8],
+        passes: LoadedPasses,
+        before: &PreviousPlan,
+        frame: u32,
+    ) -> Result<Loaded, GpuError> {
+        let old = before.plan.as_ref().map(|(plan, residency)| (&**plan, &**residency));
+        let PlacedPlan { plan, placement } = keep_places(plan, before);
+        let old_heap = old.and_then(|(_, residency)| residency.placed.as_ref());
+        let placed = self.place(&plan, &placement, old_heap);
+        let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
+        let shares_old_heap = old_heap.is_some_and(same);
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let uniforms = filled_buffer(&self.device, "uniforms", uniforms, usage)?;
+        let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
+        let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
+        let is_drawn = passes.iter().map(|pass| {
+            pass.built.pipeline.stage() != Stage::Compute || before.format_of(&plan, pass.writes_image).is_some()
+        });
+        let explicit_transitions = Arc::new(ExplicitTransitions::new(&plan, &residency, is_drawn.collect()));
+        let drawn = self.drawn(&plan, &passes, before)?;
+        let mut loaded = Loaded {
+            zeroed: buffers_that_live(&plan, &BufferLife::Zeroed),
+            persistent: buffers_that_live(&plan, &BufferLife::Persistent),
+            host_views: host_views(&plan, &residency),
+            in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
+            rectangles: HeldRectangles::none(&plan),
+            blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
+            plan,
+            residency,
+            passes,
+            uniforms,
+            bound: Vec::new(),
+            drawn,
+            is_watched: false,
+            explicit_transitions,
+            bind_groups: BindGroupCache::default(),
+            timing: None,
+            labels: None,
+            frame_offsets: self.binder.frame_offsets,
+            uninitialized,
+            shares_old_heap,
+        };
+        let mut bound = Vec::with_capacity(loaded.passes.len());
+        for (index, pass) in loaded.passes.iter().enumerate() {
+            let is_bound = loaded.host_views[index].is_empty();
+            bound.push(is_bound.then(|| Arc::new(self.binder.bind_pass(&loaded, index, pass.built.clone(), &[]))));
+        }
+        loaded.bound = bound;
+        Ok(loaded)
+    }
+
+    /// The compiled passes of a plan.
+    pub(crate) fn passes(
+        &self,
+        plan: &Arc<Plan>,
+        before: &PreviousPlan,
+        threads: usize,
+    ) -> Result<LoadedPasses, GpuError> {
+        if let Some(known) = self.compiled.get(plan) {
+            return Ok(known);
+        }
+        let composed: Vec<Composed> = (0..plan.passes.len())
+            .map(|index| plan.compose(index, self.immediates).map_err(GpuError::Shader))
+            .collect::<Result<_, _>>()?;
+        // The pipelines that a pass may need: the planned one, and the one for the host's image.
+        let mut requests = Vec::with_capacity(composed.len());
+        for (index, composed) in composed.iter().enumerate() {
+            let image = plan.passes[index].pass.written_image();
+            requests.push(pipeline_request(plan, index, composed, planned_attachment(plan, index, image)));
+            if let Some(format) = before.format_of(plan, image).filter(|_| is_drawable(plan, index)) {
+                requests.push(pipeline_request(plan, index, composed, Some(format)));
+            }
+        }
+        self.pipelines.build(&self.device, requests, threads)?;
+        let mut passes = Vec::with_capacity(composed.len());
+        for (index, composed) in composed.into_iter().enumerate() {
+            let writes_image = plan.passes[index].pass.written_image();
+            let attachment = planned_attachment(plan, index, writes_image);
+            let key = pipeline_request(plan, index, &composed, attachment).key;
+            passes.push(LoadedPass {
+                workgroups: plan.passes[index].workgroups,
+                writes_image,
+                manual_filtering: manual_filtering(&composed),
+                immediate: composed.immediate,
+                binds_frame: composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame),
+                built: self.pipelines.get(&key).expect("every planned pipeline was built"),
+                composed,
+            });
+        }
+        let passes = LoadedPasses::from(passes);
+        self.compiled.put(plan, &passes);
+        Ok(passes)
+    }
+
+    /// The pipelines that draw into the host's images, if those have the formats of the frame before.
+    fn drawn(
+        &self,
+        plan: &Plan,
+        passes: &LoadedPasses,
+        before: &PreviousPlan,
+    ) -> Result<Vec<(usize, TextureFormat, Built)>, GpuError> {
+        let mut drawn = Vec::new();
+        for (index, pass) in passes.iter().enumerate() {
+            if let Some(format) = before.format_of(plan, pass.writes_image).filter(|_| is_drawable(plan, index)) {
+                drawn.push((index, format, self.pipelines.drawing(&self.device, plan, index, pass, format)?));
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// The plan's transient images in one heap, where the plan and the backend allow it.
+    fn place<'p>(&self, plan: &'p Plan, placement: &HeapPlacement, old: Option<&Placed>) -> Option<Placed> {
+        let place = |(image, offset): (&'p PlannedImage, &Option<u64>)| {
+            let (offset, planned) = ((*offset)?, image.requirement.expect("an image in the heap has a requirement"));
+            Some(Place { offset, desc: image.desc, planned, label: &image.label })
+        };
+        let places: Vec<Place<'_>> = plan.images.iter().zip(&placement.offsets).filter_map(place).collect();
+        if plan.options.alias != Alias::Placed || places.is_empty() {
+            return None;
+        }
+        Placed::new(&self.device, placement.heap, &places, old)
+    }
+}
+
+impl PreviousPlan {
+    /// The format in which the host's image makes the pass that writes this image draw.
+    fn format_of(&self, plan: &Plan, image: Option<ImageId>) -> Option<TextureFormat> {
+        let output = plan.outputs.iter().find(|output| Some(output.image) == image)?;
+        self.drawn.iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format)
+    }
+}
+
+fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
+    match before.plan.as_ref().filter(|(_, old)| old.placed.is_some()) {
+        Some((old, residency)) => {
+            PlacedPlan::keeping(plan, &PlacedPlan { plan: old.clone(), placement: residency.placement.clone() })
+        }
+        None => PlacedPlan::new(plan),
+    }
+}
+
+/// The indices of the buffers of this life.
+fn buffers_that_live(plan: &Plan, life: &BufferLife) -> Vec<usize> {
+    let buffers = plan.buffers.iter().enumerate();
+    buffers.filter(|(_, buffer)| buffer.life == *life).map(|(index, _)| index).collect()
+}
+
+/// The host images of each pass.
+fn host_views(plan: &Plan, residency: &Residency) -> Vec<HostViews> {
+    let places = |resources: Vec<Resource>| {
+        let images = resources.into_iter().filter_map(Resource::image);
+        images.filter_map(|image| residency.host_view(image)).collect()
+    };
+    plan.work().map(|pass| HostViews { read: places(pass.reads()), written: places(pass.writes()) }).collect()
+}
+
+/// Whether a pass binds a history image.
+fn binds_history(pass: &Pass, residency: &Residency) -> bool {
+    pass.resources().filter_map(Resource::image).any(|image| residency.is_in_ring(image))
+}
+
+/// Whether a pass can draw its result.
+fn is_drawable(plan: &Plan, pass: usize) -> bool {
+    plan.passes[pass].pass.kind.is_drawable()
+}
+
+impl Pipelines {
+    /// The pipeline that draws a pass's result into an image of this format.
+    pub(crate) fn drawing(
+        &self,
+        device: &Device,
+        plan: &Plan,
+        index: usize,
+        pass: &LoadedPass,
+        format: TextureFormat,
+    ) -> Result<Built, GpuError> {
+        let request = pipeline_request(plan, index, &pass.composed, Some(format));
+        let key = request.key.clone();
+        self.build(device, vec![request], 1)?;
+        Ok(self.get(&key).expect("it was built above"))
+    }
+}
+
+/// The pipeline of a pass, which draws if there is an attachment.
+fn pipeline_request<'a>(
+    plan: &'a Plan,
+    index: usize,
+    composed: &'a Composed,
+    attachment: Option<TextureFormat>,
+) -> PipelineRequest<'a> {
+    let pass = &plan.passes[index].pass;
+    let stage = match attachment {
+        _ if pass.drawing().is_some() => Stage::Drawing,
+        Some(_) => Stage::Fragment,
+        None => Stage::Compute,
+    };
+    let drawing = pass.drawing().map(|drawing| DrawState::new(plan, drawing));
+    let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
+        SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => {
+            format!("{:?}", plan.image(image).sample_mode)
+        }
+        _ => String::new(),
+    });
+    let layout: Vec<String> = sample_modes.collect();
+    PipelineRequest {
+        key: PipelineKey {
+            source: composed.source.clone(),
+            entry: composed.compute.clone(),
+            attachment,
+            drawing,
+            layout: layout.join(","),
+            checked: plan.options.bounds_checks || !composed.unchecked,
+        },
+        plan,
+        composed,
+        stage,
+        immediate_bytes: if composed.immediate { frame_constants::BYTES } else { 0 },
+        label: pass.label.clone(),
+        zero_workgroup_memory: composed.zero_workgroup_memory,
+    }
+}

@@ -1,0 +1,135 @@
+//! The uniforms that a host states in each frame: blocks, rectangles of its images and factors of its inputs. They are
+//! written where they differ from the frame before.
+
+use afterimage_graph::image::Size;
+use afterimage_plan::{Part, Plan, PlanOutput, RectangleInput};
+use wgpu::{Buffer, Device, Queue, Texture};
+
+use crate::error::GpuError;
+use crate::executor::frame::{Frame, view_of};
+use crate::executor::load::loaded::Loaded;
+use crate::executor::rectangle::Rectangle;
+use crate::platform::{caught, scoped};
+
+impl Loaded {
+    /// Writes the blocks of a frame that have changed.
+    pub(crate) fn write_blocks(&mut self, device: &Device, queue: &Queue, frame: &Frame<'_>) -> Result<(), GpuError> {
+        for (planned, held) in self.plan.blocks.iter().zip(&mut self.blocks) {
+            let (port, declared) = (&planned.name, planned.block);
+            let given = frame.blocks.iter().find(|(name, _)| name == port).map(|(_, data)| *data);
+            let data = given.ok_or_else(|| GpuError::MissingBlock { port: port.clone(), ty: declared.name })?;
+            if data.block() != declared {
+                let (port, given) = (port.clone(), data.block().name);
+                return Err(GpuError::WrongBlock { port, given, wanted: declared.name });
+            }
+            if held != data.bytes() {
+                write(device, queue, "the blocks of a frame", &self.uniforms, planned.offset, data.bytes())?;
+                held.clear();
+                held.extend_from_slice(data.bytes());
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the rectangles and factors of a frame that have changed.
+    pub(crate) fn write_rectangles(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        frame: &Frame<'_>,
+    ) -> Result<(), GpuError> {
+        let (plan, what) = (&self.plan, "the rectangles of a frame");
+        check_stated(plan, frame)?;
+        for (input, held) in plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
+            let uniform = input_uniform(plan, input, frame)?;
+            if *held != Some(uniform) {
+                for offset in &input.places {
+                    write(device, queue, what, &self.uniforms, *offset, &uniform)?;
+                }
+                *held = Some(uniform);
+            }
+        }
+        for (output, held) in plan.outputs.iter().zip(&mut self.rectangles.outputs) {
+            if !output.in_rectangle {
+                continue;
+            }
+            let rectangle = output_rectangle(plan, output, frame)?;
+            if *held != Some(rectangle) {
+                let origin = [rectangle.x as f32, rectangle.y as f32].map(f32::to_le_bytes);
+                for offset in plan.origin_places(output) {
+                    write(device, queue, what, &self.uniforms, offset, origin.as_flattened())?;
+                }
+                *held = Some(rectangle);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn write(
+    device: &Device,
+    queue: &Queue,
+    what: &str,
+    uniforms: &Buffer,
+    offset: u64,
+    bytes: &[u8],
+) -> Result<(), GpuError> {
+    scoped(device, what, || caught(what, || queue.write_buffer(uniforms, offset, bytes)))
+}
+
+/// What the plan has no uniform for would have no effect.
+fn check_stated(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
+    let stated = frame.rectangles.iter().map(|(name, _)| *name).chain(frame.factors.iter().map(|(name, _)| *name));
+    for port in stated {
+        let is_read = plan.inputs.iter().any(|(name, _)| name == port);
+        let is_written = plan.outputs.iter().any(|output| output.name == port && !output.in_rectangle);
+        let is_whole = is_read && !plan.rectangles.iter().any(|input| input.name == port);
+        if is_whole || is_written && view_of(frame.outputs, port).is_some() {
+            return Err(unfit(port, "the plan was made for the whole image and no factor".into()));
+        }
+    }
+    Ok(())
+}
+
+fn input_uniform(
+    plan: &Plan,
+    input: &RectangleInput,
+    frame: &Frame<'_>,
+) -> Result<[u8; RectangleInput::BYTES], GpuError> {
+    let view = view_of(frame.inputs, &input.name).ok_or_else(|| GpuError::MissingInput(input.name.clone()))?;
+    let rectangle = frame.rectangle(&input.name).unwrap_or(Rectangle::of_texture(view.texture()));
+    let planned = Some(plan.image(input.image).desc.size).filter(|_| input.part == Part::Rectangle);
+    check(&input.name, rectangle, view.texture(), planned)?;
+    let factor = frame.factors.iter().find(|(name, _)| *name == input.name).map_or(1.0, |(_, factor)| *factor);
+    if !(factor.is_finite() && factor >= 0.0) {
+        return Err(unfit(&input.name, format!("its factor is {factor}, which must be a number of at least 0")));
+    }
+    Ok(input.uniform([rectangle.x, rectangle.y], [rectangle.width, rectangle.height], factor))
+}
+
+fn output_rectangle(plan: &Plan, output: &PlanOutput, frame: &Frame<'_>) -> Result<Rectangle, GpuError> {
+    let planned = plan.image(output.image).desc.size;
+    let Some(view) = view_of(frame.outputs, &output.name) else { return Ok(Rectangle::whole(planned)) };
+    let rectangle = frame.rectangle(&output.name).unwrap_or(Rectangle::of_texture(view.texture()));
+    check(&output.name, rectangle, view.texture(), Some(planned))?;
+    Ok(rectangle)
+}
+
+fn check(port: &str, rectangle: Rectangle, texture: &Texture, planned: Option<Size>) -> Result<(), GpuError> {
+    if !rectangle.lies_in(texture) {
+        let (width, height) = (texture.width(), texture.height());
+        return Err(unfit(port, format!("its rectangle, {rectangle}, is no part of its {width}x{height} texels")));
+    }
+    match planned.filter(|planned| *planned != rectangle.size()) {
+        None => Ok(()),
+        Some(planned) => Err(GpuError::WrongImage {
+            port: port.to_owned(),
+            given: format!("a rectangle of {}", rectangle.size()),
+            planned: planned.to_string(),
+        }),
+    }
+}
+
+fn unfit(port: &str, why: String) -> GpuError {
+    GpuError::UnfitImage { port: port.to_owned(), why }
+}
