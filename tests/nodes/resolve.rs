@@ -179,7 +179,7 @@ fn samples_that_do_not_fit_are_errors() {
     let drawn = lamp(&gpu);
     let resolve = graph("Resolve(source: \"in\")", "Color");
     let error = shown(&gpu, &resolve, &view(&drawn.resolved)).expect_err("it has one sample");
-    assert!(error.contains("it has one sample in each pixel, and the pipeline wants more"), "{error}");
+    assert!(error.contains("it has one sample in each pixel, and the pipeline requires more"), "{error}");
     let plain = Nodes::new("\"result\": Exposure(source: \"in\", stops: 1.0)", &[("in", "Color")]).graph();
     let error = shown(&gpu, &plain, &drawn.color).expect_err("it has four samples");
     assert!(error.contains("declare the input as `multisampled: true` and wire it to a `Resolve`"), "{error}");

@@ -160,7 +160,7 @@ fn what_is_no_volume_or_another_one_is_an_error() {
     let picture = constant(4, 4, [1.0; 4]);
     let [image, volume] = [flat(&picture), slices(&picture, 4)].map(|texels| texture(&gpu, &texels));
     let error = shown(&gpu, &graph, [&image, &image, &image]).expect_err("no volume");
-    assert!(error.contains("it is no 3-D texture, and the pipeline wants a volume"), "{error}");
+    assert!(error.contains("it is no 3-D texture, and the pipeline requires a volume"), "{error}");
     let error = shown(&gpu, &graph, [&volume, &image, &volume]).expect_err("a volume");
     assert!(error.contains("it is a 3-D texture: declare the input as `volume: true`"), "{error}");
     drop(gpu);

@@ -23,7 +23,6 @@ use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
-/// The longest warm-up.
 const MAX_WARM_UP: Duration = Duration::from_secs(4);
 /// A burst is faster if it takes less than this share of the fastest one.
 const FASTER: f64 = 0.97;

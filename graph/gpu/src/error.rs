@@ -77,7 +77,7 @@ pub enum GpuError {
         ty: &'static str,
     },
     /// The host's block for an input is of another type.
-    #[error("the block given for `{port}` is a {given}, but the pipeline wants a {wanted}")]
+    #[error("the block given for `{port}` is a {given}, but the pipeline requires a {wanted}")]
     WrongBlock {
         /// The input.
         port: String,

@@ -10,7 +10,7 @@ use std::fmt;
 /// taken when the highest loads of the last half second would stay within the budget there, and left when the present
 /// ones do not. There is at most one change a second.
 ///
-/// It has no clock and no device: the host says how long each frame took on the GPU. Times that come a few frames late
+/// It has no clock and no device: the host measures how long each frame took on the GPU. Times that come a few frames late
 /// are good enough. The host applies what it returns, for example with [`Post::change`](crate::Post::change).
 #[derive(Clone, Debug)]
 pub struct Governor {
@@ -53,9 +53,9 @@ impl fmt::Display for TierChange {
     }
 }
 
-/// Frames that say what the load is now.
+/// Frames whose median is the present load.
 const NOW: usize = 5;
-/// Frames that say how far it reaches up: half a second.
+/// Frames whose highest load counts: half a second.
 const WINDOW: usize = 30;
 /// Frames after a change whose times may belong to the tier before.
 const LATE: usize = 3;

@@ -49,7 +49,6 @@ pub(crate) fn descriptor<'l>(device: &wgpu::Device, desc: ImageDesc, label: &'l 
     }
 }
 
-/// A new texture.
 pub(crate) fn create(device: &wgpu::Device, desc: ImageDesc, label: &str) -> Stored {
     let texture = device.create_texture(&descriptor(device, desc, label));
     let view = view(&texture, desc);

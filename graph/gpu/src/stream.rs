@@ -94,7 +94,6 @@ impl Feed {
     }
 }
 
-/// What an error names.
 const WHAT_FED: &str = "the next input image";
 
 /// Bytes of a value: one `vec4f`.

@@ -12,7 +12,7 @@ pub struct Frame<'a> {
     pub inputs: &'a [(&'a str, &'a TextureView)],
     /// The host's blocks, such as its camera, by the names of the pipeline's inputs; likewise.
     pub blocks: &'a [(&'a str, &'a BlockData)],
-    /// Where the host wants outputs, by their names; the executor keeps a texture for each output that is not named. A
+    /// The host's images for outputs, by their names; the executor keeps a texture for each output that is not named. A
     /// view has one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
     pub outputs: &'a [(&'a str, &'a TextureView)],
     /// The formats of views that have another one than their texture, by the names of inputs and outputs. Without it an

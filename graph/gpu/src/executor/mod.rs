@@ -127,7 +127,7 @@ impl Executor {
         self
     }
 
-    /// The same executor with the host's task pool: plans are prepared there, and not on threads of ours. See
+    /// The same executor with the host's task pool: plans are prepared there, and not on the crate's threads. See
     /// [`TaskPool`].
     pub fn with_task_pool(mut self, pool: TaskPool) -> Self {
         self.pool = Some(pool);
@@ -139,7 +139,6 @@ impl Executor {
         cache::seal(self.compiler.pipelines.cache.as_ref()?)
     }
 
-    /// The host's device.
     pub(crate) fn device(&self) -> &Device {
         &self.compiler.device
     }
@@ -174,8 +173,7 @@ impl Executor {
         self.loaded.as_ref().map(Loaded::placed_plan)
     }
 
-    /// Makes a plan the one that runs, at once: what it needs is compiled before this returns. A program that must not
-    /// wait between two frames uses [`prepare`](Self::prepare) and [`swap`](Self::swap).
+    /// Compiles and installs a plan before this returns. A program that must not wait between two frames uses [`prepare`](Self::prepare) and [`swap`](Self::swap).
     ///
     /// On the web, where nothing may wait, errors of the device go to its own error handler, and `prepare` compiles at
     /// once.
@@ -191,7 +189,7 @@ impl Executor {
         self.install(prepared).map(drop)
     }
 
-    /// Begins to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
+    /// Starts to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
         let worker = Worker::new(self.pool.as_ref(), move || {
@@ -210,10 +208,10 @@ impl Executor {
         move |plan, uniforms| compiler.prepare(plan, uniforms, &previous, threads, Preparing::InBackground)
     }
 
-    /// Makes a prepared plan the one that runs from the next frame on; waits for it if it is not ready.
+    /// Installs a prepared plan, which renders from the next frame on; waits for it if it is not ready.
     ///
-    /// Textures, histories and buffers that are equal in both plans are kept. Memory that begins with the new plan
-    /// begins as in a first frame, and only that. On an error the old plan stays as it is, with its histories.
+    /// Textures, histories and buffers that are equal in both plans are kept; only memory that is new is initialized as
+    /// in a first frame. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
         let old = self.install(preparation.worker.join()??)?;
         self.drop_later(old);
@@ -240,7 +238,7 @@ impl Executor {
         PreviousPlan { plan, drawn, inputs, outputs }
     }
 
-    /// Makes a plan the one that runs from the next frame on, and returns what the old one leaves behind.
+    /// Installs a plan, which renders from the next frame on, and returns the old one.
     pub(crate) fn install(&mut self, prepared: PreparedPlan) -> Result<Option<Loaded>, GpuError> {
         span!("afterimage::load");
         let PreparedPlan { plan, uniforms, memory } = prepared;
@@ -267,21 +265,20 @@ impl Executor {
         }
     }
 
-    /// Starts histories and adaptation anew with the next frame.
+    /// Resets histories and adaptation in the next frame.
     pub fn reset(&mut self) {
         self.fresh = true;
     }
 
     /// Sets the number of the next frame; further ones count on. Noise depends on the number, so frames with equal
-    /// numbers have equal grain. Histories and adaptation start anew, because the frame number selects their textures.
+    /// numbers have equal grain. Histories and adaptation are reset, because the frame number selects their textures.
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
         self.fresh = true;
     }
 
-    /// For how many passes the last recorded frame has made bind groups: those that name an image of the host in a view
-    /// that the frame before did not have. An attachment is in no bind group. 0 while the host's images alternate
-    /// between a few.
+    /// For how many passes the last recorded frame has made bind groups: those with a view of the host that the frame
+    /// before did not have. An attachment is in no bind group. 0 while the host alternates between a few images.
     pub fn passes_bound(&self) -> usize {
         self.passes_bound
     }

@@ -31,8 +31,8 @@ thread_local! {
     static OF_HOST: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does the same work on several threads, and waits for all of them. A panic of the work goes on here. A task of the
-/// host's pool does it alone.
+/// Runs the same work on several threads, and waits for all of them. Panics propagate to the caller. A task of the
+/// host's pool runs it alone.
 pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
     if OF_HOST.get() {
         return work();
@@ -42,11 +42,10 @@ pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
     pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
 }
 
-/// Work on a thread of the preparations or in the host's pool. It goes on if this is dropped.
+/// Work on a thread of the preparations or in the host's pool. It continues if this is dropped.
 pub(crate) struct Worker<T>(Arc<Outcome<T>>);
 
-/// The result of work, or its panic, and a signal that it is there. No result at all comes from a task that the host's
-/// pool has dropped.
+/// The result of work or its panic, and a signal when it arrives. A task that the host's pool has dropped has no result.
 struct Outcome<T> {
     result: Mutex<Option<Option<std::thread::Result<T>>>>,
     done: Condvar,
@@ -55,7 +54,7 @@ struct Outcome<T> {
 const UNBROKEN: &str = "no thread panics with the lock";
 
 impl<T: Send + 'static> Worker<T> {
-    /// Begins work, in the host's pool if there is one.
+    /// Starts work, in the host's pool if there is one.
     pub(crate) fn new(pool: Option<&TaskPool>, work: impl FnOnce() -> T + Send + 'static) -> Self {
         let outcome = Arc::new(Outcome { result: Mutex::new(None), done: Condvar::new() });
         let promise = Promise(outcome.clone());
@@ -75,7 +74,7 @@ impl<T: Send + 'static> Worker<T> {
         self.0.result.lock().expect(UNBROKEN).is_some()
     }
 
-    /// Waits for the result. A panic of the work goes on here.
+    /// Waits for the result. Panics propagate to the caller.
     ///
     /// # Errors
     /// The host's pool has dropped the work.
@@ -87,7 +86,7 @@ impl<T: Send + 'static> Worker<T> {
     }
 }
 
-/// What a task owes to its worker.
+/// Passes the result of a task to its worker.
 struct Promise<T>(Arc<Outcome<T>>);
 
 impl<T> Promise<T> {
@@ -150,12 +149,12 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_goes_on_where_the_result_is_awaited() {
+    fn a_panic_propagates_to_the_caller_that_waits() {
         let worker = Worker::new(None, || -> u32 { panic!("of the work") });
         let panic = catch_unwind(AssertUnwindSafe(|| worker.join())).expect_err("the work panics");
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"of the work"));
         catch_unwind(|| on_threads(2, || panic!("of all"))).expect_err("the work panics");
-        assert_eq!(Worker::new(None, || 3).join().expect("it is ours"), 3, "the threads go on");
+        assert_eq!(Worker::new(None, || 3).join().expect("it is ours"), 3, "the threads continue");
     }
 
     #[test]

@@ -137,13 +137,13 @@ fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError
     let format = image_format(texture.format()).ok_or_else(unknown)?;
     let samples = texture.sample_count();
     match (input.multisampled, samples > 1) {
-        (true, false) => return Err(unfit("it has one sample in each pixel, and the pipeline wants more".into())),
+        (true, false) => return Err(unfit("it has one sample in each pixel, and the pipeline requires more".into())),
         (false, true) => return Err(unfit(MULTISAMPLED.into())),
         _ => {}
     }
     let is_volume = texture.dimension() == wgpu::TextureDimension::D3;
     match (input.volume, is_volume) {
-        (true, false) => return Err(unfit("it is no 3-D texture, and the pipeline wants a volume".into())),
+        (true, false) => return Err(unfit("it is no 3-D texture, and the pipeline requires a volume".into())),
         (false, true) => return Err(unfit(VOLUME.into())),
         _ => {}
     }

@@ -42,7 +42,7 @@ pub struct Control(usize);
 pub struct ParameterInfo<'p> {
     /// Its name, `node.parameter`.
     pub name: String,
-    /// Its type, domain, unit, documentation and more. [`replan`](Param::replan) says whether a change needs a new
+    /// Its type, domain, unit, documentation and more. [`replan`](Param::replan) states whether a change needs a new
     /// plan.
     pub declaration: &'p Param,
     /// Its present value.

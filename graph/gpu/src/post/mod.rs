@@ -38,7 +38,7 @@ use sizes::{ExpectedSizes, MAX_SIZES, at_size};
 /// Frames between two checks whether the device is lost.
 const FRAMES_BETWEEN_CHECKS: u64 = 32;
 
-/// A graph, its plans, and an executor: what a host keeps for each pipeline that it runs.
+/// A pipeline on the host's device: a graph, its plans and an executor.
 ///
 /// ```no_run
 /// # use afterimage_gpu::{Frame, Post, wgpu};
@@ -58,8 +58,8 @@ const FRAMES_BETWEEN_CHECKS: u64 = 32;
 /// ```
 ///
 /// A plan is made at once for the first frame, and when the host's images change their sizes or formats, because no
-/// frame can use another one. For everything else the next plan is made and compiled on a thread of its own, while the
-/// present one renders, and a later frame swaps it in. What is equal in both plans is kept, also histories.
+/// frame can use another one. For all other changes the next plan is made and compiled in the background while the
+/// active one renders, and a later frame activates it. Memory that is equal in both plans is kept, also histories.
 /// [`set_fade`](Self::set_fade) fades from one to the other.
 pub struct Post {
     executor: Executor,
@@ -197,7 +197,7 @@ impl Post {
         self.bindings.linear.insert(output.into());
     }
 
-    /// Creates plans in the host's task pool from now on, and not on threads of ours. See [`TaskPool`].
+    /// Creates plans in the host's task pool from now on, and not on the crate's threads. See [`TaskPool`].
     pub fn set_task_pool(&mut self, pool: TaskPool) {
         self.executor.pool = Some(pool);
     }

@@ -121,7 +121,6 @@ impl OwnedPlanRequest {
         })
     }
 
-    /// Plans a graph.
     pub(super) fn plan(&self, graph: &Graph) -> Result<UncachedPlan, PlanError> {
         self.with(|request| {
             Ok(UncachedPlan { key: PlanKey::new(graph, request), planned: Arc::new(Planned::new(graph, request)?) })

@@ -19,7 +19,7 @@ const MAX_COPIES: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watch(usize);
 
-/// What a table or value held after a frame.
+/// The contents of a table or value after a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reading {
     /// The number of the frame, as [`Post::frame`](super::Post::frame) counts them.

@@ -20,7 +20,6 @@ pub(super) struct ExpectedSizes {
 }
 
 impl ExpectedSizes {
-    /// Replaces the sizes.
     pub(super) fn set(&mut self, sizes: &[Size]) {
         self.sizes = sizes.to_vec();
         self.queue_all();

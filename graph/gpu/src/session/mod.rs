@@ -66,7 +66,7 @@ impl Session {
         &mut self.post
     }
 
-    /// Replaces the graph and the options; plans are made anew. What the executor has compiled is kept.
+    /// Replaces the graph and the options; plans are made again. Compiled pipelines are kept.
     pub fn change(&mut self, graph: Graph, options: Options) {
         self.post.change(graph);
         self.post.set_options(options);

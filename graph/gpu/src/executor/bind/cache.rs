@@ -51,7 +51,6 @@ impl BindGroupCache {
         self.entries.push(groups);
     }
 
-    /// Removes all other entries.
     pub(crate) fn retain(&mut self, is_kept: impl Fn(&BindGroups) -> bool) {
         self.entries.retain(is_kept);
         self.keys = self.entries.iter().map(|groups| key(groups.views.iter())).collect();

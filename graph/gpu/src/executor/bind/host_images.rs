@@ -112,10 +112,10 @@ pub(crate) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
     Ok(())
 }
 
-fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, suits: bool) -> Result<(), GpuError> {
+fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, is_valid: bool) -> Result<(), GpuError> {
     let desc = plan.image(image).desc;
     let is_planned = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
-    if suits && (is_planned || has_rectangle(plan, image)) {
+    if is_valid && (is_planned || has_rectangle(plan, image)) {
         return Ok(());
     }
     let is_input = plan.inputs.iter().any(|(_, input)| *input == image);

@@ -70,7 +70,7 @@ pub(crate) struct LoadedPass {
     pub(crate) immediate: bool,
     /// Whether it has the frame constants in its bind group, at a dynamic offset.
     pub(crate) binds_frame: bool,
-    /// Its pipeline, unless the host wants the result drawn in a format of its own.
+    /// Its pipeline, unless the result is drawn into the host's image in another format.
     pub(crate) built: Built,
 }
 

@@ -30,14 +30,14 @@ use crate::layout::manual_filtering;
 use crate::pipelines::{Built, PipelineKey, PipelineRequest, Pipelines};
 use crate::platform::{Worker, watched};
 
-/// A plan that is being compiled on a thread of its own, from [`Executor::prepare`](crate::Executor::prepare). If it is
+/// A plan that is being compiled in the background, from [`Executor::prepare`](crate::Executor::prepare). If it is
 /// dropped, the pipelines that it has compiled until then are kept.
 pub struct Preparation {
     pub(crate) worker: Worker<Result<PreparedPlan, GpuError>>,
 }
 
 impl Preparation {
-    /// Whether [`Executor::swap`](crate::Executor::swap) would not have to wait, be it for a plan or for an error.
+    /// Whether [`Executor::swap`](crate::Executor::swap) returns without waiting, with the plan or an error.
     pub fn is_ready(&self) -> bool {
         self.worker.is_finished()
     }

@@ -1,5 +1,4 @@
-//! Explicit transitions: textures that are brought into their state before a batch, where the dispatches do not cause
-//! the barrier in time.
+//! Explicit transitions of textures before a batch, where the barriers that wgpu adds for dispatches are missing or late.
 //!
 //! wgpu puts a barrier before a dispatch that uses an image in another way than the frame did before; the first use of
 //! an image in a frame records its state and waits for nothing. Two cases are left. Images that several passes of a
@@ -14,7 +13,7 @@ use wgpu::{TextureUsages, TextureUses, TextureView};
 
 use crate::executor::load::residency::Residency;
 
-/// What must be brought into its state before batches.
+/// The explicit transitions of a plan.
 pub(crate) struct ExplicitTransitions {
     /// Which passes draw.
     pub(crate) is_drawn: Vec<bool>,
@@ -62,17 +61,17 @@ fn explicit_transitions(
         let first = batch.passes.start;
         let is_dispatched = !is_drawn[..batch.passes.end].contains(&true);
         let made: Vec<ImageId> = images_to_read(batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
-        let mut wanted = Vec::new();
+        let mut before = Vec::new();
         if !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(batch).filter(|_| batch.passes.len() > 1);
-            wanted.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
+            before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
         if has_heap {
             let waits = is_dispatched && !made.is_empty();
             let unordered = aliasing.iter().filter(|barrier| !(waits && were_read(barrier, &finished)));
-            wanted.extend(unordered.map(|barrier| (barrier.image, TextureUses::STORAGE_WRITE_ONLY)));
+            before.extend(unordered.map(|barrier| (barrier.image, TextureUses::STORAGE_WRITE_ONLY)));
         }
-        transitions[first] = wanted;
+        transitions[first] = before;
         images_to_read(batch).for_each(|(image, _)| finished[image.0 as usize] = true);
     }
     transitions
@@ -178,10 +177,10 @@ mod tests {
             .flat_map(|batch| batch.aliasing.iter().map(|b| (batch.passes.start, plan.image(b.image).label.clone())))
             .collect();
         let [(pass, label)] = barriers.as_slice() else { panic!("one image takes over: {barriers:?}") };
-        let mut wanted = vec![Vec::new(); plan.passes.len()];
-        assert_eq!(transitions(&plan, false, false), wanted, "images with textures of their own");
-        wanted[*pass] = vec![(label.clone(), TextureUses::STORAGE_WRITE_ONLY)];
-        assert_eq!(transitions(&plan, false, true), wanted);
+        let mut expected = vec![Vec::new(); plan.passes.len()];
+        assert_eq!(transitions(&plan, false, false), expected, "images with textures of their own");
+        expected[*pass] = vec![(label.clone(), TextureUses::STORAGE_WRITE_ONLY)];
+        assert_eq!(transitions(&plan, false, true), expected);
     }
 
     static BOTH: Shader = Shader::new(

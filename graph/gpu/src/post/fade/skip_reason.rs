@@ -18,7 +18,7 @@ pub enum FadeSkipReason {
     /// The host gives no view for the output, or one whose texture lacks the usage `RENDER_ATTACHMENT`.
     #[error("the host gives no view of the output with the usage `RENDER_ATTACHMENT`")]
     NotDrawable,
-    /// The frame begins anew: the first one, a reset, another device.
+    /// The frame resets histories: the first one, a reset, another device.
     #[error("the frame does not follow one of the old plan")]
     NewBeginning,
     /// The images of the host have other sizes or formats.
