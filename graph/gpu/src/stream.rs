@@ -144,7 +144,7 @@ impl Readback {
         let mut bytes = Vec::with_capacity(row * rows(size));
         for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
             let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-            self.read(part, extent, (row, pitch), &mut bytes)?;
+            self.read(part, extent, row, pitch, &mut bytes)?;
         }
         let volume = texture.dimension() == wgpu::TextureDimension::D3;
         Ok(Texels { desc: ImageDesc { volume, ..ImageDesc::new(size).format(format) }, bytes })
@@ -155,7 +155,8 @@ impl Readback {
         &mut self,
         part: wgpu::TexelCopyTextureInfo<'_>,
         extent: wgpu::Extent3d,
-        (row, pitch): (usize, usize),
+        row: usize,
+        pitch: usize,
         bytes: &mut Vec<u8>,
     ) -> Result<(), GpuError> {
         let size = Size::volume(extent.width, extent.height, extent.depth_or_array_layers);

@@ -148,8 +148,8 @@ impl Executor {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         // Rectangles lie between parameters, and the bytes may have zeros there.
         loaded.forget_rectangles();
-        let queue = (&self.compiler.device, &self.queue);
-        write(queue, "the parameters of the plan", (&loaded.uniforms, offset), bytes)
+        let (device, what) = (&self.compiler.device, "the parameters of the plan");
+        write(device, &self.queue, what, &loaded.uniforms, offset, bytes)
     }
 
     /// The capabilities that plans for this executor may use.

@@ -37,9 +37,11 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
 /// Writes to a valid buffer of ours. Only memory for the copy can be missing, so that one scope is enough: hosts set
 /// parameters in every frame. wgpu drops what is written to a lost device without an error.
 pub(crate) fn write(
-    (device, queue): (&wgpu::Device, &wgpu::Queue),
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
     what: &str,
-    (buffer, offset): (&wgpu::Buffer, u64),
+    buffer: &wgpu::Buffer,
+    offset: u64,
     bytes: &[u8],
 ) -> Result<(), GpuError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

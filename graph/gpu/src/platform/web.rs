@@ -52,9 +52,11 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
 /// Writes to a buffer.
 #[allow(clippy::unnecessary_wraps, reason = "elsewhere memory may be missing")]
 pub(crate) fn write(
-    (_device, queue): (&wgpu::Device, &wgpu::Queue),
+    _device: &wgpu::Device,
+    queue: &wgpu::Queue,
     _what: &str,
-    (buffer, offset): (&wgpu::Buffer, u64),
+    buffer: &wgpu::Buffer,
+    offset: u64,
     bytes: &[u8],
 ) -> Result<(), GpuError> {
     queue.write_buffer(buffer, offset, bytes);
