@@ -49,7 +49,7 @@ fn a_built_in_pipeline_has_no_faults() {
         .map(|name| {
             let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../pipelines/{name}.ron"));
             let text = std::fs::read_to_string(path).expect("a built-in pipeline");
-            Subject::pipeline((name, name), (name, &text), &NoFiles).expect("a built-in pipeline")
+            Subject::pipeline(name, name, name, &text, &NoFiles).expect("a built-in pipeline")
         })
         .into();
     let choice = StressOptions { defaults: true, ..quick() };

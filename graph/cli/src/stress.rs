@@ -71,12 +71,12 @@ fn subjects(
         // A subject may live as long as the program.
         let files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
         args.json.iter().try_for_each(|out| files.refuse_output(out))?;
-        subjects.extend(stress::pipelines((&file, &file), (&file, &text), files, tier)?);
+        subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {
             let (words, file) = (format!("pipelines/{name}.ron"), format!("{name}.ron"));
-            subjects.extend(stress::pipelines((name, &words), (&file, text), &BuiltIn, tier)?);
+            subjects.extend(stress::pipelines(name, &words, &file, text, &BuiltIn, tier)?);
         }
     }
     if everything || args.kinds {

@@ -31,8 +31,8 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips, &gpu)?;
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
-    let search = (goal(&args.goal), args.state.as_deref());
-    let tuned = tune(&gpu, &registry, &tuned, &options, search, &Bar::new(0))?;
+    let (goal, state) = (goal(&args.goal), args.state.as_deref());
+    let tuned = tune(&gpu, &registry, &tuned, &options, goal, state, &Bar::new(0))?;
     let text = tier_file::text(args, &registry, &changes(&plain, &tuned.graph), &tuned)?;
     match &args.out {
         Some(path) => write_atomic(path, text.as_bytes())?,

@@ -42,7 +42,7 @@ impl Dump<'_> {
             let file = match given(frame.blocks, &input.name) {
                 Some(block) => self.camera(&input.name, block)?,
                 None => match given(frame.inputs, &input.name) {
-                    Some(view) => self.image(&input.name, (device, queue), view, frame)?,
+                    Some(view) => self.image(&input.name, device, queue, view, frame)?,
                     None => continue,
                 },
             };
@@ -71,7 +71,8 @@ impl Dump<'_> {
     fn image(
         &self,
         input: &str,
-        (device, queue): (&Device, &Queue),
+        device: &Device,
+        queue: &Queue,
         view: &TextureView,
         frame: &Frame<'_>,
     ) -> Result<PathBuf, LabError> {

@@ -5,10 +5,8 @@ pub trait Progress {
     /// The number of steps is now known to be `steps`.
     fn expect(&self, _steps: u64) {}
 
-    /// A step begins.
     fn begin(&self, _step: &str) {}
 
-    /// The step is done.
     fn end(&self) {}
 }
 

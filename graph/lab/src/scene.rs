@@ -45,7 +45,8 @@ pub(crate) fn walk(
     registry: &Registry,
     inputs: &[GraphInput],
     size: Size,
-    (frames, fps): (u32, f32),
+    frames: u32,
+    fps: f32,
 ) -> Result<Vec<Vec<InputImage>>, LabError> {
     let outputs = outputs(inputs)?;
     if outputs.is_empty() {

@@ -22,7 +22,8 @@ use crate::terminal::note;
 /// Renders what is read. The device is freed while the last image is written.
 pub(super) fn render_all(
     request: &Request<'_>,
-    (session, meters): (CachedSession, Vec<String>),
+    session: CachedSession,
+    meters: Vec<String>,
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
 ) -> Result<(Times, Vec<FrameReport>), Failure> {

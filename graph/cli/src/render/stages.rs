@@ -47,7 +47,7 @@ pub(super) fn run(
         drop(queue);
         let session = CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options);
         let start = start.elapsed();
-        let rendered = session.and_then(|session| render_all(request, (session, meters), read_from, write_to));
+        let rendered = session.and_then(|session| render_all(request, session, meters, read_from, write_to));
         let read = reader.join().expect("the reader returns its errors");
         let written = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
         let written = written.collect::<Result<Vec<Duration>, _>>();

@@ -34,9 +34,7 @@ pub struct BenchOptions {
     pub samples: u32,
     /// Whether the host promises that its images hold finite numbers only.
     pub finite: bool,
-    /// Facts about the scene.
     pub facts: Facts,
-    /// The planner's options.
     pub options: Options,
 }
 

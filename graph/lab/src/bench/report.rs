@@ -11,9 +11,7 @@ use serde::Serialize;
 pub struct BenchReport {
     /// The name of the pipeline.
     pub pipeline: String,
-    /// The adapter.
     pub adapter: String,
-    /// Its driver.
     pub driver: String,
     /// Width and height of a frame.
     pub size: [u32; 2],
@@ -54,7 +52,6 @@ pub struct FrameFigures {
 }
 
 impl FrameFigures {
-    /// The measured time.
     pub fn time(&self) -> FrameTime {
         self.time
     }
@@ -84,7 +81,6 @@ pub struct FirstFrame {
     pub warm: f64,
 }
 
-/// A pass.
 #[derive(Debug, Serialize)]
 pub struct PassReport {
     /// The label of the pass.
@@ -93,7 +89,6 @@ pub struct PassReport {
     pub nodes: Vec<String>,
     /// `compute` or `fragment`.
     pub stage: &'static str,
-    /// Milliseconds.
     pub ms: f64,
     /// Bytes that it reads and writes.
     pub bytes: u64,

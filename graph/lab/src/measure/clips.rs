@@ -25,7 +25,6 @@ pub struct ClipOptions {
     pub walk: u32,
     /// Frames of sequences, as `--frames` takes them.
     pub frames: Option<String>,
-    /// Frames per second.
     pub fps: f32,
     /// Memory that decoding a file may take.
     pub budget: Budget,
@@ -65,8 +64,10 @@ impl Clip {
 
 /// A clip that is not loaded yet.
 pub(crate) enum ClipSource {
-    /// Files for inputs.
-    Files { name: String, inputs: Vec<(String, sequence::Input)> },
+    Files {
+        name: String,
+        inputs: Vec<(String, sequence::Input)>,
+    },
     /// A walk through the built-in scene.
     Scene,
 }
@@ -144,7 +145,6 @@ impl ClipSource {
         }
     }
 
-    /// Uploads the images.
     pub(crate) fn load(
         &self,
         gpu: &Gpu,
@@ -154,7 +154,7 @@ impl ClipSource {
     ) -> Result<Clip, LabError> {
         let images = match self {
             Self::Files { inputs, .. } => file_images(gpu, inputs, options.budget)?,
-            Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, (options.walk, options.fps))?,
+            Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, options.walk, options.fps)?,
         };
         let size = images[0].first().map_or(options.size, |image| image.desc.size);
         let steps = steps(images.len(), options.fps);

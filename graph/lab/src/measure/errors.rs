@@ -20,7 +20,6 @@ pub struct Errors {
     pub color: f64,
     /// Its 99.9th percentile.
     pub color_p999: f64,
-    /// The mean FLIP.
     pub flip: f64,
     /// The change from frame to frame that the reference does not have; `None` for single frames.
     pub flicker: Option<Flicker>,
@@ -29,7 +28,6 @@ pub struct Errors {
 /// The change from frame to frame of the error of a channel, in codes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flicker {
-    /// The largest.
     pub max: f64,
     /// The 99.9th percentile.
     pub p999: f64,

@@ -47,9 +47,7 @@ use crate::{LabError, Progress};
 /// How a pipeline is measured.
 #[derive(Clone, Debug)]
 pub struct MeasureOptions {
-    /// The images.
     pub clips: ClipOptions,
-    /// Facts about the scene.
     pub facts: Facts,
     /// The planner's options of all variants.
     pub options: Options,

@@ -23,7 +23,6 @@ pub struct Cost {
     pub bytes: u64,
     /// Bytes that all passes of a frame read and write.
     pub bytes_moved: u64,
-    /// The number of passes.
     pub passes: usize,
 }
 

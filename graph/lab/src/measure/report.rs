@@ -21,7 +21,6 @@ pub struct MeasureReport {
     pub clock: ClockSource,
     /// Samples of each time.
     pub samples: u32,
-    /// The clips.
     pub clips: Vec<ClipInfo>,
     /// The variants; the first is the reference.
     pub rows: Vec<Row>,
@@ -32,13 +31,9 @@ pub struct MeasureReport {
 /// Name and size of a clip.
 #[derive(Clone, Debug)]
 pub struct ClipInfo {
-    /// Its name.
     pub name: String,
-    /// Pixels of a row.
     pub width: u32,
-    /// Rows.
     pub height: u32,
-    /// The number of frames.
     pub frames: usize,
 }
 
@@ -47,7 +42,6 @@ pub struct ClipInfo {
 pub struct Row {
     /// The name of the variant.
     pub variant: String,
-    /// Its kind.
     pub kind: VariantKind,
     /// On each clip, in the order of the report.
     pub clips: Vec<Figures>,

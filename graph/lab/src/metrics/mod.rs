@@ -25,9 +25,7 @@ pub use ssim::ssim;
 /// A picture as a screen shows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// Pixels in a row.
     pub width: usize,
-    /// Rows.
     pub height: usize,
     /// What the numbers mean.
     pub range: Range,

@@ -3,7 +3,6 @@
 /// The least number of marks of an axis.
 const MIN_MARKS: f64 = 4.0;
 
-/// A linear axis.
 pub(crate) struct LinearAxis {
     low: f64,
     high: f64,

@@ -11,11 +11,8 @@ pub struct Canvas(String);
 /// The point of a text that its position gives.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Anchor {
-    /// Its left end.
     Start,
-    /// Its middle.
     Middle,
-    /// Its right end.
     End,
 }
 
@@ -32,12 +29,10 @@ impl Canvas {
         Self(text)
     }
 
-    /// The SVG file.
     pub fn finish(self) -> String {
         self.0 + "</svg>\n"
     }
 
-    /// A line of text.
     pub fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, color: &str, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "start",
@@ -52,7 +47,6 @@ impl Canvas {
         );
     }
 
-    /// A line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), color: &str, dashed: bool) {
         let dashes = if dashed { " stroke-dasharray=\"6 5\"" } else { "" };
         let _ = writeln!(

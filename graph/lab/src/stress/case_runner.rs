@@ -22,7 +22,6 @@ pub struct StressOptions {
     pub quick: bool,
     /// Whether images are not sanitized. Then stress must fail.
     pub unsanitized: bool,
-    /// The planner's options.
     pub options: Options,
     /// The kinds whose promises are known. Of other kinds neither constancy nor symmetry is expected.
     pub known_kinds: Vec<&'static str>,

@@ -9,7 +9,6 @@ const MIN_HALF: f32 = 5.960_464_5e-8;
 /// The smallest subnormal float.
 const MIN_FLOAT: f32 = 1.4e-45;
 
-/// An extreme image.
 #[derive(Clone, Copy)]
 pub(crate) struct Extreme {
     /// Its name, for `--case`.

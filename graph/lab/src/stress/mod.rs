@@ -64,12 +64,14 @@ pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Subject>, Vec<
 /// # Errors
 /// The text is not a pipeline.
 pub fn pipelines(
-    (title, words): (&str, &str),
-    (file, text): (&str, &str),
+    title: &str,
+    words: &str,
+    file: &str,
+    text: &str,
     loader: &'static dyn Loader,
     tier: Option<&str>,
 ) -> Result<Vec<Subject>, crate::LabError> {
-    let whole = Subject::pipeline((title, words), (file, text), loader)?;
+    let whole = Subject::pipeline(title, words, file, text, loader)?;
     if tier.is_some() {
         return Ok(vec![whole.at_tier(tier)]);
     }

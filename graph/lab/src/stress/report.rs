@@ -21,7 +21,6 @@ pub struct StressReport {
 /// The cases of one pipeline or kind.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tally {
-    /// Its title.
     pub title: String,
     /// The number of tested frames and sequences.
     pub cases: usize,
@@ -29,11 +28,9 @@ pub struct Tally {
     pub refused: usize,
     /// How often each promise was tested. Finite values and their range are tested in every case.
     pub verdicts: BTreeMap<&'static str, usize>,
-    /// The cases that failed.
     pub failures: Vec<Failed>,
 }
 
-/// A case that failed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Failed {
     /// The image or the sequence.
@@ -76,12 +73,10 @@ impl Tally {
 }
 
 impl StressReport {
-    /// All cases.
     pub fn cases(&self) -> usize {
         self.tallies.iter().map(|tally| tally.cases).sum()
     }
 
-    /// All failed cases.
     pub fn failures(&self) -> impl Iterator<Item = &Failed> {
         self.tallies.iter().flat_map(|tally| &tally.failures)
     }

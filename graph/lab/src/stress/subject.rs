@@ -37,7 +37,6 @@ pub struct Subject {
     pub(crate) sweep: bool,
     /// Overrides of all cases.
     pub base: Overrides,
-    /// Facts about the scene.
     pub facts: Facts,
 }
 
@@ -77,8 +76,10 @@ impl Subject {
     /// # Errors
     /// The text is not a pipeline.
     pub fn pipeline(
-        (title, words): (&str, &str),
-        (file, text): (&str, &str),
+        title: &str,
+        words: &str,
+        file: &str,
+        text: &str,
         loader: &'static dyn Loader,
     ) -> Result<Self, Diagnostics> {
         Ok(Self {

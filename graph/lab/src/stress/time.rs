@@ -12,7 +12,6 @@ use super::verdicts::{Tolerance, different};
 
 /// The name of the long sequence.
 const LONG: &str = "thousand-frames";
-/// Its length.
 const FRAMES: usize = 1000;
 /// The factor by which it is shorter, with longer steps, where each frame takes long.
 const FEWER: usize = 10;

@@ -10,7 +10,6 @@ pub const NODE: &str = "it";
 /// The most nodes between an image and a port; a longer chain is a cycle.
 const MAX_LENGTH: usize = 6;
 
-/// The text under construction.
 struct Wiring<'r> {
     registry: &'r Registry,
     inputs: String,

@@ -25,7 +25,6 @@ use crate::measure::view::View;
 use crate::measure::{MeasureOptions, load};
 use crate::{LabError, Progress};
 
-/// A pipeline to tune.
 #[derive(Clone, Debug)]
 pub struct TunePipeline {
     /// The graph whose switches are searched.
@@ -41,7 +40,6 @@ pub struct TunePipeline {
 pub struct Tuned {
     /// The graph with the chosen values.
     pub graph: Graph,
-    /// Its figures.
     pub measured: Measured,
     /// Clock, adapter and images of the figures.
     pub conditions: String,
@@ -59,7 +57,8 @@ pub fn tune(
     registry: &Registry,
     pipeline: &TunePipeline,
     options: &MeasureOptions,
-    (goal, state): (TuneTarget, Option<&Path>),
+    goal: TuneTarget,
+    state: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
     let mut candidates = Candidates::prepare(gpu, registry, pipeline, options)?;
