@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
+
+use crate::support::command::program;
 
 /// A folder of one test with a cache of its own, removed at its end.
 struct Folder(PathBuf);
@@ -17,8 +19,8 @@ impl Folder {
     }
 
     fn bench(&self, arguments: &[&str]) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
-        command.arg("bench").args(arguments).current_dir(&self.0).env("XDG_CACHE_HOME", self.0.join("cache"));
+        let mut command = program(&self.0.join("cache"));
+        command.arg("bench").args(arguments).current_dir(&self.0);
         command.output().unwrap()
     }
 

@@ -14,7 +14,7 @@ use glam::camera::rh::proj::directx;
 use glam::camera::rh::view::look_to_mat4;
 use glam::{DMat4, DVec2, DVec4, Mat4, vec3};
 
-use crate::support::gpu::{Picture, Shared, shared};
+use crate::support::gpu::{Picture, Shared, gpu};
 
 const FOG: [&str; 2] =
     [include_str!("folders/ground_fog/node.ron"), include_str!("folders/ground_fog/ground_fog.wgsl")];
@@ -130,7 +130,7 @@ fn camera(height: f32, turn: f32) -> Camera {
 
 impl Host {
     fn new(text: &str) -> Self {
-        let gpu = shared();
+        let gpu = gpu();
         let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(text));
         let image = |pixel: fn(u32, u32) -> [f32; 4]| {
             let picture = Picture::new(SIZE.width, SIZE.height, pixel);
@@ -324,7 +324,7 @@ fn hostile_camera(rng: &mut Rng) -> BlockData {
 fn no_camera_and_no_depth_make_a_pixel_that_is_not_finite() {
     const BAD: [f32; 8] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 0.0, -1.0, 1e-45];
     let mut host = Host::new(BOTH);
-    let (gpu, good) = (shared(), host.images.clone());
+    let (gpu, good) = (gpu(), host.images.clone());
     let light = camera(2.0, -0.4);
     let tame = light.data().expect("its matrices have inverses");
     let mut rng = Rng::new(17);

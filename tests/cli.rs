@@ -26,6 +26,8 @@ use std::process::{Command, Output, Stdio};
 
 use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 
+use crate::support::command::program;
+
 /// Where the program keeps what it may forget.
 const CACHE: &str = ".cache";
 
@@ -65,8 +67,8 @@ impl Folder {
     }
 
     fn command(&self, line: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
-        command.current_dir(&self.0).stdin(Stdio::null()).env("XDG_CACHE_HOME", self.file(CACHE));
+        let mut command = program(&self.file(CACHE));
+        command.current_dir(&self.0).stdin(Stdio::null());
         for word in line.split(' ') {
             match word.strip_prefix('{').and_then(|word| word.strip_suffix('}')) {
                 Some(name) => command.arg(built_in(name)),

@@ -13,6 +13,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry, folder_kind_of};
 
 use crate::support::gpu::{Picture, Run};
+use crate::support::sweep;
 use hostile::{Kernel, pair};
 
 fn kind(name: &str, kernel: &Kernel) -> NodeKind {
@@ -52,10 +53,10 @@ fn pixels(graph: &Graph, is_fused: bool, scene: &Picture) -> Vec<[u32; 4]> {
     shown.pixels.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
-/// Pairs that the test runs. `AFTERIMAGE_HOSTILE_PAIRS=10000 cargo test -p afterimage-tests isolation` runs more, and
+/// Pairs that the test runs: 40 in a whole sweep. `AFTERIMAGE_HOSTILE_PAIRS=10000 cargo test -p afterimage-tests isolation` runs more, and
 /// `5000..10000` the second half of these.
 fn pairs() -> Range<u64> {
-    let Ok(asked) = std::env::var("AFTERIMAGE_HOSTILE_PAIRS") else { return 0..40 };
+    let Ok(asked) = std::env::var("AFTERIMAGE_HOSTILE_PAIRS") else { return 0..sweep::cases(40) };
     let (first, end) = asked.split_once("..").unwrap_or(("0", &asked));
     let number = |text: &str| text.parse().unwrap_or_else(|error| panic!("AFTERIMAGE_HOSTILE_PAIRS={asked}: {error}"));
     number(first)..number(end)

@@ -3,6 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_plan::{Alias, When};
 
+use crate::support::command::program;
 use crate::support::gpu::{Picture, Run, built_in, graph, pipelines};
 use crate::support::layer;
 
@@ -149,9 +150,8 @@ fn small_limits_make_the_same_pictures() {
     afterimage_media::write_exr(&source, &exr, &options).expect("a temporary file");
     for name in files() {
         let render = |driver: Option<&str>, out: &str| {
-            let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_afterimage-under-test"));
+            let mut command = program(&folder);
             command.arg("render").arg(pipelines().join(&name)).arg(&source).arg("-o").arg(folder.join(out));
-            command.env("XDG_CACHE_HOME", &folder);
             if let Some(driver) = driver {
                 command.env("VK_ICD_FILENAMES", driver).env("VK_DRIVER_FILES", driver);
             }

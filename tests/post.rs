@@ -16,7 +16,7 @@ use afterimage_graph::value::Value;
 use afterimage_nodes::{CompositeBlend, Curve};
 use afterimage_plan::{Options, Plan};
 
-use crate::support::gpu::{Picture, Shared, changed, gpu, registry, shared};
+use crate::support::gpu::{Picture, Shared, changed, gpu, registry};
 
 /// A host with one scene.
 struct Host {
@@ -28,7 +28,7 @@ struct Host {
 
 impl Host {
     fn new(graph: Graph) -> Self {
-        let gpu = shared();
+        let gpu = gpu();
         let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
         let scene = scene(&gpu, Size::new(96, 54));
         Self { gpu, scene, post, time: 0.0 }
@@ -312,7 +312,7 @@ fn parameters_can_be_listed_for_a_panel() {
 /// The value after each frame, read back at once from a plan of its own.
 fn exposures(lights: &[f32]) -> Vec<[f32; 4]> {
     let graph = changed("exposure.ron", None, &[]);
-    let gpu = shared();
+    let gpu = gpu();
     let mut session = Session::new(&gpu, graph, Facts::default(), Options::default());
     let mut values = Vec::new();
     for (number, light) in lights.iter().enumerate() {

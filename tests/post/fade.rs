@@ -10,7 +10,7 @@ use afterimage_gpu::{FadeSkipReason, Frame, Post, PostError, Rectangle, Texels, 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
-use crate::support::gpu::{Picture, Shared, graph, shared, texture_bytes};
+use crate::support::gpu::{Picture, Shared, gpu, graph, texture_bytes};
 use crate::support::layer;
 
 const SIZE: Size = Size { width: 96, height: 54, depth: 1 };
@@ -52,7 +52,7 @@ impl Host {
     }
 
     fn of(graph: Graph) -> Self {
-        let gpu = shared();
+        let gpu = gpu();
         let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
         post.set_task_pool(Arc::new(|task| task()));
         post.set_fact("night", false);

@@ -6,7 +6,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 
 use super::{Host, assert_same};
-use crate::support::gpu::{Picture, changed, shared, texture_bytes};
+use crate::support::gpu::{Picture, changed, gpu, texture_bytes};
 
 /// What a host sees in a target of this format, after a first frame.
 fn in_target(host: &mut Host, size: Size, of_texture: wgpu::TextureFormat, of_view: wgpu::TextureFormat) -> Vec<u8> {
@@ -96,7 +96,7 @@ fn inputs_of_an_engine_are_read_as_they_are() {
     let registry = afterimage_graph::node::Registry::new(&[&[kind]]).unwrap();
     let document = parse("in.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
     let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
-    let gpu = shared();
+    let gpu = gpu();
     // The output has half floats.
     const HALF: f32 = 5e-4;
     // A device may decode sRGB with an error of half a code, which is 3e-3 at 188.

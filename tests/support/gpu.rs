@@ -1,6 +1,6 @@
 //! The one place that knows how tests reach a GPU. No adapter is a failure, unless `AFTERIMAGE_NO_GPU=1`.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
@@ -70,30 +70,8 @@ impl Drop for Shared {
     }
 }
 
-/// The shared device while one test has it.
-pub struct Held {
-    gpu: Shared,
-    _alone: MutexGuard<'static, ()>,
-}
-
-impl std::ops::Deref for Held {
-    type Target = Gpu;
-
-    fn deref(&self) -> &Gpu {
-        &self.gpu
-    }
-}
-
-/// The shared device; one test at a time has it.
-pub fn gpu() -> Held {
-    static ALONE: Mutex<()> = Mutex::new(());
-    // A test that failed has not harmed the device.
-    let alone = ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    Held { gpu: shared(), _alone: alone }
-}
-
-/// The shared device, for tests that do not need it alone.
-pub fn shared() -> Shared {
+/// The shared device, which tests use at the same time.
+pub fn gpu() -> Shared {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     super::layer::listen();
     let open = || match Gpu::open(&Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: true }) {

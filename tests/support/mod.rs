@@ -1,5 +1,6 @@
 //! What tests share.
 
+pub mod command;
 pub mod docs;
 pub mod gpu;
 pub mod harness;
@@ -8,3 +9,4 @@ pub mod numbers;
 pub mod player;
 pub mod probes;
 pub mod sequence;
+pub mod sweep;

@@ -9,7 +9,7 @@ use afterimage_plan::Plan;
 
 use super::gpu::{Picture, Run, gpu};
 
-/// The device, and an executor on it. A test has one player at a time, because the device is shared.
+/// The device, and an executor on it.
 pub struct Player {
     pub gpu: Box<dyn Deref<Target = Gpu>>,
     pub executor: Executor,

@@ -3,13 +3,13 @@
 use afterimage_gpu::{FrameStep, InputImage, Session};
 use afterimage_graph::node::Camera;
 
-use super::gpu::{Held, Picture, Run, gpu};
+use super::gpu::{Picture, Run, Shared, gpu};
 
-/// Frames of a pipeline. A test has one sequence at a time, because the device is shared.
+/// Frames of a pipeline.
 pub struct Sequence<'r> {
     run: &'r Run<'r>,
     session: Session,
-    _gpu: Held,
+    _gpu: Shared,
 }
 
 impl<'r> Sequence<'r> {

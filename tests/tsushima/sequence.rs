@@ -6,7 +6,7 @@ use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 
 use super::{bits, camera, scene, up_to};
-use crate::support::gpu::{Held, Picture, Run, built_in, gpu, graph};
+use crate::support::gpu::{Picture, Run, Shared, built_in, gpu, graph};
 use crate::support::sequence::Sequence;
 
 const SIZE: Size = Size { width: 48, height: 27, depth: 1 };
@@ -20,7 +20,7 @@ struct Walk {
     starts: Session,
     seen: Picture,
     image: InputImage,
-    _gpu: Held,
+    _gpu: Shared,
 }
 
 impl Walk {

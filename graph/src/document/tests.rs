@@ -84,11 +84,16 @@ fn a_megabyte_of_anything_is_read_in_linear_time() {
     }
 }
 
+/// 4000 texts for `tests/sweeps.sh`, otherwise a tenth of them.
+fn cases() -> u32 {
+    if std::env::var("AFTERIMAGE_SWEEPS").is_ok_and(|asked| asked == "all") { 4000 } else { 400 }
+}
+
 proptest! {
     // The seed is fixed: one of a million other changes finds a difference, such as in the escapes of bytes, which
     // pipelines do not have.
     #![proptest_config(ProptestConfig {
-        cases: 4000,
+        cases: cases(),
         rng_seed: RngSeed::Fixed(7),
         failure_persistence: None,
         ..ProptestConfig::default()

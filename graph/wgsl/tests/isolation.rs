@@ -6,11 +6,11 @@ mod hostile;
 use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, limits, validate};
 use hostile::{Kernel, pair};
 
-/// Pairs that the test links. `AFTERIMAGE_HOSTILE_PAIRS=20000 cargo test -p afterimage-wgsl --test isolation` links
-/// more.
+/// Pairs that the test links: 200 for `tests/sweeps.sh`. `AFTERIMAGE_HOSTILE_PAIRS=20000` links more.
 fn pairs() -> u64 {
+    let is_all = std::env::var("AFTERIMAGE_SWEEPS").is_ok_and(|asked| asked == "all");
     let more = std::env::var("AFTERIMAGE_HOSTILE_PAIRS").ok().and_then(|count| count.parse().ok());
-    more.unwrap_or(200)
+    more.unwrap_or(if is_all { 200 } else { 20 })
 }
 
 #[test]

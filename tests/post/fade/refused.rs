@@ -6,7 +6,7 @@ use afterimage_graph::node::DepthTest;
 use afterimage_graph::prelude::*;
 
 use super::{BGRA, FRAMES, Host, LOOK, target};
-use crate::support::gpu::{graph_with, shared};
+use crate::support::gpu::{gpu, graph_with};
 
 /// A host that fades, after a first frame.
 fn host(text: &str) -> Host {
@@ -153,7 +153,7 @@ fn plans_that_the_host_draws_into() {
         nodes: { "frame": Draw(), "lit": Exposure(source: "frame", stops: 1.0, when: "night") },
         outputs: { "display": "lit" },
     )"#;
-    let gpu = shared();
+    let gpu = gpu();
     let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph_with(text, afterimage_nodes::HOST));
     post.set_task_pool(std::sync::Arc::new(|task| task()));
     post.set_fade(FRAMES);
