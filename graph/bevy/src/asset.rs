@@ -5,11 +5,12 @@ use std::sync::Arc;
 use afterimage_base::diagnostic::Diagnostics;
 use afterimage_graph::check::{Checker, Graph, LoadedFiles};
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::{DuplicateKind, NodeKind, Registry, folder_kind};
+use afterimage_graph::node::{NodeKind, Registry, folder_kind};
 use bevy::asset::io::Reader;
-use bevy::asset::{AssetLoader, AssetPath, LoadContext};
+use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
 
+use crate::files::{PipelineError, read_bytes, text};
 use crate::folder;
 
 /// A pipeline file, its files, and the kinds that it may use.
@@ -19,26 +20,6 @@ pub struct Pipeline {
     document: Document,
     kinds: Registry,
     files: LoadedFiles,
-}
-
-/// Why a pipeline is not loaded.
-#[derive(Debug, thiserror::Error)]
-pub enum PipelineError {
-    /// The file cannot be read.
-    #[error("{0}")]
-    Unreadable(String),
-    /// A file is wrong. Written, each message has its excerpt.
-    #[error("\n{0}")]
-    Wrong(Diagnostics),
-    /// Two kinds have one name.
-    #[error(transparent)]
-    Kinds(#[from] DuplicateKind),
-}
-
-impl From<Diagnostics> for PipelineError {
-    fn from(diagnostics: Diagnostics) -> Self {
-        Self::Wrong(diagnostics)
-    }
 }
 
 /// Loads pipelines from `.ron` files.
@@ -106,21 +87,6 @@ impl PipelineLoader {
             [afterimage_nodes::ALL, &folder_kinds].into_iter().chain(self.kinds.iter().copied()).collect();
         Ok(Registry::new(&tables)?)
     }
-}
-
-/// The bytes of a file that another one names. A name that leaves the folder of assets is refused, as Bevy refuses it
-/// for assets, and one that is no path of assets is an error and no panic.
-pub(crate) async fn read_bytes(path: &str, context: &mut LoadContext<'_>) -> Result<Vec<u8>, String> {
-    let path = AssetPath::try_parse(path).map_err(|error| error.to_string())?;
-    if path.is_unapproved() {
-        return Err("it is not in the folder of assets".into());
-    }
-    context.read_asset_bytes(path).await.map_err(|error| error.to_string())
-}
-
-/// The text of a file.
-pub(crate) fn text(file: &str, bytes: Vec<u8>) -> Result<String, PipelineError> {
-    String::from_utf8(bytes).map_err(|_| PipelineError::Unreadable(format!("{file} is no text")))
 }
 
 impl Pipeline {

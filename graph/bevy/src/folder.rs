@@ -6,7 +6,7 @@ use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 use afterimage_wgsl::imports;
 use bevy::asset::LoadContext;
 
-use crate::asset::{PipelineError, read_bytes, text};
+use crate::files::{PipelineError, read_bytes, text};
 
 /// The path of a file and its text.
 type File = (String, String);

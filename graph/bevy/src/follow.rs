@@ -3,41 +3,20 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::check::Graph;
 use bevy::asset::{AssetLoadError, AssetLoadFailedEvent};
 use bevy::camera::CameraMainTextureUsages;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::post_process::auto_exposure::AutoExposure;
 use bevy::post_process::bloom::Bloom;
 use bevy::prelude::*;
-use bevy::render::RenderApp;
-use bevy::render::extract_component::ExtractComponent;
 use bevy::render::render_resource::TextureUsages;
 
-use crate::asset::{Pipeline, PipelineError};
-use crate::camera::{Afterimage, Setting, Target};
-use crate::status::{AfterimageStatus, Report};
-
-/// What the render world does for a camera. The settings are new ones only where something has changed.
-#[derive(Component, Clone, Default, ExtractComponent)]
-#[extract_app(RenderApp)]
-pub(crate) struct CameraRequest {
-    pub(crate) settings: Option<Arc<Settings>>,
-    pub(crate) report: Report,
-}
-
-/// What is wanted of the pipeline on a camera.
-#[derive(Clone)]
-pub(crate) struct Settings {
-    pub(crate) graph: Arc<Graph>,
-    pub(crate) facts: Facts,
-    /// Facts that are none.
-    pub(crate) refused: Vec<String>,
-    pub(crate) parameters: BTreeMap<String, Setting>,
-    pub(crate) target: Target,
-    pub(crate) cuts: u32,
-    pub(crate) fade: u16,
-}
+use crate::asset::Pipeline;
+use crate::camera::Afterimage;
+use crate::files::PipelineError;
+use crate::request::{CameraRequest, Settings};
+use crate::status::{AfterimageStatus, Rendered};
 
 /// What a camera had before a pipeline replaced it.
 #[derive(Component)]
@@ -68,13 +47,13 @@ pub(crate) fn replace_others(mut commands: Commands, cameras: Query<Replaceable,
     }
 }
 
-type Given = (&'static Replaced, Option<&'static Tonemapping>, Option<&'static DebandDither>);
+type ReplacedOn = (&'static Replaced, Option<&'static Tonemapping>, Option<&'static DebandDither>);
 
 /// Gives back what a pipeline has replaced when it is removed, unless the game has set it meanwhile.
 pub(crate) fn restore_others(
     mut commands: Commands,
     mut removed: RemovedComponents<Afterimage>,
-    cameras: Query<Given, Without<Afterimage>>,
+    cameras: Query<ReplacedOn, Without<Afterimage>>,
 ) {
     for camera in removed.read() {
         let Ok((replaced, tonemapping, dither)) = cameras.get(camera) else { continue };
@@ -161,12 +140,12 @@ pub(crate) fn check_graphs(
             known.retain(|(pipeline, _), _| pipeline != id);
         }
     }
-    for (camera, wish, mut wanted, mut status) in &mut cameras {
-        let Some(pipeline) = pipelines.get(&wish.pipeline) else { continue };
-        let key = (wish.pipeline.id(), wish.tier.clone());
+    for (camera, afterimage, mut request, mut status) in &mut cameras {
+        let Some(pipeline) = pipelines.get(&afterimage.pipeline) else { continue };
+        let key = (afterimage.pipeline.id(), afterimage.tier.clone());
         let graph = match known.get(&key) {
             Some(graph) => graph.clone(),
-            None => match pipeline.graph(wish.tier.as_deref()) {
+            None => match pipeline.graph(afterimage.tier.as_deref()) {
                 Ok(graph) => known.entry(key).or_insert(Arc::new(graph)).clone(),
                 Err(errors) => {
                     error!("camera {camera}:\n{errors}");
@@ -176,10 +155,25 @@ pub(crate) fn check_graphs(
             },
         };
         clear(&mut status);
-        let facts = wish.facts.iter().filter_map(|(name, fact)| Some((name.clone(), fact.fact()?))).collect();
-        let refused = wish.facts.iter().filter(|(_, fact)| fact.fact().is_none());
+        let facts = afterimage.facts.iter().filter_map(|(name, fact)| Some((name.clone(), fact.fact()?))).collect();
+        let refused = afterimage.facts.iter().filter(|(_, fact)| fact.fact().is_none());
         let refused = refused.map(|(name, _)| format!("`{name}` is no fact: facts are flags and numbers")).collect();
-        let (parameters, target, cuts, fade) = (wish.parameters.clone(), wish.target, wish.cuts, wish.fade);
-        wanted.settings = Some(Arc::new(Settings { graph, facts, refused, parameters, target, cuts, fade }));
+        let (parameters, target, cuts, fade) =
+            (afterimage.parameters.clone(), afterimage.target, afterimage.cuts, afterimage.fade);
+        request.settings = Some(Arc::new(Settings { graph, facts, refused, parameters, target, cuts, fade }));
+    }
+}
+
+/// Copies the reports of the render world into the cameras' status.
+pub(crate) fn take_reports(mut cameras: Query<(&CameraRequest, &mut AfterimageStatus)>) {
+    for (request, mut status) in &mut cameras {
+        if let Some(rendered) = request.report.take() {
+            let Rendered { settings, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
+            let (files, others) = (status.files.clone(), status.others.clone());
+            let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
+            let new =
+                AfterimageStatus { files, settings, frame, others, is_running, is_changing, fade_skip_reason, passes };
+            status.set_if_neq(new);
+        }
     }
 }

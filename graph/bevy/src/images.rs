@@ -6,12 +6,12 @@ use bevy::core_pipeline::prepass::ViewPrepassTextures;
 use bevy::render::view::{ExtractedView, ViewTarget};
 
 /// The camera's image, depth, normals and motion.
-const MOST: usize = 4;
+const MAX_INPUTS: usize = 4;
 
 /// The images of a camera by the names of the pipeline's inputs, in arrays: a frame allocates nothing.
 pub(crate) struct Images<'a> {
-    inputs: [(&'a str, &'a wgpu::TextureView); MOST],
-    rectangles: [(&'a str, Rectangle); MOST + 1],
+    inputs: [(&'a str, &'a wgpu::TextureView); MAX_INPUTS],
+    rectangles: [(&'a str, Rectangle); MAX_INPUTS + 1],
     count: usize,
     /// Whether the camera has a part of its images only.
     has_rectangles: bool,
@@ -29,8 +29,8 @@ impl<'a> Images<'a> {
         let rectangle = part.unwrap_or(Rectangle { x: 0, y: 0, width: 0, height: 0 });
         let output = graph.outputs.first().map_or("", |output| output.name.as_str());
         let mut images = Self {
-            inputs: [("", scene); MOST],
-            rectangles: [(output, rectangle); MOST + 1],
+            inputs: [("", scene); MAX_INPUTS],
+            rectangles: [(output, rectangle); MAX_INPUTS + 1],
             count: 0,
             has_rectangles: part.is_some(),
         };
@@ -47,7 +47,7 @@ impl<'a> Images<'a> {
             };
             // With MSAA, what prepasses draw is multisampled, too.
             let fits = |view: &&wgpu::TextureView| (view.texture().sample_count() > 1) == input.multisampled;
-            if let Some(view) = view.filter(fits).filter(|_| images.count < MOST) {
+            if let Some(view) = view.filter(fits).filter(|_| images.count < MAX_INPUTS) {
                 images.inputs[images.count] = (&input.name, view);
                 images.rectangles[images.count + 1].0 = &input.name;
                 images.count += 1;

@@ -28,32 +28,29 @@ struct Readme;
 
 mod asset;
 mod camera;
+mod files;
 mod folder;
 mod follow;
 mod images;
 mod render;
+mod request;
 mod running;
+mod setting;
 mod status;
+mod systems;
 
 use afterimage_graph::node::NodeKind;
 use bevy::prelude::*;
 use bevy::render::RenderApp;
 use bevy::render::extract_component::ExtractComponentPlugin;
 
-pub use asset::{Pipeline, PipelineError, PipelineLoader};
-pub use camera::{Afterimage, Setting, Target};
-use follow::{check_graphs, follow_assets, replace_others, restore_others, warn_of_others};
+pub use asset::{Pipeline, PipelineLoader};
+pub use camera::Afterimage;
+pub use files::PipelineError;
+use follow::{check_graphs, follow_assets, replace_others, restore_others, take_reports, warn_of_others};
+pub use setting::{Setting, Target};
 pub use status::AfterimageStatus;
-
-/// What runs in a frame, for systems that must run before or after it.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum AfterimageSystems {
-    /// In `PostUpdate`: settings and assets of the cameras are looked at, and changes begin.
-    Follow,
-    /// In `Core3d` and `Core2d` of the render world: the pipeline of a camera is recorded. The camera's main texture has
-    /// the scene before, and after it the result, unless that goes to the output.
-    Record,
-}
+pub use systems::AfterimageSystems;
 
 /// Loads pipelines and runs them on cameras with [`Afterimage`]. Add it after Bevy's own plugins.
 #[derive(Default)]
@@ -71,8 +68,8 @@ impl Plugin for AfterimagePlugin {
             .register_asset_loader(loader)
             .register_type::<Afterimage>()
             .register_type::<AfterimageStatus>()
-            .add_plugins(ExtractComponentPlugin::<follow::CameraRequest>::default())
-            .add_systems(PreUpdate, status::take_reports)
+            .add_plugins(ExtractComponentPlugin::<request::CameraRequest>::default())
+            .add_systems(PreUpdate, take_reports)
             .add_systems(
                 PostUpdate,
                 (restore_others, replace_others, warn_of_others, follow_assets, check_graphs)

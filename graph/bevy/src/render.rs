@@ -18,11 +18,11 @@ use bevy::render::sync_world::MainEntity;
 use bevy::render::view::{ExtractedView, ResolvedCompositingSpace, ViewTarget};
 use bevy::render::{GpuResourceAppExt, Render, RenderSystems};
 
-use crate::AfterimageSystems;
-use crate::camera::Target;
-use crate::follow::{Settings, CameraRequest};
 use crate::images::{Images, part_of};
+use crate::request::{CameraRequest, Settings};
 use crate::running::CameraPost;
+use crate::setting::Target;
+use crate::systems::AfterimageSystems;
 
 pub(crate) fn build(render: &mut SubApp) {
     render
@@ -85,7 +85,7 @@ fn afterimage(
         running.remove(&camera.id());
         let alike =
             running.values().find(|other| Arc::ptr_eq(&other.settings.graph, &settings.graph) && other.suits(settings));
-        let new = alike.map(|other| other.another(settings)).unwrap_or_else(|| {
+        let new = alike.map(|other| other.clone_for_view(settings)).unwrap_or_else(|| {
             // What one camera has compiled serves all.
             let executor = running.values_mut().next().map(|other| other.post.executor().clone_for_view());
             let executor = executor.unwrap_or_else(|| {

@@ -10,9 +10,8 @@ use bevy::prelude::*;
 use bevy::render::camera::TemporalJitter;
 use bevy::render::view::ExtractedView;
 
-use crate::Setting;
-use crate::camera::Target;
-use crate::follow::Settings;
+use crate::request::Settings;
+use crate::setting::{Setting, Target};
 use crate::status::{Rendered, Report};
 
 /// The pipeline of a camera.
@@ -41,8 +40,8 @@ impl CameraPost {
         new
     }
 
-    /// Another camera with the same graph and target, which shares what is planned and compiled.
-    pub(crate) fn another(&self, settings: &Arc<Settings>) -> Self {
+    /// The pipeline for one more camera with the same graph and target. Both share compiled pipelines and cached plans.
+    pub(crate) fn clone_for_view(&self, settings: &Arc<Settings>) -> Self {
         let mut new = Self::with_post(self.post.clone_for_view(), self.settings.clone());
         new.follow(settings);
         new
@@ -145,7 +144,8 @@ impl CameraPost {
         let is_changing = self.post.is_changing();
         // The reason stays until the next change.
         let has_come_in = self.said.is_changing && !is_changing;
-        let fade_skip_reason = self.post.fade_skip_reason().filter(|why| has_come_in || self.said.fade_skip_reason.as_ref() != Some(why));
+        let fade_skip_reason =
+            self.post.fade_skip_reason().filter(|why| has_come_in || self.said.fade_skip_reason.as_ref() != Some(why));
         if let Some(why) = fade_skip_reason {
             warn!("a change did not fade in: {why}");
         }

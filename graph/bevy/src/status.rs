@@ -5,8 +5,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use afterimage_gpu::FadeSkipReason;
 use bevy::prelude::*;
 
-use crate::follow::CameraRequest;
-
 /// The state of a camera's pipeline, beside its [`Afterimage`](crate::Afterimage). It changes only when one of its
 /// fields does. Errors and warnings are logged, too, once each.
 #[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
@@ -51,20 +49,7 @@ impl Report {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(rendered);
     }
 
-    fn take(&self) -> Option<Rendered> {
+    pub(crate) fn take(&self) -> Option<Rendered> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
-}
-
-/// Takes over what the render world says.
-pub(crate) fn take_reports(mut cameras: Query<(&CameraRequest, &mut AfterimageStatus)>) {
-    for (wanted, mut status) in &mut cameras {
-        if let Some(rendered) = wanted.report.take() {
-            let Rendered { settings, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
-            let (files, others) = (status.files.clone(), status.others.clone());
-            let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
-            let new = AfterimageStatus { files, settings, frame, others, is_running, is_changing, fade_skip_reason, passes };
-            status.set_if_neq(new);
-        }
     }
 }

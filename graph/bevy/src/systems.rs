@@ -1,0 +1,13 @@
+//! When the plugin's systems run.
+
+use bevy::prelude::*;
+
+/// What runs in a frame, for systems that must run before or after it.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum AfterimageSystems {
+    /// In `PostUpdate`: settings and assets of the cameras are looked at, and changes begin.
+    Follow,
+    /// In `Core3d` and `Core2d` of the render world: the pipeline of a camera is recorded. The camera's main texture has
+    /// the scene before, and after it the result, unless that goes to the output.
+    Record,
+}
