@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use afterimage_lab::plot::canvas::{Anchor, Canvas};
+use afterimage_lab::plot::svg::{Anchor, Canvas};
 
 /// What the process holds at one time.
 #[derive(Clone, Copy)]

@@ -1,5 +1,5 @@
-//! Types that all layers of Afterimage share: parameter values, image descriptions, colorimetry, diagnostics and device
-//! capabilities.
+//! Types that all layers of Afterimage share: parameter values, image descriptions, colorimetry, diagnostics, device
+//! capabilities and SVG.
 //!
 //! This crate does no IO, accesses no device and depends on no other crate of the workspace.
 
@@ -9,6 +9,7 @@ pub mod diagnostic;
 mod file;
 pub mod image;
 mod shared;
+pub mod svg;
 pub mod value;
 
 pub use shared::Shared;

@@ -9,10 +9,10 @@ use super::table::significant;
 use super::variants::VariantKind;
 use crate::LabError;
 use crate::plot::axis::{LinearAxis, LogAxis};
-use crate::plot::canvas::{Anchor, Canvas};
 use crate::plot::labels::Labels;
 use crate::plot::palette::{BLUE, GREEN, GRID, INK, ORANGE, SOFT};
 use crate::plot::save;
+use crate::plot::svg::{Anchor, Canvas};
 
 const WIDTH: f64 = 1280.0;
 const HEIGHT: f64 = 720.0;
@@ -135,7 +135,7 @@ impl Chart<'_> {
                 format!("{}: {} ms, {} {}", row.variant, significant(ms), significant(error), self.report.unit());
             let color = color(row.kind);
             let (radius, fill) = if row.pareto { (7.0, color) } else { (4.5, "#ffffff") };
-            self.canvas.dot(self.place(row), radius, fill, color, &hint);
+            self.canvas.dot(self.place(row), radius, fill, Some(color), &hint);
         }
     }
 
@@ -157,7 +157,7 @@ impl Chart<'_> {
         let mut x = 46.0;
         for (kind, color, name) in KINDS {
             if self.report.rows.iter().any(|row| row.kind == kind) {
-                self.canvas.dot((x, y - 5.0), 5.0, color, color, "");
+                self.canvas.dot((x, y - 5.0), 5.0, color, None, "");
                 self.canvas.text((x + 13.0, y), 14.0, Anchor::Start, SOFT, name);
                 x += 40.0 + 6.8 * name.chars().count() as f64;
             }

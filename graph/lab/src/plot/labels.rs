@@ -1,6 +1,6 @@
 //! Positions of names next to dots, without overlap.
 
-use super::canvas::Anchor;
+use super::svg::Anchor;
 
 /// Left, top, right, bottom.
 type Box4 = [f64; 4];

@@ -1,13 +1,13 @@
 //! Charts as SVG, or as PNG rendered from it.
 
 pub mod axis;
-pub mod canvas;
 pub mod labels;
 pub mod palette;
 
 use std::path::Path;
 use std::sync::Arc;
 
+pub use afterimage_base::svg;
 use afterimage_media::{EncodedPixels, PngOptions, write_atomic, write_png};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg;

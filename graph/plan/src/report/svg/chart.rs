@@ -1,7 +1,9 @@
 //! The memory of transient images: bars at their offsets, and how many bytes live in each batch.
 
-use super::canvas::{Anchor, Canvas, Paint, fitting};
+use afterimage_base::svg::{Anchor, Canvas, Paint};
+
 use super::picture::{BOUND, GRAY, INK, LEFT, LINE, Picture};
+use super::text::fitting;
 use crate::options::Alias;
 use crate::plan::PlannedImage;
 use crate::report::units::mebibytes;
@@ -21,7 +23,7 @@ pub(crate) fn memory(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         Alias::Pool => "the pool: images with equal descriptions share a texture",
         Alias::None => "transient images, each with its own memory",
     };
-    canvas.text(LEFT, y - 10.0, 11.0, Anchor::Start, Paint::bold(INK), title);
+    canvas.text((LEFT, y - 10.0), 11.0, Anchor::Start, Paint::bold(INK), title);
     axis(picture, canvas, y, top, scale);
     for (image, place) in places.iter().enumerate() {
         let (Some((offset, bytes)), Some((left, right))) = (place, picture.life(image)) else { continue };
@@ -61,17 +63,10 @@ fn bar(picture: &Picture<'_>, canvas: &mut Canvas, image: usize, place: [f64; 4]
     canvas.bar(place, picture.color(name), edge, &format!("{name}\n{text}\n{}", mebibytes(desc.bytes())));
     let (middle, size) = (y + height / 2.0, height.clamp(7.0, 10.0));
     if height >= 28.0 {
-        canvas.text(x + 5.0, middle - 2.0, 10.0, Anchor::Start, Paint::bold(INK), &fitting(name, width - 8.0, 10.0));
-        canvas.text(x + 5.0, middle + 10.0, 8.5, Anchor::Start, Paint::plain(INK), &fitting(&text, width - 8.0, 8.5));
+        canvas.text((x + 5.0, middle - 2.0), 10.0, Anchor::Start, Paint::bold(INK), &fitting(name, width - 8.0, 10.0));
+        canvas.text((x + 5.0, middle + 10.0), 8.5, Anchor::Start, INK, &fitting(&text, width - 8.0, 8.5));
     } else if height >= 8.0 {
-        canvas.text(
-            x + 5.0,
-            middle + size * 0.36,
-            size,
-            Anchor::Start,
-            Paint::plain(INK),
-            &fitting(name, width - 8.0, size),
-        );
+        canvas.text((x + 5.0, middle + size * 0.36), size, Anchor::Start, INK, &fitting(name, width - 8.0, size));
     }
 }
 
@@ -82,7 +77,7 @@ fn axis(picture: &Picture<'_>, canvas: &mut Canvas, y: f64, top: u64, scale: f64
     for bytes in ticks {
         let y = y + HEIGHT - bytes as f64 * scale;
         canvas.line((LEFT, y), (picture.right(), y), LINE, false);
-        canvas.text(LEFT - 12.0, y + 3.5, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(bytes));
+        canvas.text((LEFT - 12.0, y + 3.5), 10.0, Anchor::End, GRAY, &mebibytes(bytes));
     }
 }
 
@@ -93,7 +88,7 @@ fn round_step(top: u64) -> u64 {
 
 fn bound(picture: &Picture<'_>, canvas: &mut Canvas, y: f64, text: &str) {
     canvas.line((LEFT, y), (picture.right() + 8.0, y), BOUND, true);
-    canvas.text(picture.right() + 12.0, y + 3.5, 10.0, Anchor::Start, Paint::plain(BOUND), text);
+    canvas.text((picture.right() + 12.0, y + 3.5), 10.0, Anchor::Start, BOUND, text);
 }
 
 /// Bytes that live in each batch.
@@ -112,9 +107,9 @@ pub(crate) fn alive(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         let top = base - ALIVE_HEIGHT * *bytes as f64 / most as f64;
         points.extend([(picture.x(batch.passes.start), top), (picture.x(batch.passes.end), top)]);
     }
-    canvas.text(LEFT, y - 10.0, 11.0, Anchor::Start, Paint::bold(INK), "bytes alive");
+    canvas.text((LEFT, y - 10.0), 11.0, Anchor::Start, Paint::bold(INK), "bytes alive");
     canvas.area(&points, "#d9e2ec", "#829ab1");
-    canvas.text(LEFT - 12.0, y + 4.0, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(plan.memory.lower_bound));
-    canvas.text(LEFT - 12.0, base + 3.5, 10.0, Anchor::End, Paint::plain(GRAY), &mebibytes(0));
+    canvas.text((LEFT - 12.0, y + 4.0), 10.0, Anchor::End, GRAY, &mebibytes(plan.memory.lower_bound));
+    canvas.text((LEFT - 12.0, base + 3.5), 10.0, Anchor::End, GRAY, &mebibytes(0));
     bound(picture, canvas, y, &mebibytes(plan.memory.lower_bound));
 }

@@ -1,10 +1,12 @@
 //! What stands above the memory: passes, barriers, bytes moved, and images with memory of their own.
 
-use super::canvas::{Anchor, Canvas, Paint, width_of};
+use afterimage_base::svg::{Anchor, Canvas, Paint};
+use afterimage_graph::node::{ImageId, Origin};
+
 use super::picture::{ALIASING, BAND, BARRIER, GRAY, INK, LEFT, LINE, Picture};
+use super::text::width_of;
 use crate::plan::{AliasingBarrier, Batch, PlannedPass, Stage, Transition};
 use crate::report::units::mebibytes;
-use afterimage_graph::node::{ImageId, Origin};
 
 const LANE: f64 = 15.0;
 const MAX_NAME: usize = 34;
@@ -24,7 +26,7 @@ pub(crate) fn height_of_names(picture: &Picture<'_>) -> f64 {
 }
 
 fn heading(canvas: &mut Canvas, y: f64, text: &str) {
-    canvas.text(LEFT - 12.0, y, 10.0, Anchor::End, Paint::plain(GRAY), text);
+    canvas.text((LEFT - 12.0, y), 10.0, Anchor::End, GRAY, text);
 }
 
 /// Every other batch has a tinted ground.
@@ -45,12 +47,12 @@ pub(crate) fn passes(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         let edge = (*stage != Stage::Compute).then_some(INK);
         let hint = format!("{}: {}, {:?}", pass.nodes.join(" + "), pass.label, stage);
         canvas.bar([x + 1.5, y, picture.column - 3.0, 15.0], color, edge, &hint);
-        canvas.slanted(x + picture.column / 2.0 - 1.0, y - 7.0, 10.0, INK, &name_of(picture, at));
+        canvas.slanted_text((x + picture.column / 2.0 - 1.0, y - 7.0), 10.0, INK, &name_of(picture, at));
     }
     heading(canvas, y + 27.0, "batch");
     for (number, batch) in picture.plan.batches.iter().enumerate() {
         let middle = (picture.x(batch.passes.start) + picture.x(batch.passes.end)) / 2.0;
-        canvas.text(middle, y + 27.0, 9.0, Anchor::Middle, Paint::plain(GRAY), &number.to_string());
+        canvas.text((middle, y + 27.0), 9.0, Anchor::Middle, GRAY, &number.to_string());
     }
 }
 
@@ -62,18 +64,18 @@ pub(crate) fn barriers(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         let Batch { passes, transitions, aliasing } = batch;
         let x = picture.x(passes.start) + 9.0;
         if !transitions.is_empty() {
-            canvas.disc(x, y + 10.0, 7.0, BARRIER, &transitions_hint(picture, batch));
+            canvas.dot((x, y + 10.0), 7.0, BARRIER, None, &transitions_hint(picture, batch));
             number(canvas, x, y + 13.2, transitions.len());
         }
         if !aliasing.is_empty() {
-            canvas.diamond(x, y + 27.0, 9.0, ALIASING, &aliasing_hint(picture, batch));
+            canvas.diamond((x, y + 27.0), 9.0, ALIASING, &aliasing_hint(picture, batch));
             number(canvas, x, y + 30.2, aliasing.len());
         }
     }
 }
 
 fn number(canvas: &mut Canvas, x: f64, y: f64, number: usize) {
-    canvas.text(x, y, 9.0, Anchor::Middle, Paint::bold("#ffffff"), &number.to_string());
+    canvas.text((x, y), 9.0, Anchor::Middle, Paint::bold("#ffffff"), &number.to_string());
 }
 
 fn transitions_hint(picture: &Picture<'_>, batch: &Batch) -> String {
@@ -144,7 +146,7 @@ pub(crate) fn kept(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
             () if right + room < picture.width() => (right + 3.0, Anchor::Start),
             () => (left - 4.0, Anchor::End),
         };
-        canvas.text(x, y + 9.2, 9.0, anchor, Paint::plain(INK), &text);
+        canvas.text((x, y + 9.2), 9.0, anchor, INK, &text);
     }
 }
 

@@ -1,12 +1,13 @@
 //! Plans as a picture: the passes along x, batch by batch; below them what each moves, and the images as bars at their
 //! places in memory.
 
-mod canvas;
 mod chart;
 mod lanes;
 mod picture;
+mod text;
 
-use canvas::{Anchor, Canvas, Paint};
+use afterimage_base::svg::{Anchor, Canvas, Paint};
+
 use picture::{GRAY, INK, LEFT, Picture, TITLE};
 
 use super::units::{count, mebibytes};
@@ -17,7 +18,6 @@ impl Plan {
     /// The plan as an SVG picture that needs nothing but itself.
     pub fn to_svg(&self) -> String {
         let picture = Picture::new(self);
-        let mut canvas = Canvas::default();
         let passes = lanes::height_of_names(&picture) + TITLE;
         let barriers = passes + 30.0;
         let moved = barriers + 46.0;
@@ -25,6 +25,7 @@ impl Plan {
         let memory = kept + lanes::height_of_kept(&picture) + 34.0;
         let alive = memory + chart::HEIGHT + 40.0;
         let bottom = alive + chart::ALIVE_HEIGHT + 24.0;
+        let mut canvas = Canvas::new(picture.width(), bottom);
         lanes::bands(&picture, &mut canvas, passes - 8.0..bottom - 14.0);
         heading(&picture, &mut canvas);
         lanes::passes(&picture, &mut canvas, passes);
@@ -33,14 +34,20 @@ impl Plan {
         lanes::kept(&picture, &mut canvas, kept);
         chart::memory(&picture, &mut canvas, memory);
         chart::alive(&picture, &mut canvas, alive);
-        canvas.finish(picture.width(), bottom)
+        canvas.finish()
     }
 }
 
 fn heading(picture: &Picture<'_>, canvas: &mut Canvas) {
     let plan = picture.plan;
     let (passes, batches) = (count(plan.passes.len(), "pass"), count(plan.batches.len(), "batch"));
-    canvas.text(LEFT, 30.0, 18.0, Anchor::Start, Paint::bold(INK), &format!("{passes} in {batches} at {}", plan.size));
+    canvas.text(
+        (LEFT, 30.0),
+        18.0,
+        Anchor::Start,
+        Paint::bold(INK),
+        &format!("{passes} in {batches} at {}", plan.size),
+    );
     let memory = &plan.memory;
     let used = memory.bytes(plan.options.alias);
     let share = if memory.unaliased == 0 { 100.0 } else { 100.0 * used as f64 / memory.unaliased as f64 };
@@ -56,6 +63,6 @@ fn heading(picture: &Picture<'_>, canvas: &mut Canvas) {
         mebibytes(memory.lower_bound),
         mebibytes(plan.bytes_moved())
     );
-    canvas.text(LEFT, 50.0, 12.0, Anchor::Start, Paint::plain(GRAY), &line);
-    canvas.text(LEFT, 66.0, 9.0, Anchor::Start, Paint::plain(GRAY), &format!("plan {}", plan.hash()));
+    canvas.text((LEFT, 50.0), 12.0, Anchor::Start, GRAY, &line);
+    canvas.text((LEFT, 66.0), 9.0, Anchor::Start, GRAY, &format!("plan {}", plan.hash()));
 }

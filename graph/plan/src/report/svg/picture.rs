@@ -1,6 +1,6 @@
 //! A plan on paper: columns, lives and colors.
 
-use super::canvas::color;
+use super::text::color;
 use crate::plan::Plan;
 use crate::report::names::Names;
 
