@@ -2,7 +2,6 @@
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod blocks;
-mod choices;
 mod colorimetry;
 mod contract;
 mod devices;

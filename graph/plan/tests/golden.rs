@@ -1,6 +1,5 @@
-//! Texts that are compared with files in `golden/`: reports of plans, the code of each kind of pass, and what is
-//! decided for many graphs. A change of any of them is meant, or a fault. `AFTERIMAGE_BLESS=1` writes the files again;
-//! then read the difference, and look at the pictures.
+//! Texts that are compared with files in `golden/`: reports of plans, and the code of each kind of pass.
+//! `AFTERIMAGE_BLESS=1` writes the files again; then read the difference, and look at the pictures.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,7 +10,7 @@ use afterimage_graph::node::PassKind;
 use afterimage_plan::{Alias, Caps, Options, Plan, When, diff, verify};
 
 use super::fusion::planned_at;
-use super::planned::{FRAME, all_formats, plan_at, plan_on};
+use super::planned::{FRAME, all_formats, plan_on};
 
 /// Compares a text with its file.
 pub fn assert_golden(name: &str, text: &str) {
@@ -72,14 +71,13 @@ fn kinds(size: Size, options: Options) -> Plan {
 
 /// The part of a module that is generated: from its first item that is neither of a kernel nor of the library.
 fn generated(source: &str) -> &str {
-    let marks =
-        ["struct PassUniform", "var<workgroup> tile", "fn run", "fn point_at", "fn texel_of_source", "@compute"];
+    let marks = ["struct PassUniform", "fn run", "fn point_at", "fn texel_of_source", "@compute"];
     &source[marks.into_iter().filter_map(|mark| source.find(mark)).min().expect("an entry point")..]
 }
 
 #[test]
 fn the_code_of_each_kind_of_pass_is_as_known() {
-    let always = Options { tile: When::Always, row_downsample: When::Always, ..Options::default() };
+    let always = Options { row_downsample: When::Always, ..Options::default() };
     let mut seen = Vec::new();
     let mut text = String::new();
     for options in [always, Options { fuse: false, ..Options::default() }] {
@@ -97,61 +95,4 @@ fn the_code_of_each_kind_of_pass_is_as_known() {
         }
     }
     assert_golden("code.txt", &text);
-}
-
-/// What the planner decides for a graph, in a line.
-fn decisions(plan: &Plan) -> String {
-    let memory = &plan.memory;
-    let passes: Vec<String> = plan
-        .passes
-        .iter()
-        .map(|planned| {
-            let kind = match &planned.pass.kind {
-                PassKind::Point => "point".to_owned(),
-                PassKind::Gather => "gather".to_owned(),
-                PassKind::TiledChain(chain) => format!("tiles of {}: {}", chain.tile, chain.stages.len()),
-                PassKind::RowDownsample(rows) => format!("rows of {}", rows.rows),
-                PassKind::CellReduce(cells) => format!("{cells:?}"),
-                PassKind::Workgroup(sides) => format!("workgroups of {sides:?}"),
-                PassKind::Compute => "compute".to_owned(),
-                PassKind::Drawing(_) => "drawing".to_owned(),
-            };
-            format!("{kind} of {} {:?}", planned.pass.kernels.len(), planned.workgroups)
-        })
-        .collect();
-    let batches: Vec<usize> = plan.batches.iter().map(|batch| batch.passes.len()).collect();
-    format!(
-        "{batches:?} {} of {} bytes, {} pooled, {} unshared, {} moved; {}",
-        memory.placed,
-        memory.lower_bound,
-        memory.pooled,
-        memory.unshared,
-        plan.bytes_moved(),
-        passes.join(", ")
-    )
-}
-
-#[test]
-fn what_is_decided_for_many_graphs_is_as_known() {
-    let variants = [
-        ("default", Options::default()),
-        ("unfused", Options { fuse: false, ..Options::default() }),
-        ("serial", Options { serial: true, ..Options::default() }),
-        ("exact", Options { exact: true, ..Options::default() }),
-        ("batches first", Options { batches_first: true, ..Options::default() }),
-        ("always", Options { tile: When::Always, row_downsample: When::Always, ..Options::default() }),
-    ];
-    let mut text = String::new();
-    for (name, options) in variants {
-        for (width, height) in [(640, 360), (1920, 1080), (3840, 2160), (97, 61)] {
-            let line = decisions(&kinds(Size::new(width, height), options));
-            writeln!(text, "kinds, {width}x{height}, {name}: {line}").expect("a string grows");
-        }
-        for seed in 0..6 {
-            let graph = Recipe { seed, nodes: 30, histories: 2, off: 8 }.graph();
-            let plan = plan_at(&graph, FRAME, options).unwrap_or_else(|error| panic!("{error}"));
-            writeln!(text, "graph {seed}, {name}: {}", decisions(&plan)).expect("a string grows");
-        }
-    }
-    assert_golden("decisions.txt", &text);
 }

@@ -12,7 +12,6 @@ mod folder_images;
 mod folder_workgroups;
 mod fuzz;
 mod kinds;
-mod mutated;
 mod once;
 mod promises;
 mod ranges;

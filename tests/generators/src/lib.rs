@@ -9,5 +9,5 @@ mod rng;
 
 pub use bombs::{BOMBS, Bomb, MakeBomb};
 pub use graph::Recipe;
-pub use mutate::{FNV_START, fnv1a, mutated};
+pub use mutate::mutated;
 pub use rng::Rng;

@@ -47,11 +47,3 @@ pub fn mutated(text: &str, seed: u64, others: &[&str]) -> String {
     }
     tokens.concat()
 }
-
-/// A hash that is the same on every machine: FNV-1a, begun by `hash`.
-pub fn fnv1a(text: &str, hash: u64) -> u64 {
-    text.bytes().fold(hash, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
-/// How FNV-1a begins.
-pub const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
