@@ -42,14 +42,14 @@ mod plug_in;
 mod post;
 /// CPU references of the operators, and the vectors that verify them.
 mod reference;
+/// Halvings by rows, compared with halvings texel by texel.
+mod rows;
 /// The table of source systems in the documentation.
 mod sources;
 /// Faults that `stress` must find, and subjects without any.
 mod stress;
 /// Shared by tests: the device, the harness of node tests, the program.
 mod support;
-/// Tiles in workgroup memory, compared with the same passes one by one.
-mod tiles;
 /// The longest pipeline as a whole.
 mod tsushima;
 /// Kinds without Rust whose functions share memory of a workgroup.

@@ -94,10 +94,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
         same("in fragments", &with(|run| run.prefer_fragment = true), ONE_CODE);
         same("not fused", &with(|run| run.options.fuse = false), 2.0 * ONE_CODE);
         // Taps by hand have all bits of the weights, those of the device eight; the dither then decides for one code or the next.
-        let fused = |run: &mut Run<'_>| {
-            (run.options.tile, run.options.row_downsample) = (When::Always, When::Always);
-        };
-        same("in tiles and by rows", &with(fused), 1.5 * ONE_CODE);
+        same("by rows", &with(|run| run.options.row_downsample = When::Always), 1.5 * ONE_CODE);
         same("again", &with(|_| {}), 0.0);
     }
 }

@@ -37,6 +37,6 @@ impl Node for Cas {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        pass.function(&SHADER, "cas").read("source", source).reach(1.0).write("result", desc);
+        pass.function(&SHADER, "cas").read("source", source).write("result", desc);
     }
 }

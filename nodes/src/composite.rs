@@ -96,10 +96,8 @@ impl Node for Composite {
         };
         // The filter would blur light that has a texel for each pixel.
         let is_equal = pass.desc(bloom).size == size;
-        let reach = self.filter.reach(self.radius, pass.is_dynamic("radius"));
         pass.function(&SHADER, if is_equal { self.pixel_function() } else { self.function() })
             .read("bloom", bloom)
-            .reach(reach)
             .set("strength", strength)
             .write("result", ImageDesc::new(size));
     }

@@ -102,7 +102,7 @@ impl Downsample {
             "downsample_tap13_groups" => "downsample_rows_tap13_groups",
             _ => return None,
         };
-        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows" })
+        Some(ByRows { shader: &ROWS, function, state: "DownsampleRows", reach: self.reach(is_first) })
     }
 }
 
@@ -128,7 +128,6 @@ impl Node for Downsample {
             pass.function(&SHADER, function)
                 .label(format_args!("{function} {}", desc.size))
                 .read("source", above)
-                .reach(self.reach(index == 0))
                 .by_rows(self.by_rows(index == 0))
                 .write_to(level);
             pass.give_level("result", level);

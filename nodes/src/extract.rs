@@ -105,7 +105,7 @@ impl Extract {
         let result = pass.transient("limited", ImageDesc::new(pass.desc(source).size));
         let has_before = pass.wired("before") && !pass.is_zero("before");
         let function = if has_before { "extract_limited_since" } else { "extract_limited" };
-        pass.function(&SHADER, function).reach(1.0).write_to(result);
+        pass.function(&SHADER, function).write_to(result);
         result
     }
 }

@@ -36,7 +36,7 @@ impl Halation {
         while sigma > WIDEST && desc.size.levels() > 0 {
             desc = desc.half();
             let half = pass.transient(format_args!("half {}", desc.size), desc);
-            pass.function(&downsample::SHADER, "downsample_tap13").read("source", image).reach(2.0).write_to(half);
+            pass.function(&downsample::SHADER, "downsample_tap13").read("source", image).write_to(half);
             (image, sigma) = (half, 0.5 * sigma);
         }
         (image, sigma)

@@ -54,15 +54,6 @@ params! {
 pub(crate) const MAX_RADIUS: f32 = 4.0;
 
 impl UpsampleFilter {
-    /// How far a filter of that radius reads, in texels; at most, if the radius may change.
-    pub(crate) fn reach(self, radius: f32, may_change: bool) -> f32 {
-        match self {
-            Self::Tent if may_change => MAX_RADIUS,
-            Self::Tent => radius,
-            Self::Bilinear => 0.0,
-        }
-    }
-
     fn function(self) -> &'static str {
         match self {
             Self::Tent => "upsample_tent",
@@ -109,7 +100,6 @@ impl Node for Upsample {
         let levels = pass.pyramid("source");
         let used = if self.is_finest_alone() && !pass.is_dynamic("spread") { &levels[..1] } else { &levels[..] };
         let (coarsest, finer) = used.split_last().expect("a pyramid has a level");
-        let reach = self.filter.reach(self.radius, pass.is_dynamic("radius"));
         let mut joined = *coarsest;
         for (index, level) in finer.iter().enumerate().rev() {
             let desc = ImageDesc::new(pass.desc(*level).size);
@@ -120,7 +110,6 @@ impl Node for Upsample {
                 .label(format_args!("{function} {}", desc.size))
                 .read("level", *level)
                 .read("coarser", joined)
-                .reach(reach)
                 .set("own", own)
                 .set("rest", rest)
                 .write_to(result);

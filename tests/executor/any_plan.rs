@@ -51,7 +51,6 @@ fn scenes() -> [Picture; 3] {
 
 fn planned(player: &Player, graph: &Graph, input: &str, change: impl Fn(&mut Run<'_>)) -> Arc<Plan> {
     let mut run = Run::new(graph);
-    run.options.tile = When::Never;
     run.options.row_downsample = When::Never;
     change(&mut run);
     let plan = run.plan(&player.gpu, &[(input, &scenes()[0])]);
@@ -73,8 +72,8 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
             for [serial, batches_first] in [[false, false], [true, false], [false, true]] {
-                let (tile, row_downsample) = (When::Never, When::Never);
-                let options = Options { alias, serial, batches_first, tile, row_downsample, ..Options::default() };
+                let row_downsample = When::Never;
+                let options = Options { alias, serial, batches_first, row_downsample, ..Options::default() };
                 let plan = planned(&player, &graph, "picture", |run| run.options = options);
                 assert_eq!(film(&mut player, &plan, "picture"), wanted, "seed {seed}, {options:?}");
             }
@@ -192,8 +191,7 @@ fn fusion_changes_nothing_but_the_last_bits_where_nothing_is_rounded_between() {
     for seed in seeds() {
         let mut graph = graph(seed);
         graph.nodes.iter_mut().for_each(|node| node.format = None);
-        let exact =
-            |fuse| Options { exact: true, fuse, tile: When::Never, row_downsample: When::Never, ..Options::default() };
+        let exact = |fuse| Options { exact: true, fuse, row_downsample: When::Never, ..Options::default() };
         let [whole, apart] =
             [true, false].map(|fuse| planned(&player, &graph, "picture", |run| run.options = exact(fuse)));
         fused += apart.passes.len() - whole.passes.len();
@@ -307,15 +305,16 @@ fn nan_in_memory_is_never_seen_in_a_built_in_pipeline() {
     let all = ["tsushima", "tsushima-night", "lynx", "caracal", "glare", "exposure", "grade", "hdr"];
     // The longest pipeline, or all of them in a whole sweep.
     for name in if sweep::is_whole() { &all[..] } else { &all[..1] } {
-        for tile in [When::Never, When::Always] {
-            let plan =
-                planned(&player, &built_in(&format!("{name}.ron"), None), "scene", |run| run.options.tile = tile);
+        for row_downsample in [When::Never, When::Always] {
+            let plan = planned(&player, &built_in(&format!("{name}.ron"), None), "scene", |run| {
+                run.options.row_downsample = row_downsample;
+            });
             // Grain follows the number of the frame, so both films begin with the first.
             player.renew();
             let wanted = film(&mut player, &plan, "scene");
             let (poisoned, _) = poisoned(&plan);
             player.renew();
-            assert_eq!(film(&mut player, &Arc::new(poisoned), "scene"), wanted, "{name}, {tile:?}");
+            assert_eq!(film(&mut player, &Arc::new(poisoned), "scene"), wanted, "{name}, {row_downsample:?}");
         }
     }
 }

@@ -153,7 +153,7 @@ fn a_single_pass_runs_without_those_before_it() {
     let graph = at_tier(text, None);
     let mut player = Player::new();
     let mut run = Run::new(&graph);
-    (run.options.tile, run.options.row_downsample) = (When::Never, When::Never);
+    run.options.row_downsample = When::Never;
     let (scene, other) = (lively(64, 36), super::flat(64, 36, 9.0));
     let plan = player.load(&run, &[("scene", &scene)]);
     assert_eq!(plan.passes.len(), 2, "{}", plan.to_text());

@@ -30,7 +30,6 @@ fn a_missing_aliasing_barrier_is_found_by_verify_and_by_the_validation_layer() {
     let inputs = [("scene", &scene), ("small", &small)];
     let mut player = Player::new();
     let mut run = Run::new(&graph);
-    run.options.tile = When::Never;
     run.options.row_downsample = When::Never;
     run.options.serial = true;
     let plan = player.load(&run, &inputs);

@@ -7,7 +7,7 @@ use afterimage_gpu::{Frame, Gpu, GpuError};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Alias, When};
+use afterimage_plan::Alias;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::lively;
@@ -80,7 +80,7 @@ fn narrow() -> (wgpu::Instance, Player) {
 
 fn pooled(graph: &Graph) -> Run<'_> {
     let mut run = Run::new(graph);
-    (run.options.alias, run.options.tile) = (Alias::Pool, When::Never);
+    run.options.alias = Alias::Pool;
     run
 }
 

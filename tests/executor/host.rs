@@ -3,7 +3,6 @@
 use afterimage_gpu::{Frame, Gpu, GpuError, Opening, Readback, download};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{ImageId, Pass, Resource};
-use afterimage_plan::When;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::{at_tier, bits, flat, lively};
@@ -37,19 +36,12 @@ fn described(
 
 /// A player with the pipeline loaded, its input, and what it shows in a texture of its own.
 fn reference(scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
-    reference_in(scene, When::WhereItPays)
+    reference_of(&built_in(LYNX, None), scene)
 }
 
-fn reference_in(scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
-    reference_of(&built_in(LYNX, None), scene, tile)
-}
-
-fn reference_of(graph: &Graph, scene: &Picture, tile: When) -> (Player, wgpu::TextureView, Picture) {
+fn reference_of(graph: &Graph, scene: &Picture) -> (Player, wgpu::TextureView, Picture) {
     let mut player = Player::new();
-    let mut run = Run::new(graph);
-    run.options.tile = tile;
-    run.options.row_downsample = tile;
-    player.load(&run, &[("scene", scene)]);
+    player.load(&Run::new(graph), &[("scene", scene)]);
     let input = player.upload(scene);
     player.run(&Frame { inputs: &[("scene", &input)], ..Frame::default() }).expect("the scene renders");
     let picture = player.output("display");
@@ -79,12 +71,7 @@ fn an_output_goes_to_the_host_s_own_texture() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_surface_s_format_is_drawn_to() {
-    for tile in [When::Never, When::Always] {
-        is_drawn_to(reference_in(&lively(64, 36), tile));
-    }
-}
-
-fn is_drawn_to((mut player, input, wanted): (Player, wgpu::TextureView, Picture)) {
+    let (mut player, input, wanted) = reference(&lively(64, 36));
     let view = texture(&player, (64, 36), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("display", &view)], ..Frame::default() };
     player.run(&frame).expect("the host's texture can be drawn to");
@@ -120,7 +107,7 @@ fn a_view_with_another_encoding_than_its_texture_is_drawn_to() {
     for (of_texture, of_view) in [(plain, encodes), (encodes, plain)] {
         let transfer = if of_view == encodes { "Linear" } else { "Srgb" };
         let linear = changed(LYNX, None, &[("encoded.transfer", transfer)]);
-        let (mut player, input, wanted) = reference_of(&linear, &lively(64, 36), When::WhereItPays);
+        let (mut player, input, wanted) = reference_of(&linear, &lively(64, 36));
         let described = described((64, 36), of_texture, TextureUsages::RENDER_ATTACHMENT);
         let view_formats = &[of_view];
         let texture = player.gpu.device.create_texture(&wgpu::TextureDescriptor { view_formats, ..described });

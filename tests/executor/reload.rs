@@ -308,7 +308,6 @@ fn a_plan_that_the_device_refuses_leaves_histories_as_they_are() {
     let graph = at_tier(TRAIL, None);
     let mut run = Run::new(&graph);
     run.options.alias = Alias::None;
-    run.options.tile = When::Never;
     run.options.row_downsample = When::Never;
     let plan = player.load(&run, &[("scene", &scene)]);
     let mut too_large = (*plan).clone();

@@ -39,7 +39,6 @@ fn images_full_of_nan_before_a_frame_are_not_seen_in_it() {
         let graph = built_in(name, None);
         let mut run = Run::new(&graph);
         run.options.alias = Alias::None;
-        run.options.tile = When::Never;
         run.options.row_downsample = When::Never;
         let mut player = Player::new();
         let inputs = [("scene", &scene)];

@@ -35,9 +35,9 @@ fn both(graph: &Graph, picture: &Picture, options: Options, switched: Options) -
     })
 }
 
-/// The same without and with half floats, wherever a kernel has a form for a device with tiles.
-fn whole_and_half(nodes: &str, picture: &Picture, tile: When) -> [Picture; 2] {
-    let whole = Options { tile, row_downsample: tile, ..Options::default() };
+/// The same without and with half floats.
+fn whole_and_half(nodes: &str, picture: &Picture, row_downsample: When) -> [Picture; 2] {
+    let whole = Options { row_downsample, ..Options::default() };
     both(&pipeline(nodes), picture, whole, Options { half: true, ..whole })
 }
 
@@ -89,10 +89,10 @@ fn sums() -> Vec<(String, f32)> {
 fn sums_in_half_floats_are_off_by_two_of_their_last_digits() {
     for (nodes, sums) in sums() {
         let mut any = 0.0_f32;
-        for tile in [When::Never, When::Always] {
+        for row_downsample in [When::Never, When::Always] {
             for (width, height) in [(64, 64), (37, 23), (5, 3), (1, 1)] {
-                let off = difference(&whole_and_half(&nodes, &light(width, height), tile), 8);
-                assert!(off <= sums * 2.0 / 1024.0, "{nodes} at {width}x{height}, {tile:?}: off by {off}");
+                let off = difference(&whole_and_half(&nodes, &light(width, height), row_downsample), 8);
+                assert!(off <= sums * 2.0 / 1024.0, "{nodes} at {width}x{height}, {row_downsample:?}: off by {off}");
                 any = any.max(off);
             }
         }

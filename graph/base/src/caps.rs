@@ -21,8 +21,6 @@ pub struct Caps {
     pub max_side: u32,
     /// The longest side of a volume.
     pub max_volume_side: u32,
-    /// Workgroup memory in bytes.
-    pub workgroup_bytes: u32,
     /// Invocations in one workgroup.
     pub workgroup_invocations: u32,
     /// The largest storage buffer in bytes.
@@ -39,9 +37,9 @@ pub struct Caps {
     pub subgroups: bool,
     /// Whether the ranges of draws that a buffer holds may begin at any instance; at the first otherwise.
     pub indirect_first_instance: bool,
-    /// Whether chains of small images are computed in workgroup memory, for devices on which a dispatch has a high
-    /// fixed cost.
-    pub tiles: bool,
+    /// Whether workgroup memory is faster than the device's other memory. It is not on a processor, where images are
+    /// not halved row by row.
+    pub fast_workgroup_memory: bool,
     /// Whether point and gather passes are drawn instead of dispatched.
     pub prefer_fragment: bool,
 }
@@ -64,7 +62,6 @@ impl Default for Caps {
             filter_32_bit: false,
             max_side: 8192,
             max_volume_side: 2048,
-            workgroup_bytes: 16 * 1024,
             workgroup_invocations: 256,
             max_buffer: 128 << 20,
             max_storage_images: 4,
@@ -73,7 +70,7 @@ impl Default for Caps {
             half_arithmetic: false,
             subgroups: false,
             indirect_first_instance: false,
-            tiles: false,
+            fast_workgroup_memory: false,
             prefer_fragment: false,
         }
     }

@@ -16,7 +16,7 @@ use stress::StressArgs;
 use view::ViewArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, TileChoice,
+    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions,
     parse_fps, parse_size,
 };
 

@@ -12,7 +12,7 @@ use afterimage_plan::{
     Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables,
 };
 
-use crate::args::{NoAlias, PipelineOptions, PlanOptions, TileChoice};
+use crate::args::{NoAlias, PipelineOptions, PlanOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document};
 use crate::terminal::note_styled;
@@ -114,11 +114,6 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     };
     Options {
         fuse: !options.no_fuse,
-        tile: match options.tiles {
-            TileChoice::Never => When::Never,
-            TileChoice::Auto => When::WhereItPays,
-            TileChoice::Always => When::Always,
-        },
         row_downsample: if options.no_row_downsample { When::Never } else { When::WhereItPays },
         alias,
         serial: options.serial,

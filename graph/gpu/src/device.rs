@@ -228,7 +228,6 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         filter_32_bit: features.contains(Features::FLOAT32_FILTERABLE),
         max_side: limits.max_texture_dimension_2d,
         max_volume_side: limits.max_texture_dimension_3d,
-        workgroup_bytes: limits.max_compute_workgroup_storage_size,
         workgroup_invocations: limits.max_compute_invocations_per_workgroup,
         max_buffer: limits.max_storage_buffer_binding_size,
         max_storage_images: limits.max_storage_textures_per_shader_stage,
@@ -237,7 +236,7 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         half_arithmetic: features.contains(Features::SHADER_F16),
         subgroups: features.contains(Features::SUBGROUP),
         indirect_first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
-        tiles: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
+        fast_workgroup_memory: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
         prefer_fragment: false,
     }
 }

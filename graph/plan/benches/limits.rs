@@ -78,7 +78,7 @@ fn planned(graph: &Graph) -> String {
             ..HostInputs::nothing(FRAME)
         },
         facts: Facts::default(),
-        caps: Caps { storage: Format::ALL.into(), tiles: true, ..Caps::default() },
+        caps: Caps { storage: Format::ALL.into(), fast_workgroup_memory: true, ..Caps::default() },
         options: Options::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
     Arg, CellReduce, ImageId, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
@@ -139,13 +138,16 @@ impl Modules {
     }
 }
 
+/// Bytes of workgroup memory that every WebGPU device has.
+const MIN_WORKGROUP_BYTES: u32 = 16 << 10;
+
 /// Workgroup memory beyond what every device has.
 fn too_much_memory(module: &naga::Module) -> Option<String> {
     let shared = module.global_variables.iter().filter(|(_, global)| global.space == naga::AddressSpace::WorkGroup);
     let bytes: u32 =
         shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx()).next_multiple_of(16)).sum();
-    let most = Caps::default().workgroup_bytes;
-    (bytes > most).then(|| format!("has {bytes} bytes of workgroup memory; the limit of a device may be {most}"))
+    (bytes > MIN_WORKGROUP_BYTES)
+        .then(|| format!("has {bytes} bytes of workgroup memory; the limit of a device may be {MIN_WORKGROUP_BYTES}"))
 }
 
 /// The pass before a reader of its pixels, in one module: itself once more, or a copy.

@@ -8,8 +8,6 @@ use serde::Serialize;
 pub struct Options {
     /// Whether point kernels are fused, and kernels joined that reduce one image.
     pub fuse: bool,
-    /// When gather kernels are chained through workgroup memory.
-    pub tile: When,
     /// When images are halved row by row.
     pub row_downsample: When,
     /// How transient images share memory.
@@ -36,7 +34,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             fuse: true,
-            tile: When::WhereItPays,
             row_downsample: When::WhereItPays,
             alias: Alias::Placed,
             serial: false,

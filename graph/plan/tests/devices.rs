@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_generators::Recipe;
+use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::{PassKind, Resource};
 use afterimage_plan::codegen::SlotKind;
@@ -11,15 +12,7 @@ use proptest::prelude::*;
 
 use super::fusion::planned_on;
 use super::model::blurs;
-use super::planned::{FRAME, all_formats, plan_on};
-
-/// Bytes of workgroup memory in the module of a pass.
-fn workgroup_bytes(plan: &Plan, index: usize) -> u32 {
-    let composed = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}"));
-    let module = composed.validate().unwrap_or_else(|error| panic!("{error}"));
-    let shared = module.global_variables.iter().filter(|(_, global)| global.space == naga::AddressSpace::WorkGroup);
-    shared.map(|(_, global)| module.types[global.ty].inner.size(module.to_ctx())).sum()
-}
+use super::planned::{FRAME, all_formats, built_in, plan_images, plan_on};
 
 /// What the framework writes for a pass: an author's compute kernel keeps to what every device has by the contract.
 fn is_ours(planned: &PlannedPass) -> bool {
@@ -48,10 +41,6 @@ pub fn assert_fits(plan: &Plan, caps: &Caps, what: &str) {
             let invocations: u32 = composed.workgroup.iter().product();
             assert!(uniform_buffers(plan, index) <= caps.max_uniform_buffers as usize, "{label}");
             assert!(invocations <= caps.workgroup_invocations, "{label} has {invocations} invocations");
-            if matches!(planned.pass.kind, PassKind::TiledChain(_)) {
-                let bytes = workgroup_bytes(plan, index);
-                assert!(bytes <= caps.workgroup_bytes, "{label} has {bytes} bytes");
-            }
         }
     }
     let too_large = plan.images.iter().find(|image| {
@@ -69,13 +58,13 @@ fn some_formats() -> impl Strategy<Value = BTreeSet<Format>> {
 }
 
 fn devices() -> impl Strategy<Value = Caps> {
-    let sizes = (1_u32..6, 10_u32..17, 7_u32..9);
+    let sizes = (1_u32..6, 7_u32..9);
     (some_formats(), some_formats(), sizes, any::<[bool; 3]>()).prop_map(|(storage, renderable, sizes, flags)| {
-        let (max_storage_images, bytes, invocations) = sizes;
-        let [filter_32_bit, tiles, prefer_fragment] = flags;
-        let (workgroup_bytes, workgroup_invocations) = (1 << bytes, 1 << invocations);
-        let limits = Caps { max_storage_images, workgroup_bytes, workgroup_invocations, ..Caps::default() };
-        Caps { storage, renderable, filter_32_bit, tiles, prefer_fragment, ..limits }
+        let (max_storage_images, invocations) = sizes;
+        let [filter_32_bit, fast_workgroup_memory, prefer_fragment] = flags;
+        let workgroup_invocations = 1 << invocations;
+        let limits = Caps { max_storage_images, workgroup_invocations, ..Caps::default() };
+        Caps { storage, renderable, filter_32_bit, fast_workgroup_memory, prefer_fragment, ..limits }
     })
 }
 
@@ -85,7 +74,7 @@ proptest! {
     #[test]
     fn every_plan_fits_its_device(seed in any::<u64>(), caps in devices(), always in any::<bool>()) {
         let when = if always { When::Always } else { When::WhereItPays };
-        let options = Options { tile: when, row_downsample: when, ..Options::default() };
+        let options = Options { row_downsample: when, ..Options::default() };
         let graph = Recipe { seed, nodes: 24, histories: 1, off: 5 }.graph();
         let plan = plan_on(&graph, FRAME, options, caps.clone()).expect("the graph can be planned");
         assert_fits(&plan, &caps, "a graph");
@@ -94,45 +83,22 @@ proptest! {
     }
 }
 
-/// Three images of one chain, of which each is read elsewhere too.
-const CHAIN: &str = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"),
-    "x": Far(source: "a"), "y": Far(source: "b"), "z": Far(source: "c")"#;
-const OUTPUTS: &str = r#""x": "x", "y": "y", "z": "z""#;
-
-/// The members of each chain in workgroup memory with its tile, and the bytes that it takes.
-fn chains(caps: Caps) -> Vec<(usize, u32, u32)> {
-    let options = Options { fuse: false, tile: When::Always, ..Options::default() };
-    let plan = planned_on(FRAME, CHAIN, OUTPUTS, options, caps);
-    let chain = |(index, pass): (usize, &PlannedPass)| match &pass.pass.kind {
-        PassKind::TiledChain(chain) => Some((chain.stages.len(), chain.tile, workgroup_bytes(&plan, index))),
-        _ => None,
-    };
-    plan.passes.iter().enumerate().filter_map(chain).collect()
-}
-
 #[test]
-fn a_chain_uses_the_memory_of_a_workgroup_to_the_last_byte() {
-    let caps = |workgroup_bytes| Caps { tiles: true, workgroup_bytes, ..all_formats() };
-    let mut limit = 1 << 20;
-    let mut tiles = Vec::new();
-    while let [(3, tile, bytes)] = chains(caps(limit))[..] {
-        assert_eq!(chains(caps(bytes)), [(3, tile, bytes)], "it fits exactly");
-        tiles.push(tile);
-        limit = bytes - 1;
+fn the_plans_of_the_built_in_pipelines_fit_devices_of_which_each_lacks_something() {
+    let devices = [
+        Caps::default(),
+        Caps { prefer_fragment: true, ..Caps::default() },
+        Caps { filter_32_bit: true, ..all_formats() },
+        Caps { fast_workgroup_memory: true, max_storage_images: 1, ..all_formats() },
+        Caps { fast_workgroup_memory: true, workgroup_invocations: 128, ..all_formats() },
+    ];
+    for name in ["caracal", "exposure", "glare", "grade", "hdr", "lynx", "tsushima", "tsushima-night"] {
+        let graph = built_in(&format!("{name}.ron"));
+        for caps in &devices {
+            let plan = plan_images(&graph, Format::Rgba32Float, Facts::default(), caps.clone(), Options::default());
+            assert_fits(&plan, caps, name);
+        }
     }
-    assert_eq!(tiles, [32, 16, 8], "each side of a tile is the best for some device");
-}
-
-#[test]
-fn a_chain_stores_as_many_images_as_a_device_allows() {
-    let members = |max_storage_images| {
-        let found = chains(Caps { tiles: true, max_storage_images, ..all_formats() });
-        found.into_iter().map(|(members, ..)| members).collect::<Vec<_>>()
-    };
-    assert_eq!([1, 2, 3, 4].map(members), [vec![], vec![2], vec![3], vec![3]]);
-    let invocations =
-        |workgroup_invocations| chains(Caps { tiles: true, workgroup_invocations, ..all_formats() }).len();
-    assert_eq!([255, 256].map(invocations), [0, 1]);
 }
 
 #[test]

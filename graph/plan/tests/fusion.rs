@@ -77,11 +77,11 @@ pub fn like_source(pass: &mut Recorder<'_>) -> ImageDesc {
     ImageDesc::new(pass.desc(source).size)
 }
 
-kind!(Soft, "Reads its neighbors, and can be part of a chain.", [SOURCE], RESULT, |pass| {
+kind!(Soft, "Reads its neighbors.", [SOURCE], RESULT, |pass| {
     let desc = like_source(pass);
-    pass.function(&SOFT, "soft").reach(1.0).write("result", desc);
+    pass.function(&SOFT, "soft").write("result", desc);
 });
-kind!(Far, "Reads from anywhere, so it cannot be part of a chain.", [SOURCE], RESULT, |pass| {
+kind!(Far, "Reads from anywhere.", [SOURCE], RESULT, |pass| {
     let desc = like_source(pass);
     pass.function(&SOFT, "far").write("result", desc);
 });
@@ -92,7 +92,7 @@ kind!(
     RESULT,
     |pass| {
         let desc = like_source(pass);
-        pass.function(&SOFT, "beside").reach(1.0).write("result", desc);
+        pass.function(&SOFT, "beside").write("result", desc);
     }
 );
 kind!(Dim, "Reads one pixel.", [SOURCE], RESULT, |pass| {
@@ -128,9 +128,9 @@ const KINDS: &[NodeKind] = &[
     NodeKind::of::<Meter>(),
 ];
 
-/// The plan of these nodes for a frame of that size, on a device where tiles may pay.
+/// The plan of these nodes for a frame of that size, on a device with fast workgroup memory.
 pub fn planned_at(size: Size, nodes: &str, outputs: &str, options: Options) -> Plan {
-    planned_on(size, nodes, outputs, options, Caps { tiles: true, ..all_formats() })
+    planned_on(size, nodes, outputs, options, Caps { fast_workgroup_memory: true, ..all_formats() })
 }
 
 /// The plan of these nodes for a frame of that size and a device.
@@ -149,60 +149,10 @@ pub fn planned_on(size: Size, nodes: &str, outputs: &str, options: Options, caps
     plan
 }
 
-/// The plan with chains and halvings by rows wherever they are possible, and nothing else fused.
-fn chained(nodes: &str, outputs: &str) -> Plan {
-    let options = Options { fuse: false, tile: When::Always, row_downsample: When::Always, ..Options::default() };
+/// The plan with halvings by rows wherever they are possible, and nothing else fused.
+fn by_rows_only(nodes: &str, outputs: &str) -> Plan {
+    let options = Options { fuse: false, row_downsample: When::Always, ..Options::default() };
     planned_at(FRAME, nodes, outputs, options)
-}
-
-/// The nodes of each chain in workgroup memory, and how many images it stores.
-fn chains(plan: &Plan) -> Vec<(Vec<String>, usize)> {
-    let chains = plan.work().filter(|pass| matches!(pass.kind, PassKind::TiledChain(_)));
-    chains.map(|pass| (pass.nodes.clone(), pass.results.len())).collect()
-}
-
-fn chain(nodes: &[&str], stored: usize) -> (Vec<String>, usize) {
-    (nodes.iter().map(|node| (*node).to_owned()).collect(), stored)
-}
-
-#[test]
-fn a_chain_stores_its_last_image_and_those_that_others_read() {
-    let three = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"), "out": Far(source: "c")"#;
-    assert_eq!(chains(&chained(three, r#""out": "out""#)), [chain(&["a", "b", "c"], 1)]);
-    let read = format!(r#"{three}, "far": Far(source: "b")"#);
-    assert_eq!(chains(&chained(&read, r#""out": "out", "far": "far""#)), [chain(&["a", "b", "c"], 2)]);
-    let remembered = format!(r#"{three}, "past": Far(source: "a@previous")"#);
-    assert_eq!(chains(&chained(&remembered, r#""out": "out", "past": "past""#)), [chain(&["a", "b", "c"], 2)]);
-}
-
-#[test]
-fn an_output_is_no_part_of_a_chain() {
-    let three = r#""a": Soft(source: "in"), "b": Soft(source: "a"), "c": Soft(source: "b"), "d": Far(source: "c")"#;
-    let plan = chained(three, r#""b": "b", "d": "d""#);
-    assert_eq!(chains(&plan), []);
-    assert_eq!(plan.passes.len(), 4);
-}
-
-/// `c` reads what `a` makes, and also what `far` makes of it: in one dispatch it would wait for itself.
-#[test]
-fn a_pass_that_needs_a_chain_in_another_way_does_not_join_it() {
-    let nodes = r#""a": Soft(source: "in"), "far": Far(source: "a"), "c": Beside(source: "a", other: "far"),
-        "out": Far(source: "c")"#;
-    assert_eq!(chains(&chained(nodes, r#""out": "out""#)), []);
-    let apart = r#""a": Soft(source: "in"), "far": Far(source: "in"), "c": Beside(source: "a", other: "far"),
-        "out": Far(source: "c")"#;
-    assert_eq!(chains(&chained(apart, r#""out": "out""#)), [chain(&["a", "c"], 1)]);
-}
-
-/// The chain of `a` and `c` stands where `c` was recorded, behind `late`, which reads `a`.
-#[test]
-fn a_writer_of_a_buffer_waits_for_a_reader_that_a_chain_moves_behind_it() {
-    let nodes =
-        r#""a": Soft(source: "in"), "late": Late(source: "a"), "c": Soft(source: "a"), "out": Far(source: "c")"#;
-    let plan = chained(nodes, r#""out": "out", "late": "late""#);
-    assert_eq!(chains(&plan), [chain(&["a", "c"], 2)]);
-    let place = |label: &str| plan.work().position(|pass| pass.label == label).expect("a pass of that label");
-    assert!(place("late_show") < place("late_store"), "it shows what it stores:\n{}", plan.to_text());
 }
 
 /// The passes that halve by rows, with their kernels.
@@ -215,13 +165,13 @@ fn by_rows(plan: &Plan) -> Vec<usize> {
 fn a_halving_makes_its_source_itself_only_if_nothing_else_reads_it() {
     let half = r#""a": Dim(source: "in"), "half": Downsample(source: "a", levels: 1),
         "out": Far(source: "half.coarsest")"#;
-    let plan = chained(half, r#""out": "out""#);
+    let plan = by_rows_only(half, r#""out": "out""#);
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 2), "{}", plan.to_text());
     let shared = format!(r#"{half}, "far": Far(source: "a")"#);
-    let plan = chained(&shared, r#""out": "out", "far": "far""#);
+    let plan = by_rows_only(&shared, r#""out": "out", "far": "far""#);
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 4), "{}", plan.to_text());
     let remembered = format!(r#"{half}, "past": Far(source: "a@previous")"#);
-    let plan = chained(&remembered, r#""out": "out", "past": "past""#);
+    let plan = by_rows_only(&remembered, r#""out": "out", "past": "past""#);
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 4), "{}", plan.to_text());
 }
 
@@ -359,7 +309,6 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
             let rows = source.matches("textureStore(").count() as u32;
             Some([sides[0], sides[1] * rows])
         }
-        PassKind::TiledChain(chain) => Some([chain.tile; 2]),
         // The first and the last invocation only make what their neighbors need.
         PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
         PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute | PassKind::Drawing(_) => None,
@@ -372,7 +321,7 @@ fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
         "b": Soft(source: "in"), "c": Soft(source: "b"), "x": Far(source: "half.coarsest"), "y": Far(source: "c")"#;
     let mut seen = Vec::new();
     for (width, height) in [(1, 1), (2, 2), (15, 7), (16, 8), (17, 9), (124, 64), (126, 66), (643, 361), (1300, 1100)] {
-        let options = Options { fuse: false, tile: When::Always, row_downsample: When::Always, ..Options::default() };
+        let options = Options { fuse: false, row_downsample: When::Always, ..Options::default() };
         let plan = planned_at(Size::new(width, height), nodes, r#""x": "x", "y": "y", "a": "a""#, options);
         for (index, planned) in plan.passes.iter().enumerate() {
             let Some(cover) = covered(&plan, index) else { continue };
@@ -388,13 +337,13 @@ fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
     }
     let covers: std::collections::BTreeSet<[u32; 2]> = seen.iter().map(|(_, cover)| *cover).collect();
     let kinds: std::collections::HashSet<_> = seen.iter().map(|(kind, _)| *kind).collect();
-    assert!(kinds.len() >= 3 && covers.len() >= 5, "points, gathers, chains or rows: {covers:?}");
+    assert!(kinds.len() >= 3 && covers.len() >= 5, "points, gathers and rows: {covers:?}");
 }
 
 /// A pass is what its kernels make of it: only those of one pixel are points.
 #[test]
 fn the_kind_of_a_pass_follows_from_what_its_kernels_read() {
-    let plan = chained(r#""a": Dim(source: "in"), "b": Far(source: "a")"#, r#""a": "a", "b": "b""#);
+    let plan = by_rows_only(r#""a": Dim(source: "in"), "b": Far(source: "a")"#, r#""a": "a", "b": "b""#);
     let kinds: Vec<&PassKind> = plan.work().map(|pass: &Pass| &pass.kind).collect();
     assert_eq!(kinds, [&PassKind::Point, &PassKind::Gather]);
 }

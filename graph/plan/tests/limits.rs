@@ -80,7 +80,7 @@ fn request(graph: &Graph) -> PlanRequest<'static> {
             ..HostInputs::nothing(size)
         },
         facts: Facts::default(),
-        caps: Caps { tiles: true, ..all_formats() },
+        caps: Caps { fast_workgroup_memory: true, ..all_formats() },
         options: Options::default(),
         dynamic: Default::default(),
         requirement: &Requirement::typical,

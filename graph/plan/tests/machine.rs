@@ -12,7 +12,7 @@ use std::ops::Range;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{
     Arg, Argument, BufferId, BufferLife, Drawing, ImageId, KernelCall, Origin, PassKind, Resource, Subresource,
-    TiledChain, WarpPart,
+    WarpPart,
 };
 use afterimage_plan::{Alias, Batch, Plan, PlannedPass};
 
@@ -57,8 +57,6 @@ struct Warp {
 struct Call<'a> {
     /// The values of the kernels before.
     values: &'a [Term],
-    /// The image before in a chain.
-    tile: Option<Term>,
     size: Size,
     /// The place of the pixel.
     place: Term,
@@ -237,7 +235,6 @@ impl<'p> Machine<'p> {
             PassKind::Point | PassKind::Gather | PassKind::Workgroup(_) => {
                 self.functions(&pass.kernels, size_of_result())?
             }
-            PassKind::TiledChain(chain) => self.chain(&pass.kernels, chain)?,
             PassKind::RowDownsample(_) => {
                 let Size { width, height, depth } = size_of_result();
                 let [makers @ .., halving] = pass.kernels.as_slice() else { panic!("a pass has kernels") };
@@ -265,32 +262,18 @@ impl<'p> Machine<'p> {
         let read = |resource| warp.read.get(&resource).copied().ok_or_else(|| format!("{resource:?} was not read"));
         let mut values = Vec::new();
         for kernel in &warp.kernels {
-            let call = Call { values: &values, tile: None, size: warp.size, place, read: &read };
+            let call = Call { values: &values, size: warp.size, place, read: &read };
             let value = self.function(kernel, call)?;
             values.push(value);
         }
         Ok(*values.last().expect("a pass has kernels"))
     }
 
-    fn chain(&self, kernels: &[KernelCall], chain: &TiledChain) -> Result<Vec<Term>, String> {
-        let (mut values, mut tile) = (Vec::new(), None);
-        for stage in &chain.stages {
-            for kernel in &kernels[stage.kernels.clone()] {
-                let read = |resource| self.read(resource);
-                let call = Call { values: &values, tile, size: stage.size, place: term("point"), read: &read };
-                let value = self.function(kernel, call)?;
-                values.push(value);
-            }
-            tile = values.last().copied();
-        }
-        Ok(values)
-    }
-
     fn functions(&self, kernels: &[KernelCall], size: Size) -> Result<Vec<Term>, String> {
         let mut values = Vec::new();
         for kernel in kernels {
             let read = |resource| self.read(resource);
-            let call = Call { values: &values, tile: None, size, place: term("point"), read: &read };
+            let call = Call { values: &values, size, place: term("point"), read: &read };
             let value = self.function(kernel, call)?;
             values.push(value);
         }
@@ -298,13 +281,12 @@ impl<'p> Machine<'p> {
     }
 
     fn function(&self, kernel: &KernelCall, call: Call<'_>) -> Result<Term, String> {
-        let Call { values, tile, size, place, read } = call;
+        let Call { values, size, place, read } = call;
         let earlier = |kernel: usize| values.get(kernel).copied().ok_or("a kernel reads one behind it");
         let value = |arg: &Argument| {
             Ok::<Term, String>(match arg.value {
                 Arg::Kernel(kernel) => earlier(kernel)?,
                 Arg::PointOf(kernel) => term(("place", earlier(kernel)?)),
-                Arg::Tile => tile.ok_or("a tile is read where there is none")?,
                 Arg::Point => place,
                 Arg::Pixel(image) | Arg::Texture(image) => read(Resource::Image(image))?,
                 Arg::Value(buffer, components) => term((components, read(Resource::Buffer(buffer))?)),
@@ -321,7 +303,7 @@ impl<'p> Machine<'p> {
             return self.tapped(values[at("source")], values[at("at")]);
         }
         if let Some(by) = &kernel.by_rows {
-            let reads = |arg: &Argument| matches!(arg.value, Arg::Texture(_) | Arg::Tile);
+            let reads = |arg: &Argument| matches!(arg.value, Arg::Texture(_));
             let source = kernel.args.iter().position(reads).expect("a halving reads a texture");
             return Ok(halved(by.function, values[source]));
         }

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use afterimage_generators::{Recipe, Rng};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{Pass, PassKind, WarpPart};
+use afterimage_graph::node::{Pass, WarpPart};
 use afterimage_plan::{Alias, Caps, Options, Plan, When, verify};
 
 use super::fusion::planned_at;
@@ -20,7 +20,6 @@ const FRAMES: usize = 5;
 /// As recorded: a dispatch for each pass, and memory for each image.
 pub const PLAIN: Options = Options {
     fuse: false,
-    tile: When::Never,
     row_downsample: When::Never,
     alias: Alias::None,
     serial: true,
@@ -41,8 +40,8 @@ pub fn ways() -> [(&'static str, Options); 8] {
         ("none", Options { alias: Alias::None, ..default }),
         ("serial", Options { serial: true, ..default }),
         ("batches first", Options { batches_first: true, ..default }),
-        ("always", Options { tile: When::Always, row_downsample: When::Always, ..default }),
-        ("chains alone", Options { fuse: false, tile: When::Always, row_downsample: When::Always, ..default }),
+        ("always", Options { row_downsample: When::Always, ..default }),
+        ("rows alone", Options { fuse: false, row_downsample: When::Always, ..default }),
     ]
 }
 
@@ -127,7 +126,7 @@ pub fn blurs(seed: u64) -> (String, String) {
 }
 
 #[test]
-fn chains_rows_and_shared_reads_compute_what_single_passes_do() {
+fn rows_and_shared_reads_compute_what_single_passes_do() {
     let (mut kinds, mut warps) = (std::collections::HashSet::new(), 0);
     for seed in 0..60 {
         let (nodes, outputs) = blurs(seed);
@@ -142,7 +141,7 @@ fn chains_rows_and_shared_reads_compute_what_single_passes_do() {
             }
         }
     }
-    assert_eq!(kinds.len(), 6, "every kind of pass occurs");
+    assert_eq!(kinds.len(), 5, "every kind of pass occurs");
     assert!(warps > 20, "{warps} passes are several warps");
 }
 
@@ -150,8 +149,8 @@ fn chains_rows_and_shared_reads_compute_what_single_passes_do() {
 fn the_built_in_pipelines_compute_what_single_passes_do() {
     for name in ["caracal", "exposure", "glare", "grade", "hdr", "lynx", "tsushima", "tsushima-night"] {
         let graph = built_in(&format!("{name}.ron"));
-        for tiles in [false, true] {
-            let caps = Caps { tiles, ..all_formats() };
+        for fast_workgroup_memory in [false, true] {
+            let caps = Caps { fast_workgroup_memory, ..all_formats() };
             let plan = |options| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps.clone(), options);
             for (way, options) in ways() {
                 assert_computes_the_same(&plan(options), &plan(PLAIN), &format!("{name}, {way}"));
@@ -247,10 +246,10 @@ fn members(module: &naga::Module) -> Vec<(String, usize)> {
 /// The bytes of the one uniform buffer are where the modules look for them, and the size of the result beside them.
 #[test]
 fn the_numbers_of_each_kernel_are_where_its_module_reads_them() {
-    let (mut kernels, mut sizes) = (0, 0);
+    let mut kernels = 0;
     for name in ["lynx.ron", "glare.ron", "tsushima.ron"] {
-        let caps = Caps { tiles: true, ..all_formats() };
-        let options = Options { tile: When::Always, row_downsample: When::Always, ..Options::default() };
+        let caps = Caps { fast_workgroup_memory: true, ..all_formats() };
+        let options = Options { row_downsample: When::Always, ..Options::default() };
         let plan = plan_images(&built_in(name), Format::Rgba16Float, Facts::default(), caps, options);
         let buffer = plan.uniform_buffer();
         for (index, planned) in plan.passes.iter().enumerate() {
@@ -258,13 +257,6 @@ fn the_numbers_of_each_kernel_are_where_its_module_reads_them() {
             let module = plan.compose(index, false).expect("a module").validate().expect("a valid module");
             for (member, offset) in members(&module) {
                 let at = &buffer[uniform.offset as usize + offset..];
-                if let (true, PassKind::TiledChain(chain)) = (member == "sizes", &pass.kind) {
-                    let of_stage = |size: Size| [size.width, size.height, 0, 0].map(u32::to_le_bytes).concat();
-                    let wanted: Vec<u8> = chain.stages.iter().flat_map(|stage| of_stage(stage.size)).collect();
-                    assert_eq!(at[..wanted.len()], wanted, "{name}: {}", pass.label);
-                    sizes += 1;
-                    continue;
-                }
                 let number = member.strip_prefix("kernel").and_then(|number| number.parse::<usize>().ok());
                 let kernel = &pass.kernels[number.unwrap_or_else(|| panic!("a member is called {member}"))];
                 assert_eq!(at[..kernel.uniform.len()], kernel.uniform, "{name}: {}: {member}", pass.label);
@@ -277,5 +269,5 @@ fn the_numbers_of_each_kernel_are_where_its_module_reads_them() {
             assert!(uniform.offset.is_multiple_of(256) && uniform.extent_offset.is_multiple_of(256));
         }
     }
-    assert!(kernels > 20 && sizes > 1, "{kernels} uniforms, {sizes} chains");
+    assert!(kernels > 20, "{kernels} uniforms");
 }

@@ -18,7 +18,7 @@ const PYRAMID: &str = r#""a": Dim(source: "in"), "levels": Downsample(source: "a
     "past": Composite(base: "late", bloom: "lit@previous")"#;
 
 fn pyramid(size: Size, options: Options) -> Plan {
-    let options = Options { fuse: false, tile: When::Never, row_downsample: When::Never, ..options };
+    let options = Options { fuse: false, row_downsample: When::Never, ..options };
     planned_on(size, PYRAMID, r#""out": "past""#, options, all_formats())
 }
 

@@ -79,7 +79,8 @@ proptest! {
         options in options(),
         draws in any::<bool>(),
     ) {
-        let plan = checked_on(recipe, options, Caps { prefer_fragment: draws, tiles: !draws, ..Caps::default() });
+        let caps = Caps { prefer_fragment: draws, fast_workgroup_memory: !draws, ..Caps::default() };
+        let plan = checked_on(recipe, options, caps);
         prop_assert!(!draws || plan.passes.iter().any(|planned| planned.stage == Stage::Fragment));
     }
 

@@ -1,13 +1,10 @@
 //! What the host gets: outputs that hold linear light, their states where nodes are skipped, plans that differ in
 //! numbers alone, and what reports say of the placement.
 
-use std::collections::BTreeSet;
-
 use afterimage_generators::Recipe;
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ColorState, Format, ImageDesc};
-use afterimage_graph::node::Pass;
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Planned, Requirement, When, verify};
+use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, verify};
 
 use super::golden::assert_golden;
 use super::planned::{FRAME, all_formats, checked, plan_at};
@@ -135,41 +132,4 @@ fn the_text_says_how_far_the_placement_is_from_the_best() {
         }
     }
     assert!(best > 30 && others > 0, "{best} are the best, {others} are not");
-}
-
-/// Where a chain runs in tiles, the numbers of its kernels lie behind the sizes of its images.
-#[test]
-fn the_numbers_of_a_chain_change_in_their_places() {
-    let graph = checked(
-        r#"Pipeline(inputs: { "scene": Color }, nodes: {
-            "bright": Extract(source: "scene", threshold: 1.0),
-            "mips": Downsample(source: "bright", levels: 4),
-            "bloom": Upsample(source: "mips", radius: 0.85),
-            "lit": Composite(base: "scene", bloom: "bloom", strength: 0.5),
-        }, outputs: { "out": "lit" })"#,
-    );
-    let dynamic: BTreeSet<_> = graph.parameters().filter(|id| !graph.declaration(*id).replan).collect();
-    let options = Options { tile: When::Always, row_downsample: When::Never, ..Options::default() };
-    let caps = Caps { tiles: true, ..all_formats() };
-    let make = |graph: &Graph| {
-        let request = PlanRequest { dynamic: dynamic.clone(), options, caps: caps.clone(), ..request(graph, &[]) };
-        Planned::new(graph, &request).unwrap_or_else(|error| panic!("{error}"))
-    };
-    let mut moving = make(&graph);
-    let is_chain = |pass: &Pass| matches!(pass.kind, afterimage_graph::node::PassKind::TiledChain(_));
-    assert!(moving.plan.work().any(is_chain), "{}", moving.plan.to_text());
-    let mut changes = 0;
-    for parameter in &dynamic {
-        let mut changed = graph.clone();
-        let Some(highest) = graph.declaration(*parameter).highest() else { continue };
-        changed.nodes[parameter.node].instance.set(parameter.index, highest);
-        let (mut bytes, before) = (moving.plan.uniform_buffer(), moving.plan.uniform_buffer());
-        let mut write = |at: u64, new: &[u8]| bytes[at as usize..][..new.len()].copy_from_slice(new);
-        let instance = &changed.nodes[parameter.node].instance;
-        if moving.dynamic.uniforms(parameter.node, instance, &mut write).is_ok() {
-            assert_eq!(bytes, make(&changed).plan.uniform_buffer(), "{}", graph.parameter_name(*parameter));
-            changes += usize::from(bytes != before);
-        }
-    }
-    assert!(changes >= 4, "{changes} numbers were changed");
 }

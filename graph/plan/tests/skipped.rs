@@ -11,7 +11,7 @@ use super::planned::{all_formats, built_in, checked, checked_with, plan_images};
 fn planned(graph: &afterimage_graph::check::Graph, facts: &[(&str, bool)]) -> Plan {
     let mut given = Facts::default();
     facts.iter().for_each(|(name, holds)| given.set(*name, *holds));
-    let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
+    let options = Options { row_downsample: When::Never, ..Options::default() };
     plan_images(graph, Format::Rgba32Float, given, all_formats(), options)
 }
 

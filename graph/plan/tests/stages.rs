@@ -201,7 +201,7 @@ fn planned(nodes: &str, outputs: &str) -> Plan {
 }
 
 fn attempted(nodes: &str, outputs: &str) -> Result<Plan, PlanError> {
-    let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
+    let options = Options { row_downsample: When::Never, ..Options::default() };
     attempt(&graph(nodes, outputs), Format::Rgba16Float, Facts::default(), (all_formats(), options))
 }
 
@@ -347,7 +347,7 @@ fn an_output_that_equals_its_fallback_is_replaced_although_the_node_runs_for_ano
 #[test]
 fn every_kernel_of_a_fused_pass_is_read_by_a_later_one() {
     let built_in = ["tsushima.ron", "lynx.ron", "caracal.ron", "grade.ron"].map(|name| {
-        let options = Options { tile: When::Never, row_downsample: When::Never, ..Options::default() };
+        let options = Options { row_downsample: When::Never, ..Options::default() };
         super::planned::plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), options)
     });
     let recipe = |seed| Recipe { seed, nodes: 60, histories: 2, off: 5 };

@@ -24,8 +24,6 @@ pub struct KernelCall {
     pub uniform: Vec<u8>,
     /// Workgroups of an entry point; `None` for a function, whose entry point the framework writes.
     pub workgroups: Option<[u32; 3]>,
-    /// How far a function reads its texture from its own place, in texels; `None` where that is not known.
-    pub reach: Option<f32>,
     /// Constants of the module that hold here: see [`FunctionPass::promise`](super::FunctionPass::promise).
     pub promises: Vec<&'static str>,
     /// Override constants of an entry point's module.
@@ -89,8 +87,6 @@ pub enum Arg {
     Texture(ImageId),
     /// One mip level of one layer of an image, read anywhere.
     Level(Subresource),
-    /// The image before in a [`TiledChain`](super::TiledChain), read as far as its reach.
-    Tile,
     /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels
     /// before.
     Square,
@@ -132,6 +128,8 @@ pub struct ByRows {
     pub function: &'static str,
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,
+    /// Distance of the outermost taps from the center, in texels of the source.
+    pub reach: f32,
 }
 
 /// The form by cells of a compute kernel that reduces an image over each cell of a lattice: with it the framework lets
@@ -178,7 +176,6 @@ impl KernelCall {
             args: args.iter().map(argument).collect(),
             uniform: Vec::new(),
             workgroups: None,
-            reach: None,
             promises: Vec::new(),
             constants: Vec::new(),
             by_rows: None,

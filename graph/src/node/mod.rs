@@ -28,7 +28,7 @@ pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
-pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample, TileStage, TiledChain};
+pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, NodeColors, Recorder, RecorderContext, Recording,

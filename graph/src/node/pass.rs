@@ -3,9 +3,6 @@
 //! What a pass reads and writes, its shaders and its uniforms follow from its kernels and results alone. The kind is
 //! for code generation, which writes the entry point, and for the stage of the planner that made it.
 
-use std::ops::Range;
-
-use afterimage_base::image::Size;
 use afterimage_wgsl::Shader;
 
 use super::drawing::Drawing;
@@ -44,8 +41,6 @@ pub enum PassKind {
     Point,
     /// The same, but at least one function reads an image around the pixel.
     Gather,
-    /// Several images in one dispatch, each made from the one before in workgroup memory.
-    TiledChain(TiledChain),
     /// An image at half the size of its source, row by row.
     RowDownsample(RowDownsample),
     /// Compute kernels that reduce one image, each over the cells of a lattice, and read it together.
@@ -56,33 +51,6 @@ pub enum PassKind {
     Compute,
     /// A drawing pass: geometry, or what the host records, into attachments.
     Drawing(Box<Drawing>),
-}
-
-/// A chain of images that one dispatch makes, tile by tile.
-///
-/// A workgroup makes one tile of the last image. Of each image before it, it makes as much as the next one reads, keeps
-/// that in workgroup memory, and stores its own share where another pass reads the image.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TiledChain {
-    /// The images, first to last.
-    pub stages: Vec<TileStage>,
-    /// Texels of the last image that a workgroup makes, in both directions.
-    pub tile: u32,
-    /// Whether workgroup memory holds half floats.
-    pub halves: bool,
-}
-
-/// One image of a [`TiledChain`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct TileStage {
-    /// The kernels that make a texel; in the first of them that reads it, [`Arg::Tile`] is the image before.
-    pub kernels: Range<usize>,
-    /// The size of the whole image.
-    pub size: Size,
-    /// Texels that a workgroup makes, across and down.
-    pub extent: [u32; 2],
-    /// How far the next image reads from its own place, in texels of this one.
-    pub reach: f32,
 }
 
 /// A halving by workgroups of one row of invocations that walk down the source.
@@ -197,20 +165,6 @@ impl PassKind {
     /// Whether a full-screen draw can make the result as well as a dispatch.
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
-    }
-}
-
-impl TiledChain {
-    /// The size of the last image.
-    pub fn size(&self) -> Size {
-        self.stages.last().expect("a chain has stages").size
-    }
-}
-
-impl TileStage {
-    /// The kernel that gives a texel of the image.
-    pub fn last_kernel(&self) -> usize {
-        self.kernels.end - 1
     }
 }
 

@@ -186,10 +186,9 @@ fn caps(choices: &mut Bytes<'_>) -> Caps {
         filter_32_bit: choices.flag(),
         half_arithmetic: choices.flag(),
         subgroups: choices.flag(),
-        tiles: choices.flag(),
+        fast_workgroup_memory: choices.flag(),
         prefer_fragment: choices.flag(),
         max_side: choices.one_of(&[8192, 16384, 32768]),
-        workgroup_bytes: choices.one_of(&[16 << 10, 32 << 10, 48 << 10]),
         ..plain
     }
 }
@@ -197,7 +196,6 @@ fn caps(choices: &mut Bytes<'_>) -> Caps {
 fn options(choices: &mut Bytes<'_>) -> Options {
     Options {
         fuse: choices.flag(),
-        tile: choices.one_of(&[When::Never, When::WhereItPays, When::Always]),
         row_downsample: choices.one_of(&[When::Never, When::WhereItPays, When::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
         serial: choices.flag(),

@@ -52,9 +52,6 @@ pub(crate) struct PlanOptions {
     /// Keep each kernel function in a pass of its own
     #[arg(long)]
     pub(crate) no_fuse: bool,
-    /// Whether chains of images are computed in one dispatch, in workgroup memory
-    #[arg(long, value_enum, default_value_t = TileChoice::Auto)]
-    pub(crate) tiles: TileChoice,
     /// Filter halved images texel by texel, and not row by row
     #[arg(long)]
     pub(crate) no_row_downsample: bool,
@@ -99,16 +96,6 @@ pub(crate) enum Use {
     On,
     /// Never
     Off,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum TileChoice {
-    /// Compute each image in its own pass
-    Never,
-    /// If it is faster on this device
-    Auto,
-    /// Whenever it is possible
-    Always,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,5 +1,4 @@
-//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, with tiles and without,
-//! and so on.
+//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, and so on.
 
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};
@@ -18,10 +17,9 @@ struct PlanVariant {
     change: fn(&mut Caps, &mut Options),
 }
 
-const VARIANTS: [PlanVariant; 5] = [
+const VARIANTS: [PlanVariant; 4] = [
     PlanVariant { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     PlanVariant { name: "when not fused", change: |_, options| options.fuse = false },
-    PlanVariant { name: "when made in tiles", change: |caps, _| caps.tiles = true },
     PlanVariant { name: "with subgroups", change: |_, options| options.subgroups = true },
     PlanVariant { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];
@@ -47,7 +45,6 @@ pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
     let exactly = |change: fn(&mut Caps, &mut Options)| {
         move |caps: &mut Caps, options: &mut Options| {
             *options = Options { exact: true, ..*options };
-            caps.tiles = false;
             change(caps, options);
         }
     };

@@ -11,7 +11,6 @@ use super::functions::compose_functions;
 use super::in_workgroup::compose_in_workgroup;
 use super::module::{CodeOptions, Composed, PassCode};
 use super::row_downsample::compose_row_downsample;
-use super::tiles::compose_tiled_chain;
 
 /// The module of a pass. `desc_of` describes its images; `sample_mode_of` says how each is sampled, and the strictest
 /// of a pass's textures holds for all of its taps.
@@ -27,7 +26,6 @@ pub fn compose_pass(
     let code = PassCode { pass, desc_of, sample_mode_of, options };
     match &pass.kind {
         PassKind::Point | PassKind::Gather => compose_functions(&code),
-        PassKind::TiledChain(chain) => compose_tiled_chain(&code, chain),
         PassKind::RowDownsample(rows) => compose_row_downsample(&code, rows),
         PassKind::CellReduce(reduce) => compose_cell_reduce(&code, reduce),
         PassKind::Workgroup(invocations) => compose_in_workgroup(&code, *invocations),

@@ -10,7 +10,6 @@ mod functions;
 mod in_workgroup;
 mod module;
 mod row_downsample;
-mod tiles;
 mod uniforms;
 mod workgroups;
 mod writer;

@@ -149,7 +149,7 @@ impl<'a> PassCode<'a> {
             workgroup: entry.workgroup,
             unchecked,
             sample_mode: self.sample_mode(),
-            // Code of the framework's own writes all memory of a tile before it reads it.
+            // Code of the framework's own writes all memory before it reads it.
             zero_workgroup_memory: !unchecked && has_own_memory,
         }
     }

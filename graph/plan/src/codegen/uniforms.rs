@@ -1,13 +1,12 @@
 //! The layout of uniforms: the struct in the shader of a pass, its bytes, and the places of all passes in one buffer.
 //!
-//! A block begins with the sizes of the images of a tiled chain, if the pass is one. The uniforms of the kernels
-//! follow, in order, each at a multiple of 16 bytes.
+//! A block has the uniforms of the kernels, in order, each at a multiple of 16 bytes.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arg, BlockId, KernelOrigin, Pass, PassKind};
+use afterimage_graph::node::{Arg, BlockId, KernelOrigin, Pass};
 
 use crate::plan::{Plan, PlannedBlock, PlannedImage, PlannedPass, ScheduledPass, UniformBlock};
 
@@ -20,9 +19,6 @@ const KERNEL_ALIGNMENT: usize = 16;
 /// The struct `PassUniform` of a pass; `type_of` gives the type of a kernel's uniform. Empty if there are no numbers.
 pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> String {
     let mut members = String::new();
-    if let PassKind::TiledChain(chain) = &pass.kind {
-        let _ = writeln!(members, "    sizes: array<vec4i, {}>,", chain.stages.len());
-    }
     let kernels = pass.kernels.iter().enumerate().filter(|(_, kernel)| !kernel.uniform.is_empty());
     for (index, _) in kernels {
         let _ = writeln!(members, "    @align({KERNEL_ALIGNMENT}) kernel{index}: {},", type_of(index));
@@ -30,21 +26,9 @@ pub(super) fn uniform_struct(pass: &Pass, type_of: &dyn Fn(usize) -> String) -> 
     if members.is_empty() { members } else { format!("struct PassUniform {{\n{members}}}\n") }
 }
 
-/// Bytes of the sizes in front of the uniforms of kernels.
-fn sizes_bytes(pass: &Pass) -> usize {
-    match &pass.kind {
-        PassKind::TiledChain(chain) => chain.stages.len() * size_of::<[i32; 4]>(),
-        _ => 0,
-    }
-}
-
 /// The bytes of that struct.
 fn uniform_bytes(pass: &Pass) -> Vec<u8> {
     let mut bytes = Vec::new();
-    if let PassKind::TiledChain(chain) = &pass.kind {
-        let words = chain.stages.iter().flat_map(|stage| [stage.size.width, stage.size.height, 0, 0]);
-        bytes.extend(words.flat_map(u32::to_le_bytes));
-    }
     for kernel in &pass.kernels {
         bytes.extend_from_slice(&kernel.uniform);
         bytes.resize(bytes.len().next_multiple_of(KERNEL_ALIGNMENT), 0);
@@ -104,7 +88,7 @@ impl Plan {
     pub(crate) fn uniform_places(&self, kernel: KernelOrigin) -> Vec<u64> {
         let origin = Some(kernel);
         let of_pass = |planned: &PlannedPass| {
-            let mut offset = planned.uniform.offset + sizes_bytes(&planned.pass) as u64;
+            let mut offset = planned.uniform.offset;
             let mut places = Vec::new();
             for kernel in &planned.pass.kernels {
                 places.extend((kernel.origin == origin).then_some(offset));

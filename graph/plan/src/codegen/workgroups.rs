@@ -12,7 +12,6 @@ pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
     let cover = |size: Size, [across, down]: [u32; 2]| [size.width.div_ceil(across), size.height.div_ceil(down), 1];
     match &pass.kind {
         PassKind::Point | PassKind::Gather => cover(result(), functions_cover(pass, result())),
-        PassKind::TiledChain(chain) => cover(chain.size(), [chain.tile; 2]),
         PassKind::RowDownsample(rows) => cover(result(), [ROW_INVOCATIONS - 2, rows.rows]),
         PassKind::CellReduce(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
         PassKind::Workgroup(invocations) => cover(result(), *invocations),

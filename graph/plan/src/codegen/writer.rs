@@ -26,22 +26,19 @@ pub(super) struct FunctionWriter<'c, 'a> {
 }
 
 impl<'c, 'a> FunctionWriter<'c, 'a> {
-    /// A writer of all kernels of the pass. Kernels that read a tile have their files substituted.
+    /// A writer of all kernels of the pass.
     pub(super) fn new(code: &'c PassCode<'a>, mut linker: Linker<'a>) -> Result<Self, ShaderError> {
-        let add = |kernel: &'a KernelCall| match kernel.accepts(Arg::Tile) {
-            true => linker.add_substituted(kernel.shader.source(), &kernel.promises),
-            false => linker.add(kernel.shader.source(), &kernel.promises),
-        };
-        let instances = code.pass.kernels.iter().map(add).collect::<Result<_, _>>()?;
-        let (declarations, body) = (String::new(), String::new());
+        let kernels = code.pass.kernels.iter();
+        let instances =
+            kernels.map(|kernel| linker.add(kernel.shader.source(), &kernel.promises)).collect::<Result<_, _>>()?;
         Ok(Self {
             code,
             linker,
             instances,
             slots: Vec::new(),
             blocks: Vec::new(),
-            declarations,
-            body,
+            declarations: String::new(),
+            body: String::new(),
             immediate: false,
             point: "at",
         })
@@ -163,7 +160,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let types = types_of(kernel);
         let mut arg = |(position, arg): (usize, &Argument)| {
             let texture = types.get(position).map_or(TEXTURE, |(_, ty)| texture_type(ty));
-            let text = self.arg(index, kernel, arg, texture);
+            let text = self.arg(index, arg, texture);
             match arg.value {
                 Arg::Pixel(_) | Arg::Kernel(_) if kernel.shader.is_untrusted() => computed(&text),
                 _ => text,
@@ -189,13 +186,10 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
     }
 
-    fn arg(&mut self, index: usize, kernel: &KernelCall, arg: &Argument, texture: &str) -> String {
+    fn arg(&mut self, index: usize, arg: &Argument, texture: &str) -> String {
         let name = &arg.name;
         match arg.value {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
-            // The image before is the only one that there is.
-            Arg::Tile => "0u".into(),
-            Arg::Sampler if kernel.accepts(Arg::Tile) => "0u".into(),
             Arg::Point => self.point.into(),
             Arg::PointOf(earlier) => format!("place{earlier}"),
             Arg::Params => format!("{}.kernel{index}", self.params()),

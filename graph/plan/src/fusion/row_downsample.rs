@@ -11,7 +11,7 @@ use afterimage_graph::node::{
     Arg, ByRows, ImageId, KernelCall, Origin, Pass, PassKind, PassResult, Recording, Resource, RowDownsample,
 };
 
-/// Results with fewer texels leave most of the device idle, and are filtered by its texture units or in tiles.
+/// Results with fewer texels leave most of the device idle, and are filtered by its texture units.
 const MIN_TEXELS: u64 = 100_000;
 
 /// Filters that reach less far take so few taps that they gain nothing, unless their source need not be stored.
@@ -32,7 +32,7 @@ pub(super) fn downsample_by_rows(builder: &mut PlanBuilder, always: bool) {
     for number in 0..graph.len() {
         let Some(halving) = Halving::find(&graph, &builder.recording, number, always) else { continue };
         let maker = maker(&graph, &builder.recording, number, halving.source);
-        if always || maker.is_some() || halving.reach >= WIDE {
+        if always || maker.is_some() || halving.by.reach >= WIDE {
             builder.fused.extend(halving.replace(&mut graph, &builder.recording, maker));
         }
     }
@@ -45,7 +45,6 @@ struct Halving {
     source: ImageId,
     result: ImageId,
     by: ByRows,
-    reach: f32,
 }
 
 impl Halving {
@@ -60,8 +59,7 @@ impl Halving {
         // Neighbors share texels as half floats.
         let is_half_float = !from.format.is_32_bit() && !to.format.is_32_bit();
         let is_large = always || to.size.texels() >= MIN_TEXELS;
-        let reach = kernel.reach.unwrap_or_default();
-        (is_exact_half && is_half_float && is_large).then_some(Self { number, source, result, by, reach })
+        (is_exact_half && is_half_float && is_large).then_some(Self { number, source, result, by })
     }
 
     /// Puts the pass by rows in the place of the halving and of the pass that makes its source, if that one is given.

@@ -118,7 +118,6 @@ impl ComputePass<'_, '_> {
             by_cells,
             node: _,
             uniform: _,
-            reach: _,
             promises: _,
             by_rows: _,
             limited: _,

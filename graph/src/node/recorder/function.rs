@@ -22,7 +22,6 @@ pub struct FunctionPass<'r, 'a> {
     function: Shared<str>,
     label: Label,
     pub(super) details: FunctionDetails,
-    reach: Option<f32>,
     by_rows: Option<ByRows>,
     workgroup: Option<[u32; 2]>,
 }
@@ -37,7 +36,7 @@ impl<'a> Recorder<'a> {
     ) -> FunctionPass<'_, 'a> {
         let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
         let details = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
-        FunctionPass { recorder: self, shader, function, label, details, reach: None, by_rows: None, workgroup: None }
+        FunctionPass { recorder: self, shader, function, label, details, by_rows: None, workgroup: None }
     }
 }
 
@@ -77,13 +76,6 @@ impl FunctionPass<'_, '_> {
     /// A number that the node computes for its uniform; replaces a parameter of the same name.
     pub fn set(mut self, name: &'static str, value: impl Into<UniformValue>) -> Self {
         self.details.computed.push((name, value.into()));
-        self
-    }
-
-    /// Promises that the function's taps lie within this many texels of its own place in the texture, so that the
-    /// framework may keep what it reads in workgroup memory. A tap farther away reads some other texel of the tile.
-    pub fn reach(mut self, texels: f32) -> Self {
-        self.reach = Some(texels);
         self
     }
 
@@ -158,7 +150,6 @@ impl FunctionPass<'_, '_> {
         let KernelCall {
             shader,
             function,
-            reach,
             promises,
             by_rows,
             warp,
@@ -181,7 +172,7 @@ impl FunctionPass<'_, '_> {
             && *function == self.function
             && *shader == self.shader
             && self.label.is(&expected.label, &self.function)
-            && (*reach, *by_rows, *warp) == (self.reach, self.by_rows, None)
+            && (*by_rows, *warp) == (self.by_rows, None)
             && *promises == self.details.promises
     }
 
@@ -217,7 +208,6 @@ impl FunctionPass<'_, '_> {
         KernelCall {
             args,
             uniform: self.recorder.uniform(&self.shader, params(function), &self.details.computed),
-            reach: self.reach,
             promises: self.details.promises.clone(),
             by_rows: self.by_rows,
             ..call

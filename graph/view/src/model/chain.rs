@@ -49,7 +49,6 @@ impl Purpose {
             Self::Show => Options::default(),
             Self::Inspect | Self::Reference => Options {
                 fuse: false,
-                tile: When::Never,
                 row_downsample: When::Never,
                 alias: Alias::None,
                 exact: self == Self::Reference,

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::instance::Part;
 use crate::module::{Declaration, DeclarationKind};
-use crate::token::TokenKind;
 
 /// A declaration with the text of its tokens.
 struct Found<'m> {
@@ -112,26 +111,6 @@ pub(super) fn make_immediate(part: &mut Part<'_>, variable: &str) {
     if let Some(at) = found.position("uniform") {
         set(part, &found, at..at + 1, "immediate");
     }
-}
-
-/// The bytes from a name to the end of the template list after it.
-pub(super) fn with_template(part: &Part<'_>, token: usize) -> Range<usize> {
-    let tokens = &part.module.tokens;
-    let mut end = token + 1;
-    let mut depth = 0;
-    for (at, other) in tokens.iter().enumerate().skip(token + 1) {
-        match other.kind {
-            TokenKind::Sign('<') => depth += 1,
-            TokenKind::Sign('>') => depth -= 1,
-            _ if depth == 0 => break,
-            _ => continue,
-        }
-        if depth == 0 {
-            end = at + 1;
-            break;
-        }
-    }
-    part.module.bytes(token..end)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::edit::with_template;
 use super::instance::{Instance, Part, Target};
 use super::resolve::replacing;
 use super::source_map::SourceMap;
@@ -122,12 +121,7 @@ impl<'w> Writer<'w, '_> {
                     Target::Declared(code, symbol) => self.parts[code.index()].final_name(symbol),
                     _ => &replacement.by,
                 };
-                let bytes = if replacement.with_template {
-                    with_template(part, token)
-                } else {
-                    part.module.bytes(token..token + 1)
-                };
-                Some((bytes, Cow::Owned(format!("{by}{}", replacement.members))))
+                Some((part.module.bytes(token..token + 1), Cow::Owned(format!("{by}{}", replacement.members))))
             }
             Target::Language | Target::Ambiguous(..) => None,
         }

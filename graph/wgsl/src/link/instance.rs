@@ -39,8 +39,6 @@ pub(super) struct Replacement {
     pub(super) by: String,
     /// What follows it: members.
     pub(super) members: String,
-    /// Whether the template list after the name goes too.
-    pub(super) with_template: bool,
 }
 
 /// An instance under construction.
@@ -50,7 +48,8 @@ pub(super) struct Part<'a> {
     pub(super) library: Option<&'a Library>,
     /// Whether the file is one of the framework's library.
     pub(super) is_framework: bool,
-    pub(super) variant: Variant,
+    /// Boolean constants that are set to true.
+    pub(super) promises: Vec<String>,
     /// Where its names are looked up after its own declarations: the files that it imports.
     pub(super) imports: Vec<Instance>,
     /// The files that all import.
@@ -68,28 +67,19 @@ pub(super) struct Part<'a> {
     pub(super) renamed: Vec<Option<String>>,
 }
 
-/// What makes two instances of a file differ from the start.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Variant {
-    /// Whether the linker's substitution holds.
-    pub(super) is_substituted: bool,
-    /// Boolean constants that are set to true.
-    pub(super) promises: Vec<String>,
-}
-
 impl<'a> Part<'a> {
     pub(super) fn new(
         file: &'a SourceFile,
         module: &'a Module,
         library: Option<&'a Library>,
-        variant: Variant,
+        promises: Vec<String>,
     ) -> Self {
         Self {
             file,
             module,
             library,
             is_framework: false,
-            variant,
+            promises,
             imports: Vec::new(),
             prelude: Vec::new(),
             edits: Vec::new(),
@@ -106,14 +96,14 @@ impl<'a> Part<'a> {
         self.renamed[symbol.index()].as_deref().unwrap_or_else(|| self.module.name(symbol))
     }
 
-    /// Whether both are of the same file, library and variant.
-    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, variant: &Variant) -> bool {
+    /// Whether it is of that file and library, with those promises.
+    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, promises: &[String]) -> bool {
         let same_file = std::ptr::eq(self.file, file)
             || (**self.file.name() == **file.name() && **self.file.text() == **file.text());
         let same_library = match (self.library, library) {
             (Some(own), Some(other)) => std::ptr::eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        same_file && same_library && self.variant == *variant
+        same_file && same_library && self.promises == promises
     }
 }

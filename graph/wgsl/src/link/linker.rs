@@ -3,7 +3,7 @@
 use super::contents::check_contents;
 use super::edit;
 use super::emit::emit;
-use super::instance::{Instance, Part, Replacement, Variant};
+use super::instance::{Instance, Part, Replacement};
 use super::loops;
 use super::names::choose_names;
 use super::resolve::{Roots, check, reach};
@@ -26,8 +26,6 @@ pub struct Linker<'a> {
     counter: Option<Instance>,
     mode: SampleMode,
     features: ShaderFeatures,
-    /// Names, with their template lists, and what replaces them.
-    substitution: &'a [(&'a str, &'a str)],
 }
 
 /// A linked module.
@@ -57,18 +55,11 @@ impl<'a> Linker<'a> {
     /// A linker of a module that samples its textures like that and uses those features of the language.
     pub fn new(mode: SampleMode, features: ShaderFeatures) -> Self {
         let (parts, prelude) = (Vec::new(), Vec::new());
-        let mut linker = Self { parts, prelude, counter: None, mode, features, substitution: &[] };
+        let mut linker = Self { parts, prelude, counter: None, mode, features };
         let instances = PRELUDE.map(|name| linker.framework(name));
         linker.prelude = instances.to_vec();
         linker.parts.iter_mut().for_each(|part| part.prelude = instances.to_vec());
         linker
-    }
-
-    /// Declares what [`add_substituted`](Self::add_substituted) replaces: pairs of a name, of an import or of the
-    /// language, and of a name of the generated code or of the language. A name that ends in `<>` is replaced together
-    /// with its template list.
-    pub fn substitute(&mut self, names: &'a [(&'a str, &'a str)]) {
-        self.substitution = names;
     }
 
     /// Adds a file and what it imports; an instance of it that is there and has the same promises is used again. The
@@ -77,15 +68,9 @@ impl<'a> Linker<'a> {
     /// # Errors
     /// An import of a file that does not exist, and a bracket or comment without an end.
     pub fn add(&mut self, source: &'a Source, promises: &[&str]) -> Result<Instance, ShaderError> {
-        self.add_variant(source, promises, false)
-    }
-
-    /// Adds a file with the substitution, and those of its imports that use a replaced name.
-    ///
-    /// # Errors
-    /// As for [`add`](Self::add).
-    pub fn add_substituted(&mut self, source: &'a Source, promises: &[&str]) -> Result<Instance, ShaderError> {
-        self.add_variant(source, promises, true)
+        let mut promises: Vec<String> = promises.iter().map(|name| (*name).to_owned()).collect();
+        promises.sort_unstable();
+        self.part(&source.file, source.library(), promises)
     }
 
     /// Adds a file as an instance of its own, even if another is there.
@@ -94,25 +79,14 @@ impl<'a> Linker<'a> {
     /// As for [`add`](Self::add).
     pub fn add_copy(&mut self, source: &'a Source) -> Result<Instance, ShaderError> {
         let module = source.file.module()?;
-        self.parts.push(Part::new(&source.file, module, source.library(), Variant::default()));
+        self.parts.push(Part::new(&source.file, module, source.library(), Vec::new()));
         self.import(Instance(self.parts.len() as u32 - 1))
-    }
-
-    fn add_variant(
-        &mut self,
-        source: &'a Source,
-        promises: &[&str],
-        is_substituted: bool,
-    ) -> Result<Instance, ShaderError> {
-        let mut promises: Vec<String> = promises.iter().map(|name| (*name).to_owned()).collect();
-        promises.sort_unstable();
-        self.part(&source.file, source.library(), Variant { is_substituted, promises })
     }
 
     /// A file of the framework's library.
     fn framework(&mut self, name: &str) -> Instance {
         let file = FRAMEWORK.file(name).unwrap_or_else(|| panic!("the framework's library has no `{name}`"));
-        let part = self.part(file, None, Variant::default());
+        let part = self.part(file, None, Vec::new());
         part.unwrap_or_else(|error| panic!("the framework's library is in order: {error}"))
     }
 
@@ -120,12 +94,12 @@ impl<'a> Linker<'a> {
         &mut self,
         file: &'a SourceFile,
         library: Option<&'a Library>,
-        variant: Variant,
+        promises: Vec<String>,
     ) -> Result<Instance, ShaderError> {
-        if let Some(known) = self.parts.iter().position(|part| part.is_of(file, library, &variant)) {
+        if let Some(known) = self.parts.iter().position(|part| part.is_of(file, library, &promises)) {
             return Ok(Instance(known as u32));
         }
-        self.parts.push(Part::new(file, file.module()?, library, variant));
+        self.parts.push(Part::new(file, file.module()?, library, promises));
         self.import(Instance(self.parts.len() as u32 - 1))
     }
 
@@ -133,15 +107,13 @@ impl<'a> Linker<'a> {
     fn import(&mut self, instance: Instance) -> Result<Instance, ShaderError> {
         let part = &self.parts[instance.index()];
         let (module, file, library) = (part.module, part.file, part.library);
-        let is_substituted = part.variant.is_substituted;
         let mut imports = Vec::new();
         for import in &module.imports {
             let found = self.find(library, &import.name);
             let (imported, library) = found.ok_or_else(|| {
                 ShaderError::new(file.name(), position(file.text(), import.at), self.unknown(library, &import.name))
             })?;
-            let is_substituted = is_substituted && self.is_affected(imported, library, &mut Vec::new());
-            imports.push(self.part(imported, library, Variant { is_substituted, promises: Vec::new() })?);
+            imports.push(self.part(imported, library, Vec::new())?);
         }
         let prelude = self.prelude.clone();
         let is_framework = FRAMEWORK.holds(file);
@@ -151,27 +123,15 @@ impl<'a> Linker<'a> {
         Ok(instance)
     }
 
-    /// Sets what the way of sampling, the features, the promises and the substitution say.
+    /// Sets what the way of sampling, the features and the promises say.
     fn settle(&mut self, instance: Instance) {
         let part = &mut self.parts[instance.index()];
         if part.is_framework {
             let settings = self.mode.constants().iter().chain(self.features.constants());
             settings.for_each(|(name, value)| edit::set_value(part, name, value));
         }
-        for promise in part.variant.promises.clone() {
+        for promise in part.promises.clone() {
             edit::set_value(part, &promise, "true");
-        }
-        if !part.variant.is_substituted {
-            return;
-        }
-        for (name, by) in self.substitution {
-            let plain = name.trim_end_matches("<>");
-            let Some(symbol) = part.module.symbol(plain) else { continue };
-            if part.module.declaration(symbol).is_none() {
-                let with_template = plain.len() < name.len();
-                let (by, members) = ((*by).to_owned(), String::new());
-                part.replacements.push(Replacement { name: symbol, by, members, with_template });
-            }
         }
     }
 
@@ -185,29 +145,6 @@ impl<'a> Linker<'a> {
         let own = library.into_iter().flat_map(Library::names);
         let known: Vec<&str> = own.chain(FRAMEWORK.names()).collect();
         format!("no shared file is called `{name}`; there are `{}`", known.join("`, `"))
-    }
-
-    /// Whether a file, or one that it imports, uses a name of the substitution. Files that declare one do not count.
-    fn is_affected(
-        &self,
-        file: &'a SourceFile,
-        library: Option<&'a Library>,
-        seen: &mut Vec<*const SourceFile>,
-    ) -> bool {
-        if seen.contains(&std::ptr::from_ref(file)) {
-            return false;
-        }
-        seen.push(file);
-        let Ok(module) = file.module() else { return false };
-        let names: Vec<&str> = self.substitution.iter().map(|(name, _)| name.trim_end_matches("<>")).collect();
-        if names.iter().any(|name| module.declaration_of(name).is_some()) {
-            return false;
-        }
-        module.uses_any(&names)
-            || module.imports.iter().any(|import| {
-                let found = self.find(library, &import.name);
-                found.is_some_and(|(file, library)| self.is_affected(file, library, seen))
-            })
     }
 
     /// A name for generated code: what `name` means in that file, wherever it is declared.
@@ -250,7 +187,7 @@ impl<'a> Linker<'a> {
         let part = &mut self.parts[instance.index()];
         if let Some(name) = part.module.symbol(variable) {
             let (by, members) = (by.to_owned(), members.to_owned());
-            part.replacements.push(Replacement { name, by, members, with_template: false });
+            part.replacements.push(Replacement { name, by, members });
         }
     }
 
@@ -338,11 +275,11 @@ impl<'a> Linker<'a> {
         // The last part refers to others by their numbers, so nothing may come behind it.
         for import in &module.imports {
             if let Some((imported, library)) = linker.find(None, &import.name) {
-                let part = linker.part(imported, library, Variant::default());
+                let part = linker.part(imported, library, Vec::new());
                 part.unwrap_or_else(|error| panic!("the framework's library is in order: {error}"));
             }
         }
-        linker.parts.push(Part::new(file, module, None, Variant::default()));
+        linker.parts.push(Part::new(file, module, None, Vec::new()));
         let code = Instance(linker.parts.len() as u32 - 1);
         let imported = linker.import(code);
         imported.unwrap_or_else(|error| panic!("generated code imports what there is: {error}"));

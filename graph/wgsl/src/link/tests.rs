@@ -251,42 +251,6 @@ fn f(all: vec4f) -> vec4f { let own = scale(params, params.gain); return all * o
 }
 
 #[test]
-fn a_substituted_copy_stands_beside_the_file_itself() {
-    let text = "#import tent
-#import color
-fn f(t: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
-    return tap_tent(t, s, uv, 2.0) + texel(t, vec2i(textureDimensions(t))) * luminance(vec3f(1.0));
-}";
-    let own = shader("own.wgsl", text);
-    let names = [
-        ("texture_2d<>", "u32"),
-        ("sampler", "u32"),
-        ("textureDimensions", "tile_size"),
-        ("tap", "tile_tap"),
-        ("texel", "tile_texel"),
-    ];
-    let mut linker = linker();
-    linker.substitute(&names);
-    let plain = linker.add(own.source(), &[]).expect("its imports are there");
-    let tiled = linker.add_substituted(own.source(), &[]).expect("its imports are there");
-    assert_eq!(linker.add(own.source(), &[]), Ok(plain));
-    let code = format!(
-        "fn tile_size(t: u32) -> vec2u {{ return vec2u(1u); }}
-fn tile_tap(t: u32, s: u32, uv: vec2f) -> vec4f {{ return vec4f(); }}
-fn tile_texel(t: u32, p: vec2i) -> vec4f {{ return vec4f(); }}
-@group(0) @binding(0) var image: texture_2d<f32>;
-@group(0) @binding(1) var linear: sampler;
-@fragment fn run() -> @location(0) vec4f {{ return {}(image, linear, vec2f()) + {}(0u, 0u, vec2f()); }}",
-        linker.name(plain, "f"),
-        linker.name(tiled, "f"),
-    );
-    let linked = linker.link(code, &[]).expect("all names are known");
-    valid(&linked);
-    assert_eq!(linked.text.matches("fn luminance(").count(), 1, "{}", linked.text);
-    assert_eq!(linked.text.matches("(t: u32, s: u32, uv: vec2f, radius: f32)").count(), 2, "{}", linked.text);
-}
-
-#[test]
 fn instances_with_other_promises_are_apart() {
     let own = shader(
         "own.wgsl",

@@ -184,13 +184,4 @@ impl Module {
     pub(crate) fn tokens_of(&self, declaration: &Declaration) -> &[Token] {
         &self.tokens[declaration.tokens.start as usize..declaration.tokens.end as usize]
     }
-
-    /// Whether any declaration uses one of these names from outside of the file.
-    pub(crate) fn uses_any(&self, names: &[&str]) -> bool {
-        names.iter().any(|name| {
-            let Some(symbol) = self.symbol(name) else { return false };
-            let used = |declaration: &Declaration| declaration.used.contains(&symbol);
-            self.declaration(symbol).is_none() && self.declarations.iter().any(used)
-        })
-    }
 }

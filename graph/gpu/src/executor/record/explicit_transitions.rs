@@ -136,7 +136,7 @@ mod tests {
             },
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
-            options: Options { tile: When::Never, row_downsample: When::Never, ..options },
+            options: Options { row_downsample: When::Never, ..options },
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         };
