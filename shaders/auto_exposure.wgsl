@@ -93,7 +93,7 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     }
     let bins = auto_exposure_bins();
     // Two neighboring bins per invocation, scanned from the darkest to the brightest.
-    let bin = 2u * workgroup_rank(invocation);
+    let bin = 2u * invocation.index;
     let counts = vec2u(auto_exposure_count(bin, bins), auto_exposure_count(bin + 1u, bins));
     // The number of pixels in these bins and all darker ones, and in all bins.
     let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_INVOCATIONS, counts.x + counts.y);

@@ -1,8 +1,6 @@
 // Halves an image. Offsets are in texels of the source. At exactly 2:1 every tap falls on a corner between four texels
-// and is their mean. The weights of every filter sum to 1; alpha is filtered like color. Means may be in half floats.
-// Sums weighted by brightness are in 32 bits, because these weights span many stops.
+// and is their mean. The weights of every filter sum to 1; alpha is filtered like color.
 #import color
-#import real
 #import tent
 
 // A weighted sum of colors.
@@ -14,39 +12,34 @@ struct DownsampleSum {
 // The thirteen taps as five overlapping squares of four: Jimenez, "Next Generation Post Processing in Call of Duty:
 // Advanced Warfare", SIGGRAPH 2014.
 struct DownsampleGroups {
-    center: real4,
-    corners: array<real4, 4>,
+    center: vec4f,
+    corners: array<vec4f, 4>,
 }
 
 fn downsample_tap(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> vec4f {
     return tap(source, source_sampler, at.uv + vec2f(x, y) / vec2f(textureDimensions(source)));
 }
 
-// A tap, converted for a mean.
-fn downsample_part(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> real4 {
-    return to_real(downsample_tap(source, source_sampler, at, x, y));
-}
-
 // The mean of four taps at 1 texel from (x, y) along both axes.
-fn downsample_square(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> real4 {
-    let upper = downsample_part(source, source_sampler, at, x - 1.0, y - 1.0)
-        + downsample_part(source, source_sampler, at, x + 1.0, y - 1.0);
-    let lower = downsample_part(source, source_sampler, at, x - 1.0, y + 1.0)
-        + downsample_part(source, source_sampler, at, x + 1.0, y + 1.0);
+fn downsample_square(source: texture_2d<f32>, source_sampler: sampler, at: Point, x: f32, y: f32) -> vec4f {
+    let upper = downsample_tap(source, source_sampler, at, x - 1.0, y - 1.0)
+        + downsample_tap(source, source_sampler, at, x + 1.0, y - 1.0);
+    let lower = downsample_tap(source, source_sampler, at, x - 1.0, y + 1.0)
+        + downsample_tap(source, source_sampler, at, x + 1.0, y + 1.0);
     return 0.25 * (upper + lower);
 }
 
 fn downsample_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> DownsampleGroups {
     // Rows from the top; each at x = -2, 0 and 2 texels.
-    let a = downsample_part(source, source_sampler, at, -2.0, -2.0);
-    let b = downsample_part(source, source_sampler, at, 0.0, -2.0);
-    let c = downsample_part(source, source_sampler, at, 2.0, -2.0);
-    let d = downsample_part(source, source_sampler, at, -2.0, 0.0);
-    let e = downsample_part(source, source_sampler, at, 0.0, 0.0);
-    let f = downsample_part(source, source_sampler, at, 2.0, 0.0);
-    let g = downsample_part(source, source_sampler, at, -2.0, 2.0);
-    let h = downsample_part(source, source_sampler, at, 0.0, 2.0);
-    let i = downsample_part(source, source_sampler, at, 2.0, 2.0);
+    let a = downsample_tap(source, source_sampler, at, -2.0, -2.0);
+    let b = downsample_tap(source, source_sampler, at, 0.0, -2.0);
+    let c = downsample_tap(source, source_sampler, at, 2.0, -2.0);
+    let d = downsample_tap(source, source_sampler, at, -2.0, 0.0);
+    let e = downsample_tap(source, source_sampler, at, 0.0, 0.0);
+    let f = downsample_tap(source, source_sampler, at, 2.0, 0.0);
+    let g = downsample_tap(source, source_sampler, at, -2.0, 2.0);
+    let h = downsample_tap(source, source_sampler, at, 0.0, 2.0);
+    let i = downsample_tap(source, source_sampler, at, 2.0, 2.0);
     let corners = array(0.25 * (a + b + d + e), 0.25 * (b + c + e + f), 0.25 * (d + e + g + h), 0.25 * (e + f + h + i));
     return DownsampleGroups(downsample_square(source, source_sampler, at, 0.0, 0.0), corners);
 }
@@ -69,7 +62,7 @@ fn downsample_box(source: texture_2d<f32>, source_sampler: sampler, at: Point) -
 }
 
 fn downsample_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    return of_real(downsample_square(source, source_sampler, at, 0.0, 0.0));
+    return downsample_square(source, source_sampler, at, 0.0, 0.0);
 }
 
 fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
@@ -78,9 +71,9 @@ fn downsample_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) 
 
 fn downsample_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     let groups = downsample_groups(source, source_sampler, at);
-    let upper = of_real(groups.corners[0]) + of_real(groups.corners[1]);
-    let around = upper + of_real(groups.corners[2]) + of_real(groups.corners[3]);
-    return 0.5 * of_real(groups.center) + 0.125 * around;
+    let upper = groups.corners[0] + groups.corners[1];
+    let around = upper + groups.corners[2] + groups.corners[3];
+    return 0.5 * groups.center + 0.125 * around;
 }
 
 // A box is a single read, so its four texels are weighted instead.
@@ -137,11 +130,11 @@ fn downsample_tap13_taps(source: texture_2d<f32>, source_sampler: sampler, at: P
 fn downsample_tap13_groups(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     let groups = downsample_groups(source, source_sampler, at);
     var sum = DownsampleSum();
-    downsample_add(&sum, of_real(groups.center), 0.5);
-    downsample_add(&sum, of_real(groups.corners[0]), 0.125);
-    downsample_add(&sum, of_real(groups.corners[1]), 0.125);
-    downsample_add(&sum, of_real(groups.corners[2]), 0.125);
-    downsample_add(&sum, of_real(groups.corners[3]), 0.125);
+    downsample_add(&sum, groups.center, 0.5);
+    downsample_add(&sum, groups.corners[0], 0.125);
+    downsample_add(&sum, groups.corners[1], 0.125);
+    downsample_add(&sum, groups.corners[2], 0.125);
+    downsample_add(&sum, groups.corners[3], 0.125);
     return sum.color / sum.weight;
 }
 

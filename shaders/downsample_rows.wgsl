@@ -1,16 +1,15 @@
 // Halvings by a row of invocations that moves down the image. Each invocation has one column of squares: the four
 // texels under one texel of the result. Every tap of the filter is the mean of a square, or of the four texels where
 // four squares meet. Both are computed once and shared with the neighbors through workgroup memory, as half floats.
-#import real
 
 const DOWNSAMPLE_ROWS_INVOCATIONS: u32 = 64u;
 
 // The state of an invocation: parts of the square above, and of the corner to its upper right.
 struct DownsampleRows {
-    lower_left: real4,
-    lower_right: real4,
-    mean: real4,
-    inner: real4,   // of the four texels at the corner
+    lower_left: vec4f,
+    lower_right: vec4f,
+    mean: vec4f,
+    inner: vec4f,   // of the four texels at the corner
     outer: vec4f,   // of the four squares around the corner, times its weight
     weight: f32,
 }
@@ -35,31 +34,18 @@ fn downsample_rows_take(slot: u32) -> vec4f {
     return vec4f(lower, unpack2x16float(downsample_rows_handed[slot + DOWNSAMPLE_ROWS_INVOCATIONS]));
 }
 
-// The same for the parts of means.
-fn downsample_rows_put_part(slot: u32, v: real4) {
-    downsample_rows_put(slot, vec4f(v));
-}
-
-fn downsample_rows_take_part(slot: u32) -> real4 {
-    return real4(downsample_rows_take(slot));
-}
-
-// A square, converted for means.
+// A square and its mean.
 struct DownsampleRowsSquare {
-    upper_left: real4,
-    upper_right: real4,
-    lower_left: real4,
-    lower_right: real4,
-    mean: real4,
+    upper_left: vec4f,
+    upper_right: vec4f,
+    lower_left: vec4f,
+    lower_right: vec4f,
+    mean: vec4f,
 }
 
 fn downsample_rows_square(square: Square) -> DownsampleRowsSquare {
-    let upper_left = to_real(square.upper_left);
-    let upper_right = to_real(square.upper_right);
-    let lower_left = to_real(square.lower_left);
-    let lower_right = to_real(square.lower_right);
-    let mean = 0.25 * (upper_left + upper_right + (lower_left + lower_right));
-    return DownsampleRowsSquare(upper_left, upper_right, lower_left, lower_right, mean);
+    let mean = 0.25 * (square.upper_left + square.upper_right + (square.lower_left + square.lower_right));
+    return DownsampleRowsSquare(square.upper_left, square.upper_right, square.lower_left, square.lower_right, mean);
 }
 
 // The neighbors of an invocation. The outermost ones have no neighbor on one side; their results are not used.
@@ -75,41 +61,41 @@ fn downsample_rows_before(invocation: u32) -> u32 {
 fn downsample_rows_box(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let above = (*state).mean;
     (*state).mean = downsample_rows_square(texels).mean;
-    return of_real(above);
+    return above;
 }
 
 // The mean of the four corners.
 fn downsample_rows_tap4(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let square = downsample_rows_square(texels);
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + invocation, 0.25 * ((*state).lower_left + square.upper_left));
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + invocation, 0.25 * ((*state).lower_left + square.upper_left));
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right);
-    let corner = 0.25 * (here + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(invocation)));
+    let corner = 0.25 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(invocation)));
     let edge = corner + (*state).inner;
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + invocation, edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + invocation, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
     (*state).inner = corner;
-    return of_real(edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation)));
+    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation));
 }
 
 fn downsample_rows_tap13(state: ptr<function, DownsampleRows>, texels: Square, invocation: u32) -> vec4f {
     let square = downsample_rows_square(texels);
     let means = square.mean + (*state).mean;
     let edge_left = 0.25 * ((*state).lower_left + square.upper_left + means);
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + invocation, edge_left);
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + invocation, edge_left);
     workgroupBarrier();
     let here = 0.25 * ((*state).lower_right + square.upper_right + means);
-    let corner = 0.125 * (here + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(invocation)));
+    let corner = 0.125 * (here + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + downsample_rows_after(invocation)));
     let edge = corner + (*state).inner;
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + invocation, edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + invocation, edge);
     workgroupBarrier();
     (*state).lower_left = square.lower_left;
     (*state).lower_right = square.lower_right;
     (*state).mean = square.mean;
     (*state).inner = corner;
-    return of_real(edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation)));
+    return edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + downsample_rows_before(invocation));
 }
 
 // 1 / (1 + brightness), as for the taps.
@@ -122,25 +108,25 @@ fn downsample_rows_tap13_groups(state: ptr<function, DownsampleRows>, texels: Sq
     let square = downsample_rows_square(texels);
     let left = 0.25 * ((*state).lower_left + square.upper_left);
     let means = 0.25 * ((*state).mean + square.mean);
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT + invocation, left);
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_LEFT_SECOND + invocation, means);
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT + invocation, left);
+    downsample_rows_put(DOWNSAMPLE_ROWS_LEFT_SECOND + invocation, means);
     workgroupBarrier();
     let after = downsample_rows_after(invocation);
     let right = 0.25 * ((*state).lower_right + square.upper_right);
-    let inner = right + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT + after);
-    let squares = of_real(means + downsample_rows_take_part(DOWNSAMPLE_ROWS_LEFT_SECOND + after));
+    let inner = right + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT + after);
+    let squares = means + downsample_rows_take(DOWNSAMPLE_ROWS_LEFT_SECOND + after);
     let weight = downsample_rows_weight(squares);
     let outer = squares * weight;
     let inner_edge = 0.25 * ((*state).inner + inner);
     let outer_edge = (*state).outer + outer;
     let weight_edge = (*state).weight + weight;
-    downsample_rows_put_part(DOWNSAMPLE_ROWS_RIGHT + invocation, inner_edge);
+    downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT + invocation, inner_edge);
     downsample_rows_put(DOWNSAMPLE_ROWS_RIGHT_SECOND + invocation, outer_edge);
     downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + invocation] = bitcast<u32>(weight_edge);
     workgroupBarrier();
     (*state) = DownsampleRows(square.lower_left, square.lower_right, square.mean, inner, outer, weight);
     let before = downsample_rows_before(invocation);
-    let middle = of_real(inner_edge + downsample_rows_take_part(DOWNSAMPLE_ROWS_RIGHT + before));
+    let middle = inner_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT + before);
     let middle_weight = 4.0 * downsample_rows_weight(middle);
     let sum = middle * middle_weight + outer_edge + downsample_rows_take(DOWNSAMPLE_ROWS_RIGHT_SECOND + before);
     let weight_before = bitcast<f32>(downsample_rows_handed[DOWNSAMPLE_ROWS_RIGHT_WEIGHT + before]);

@@ -1,5 +1,4 @@
 // Blurs along one axis; two passes, one per axis, blur along both. Reads beyond the border return the border.
-#import real
 
 struct Gaussian {
     axis: vec2i,
@@ -60,13 +59,11 @@ fn gaussian_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, 
 }
 
 fn gaussian_caracal_exact(source: texture_2d<f32>, at: Point, params: Gaussian) -> vec4f {
-    return of_real(
-        real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
-            + real(GAUSSIAN_CARACAL_SIDE.x) * to_real(gaussian_pair(source, at, 1, params))
-            + real(GAUSSIAN_CARACAL_SIDE.y) * to_real(gaussian_pair(source, at, 2, params))
-            + real(GAUSSIAN_CARACAL_SIDE.z) * to_real(gaussian_pair(source, at, 3, params))
-            + real(GAUSSIAN_CARACAL_SIDE.w) * to_real(gaussian_pair(source, at, 4, params)),
-    );
+    return GAUSSIAN_CARACAL_CENTER * texel(source, at.pixel)
+        + GAUSSIAN_CARACAL_SIDE.x * gaussian_pair(source, at, 1, params)
+        + GAUSSIAN_CARACAL_SIDE.y * gaussian_pair(source, at, 2, params)
+        + GAUSSIAN_CARACAL_SIDE.z * gaussian_pair(source, at, 3, params)
+        + GAUSSIAN_CARACAL_SIDE.w * gaussian_pair(source, at, 4, params);
 }
 
 fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Gaussian) -> vec4f {
@@ -74,9 +71,7 @@ fn gaussian_caracal_linear(source: texture_2d<f32>, source_sampler: sampler, at:
     let far = GAUSSIAN_CARACAL_SIDE.z + GAUSSIAN_CARACAL_SIDE.w;
     let near_at = 1.0 + GAUSSIAN_CARACAL_SIDE.y / near;
     let far_at = 3.0 + GAUSSIAN_CARACAL_SIDE.w / far;
-    return of_real(
-        real(GAUSSIAN_CARACAL_CENTER) * to_real(texel(source, at.pixel))
-            + real(near) * to_real(gaussian_tap_pair(source, source_sampler, at, near_at, params))
-            + real(far) * to_real(gaussian_tap_pair(source, source_sampler, at, far_at, params)),
-    );
+    return GAUSSIAN_CARACAL_CENTER * texel(source, at.pixel)
+        + near * gaussian_tap_pair(source, source_sampler, at, near_at, params)
+        + far * gaussian_tap_pair(source, source_sampler, at, far_at, params);
 }

@@ -77,8 +77,7 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
         }
     }
     // The bits of floats at or above 0 have the order of integers.
-    let near = subgroup_max(brightest);
-    if is_subgroup_leader(own) { atomicMax(&histogram_brightest, bitcast<u32>(near)); }
+    atomicMax(&histogram_brightest, bitcast<u32>(brightest));
     workgroupBarrier();
     histogram_add(invocation);
     histogram_add(invocation + HISTOGRAM_INVOCATIONS);

@@ -34,7 +34,7 @@ fn log_gaussian_level(color: vec4f) -> f32 {
 }
 
 // Adds the sums of a cell's invocations in a fixed order; one invocation stores the mean. Several cells share a
-// workgroup and their borders are not those of subgroups, so this uses workgroup memory on every device.
+// workgroup.
 fn log_gaussian_store(cell: Cell, sum: f32) {
     let first = cell.slot * cell.invocations;
     let own = first + cell.invocation;

@@ -79,20 +79,6 @@ fn every_figure_is_there_and_agrees_with_the_others() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_calibration_is_remembered() {
-    let folder = Folder::new("calibrate");
-    let output = folder.bench(&["--calibrate", "--frames", "1"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let [file] = folder.remembered("calibration.json").try_into().unwrap();
-    let all: Value = serde_json::from_slice(&fs::read(file).unwrap()).unwrap();
-    let adapters: Vec<&Value> = all.as_object().unwrap().values().collect();
-    assert_eq!(adapters.len(), 1, "{all}");
-    let halves = &adapters[0]["formats"]["Rgba16Float"];
-    assert!(number(&halves["compute_ms"]) > 0.0 && number(&halves["fragment_ms"]) > 0.0, "{all}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_damaged_store_of_pipelines_is_replaced() {
     let folder = Folder::new("pipelines");
     folder.figures("lynx", SMALL, &[]);

@@ -132,7 +132,7 @@ fn each_has_four_tiers_that_keep_its_look() {
     }
 }
 
-/// A second Vulkan, with small limits: four bind groups, 256 invocations, no half-precision arithmetic.
+/// A second Vulkan, with small limits: four bind groups, 256 invocations.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[cfg(not(no_swiftshader))]

@@ -1,5 +1,4 @@
 // A tent filter: weights 1 2 1 in x times 1 2 1 in y.
-#import real
 #import sampling
 
 // The weight of the tap at (x, y), each -1, 0 or 1. All nine sum to 1.
@@ -11,14 +10,14 @@ fn tent_weight(x: i32, y: i32) -> f32 {
 fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
     if radius <= 1.0 { return tap_narrow_tent(t, s, uv, radius); }
     let spacing = radius / vec2f(textureDimensions(t));
-    var sum = real4();
+    var sum = vec4f();
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let color = tap(t, s, uv + vec2f(f32(x), f32(y)) * spacing);
-            sum += real(tent_weight(x, y)) * to_real(color);
+            sum += tent_weight(x, y) * color;
         }
     }
-    return of_real(sum);
+    return sum;
 }
 
 // The weights of four texels in a row from `first` on, from all taps around `center`. All in texels.
@@ -41,9 +40,7 @@ fn tap_narrow_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> ve
     // A pair without weight is read at its first texel and adds 0.
     let u = (first.x + vec2f(0.5, 2.5) + vec2f(x.y, x.w) / max(across, vec2f(1e-6))) / size.x;
     let v = (first.y + vec2f(0.5, 2.5) + vec2f(y.y, y.w) / max(down, vec2f(1e-6))) / size.y;
-    let columns = real_shares(across);
-    let rows = real_shares(down);
-    let upper = columns.x * to_real(tap(t, s, vec2f(u.x, v.x))) + columns.y * to_real(tap(t, s, vec2f(u.y, v.x)));
-    let lower = columns.x * to_real(tap(t, s, vec2f(u.x, v.y))) + columns.y * to_real(tap(t, s, vec2f(u.y, v.y)));
-    return of_real(rows.x * upper + rows.y * lower);
+    let upper = across.x * tap(t, s, vec2f(u.x, v.x)) + across.y * tap(t, s, vec2f(u.y, v.x));
+    let lower = across.x * tap(t, s, vec2f(u.x, v.y)) + across.y * tap(t, s, vec2f(u.y, v.y));
+    return down.x * upper + down.y * lower;
 }

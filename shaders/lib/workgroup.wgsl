@@ -1,6 +1,5 @@
-// Sums, scans and maxima over all invocations of a workgroup, through workgroup memory. If the options ask for
-// subgroups and the device supports them, `workgroup_subgroups` replaces this file with the same functions. All
-// invocations of the workgroup must call them, and a barrier is needed between two calls of the same function.
+// Sums, scans and maxima over all invocations of a workgroup, through workgroup memory. All invocations of the
+// workgroup must call them, and a barrier is needed between two calls of the same function.
 
 // An invocation of a workgroup, as an argument of an entry point.
 struct Invocation {
@@ -17,11 +16,6 @@ var<workgroup> workgroup_counts: array<u32, WORKGROUP_MAX>;
 var<workgroup> workgroup_row_counts: array<u32, WORKGROUP_ROWS>;
 var<workgroup> workgroup_values: array<vec2f, WORKGROUP_MAX>;
 var<workgroup> workgroup_row_values: array<vec2f, WORKGROUP_ROWS>;
-
-// The rank of the invocation in the order in which `workgroup_scan` adds.
-fn workgroup_rank(invocation: Invocation) -> u32 {
-    return invocation.index;
-}
 
 // The inclusive prefix sum of the counts, and their total.
 fn workgroup_scan(invocation: Invocation, invocations: u32, count: u32) -> vec2u {
@@ -79,14 +73,4 @@ fn workgroup_sum_and_max(invocation: Invocation, invocations: u32, value: vec2f)
         joined = sum_and_max(joined, workgroup_row_values[other]);
     }
     return joined;
-}
-
-// The maximum over the invocations that this one represents: only itself here. Valid if `is_subgroup_leader`.
-fn subgroup_max(value: f32) -> f32 {
-    return value;
-}
-
-// Whether this invocation represents its subgroup: always true here.
-fn is_subgroup_leader(invocation: Invocation) -> bool {
-    return true;
 }

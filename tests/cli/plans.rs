@@ -31,16 +31,6 @@ fn switches_turn_off_what_they_say() {
 }
 
 #[test]
-fn arithmetic_is_as_it_is_asked_for() {
-    let text = plan("{lynx} --half --subgroups");
-    assert!(text.contains("  half       sums of colors may be in half floats in "), "{text}");
-    assert!(text.contains("  subgroups  sums over workgroups"), "{text}");
-    let exact = plan("{lynx} --half=on --subgroups=off --exact");
-    assert!(exact.contains("ignored\n  half  `exact` wants all bits") && !exact.contains("subgroups"), "{exact}");
-    assert!(!plan("{lynx}").contains("arithmetic\n"));
-}
-
-#[test]
 fn a_pipeline_whose_passes_a_host_fills_can_be_looked_at_and_not_rendered() {
     let folder = Folder::new("host-draws");
     let text = r#"Pipeline(

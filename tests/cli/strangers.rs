@@ -223,7 +223,6 @@ fn a_pipe_in_the_cache_stops_nothing() {
         fs::remove_file(path).expect("a file of the cache");
         folder.pipe(path.to_str().expect("a name in UTF-8"));
     }
-    folder.pipe(".cache/afterimage/calibration.json");
     folder.run_soon("render {glare} room.exr -o out.png").good();
 }
 

@@ -260,7 +260,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
         *life = Lifetime { first: now[life.first].start, last };
     }
     let filled = scheduled.len() - plan.passes.len();
-    poisoned.passes = codegen(scheduled, &poisoned.images, &poisoned.options);
+    poisoned.passes = codegen(scheduled, &poisoned.images);
     (poisoned, filled)
 }
 

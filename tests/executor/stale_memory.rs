@@ -20,7 +20,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
         *pass = Pass::of_functions(pass.nodes.clone(), pass.label.clone(), vec![nan_kernel()], result);
         filled += 1;
     }
-    plan.passes = codegen(scheduled, &plan.images, &plan.options);
+    plan.passes = codegen(scheduled, &plan.images);
     (plan, filled)
 }
 

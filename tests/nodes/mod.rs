@@ -1,6 +1,5 @@
 //! Each kind on the GPU, compared with its CPU reference.
 
-mod arithmetic;
 mod bloom;
 mod camera;
 mod color;

@@ -166,7 +166,7 @@ fn wrong_lattices_and_lost_pixels_are_seen() {
                 pass.kind = PassKind::CellReduce(cells);
             }
         }
-        wrong.passes = codegen(scheduled, &wrong.images, &wrong.options);
+        wrong.passes = codegen(scheduled, &wrong.images);
         let (grid, around) = difference(&shown(&mut player, &wrong, &scene), &alone);
         assert!(grid > 0 || around > 1, "plant {number} is not seen");
     }

@@ -31,10 +31,6 @@ pub struct Caps {
     pub max_uniform_buffers: u32,
     /// The same in a pass that is fused of others: fewer where a driver fails with more.
     pub max_fused_uniform_buffers: u32,
-    /// Whether shaders have half-precision arithmetic.
-    pub half_arithmetic: bool,
-    /// Whether shaders have subgroup operations.
-    pub subgroups: bool,
     /// Whether the ranges of draws that a buffer holds may begin at any instance; at the first otherwise.
     pub indirect_first_instance: bool,
     /// Whether workgroup memory is faster than the device's other memory. It is not on a processor, where images are
@@ -67,8 +63,6 @@ impl Default for Caps {
             max_storage_images: 4,
             max_uniform_buffers: 11,
             max_fused_uniform_buffers: 11,
-            half_arithmetic: false,
-            subgroups: false,
             indirect_first_instance: false,
             fast_workgroup_memory: false,
             prefer_fragment: false,

@@ -16,8 +16,7 @@ use stress::StressArgs;
 use view::ViewArgs;
 
 pub(crate) use options::{
-    ArithmeticOptions, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions,
-    parse_fps, parse_size,
+    DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, parse_fps, parse_size,
 };
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -183,8 +182,6 @@ pub(crate) struct PlanArgs {
     #[arg(long, value_name = "NODE.PARAMETER")]
     pub(crate) dynamic: Vec<String>,
     #[command(flatten)]
-    pub(crate) arithmetic: ArithmeticOptions,
-    #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]
     pub(crate) plan: PlanOptions,
@@ -223,8 +220,7 @@ pub(crate) struct NodesArgs {
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
     /// The pipeline file
-    #[arg(required_unless_present_any = ["calibrate"])]
-    pub(crate) pipeline: Option<PathBuf>,
+    pub(crate) pipeline: PathBuf,
     /// Pixels of a frame
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
     pub(crate) size: (u32, u32),
@@ -237,10 +233,6 @@ pub(crate) struct BenchArgs {
     /// Also write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Measure whether this adapter is faster with draws or dispatches, and with half floats and subgroups; later
-    /// runs use the result
-    #[arg(long)]
-    pub(crate) calibrate: bool,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
     #[command(flatten)]

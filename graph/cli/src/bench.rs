@@ -7,7 +7,7 @@ use afterimage_lab::bench::{self, BenchOptions};
 use afterimage_media::write_atomic;
 
 use crate::args::BenchArgs;
-use crate::device::{keep_calibration, keep_pipeline_data, open_for, options_on, pipelines};
+use crate::device::{keep_pipeline_data, open_for, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
@@ -16,12 +16,7 @@ use crate::terminal::say;
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.kinds)?;
     let gpu = open_for(&args.device, &args.plan)?;
-    if args.calibrate {
-        let (calibration, size) = bench::calibrate(&gpu, &registry, args.frames)?;
-        let kept = keep_calibration(&gpu, &calibration);
-        say(&bench::describe(&calibration, &gpu.name(), size, kept.as_deref()));
-    }
-    let Some(path) = &args.pipeline else { return Ok(()) };
+    let path = &args.pipeline;
     // Prints the warnings; the starts below do not print them again.
     load_graph(path, &registry, &args.options)?;
     args.json.iter().try_for_each(|out| Files::of(path, &args.options.kinds).refuse_output(out))?;
@@ -34,7 +29,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         samples: args.frames,
         finite: args.finite,
         facts: facts(&args.options)?,
-        options: options_on(&gpu, plan_options(&args.plan), &args.device.arithmetic),
+        options: plan_options(&args.plan),
     };
     let report = bench::bench(&gpu, &registry, &path.display().to_string(), &load, &options)?;
     keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));

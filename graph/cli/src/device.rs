@@ -1,20 +1,16 @@
 //! The device of a command: how it is opened, its sessions, and the cache of what earlier runs know of it.
 //!
-//! The cache of each graphics adapter holds the driver's pipelines and the results of a calibration. It can be deleted
-//! at any time. Errors with it do not stop the program; it only starts slower.
+//! The cache of each graphics adapter holds the driver's pipelines. It can be deleted at any time. Errors with it do not stop the program; it only starts slower.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use afterimage_gpu::{Gpu, Opening, Session};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_lab::bench::{Calibration, Gain};
 use afterimage_media::{read_bytes, write_atomic};
 use afterimage_plan::Options;
 
-use crate::args::{ArithmeticOptions, DeviceOptions, PlanOptions};
+use crate::args::{DeviceOptions, PlanOptions};
 use crate::failure::Failure;
-use crate::terminal::note;
 
 /// Drivers only add to their caches; a larger one is not used again.
 const MAX_BYTES: u64 = 64 << 20;
@@ -22,10 +18,8 @@ const MAX_BYTES: u64 = 64 << 20;
 /// Opens the device that the command line names.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
-    // Without a calibration: on lavapipe whole pipelines are a third faster with draws, which single passes do not
-    // show.
-    let drawn = calibration(&gpu).map_or(gpu.is_processor(), |calibration| calibration.prefers_fragment());
-    gpu.caps.prefer_fragment = drawn;
+    // On lavapipe whole pipelines are a third faster with draws.
+    gpu.caps.prefer_fragment = gpu.is_processor();
     Ok(gpu)
 }
 
@@ -36,18 +30,6 @@ pub(crate) fn open_for(device: &DeviceOptions, plan: &PlanOptions) -> Result<Gpu
     Ok(gpu)
 }
 
-/// The planner's options on this device. Options that the command line does not set are on if a calibration found
-/// them to be faster. Prints a note for each requested option without effect.
-pub(crate) fn options_on(gpu: &Gpu, requested: Options, arithmetic: &ArithmeticOptions) -> Options {
-    let calibration = calibration(gpu).unwrap_or_default();
-    let pays = |gain: Option<Gain>| gain.is_some_and(Gain::pays);
-    let half = pays(calibration.half) && !requested.exact;
-    let calibrated = Options { half, subgroups: pays(calibration.subgroups), ..requested };
-    let (options, ignored) = arithmetic.over(calibrated).granted(&gpu.caps);
-    ignored.iter().for_each(|ignored| note(&format!("note: `--{}` has no effect: {}", ignored.switch, ignored.why)));
-    options
-}
-
 /// A session with the driver's pipelines of earlier runs.
 pub(crate) struct CachedSession {
     pub(crate) session: Session,
@@ -55,16 +37,15 @@ pub(crate) struct CachedSession {
 }
 
 impl CachedSession {
-    /// Opens the device, and a session on it with the planner's options there.
+    /// Opens the device, and a session on it.
     pub(crate) fn open(
         device: &DeviceOptions,
         plan: &PlanOptions,
         graph: Graph,
         facts: Facts,
-        requested: Options,
+        options: Options,
     ) -> Result<Self, Failure> {
         let gpu = open_for(device, plan)?;
-        let options = options_on(&gpu, requested, &device.arithmetic);
         Ok(Self::new(&gpu, graph, facts, options))
     }
 
@@ -126,25 +107,6 @@ fn keep(path: &std::path::Path, bytes: &[u8]) {
     if made.is_err() || write_atomic(path, bytes).is_err() {
         log::info!("`{}` cannot be written; the next start will be as slow as this one", path.display());
     }
-}
-
-fn calibrations() -> Option<(PathBuf, BTreeMap<String, Calibration>)> {
-    let path = folder()?.join("calibration.json");
-    let known = read_bytes(&path, MAX_BYTES).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    Some((path, known.unwrap_or_default()))
-}
-
-/// The calibration of this adapter.
-fn calibration(gpu: &Gpu) -> Option<Calibration> {
-    calibrations()?.1.remove(&key(gpu))
-}
-
-/// Stores a calibration; returns the file if it could be written.
-pub(crate) fn keep_calibration(gpu: &Gpu, calibration: &Calibration) -> Option<PathBuf> {
-    let (path, mut all) = calibrations()?;
-    all.insert(key(gpu), calibration.clone());
-    keep(&path, &serde_json::to_vec_pretty(&all).expect("names and numbers are JSON"));
-    path.is_file().then_some(path)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use afterimage_plan::Options;
 
 use crate::args::PipelineOptions;
 use crate::args::measure::{ClipArgs, MeasureArgs};
-use crate::device::{open, options_on};
+use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     }
     let registry = registry(tables, &args.clips.options.kinds)?;
     let gpu = open(&args.clips.device)?;
-    let mut options = measure_options(&args.clips, &gpu)?;
+    let mut options = measure_options(&args.clips)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
     let report = report(args, &gpu, &registry, &options)?;
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
 }
 
 /// How a pipeline is measured, as the arguments of `measure` and `tune` say it.
-pub(crate) fn measure_options(args: &ClipArgs, gpu: &Gpu) -> Result<MeasureOptions, Failure> {
+pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure> {
     let inputs = assignments(&args.inputs, "--input")?;
     let clips = ClipOptions {
         images: args.images.clone(),
@@ -47,7 +47,7 @@ pub(crate) fn measure_options(args: &ClipArgs, gpu: &Gpu) -> Result<MeasureOptio
     Ok(MeasureOptions {
         clips,
         facts: facts(&args.options)?,
-        options: options_on(gpu, Options::default(), &args.device.arithmetic),
+        options: Options::default(),
         samples: args.repeats,
         output: args.output.clone(),
         tiers_only: false,

@@ -124,9 +124,9 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     }
 }
 
-/// A typical device: it stores every format and has half-precision arithmetic and subgroups.
+/// A typical device: it stores every format.
 pub(crate) fn typical_caps() -> Caps {
-    Caps { storage: Format::ALL.into(), max_side: 16384, half_arithmetic: true, subgroups: true, ..Caps::default() }
+    Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() }
 }
 
 /// A plan for a typical device with half-float inputs of this size, to look at and not to run.

@@ -79,7 +79,7 @@ fn diff_json(diff: &PlanDiff) -> Value {
 
 fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
     let size = Size::new(args.size.0, args.size.1);
-    let (facts, options) = (facts(&args.options)?, args.arithmetic.over(plan_options(&args.plan)));
+    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let dynamic = args.dynamic.iter().map(|name| dynamic(graph, name)).collect::<Result<_, _>>()?;
     if !args.device {
         let caps = Caps { prefer_fragment: args.plan.fragment, ..typical_caps() };

@@ -8,7 +8,7 @@ use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_plan::Options;
 
 use crate::args::stress::StressArgs;
-use crate::device::{open, options_on};
+use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, text};
 use crate::pipeline::{assignments, facts};
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         defaults: args.defaults || !args.options.sets.is_empty(),
         quick: args.quick,
         unsanitized: args.unsanitized,
-        options: options_on(&gpu, Options::default(), &args.device.arithmetic),
+        options: Options::default(),
         known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
     };
     let report = stress::stress(&gpu, &registry, &subjects, &options, &Bar::new(subjects.len() as u64));

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     args.out.iter().chain(&args.state).try_for_each(|out| files.refuse_output(out))?;
     tier_file::check_name(args, &registry)?;
     let gpu = open(&args.clips.device)?;
-    let options = measure_options(&args.clips, &gpu)?;
+    let options = measure_options(&args.clips)?;
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
     let (goal, state) = (goal(&args.goal), args.state.as_deref());
     let tuned = tune(&gpu, &registry, &tuned, &options, goal, state, &Bar::new(0))?;

@@ -46,8 +46,6 @@ const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
     .union(Features::TIMESTAMP_QUERY)
     .union(Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     .union(Features::TIMESTAMP_QUERY_INSIDE_PASSES)
-    .union(Features::SHADER_F16)
-    .union(Features::SUBGROUP)
     .union(Features::PIPELINE_CACHE)
     .union(Features::IMMEDIATES)
     .union(Features::CLEAR_TEXTURE);
@@ -233,8 +231,6 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         max_storage_images: limits.max_storage_textures_per_shader_stage,
         max_uniform_buffers: limits.max_uniform_buffers_per_shader_stage.saturating_sub(1),
         max_fused_uniform_buffers: max_fused_uniform_buffers(&adapter.get_info(), &limits),
-        half_arithmetic: features.contains(Features::SHADER_F16),
-        subgroups: features.contains(Features::SUBGROUP),
         indirect_first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
         fast_workgroup_memory: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
         prefer_fragment: false,

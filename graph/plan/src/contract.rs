@@ -6,7 +6,7 @@ use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
     Arg, CellReduce, ImageId, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
 };
-use afterimage_wgsl::{SampleMode, ShaderFeatures};
+use afterimage_wgsl::SampleMode;
 
 use crate::builder::copy_kernel;
 use crate::codegen::{CodeOptions, compose_pass, functions_cover};
@@ -34,8 +34,8 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
     if complaints.is_empty() { Ok(skipped) } else { Err(complaints) }
 }
 
-/// The WGSL of every module that the contract composes from these kinds without optional features, for validators
-/// other than naga.
+/// The WGSL of every module that the contract composes from these kinds without immediates, for validators other than
+/// naga.
 pub fn modules(kinds: &[NodeKind]) -> BTreeSet<String> {
     kinds.iter().flat_map(|kind| of_kind(kind).plain).collect()
 }
@@ -77,18 +77,15 @@ fn cover(pass: &Pass, recording: &Recording) -> Option<[u32; 2]> {
     pass.function_result().map(|image| functions_cover(pass, recording.image(image).desc.size))
 }
 
-/// What every device understands.
-const PLAIN: ShaderFeatures = ShaderFeatures { half: false, subgroups: false };
-/// What few do not.
-const RICH: ShaderFeatures = ShaderFeatures { half: true, subgroups: true };
-/// Every way in which a module may be composed.
-const WAYS: [(SampleMode, ShaderFeatures); 6] = [
-    (SampleMode::Plain, PLAIN),
-    (SampleMode::ByHand, PLAIN),
-    (SampleMode::Sanitized, PLAIN),
-    (SampleMode::SanitizedLight, PLAIN),
-    (SampleMode::SanitizedSigned, PLAIN),
-    (SampleMode::Plain, RICH),
+/// Every way in which a module may be composed: how its textures are sampled, and whether the frame's time comes from
+/// immediates.
+const WAYS: [(SampleMode, bool); 6] = [
+    (SampleMode::Plain, false),
+    (SampleMode::ByHand, false),
+    (SampleMode::Sanitized, false),
+    (SampleMode::SanitizedLight, false),
+    (SampleMode::SanitizedSigned, false),
+    (SampleMode::Plain, true),
 ];
 
 /// The modules of a kind.
@@ -96,7 +93,7 @@ const WAYS: [(SampleMode, ShaderFeatures); 6] = [
 struct Modules {
     shapes: BTreeSet<String>,
     sources: BTreeSet<String>,
-    /// Those of the sources that every device understands.
+    /// Those of the sources without immediates, which not every device has.
     plain: BTreeSet<String>,
     complaints: Vec<String>,
 }
@@ -119,12 +116,12 @@ impl Modules {
         by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| self.ways(&pass, recording, "", &WAYS));
     }
 
-    fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, ShaderFeatures)]) {
+    fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, bool)]) {
         let desc_of = |image: ImageId| recording.image(image).desc;
-        for (reading, features) in ways.iter().copied() {
-            let options = CodeOptions { features, immediates: features == RICH, in_rectangle: false };
-            let composed = compose_pass(pass, &desc_of, &|_| reading, options);
-            self.plain.extend(composed.iter().filter(|_| features == PLAIN).map(|composed| composed.source.clone()));
+        for (mode, immediates) in ways.iter().copied() {
+            let options = CodeOptions { immediates, in_rectangle: false };
+            let composed = compose_pass(pass, &desc_of, &|_| mode, options);
+            self.plain.extend(composed.iter().filter(|_| !immediates).map(|composed| composed.source.clone()));
             let fault = match composed {
                 Ok(composed) if !self.sources.insert(composed.source.clone()) => None,
                 Ok(composed) => match composed.validate() {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
 use crate::error::PlanError;
-use crate::options::{Alias, Ignored, Options};
+use crate::options::{Alias, Options};
 use crate::plan::{PlannedImage, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
@@ -23,8 +23,6 @@ pub(crate) struct Formatted {
     pub(crate) images: Vec<PlannedImage>,
     /// The options that hold on this device for these passes.
     pub(crate) options: Options,
-    /// Switches that have no effect.
-    pub(crate) ignored: Vec<Ignored>,
 }
 
 /// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
@@ -33,13 +31,13 @@ pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> R
     builder.recording.passes.iter().try_for_each(|pass| check_uniforms(pass, &request.caps))?;
     let passes = staged(builder, &request.caps);
     passes.iter().try_for_each(|planned| check_blends(planned, &builder.recording, &request.caps))?;
-    let (mut options, ignored) = request.options.granted(&request.caps);
+    let mut options = request.options;
     if passes.iter().any(|pass| pass.stage != Stage::Compute) {
         // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
         options.alias = options.alias.min(Alias::Pool);
     }
     let images = images(builder, request);
-    Ok(Formatted { passes, images, options, ignored })
+    Ok(Formatted { passes, images, options })
 }
 
 fn check_size(image: &VirtualImage, caps: &Caps) -> Result<(), PlanError> {

@@ -54,7 +54,7 @@ pub use afterimage_base::caps::Caps;
 pub use contract::{contract, modules};
 pub use dynamic::{DynamicNodes, NeedsPlan};
 pub use error::PlanError;
-pub use options::{Alias, Ignored, Options, When};
+pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
     AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,

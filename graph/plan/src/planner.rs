@@ -58,11 +58,11 @@ fn plan_computing(
     cull(&mut builder);
     sanitize(&mut builder);
     fusion(&mut builder, request);
-    let Formatted { passes, mut images, options, ignored } = formats(&mut builder, request)?;
+    let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
     let schedule = schedule(passes, &images, builder.recording.buffers.len(), &options);
     let memory = memory(&mut images, &schedule, &builder, (request, &options));
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
-    let passes = codegen(schedule.passes, &images, &options);
+    let passes = codegen(schedule.passes, &images);
     let mut plan = Plan {
         blocks: blocks(graph, &passes),
         images,
@@ -75,7 +75,6 @@ fn plan_computing(
         inputs: builder.inputs,
         outputs: builder.outputs,
         skipped: builder.skipped,
-        ignored,
         fused: builder.fused,
         shared_reads: builder.shared_reads,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),

@@ -20,22 +20,21 @@ static SHARED: Shader = Shader::new(
     }",
 );
 
-static HALVES: Shader = Shader::new(
-    "halves.wgsl",
-    "#import real
-fn halves(source: vec4f) -> vec4f { return source; }
-fn halves_far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let one: f32 = real(1.0);
-    return one * tap(source, source_sampler, at.uv);
+static BY_HAND: Shader = Shader::new(
+    "by_hand.wgsl",
+    "const_assert !TAP_BY_HAND;
+fn by_hand(source: vec4f) -> vec4f { return source; }
+fn by_hand_far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return tap(source, source_sampler, at.uv);
 }",
 );
 
 params! {
-    /// Its second pass is no module where `real` has 16 bits.
-    pub struct Halves {}
+    /// Its second pass is no module where taps are filtered in the shader.
+    pub struct ByHand {}
 }
 
-impl Node for Halves {
+impl Node for ByHand {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
@@ -44,16 +43,16 @@ impl Node for Halves {
         let source = pass.image("source");
         let desc = pass.desc(source);
         let between = pass.transient("between", desc);
-        pass.function(&HALVES, "halves").write_to(between);
-        pass.function(&HALVES, "halves_far").read("source", between).write("result", desc);
+        pass.function(&BY_HAND, "by_hand").write_to(between);
+        pass.function(&BY_HAND, "by_hand_far").read("source", between).write("result", desc);
     }
 }
 
 #[test]
 fn every_pass_is_checked_in_every_way_in_which_it_may_be_composed() {
-    let complaints = contract(&[NodeKind::of::<Halves>()]).expect_err("the second pass is no module");
-    let of_halves = "`Halves`: the pass `halves_far` is no valid module";
-    assert!(complaints.iter().all(|complaint| complaint.starts_with(of_halves)), "{complaints:?}");
+    let complaints = contract(&[NodeKind::of::<ByHand>()]).expect_err("the second pass is no module");
+    let of_by_hand = "`ByHand`: the pass `by_hand_far` is no valid module";
+    assert!(complaints.iter().all(|complaint| complaint.starts_with(of_by_hand)), "{complaints:?}");
     assert_eq!(complaints.len(), 1, "{complaints:?}");
 }
 

@@ -26,8 +26,6 @@ pub const PLAIN: Options = Options {
     exact: false,
     batches_first: false,
     bounds_checks: false,
-    half: false,
-    subgroups: false,
 };
 
 /// Every way in which a plan differs from it.

@@ -1,5 +1,5 @@
 //! Reports of plans with what others lack: images of many heights, long names, numbers that change while the plan runs,
-//! tables, two sizes, arithmetic in half floats, and nothing at all.
+//! tables, two sizes, and nothing at all.
 
 use std::collections::BTreeSet;
 
@@ -46,14 +46,14 @@ const LIVE: &str = r#"Pipeline(
     outputs: { "out": "exposed", "around": "around" },
 )"#;
 
-/// The plan of a graph on a device with all features, with these parameters dynamic.
-fn live(graph: &Graph, dynamic: &[&str], caps: Caps, options: Options) -> Plan {
+/// The plan of a graph with these parameters dynamic.
+fn live(graph: &Graph, dynamic: &[&str]) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
     let request = PlanRequest {
         given: HostInputs::everything(FRAME, &graph.inputs, image),
         facts: Facts::default(),
-        caps,
-        options,
+        caps: all_formats(),
+        options: Options::default(),
         dynamic: dynamic.iter().map(|name| graph.parameter(name).expect("it has one")).collect::<BTreeSet<_>>(),
         requirement: &Requirement::typical,
     };
@@ -63,21 +63,17 @@ fn live(graph: &Graph, dynamic: &[&str], caps: Caps, options: Options) -> Plan {
 #[test]
 fn the_reports_of_a_meter_are_as_known() {
     let graph = checked(LIVE);
-    let caps = Caps { half_arithmetic: true, subgroups: true, ..all_formats() };
-    let options = Options { half: true, subgroups: true, ..Options::default() };
-    let plan = live(&graph, &["exposed.stops", "meter.min_ev"], caps, options);
+    let plan = live(&graph, &["exposed.stops", "meter.min_ev"]);
     assert_golden("meter.txt", &plan.to_text());
     assert_golden("meter.json", &plan.to_json());
     assert_golden("meter.dot", &plan.to_dot());
     assert_golden("meter.svg", &plan.to_svg());
-    let lacking = live(&graph, &[], all_formats(), options);
-    assert_golden("meter-lacking.txt", &lacking.to_text());
 }
 
 #[test]
 fn a_plan_that_only_copies_has_reports_too() {
     let text = r#"Pipeline(inputs: { "scene": Color }, nodes: {}, outputs: { "out": "scene" })"#;
-    let plan = live(&checked(text), &[], all_formats(), Options::default());
+    let plan = live(&checked(text), &[]);
     assert_golden("copy.txt", &plan.to_text());
     assert_golden("copy.svg", &plan.to_svg());
     assert_golden("copy.json", &plan.to_json());

@@ -1,63 +1,12 @@
-//! The switches for half floats, subgroups and immediates, and what a device prefers.
+//! Immediates, and draws in the place of dispatches.
 
-use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
 use afterimage_graph::node::PassKind;
 use afterimage_plan::codegen::{Slot, SlotKind};
 use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 
 use super::planned::{all_formats, built_in, plan_images};
-
-fn both() -> Options {
-    Options { half: true, subgroups: true, ..Options::default() }
-}
-
-/// The source of every pass, as the device gets it.
-fn sources(plan: &Plan) -> Vec<String> {
-    let composed = |pass| plan.compose(pass, false).unwrap_or_else(|error| panic!("{error}")).source;
-    (0..plan.passes.len()).map(composed).collect()
-}
-
-/// A device with every feature.
-fn full() -> Caps {
-    Caps { half_arithmetic: true, subgroups: true, ..all_formats() }
-}
-
-fn planned(graph: &Graph, options: Options, format: Format, caps: Caps) -> Plan {
-    plan_images(graph, format, Facts::default(), caps, options)
-}
-
-#[test]
-fn switches_apply_wherever_the_device_allows() {
-    let graph = built_in("tsushima.ron");
-    let count = |plan: &Plan, word: &str| sources(plan).iter().filter(|source| source.contains(word)).count();
-    let without = planned(&graph, Options::default(), Format::Rgba16Float, full());
-    assert_eq!((count(&without, "f16;"), count(&without, "subgroupBroadcastFirst")), (0, 0));
-    let with = planned(&graph, both(), Format::Rgba16Float, full());
-    assert!(sources(&with).iter().all(|source| source.starts_with("enable f16;\n")));
-    let uses = (count(&with, "subgroupMax"), count(&with, "subgroupAdd"));
-    assert!(uses.0 > 0 && uses.1 > 0, "the histogram's maximum and the sums of the meter: {uses:?}");
-    assert!(with.ignored.is_empty());
-    assert_ne!(with.hash(), without.hash());
-    // An input in 32 bits is read in 32 bits; what is stored after it is not.
-    let from_32_bits = planned(&graph, both(), Format::Rgba32Float, full());
-    let (all, half) = (sources(&from_32_bits).len(), count(&from_32_bits, "enable f16;"));
-    assert!(0 < half && half < all, "{half} of {all}");
-}
-
-#[test]
-fn a_switch_that_the_device_lacks_is_reported_and_changes_nothing() {
-    let graph = built_in("lynx.ron");
-    let plain = planned(&graph, Options::default(), Format::Rgba16Float, all_formats());
-    let asked = planned(&graph, both(), Format::Rgba16Float, all_formats());
-    let ignored: Vec<&str> = asked.ignored.iter().map(|ignored| ignored.switch).collect();
-    assert_eq!(ignored, ["subgroups", "half"]);
-    assert!(asked.to_text().contains("ignored\n  subgroups  the device has no"), "{}", asked.to_text());
-    assert_eq!((asked.options, sources(&asked)), (plain.options, sources(&plain)));
-    let exact = planned(&graph, Options { exact: true, ..both() }, Format::Rgba16Float, full());
-    assert!(sources(&exact).iter().all(|source| !source.contains("f16;")));
-    assert_eq!(exact.ignored[0].why, "`exact` wants all bits");
-}
 
 /// Immediates take the place of one binding: that of the frame's constants.
 #[test]

@@ -5,7 +5,6 @@ mod barriers;
 mod direct_reads;
 mod entry;
 mod error;
-mod features;
 mod library;
 pub mod limits;
 mod link;
@@ -21,7 +20,6 @@ mod walk;
 
 pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::ShaderError;
-pub use features::ShaderFeatures;
 pub use library::{Library, Source};
 pub use link::{Instance, Linked, Linker, Place, SourceMap};
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};

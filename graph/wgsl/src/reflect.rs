@@ -7,7 +7,6 @@ use crate::barriers::sharing;
 use crate::direct_reads::{direct_reads, filtering};
 use crate::entry::{EntryPoint, entry_point};
 use crate::error::ShaderError;
-use crate::features::ShaderFeatures;
 use crate::library::Source;
 use crate::link::{Declared, GENERATED, Instance, Linker, check_work};
 use crate::sample_mode::SampleMode;
@@ -176,7 +175,7 @@ pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
 }
 
 fn reflect_linked(source: &Source) -> Result<Reflection, ShaderError> {
-    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let mut linker = Linker::new(SampleMode::Plain);
     let instance = linker.add(source, &[])?;
     let (linked, declared) = linker.link_whole(instance, source.file.has_workgroups())?;
     let names = Names { declared: &declared, instance };

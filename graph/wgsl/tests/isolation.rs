@@ -3,7 +3,7 @@
 
 mod hostile;
 
-use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, ShaderFeatures, limits, validate};
+use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, limits, validate};
 use hostile::{Kernel, pair};
 
 /// Pairs that the test links: 200 for `tests/sweeps.sh`. `AFTERIMAGE_HOSTILE_PAIRS=20000` links more.
@@ -22,7 +22,7 @@ fn files_with_unkind_names_become_one_valid_module() {
             Shader::untrusted(file.into(), kernel.text.clone()).with_loaded_library(library)
         };
         let (one, two) = (shader("one.wgsl", &pair.hostile[0]), shader("two.wgsl", &pair.hostile[1]));
-        let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
+        let mut linker = Linker::new(SampleMode::Sanitized);
         let mut calls = String::new();
         for (index, shader) in [&one, &two].into_iter().enumerate() {
             shader.reflect().unwrap_or_else(|error| panic!("pair {seed} is not WGSL: {error}\n{}", shader.text()));

@@ -1,7 +1,7 @@
 //! Uniform bytes follow the layout that reflection finds in the shader.
 #![allow(missing_docs, reason = "a test binary exports nothing")]
 
-use afterimage_wgsl::{ArgType, Library, Linker, SampleMode, Shader, ShaderFeatures, UniformValue};
+use afterimage_wgsl::{ArgType, Library, Linker, SampleMode, Shader, UniformValue};
 
 static SHADER: Shader = Shader::new(
     "params.wgsl",
@@ -140,7 +140,7 @@ fn a_file_is_in_a_module_once() {
     let text = "const FAST: bool = false; fn kernel(a: vec4f) -> vec4f { return a; }";
     let shader = |file: &str, text: &str| Shader::loaded(file.into(), text.into());
     let shaders = [shader("a", text), shader("a", text), shader("b", text), shader("a", "const A = 1;")];
-    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let mut linker = Linker::new(SampleMode::Plain);
     let mut add = |at: usize, promises: &[&str]| linker.add(shaders[at].source(), promises).expect("it has no imports");
     let first = add(0, &[]);
     assert!(first == add(0, &[]) && first == add(1, &[]));

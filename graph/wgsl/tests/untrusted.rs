@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use afterimage_base::diagnostic::Diagnostics;
 use afterimage_wgsl::limits::{self, Limit};
-use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, validate};
+use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, validate};
 use hostile::bombs::{bombs, in_body};
 
 fn untrusted(text: &str) -> Shader {
@@ -165,7 +165,7 @@ fn every_bomb_is_refused_by_its_limit_and_soon() {
 /// The text of the module that a pass of an untrusted function becomes.
 fn linked(text: &str) -> String {
     let shader = untrusted(text);
-    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let mut linker = Linker::new(SampleMode::Plain);
     let instance = linker.add(shader.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
     let before = linker.before_call(limits::LOOP_STEPS).unwrap_or_default();
     let call = linker.name(instance, "kind");

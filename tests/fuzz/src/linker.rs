@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use afterimage_wgsl::{
-    ArgType, Instance, Library, Linker, Reflection, SampleMode, Shader, ShaderError, ShaderFeatures, limits, validate,
+    ArgType, Instance, Library, Linker, Reflection, SampleMode, Shader, ShaderError, limits, validate,
 };
 
 use crate::hostile::{Kernel, pair};
@@ -65,7 +65,7 @@ fn neighbor() -> &'static (Shader, String) {
 /// What is accepted is valid beside a neighbor, too.
 fn links(shader: &Shader, reflection: &Reflection) {
     let (neighbor, last) = neighbor();
-    let mut linker = Linker::new(SampleMode::Sanitized, ShaderFeatures::default());
+    let mut linker = Linker::new(SampleMode::Sanitized);
     let of_pixels =
         reflection.functions.iter().filter(|function| matches!(function.args[..], [(_, ArgType::Floats(4))]));
     let names = of_pixels.take(MAX_CALLS).map(|function| (shader, &function.name)).chain([(neighbor, last)]);

@@ -184,8 +184,6 @@ fn caps(choices: &mut Bytes<'_>) -> Caps {
     Caps {
         storage: if choices.flag() { Format::ALL.into() } else { plain.storage },
         filter_32_bit: choices.flag(),
-        half_arithmetic: choices.flag(),
-        subgroups: choices.flag(),
         fast_workgroup_memory: choices.flag(),
         prefer_fragment: choices.flag(),
         max_side: choices.one_of(&[8192, 16384, 32768]),
@@ -202,8 +200,6 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         exact: choices.flag(),
         batches_first: choices.flag(),
         bounds_checks: choices.flag(),
-        half: choices.flag(),
-        subgroups: choices.flag(),
     }
 }
 

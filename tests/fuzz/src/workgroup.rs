@@ -1,7 +1,7 @@
 //! Shaders of folders whose functions share memory of a workgroup: refused at the author's line, or they become a valid
 //! module in which every invocation arrives at each barrier.
 
-use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, ShaderFeatures, limits, validate};
+use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, limits, validate};
 
 /// What mutation begins with: the last function of each takes a pixel and its place in a workgroup.
 pub const SEEDS: [&str; 6] = [
@@ -122,7 +122,7 @@ fn composes(shader: &Shader, function: &Function) {
         _ => None,
     };
     let Some(args) = function.args.iter().map(arg).collect::<Option<Vec<_>>>() else { return };
-    let mut linker = Linker::new(SampleMode::Plain, ShaderFeatures::default());
+    let mut linker = Linker::new(SampleMode::Plain);
     let instance = linker.add(shader.source(), &[]).unwrap_or_else(|error| panic!("accepted, but: {error}"));
     let (before, name) =
         (linker.before_call(limits::WORKGROUP_LOOP_STEPS).unwrap_or_default(), linker.name(instance, &function.name));

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use afterimage_media::{Budget, default_budget};
-use afterimage_plan::Options;
 use clap::builder::Resettable;
 use clap::{Args, ValueEnum};
 
@@ -66,38 +65,6 @@ pub(crate) struct PlanOptions {
     pub(crate) fragment: bool,
 }
 
-/// Optional features of shaders. Without an option, the result of `bench --calibrate` decides; without a calibration
-/// it is off.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub(crate) struct ArithmeticOptions {
-    /// Sum colors in half floats, if the device has them
-    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
-    pub(crate) half: Option<Use>,
-    /// Use subgroup operations for sums over workgroups, if the device has them
-    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "on", require_equals = true)]
-    pub(crate) subgroups: Option<Use>,
-}
-
-impl ArithmeticOptions {
-    /// The planner's options with those that are set here.
-    pub(crate) fn over(&self, options: Options) -> Options {
-        let chosen = |given: Option<Use>, otherwise| given.map_or(otherwise, |given| given == Use::On);
-        Options {
-            half: chosen(self.half, options.half),
-            subgroups: chosen(self.subgroups, options.subgroups),
-            ..options
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Use {
-    /// If the device has it
-    On,
-    /// Never
-    Off,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NoAlias {
     /// Every image has its own texture
@@ -112,8 +79,6 @@ pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
-    #[command(flatten)]
-    pub(crate) arithmetic: ArithmeticOptions,
 }
 
 /// Options of every command that reads images.

@@ -11,7 +11,7 @@ const VERDICTS: &str = "\
 Every output must be finite, in the range of its color state, and the same as with images whose NaN, infinities and \
 negatives are replaced before. A constant must stay constant, a symmetric image symmetric, a ramp rising, and light \
 must be kept, by the kinds that promise it. A node that is skipped as an identity must be one. The output must be \
-the same dispatched and drawn, fused and not, with subgroups and without. Histories must not \
+the same dispatched and drawn, fused and not. Histories must not \
 change in steps of no time, must settle in long steps, start again at a reset, and recover from a frame of NaN.";
 
 #[derive(Debug, Args)]

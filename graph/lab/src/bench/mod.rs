@@ -1,6 +1,5 @@
 //! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
 
-mod calibrate;
 mod copy;
 mod raw;
 mod report;
@@ -14,7 +13,6 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Options, Plan, Stage};
 
-pub use calibrate::{Calibration, Gain, StageTimes, calibrate, describe};
 pub use copy::bandwidth;
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
 

@@ -83,13 +83,7 @@ pub(crate) fn stress(
     subject: &Subject,
     options: &StressOptions,
 ) -> Tally {
-    let flags = [
-        (options.unsanitized, " --unsanitized"),
-        (options.options.half, " --half"),
-        (options.options.subgroups, " --subgroups"),
-    ];
-    let words: String = flags.iter().filter_map(|(given, flag)| given.then_some(*flag)).collect();
-    let subject = &subject.with_words(&words);
+    let subject = &subject.with_words(if options.unsanitized { " --unsanitized" } else { "" });
     let mut runner = CaseRunner { renderer, registry, subject, options, tally: Tally::new(subject), is_heavy: false };
     match subject.graph(registry, &Overrides::new()) {
         Ok(graph) => runner.all(&graph),
@@ -103,7 +97,7 @@ pub(crate) fn stress(
 
 impl CaseRunner<'_> {
     fn all(&mut self, graph: &Graph) {
-        let mut configuration = self.renderer.configure(|_, _| {}, self.options.options.half);
+        let mut configuration = self.renderer.configure(|_, _| {}, false);
         self.is_heavy = configuration.texels(self.subject, graph, SWEPT) > HEAVY;
         let pairs = match (self.options.quick, self.is_heavy) {
             (true, _) => 0,
@@ -127,7 +121,7 @@ impl CaseRunner<'_> {
     }
 
     fn sweep(&mut self, configuration: &mut Configuration, changes: &[Change]) {
-        let mut forced = self.renderer.configure(|_, _| {}, self.options.options.half);
+        let mut forced = self.renderer.configure(|_, _| {}, false);
         let size = self.options.swept();
         for change in changes {
             let Ok(graph) = self.subject.graph(self.registry, &change.overrides) else {

@@ -17,10 +17,9 @@ struct PlanVariant {
     change: fn(&mut Caps, &mut Options),
 }
 
-const VARIANTS: [PlanVariant; 4] = [
+const VARIANTS: [PlanVariant; 3] = [
     PlanVariant { name: "when drawn", change: |caps, _| caps.prefer_fragment = true },
     PlanVariant { name: "when not fused", change: |_, options| options.fuse = false },
-    PlanVariant { name: "with subgroups", change: |_, options| options.subgroups = true },
     PlanVariant { name: "with memory of its own for each image", change: |_, options| options.alias = Alias::None },
 ];
 

@@ -6,7 +6,7 @@ use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
 
 /// A pass of one kernel function with its entry point: one invocation for each texel, also beyond the border, where the
-/// others may wait for it. The workgroup is a row for the device, since subgroups are not known in others.
+/// others may wait for it. The workgroup is a row for the device.
 pub(super) fn compose_in_workgroup(code: &PassCode<'_>, [width, height]: [u32; 2]) -> Result<Composed, ShaderError> {
     let image = code.pass.results[0].image;
     let desc = (code.desc_of)(image);

@@ -5,7 +5,6 @@ mod cell_reduce;
 mod compose;
 mod compute;
 mod drawing;
-mod features;
 mod functions;
 mod in_workgroup;
 mod module;
@@ -16,7 +15,6 @@ mod writer;
 
 use afterimage_wgsl::ShaderError;
 
-use crate::options::Options;
 use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass};
 
 pub use compose::compose_pass;
@@ -25,16 +23,16 @@ pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
 pub(crate) use uniforms::blocks;
 
-/// The passes with their shader features, workgroups and uniforms.
-pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage], options: &Options) -> Vec<PlannedPass> {
+/// The passes with their workgroups and uniforms.
+pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage]) -> Vec<PlannedPass> {
     let blocks = uniforms::uniform_blocks(&passes, images);
-    let planned = |(scheduled, uniform): (ScheduledPass, _)| {
+    let mut planned = Vec::with_capacity(passes.len());
+    for (scheduled, uniform) in passes.into_iter().zip(blocks) {
         let ScheduledPass { pass, stage, stores, recorded } = scheduled;
-        let features = features::features(&pass, images, options);
         let workgroups = workgroups::workgroups(&pass, images);
-        PlannedPass { pass, stage, stores, recorded, features, workgroups, uniform }
-    };
-    passes.into_iter().zip(blocks).map(planned).collect()
+        planned.push(PlannedPass { pass, stage, stores, recorded, workgroups, uniform });
+    }
+    planned
 }
 
 impl Plan {
@@ -44,9 +42,8 @@ impl Plan {
     /// # Errors
     /// What is wrong with a shader, at the author's line.
     pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
-        let PlannedPass { pass, features, .. } = &self.passes[pass];
-        let in_rectangle = self.is_in_rectangle(pass);
-        let options = CodeOptions { features: *features, immediates, in_rectangle };
+        let pass = &self.passes[pass].pass;
+        let options = CodeOptions { immediates, in_rectangle: self.is_in_rectangle(pass) };
         compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_base::image::{Format, ImageDesc};
 use afterimage_graph::node::{BlockId, BufferId, ImageId, Pass, PassKind, Subresource};
-use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, ShaderFeatures, SourceMap, validate};
+use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, SourceMap, validate};
 
 /// What a binding slot of a composed module holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,8 +40,6 @@ pub enum SlotKind {
 /// What a device allows that changes the text of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CodeOptions {
-    /// Optional features of WGSL.
-    pub features: ShaderFeatures,
     /// Whether modules take the frame's time from immediates.
     pub immediates: bool,
     /// Whether the result goes into a rectangle of its image.
@@ -121,7 +119,7 @@ impl<'a> PassCode<'a> {
     }
 
     pub(super) fn linker(&self) -> Linker<'a> {
-        Linker::new(self.sample_mode(), self.options.features)
+        Linker::new(self.sample_mode())
     }
 
     /// The module of generated code around the linker's files.

@@ -15,7 +15,7 @@ pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use note::{Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 
-use crate::options::{Ignored, Options};
+use crate::options::Options;
 use crate::request::Part;
 use names::unique;
 
@@ -44,8 +44,6 @@ pub struct Plan {
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
     pub skipped: Vec<Skipped>,
-    /// Switches that have no effect here.
-    pub ignored: Vec<Ignored>,
     /// Images that fusion has removed.
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.

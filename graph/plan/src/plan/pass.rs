@@ -1,7 +1,6 @@
 //! Passes of a plan.
 
 use afterimage_graph::node::Pass;
-use afterimage_wgsl::ShaderFeatures;
 
 /// A pass in its place in the order of execution.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,8 +27,6 @@ pub struct PlannedPass {
     pub stores: Vec<bool>,
     /// Its place in the order of recording, which says what each read must see.
     pub recorded: usize,
-    /// What its shader may use beyond what every device has.
-    pub features: ShaderFeatures,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],
     /// Its numbers.

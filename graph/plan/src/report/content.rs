@@ -20,7 +20,6 @@ pub(super) fn content(plan: &Plan) -> Value {
         "buffers": buffers(plan, names),
         "exports": transitions(&plan.exports, names),
         "fused": plan.fused,
-        "ignored": plan.ignored,
         "images": images(plan, names),
         "memory": plan.memory,
         "options": plan.options,

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
-use crate::options::{Alias, Ignored};
+use crate::options::Alias;
 use crate::plan::{Plan, PlanOutput, PlannedPass, Skipped};
 use afterimage_graph::node::Resource;
 
@@ -14,14 +14,7 @@ impl Plan {
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
         let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
-        let without = [
-            self.outputs_text(),
-            self.dynamic_text(),
-            self.skipped_text(),
-            self.arithmetic_text(),
-            self.ignored_text(),
-        ]
-        .concat();
+        let without = [self.outputs_text(), self.dynamic_text(), self.skipped_text()].concat();
         let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
         format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
     }
@@ -92,23 +85,6 @@ impl Plan {
     fn skipped_text(&self) -> String {
         let row = |skipped: &Skipped| vec![format!("  {}", skipped.node), skipped.why.clone()];
         section("skipped", self.skipped.iter().map(row).collect())
-    }
-
-    fn arithmetic_text(&self) -> String {
-        let halves = self.passes.iter().filter(|pass| pass.features.half).count();
-        let passes = count(self.passes.len(), "pass");
-        let half = format!("sums of colors may be in half floats in {halves} of {passes}");
-        let used = [
-            (self.options.half, "  half", half.as_str()),
-            (self.options.subgroups, "  subgroups", "sums over workgroups are made by subgroups"),
-        ];
-        let row = |(_, switch, what): &(bool, &str, &str)| vec![(*switch).to_owned(), (*what).to_owned()];
-        section("arithmetic", used.iter().filter(|(used, ..)| *used).map(row).collect())
-    }
-
-    fn ignored_text(&self) -> String {
-        let row = |ignored: &Ignored| vec![format!("  {}", ignored.switch), ignored.why.to_owned()];
-        section("ignored", self.ignored.iter().map(row).collect())
     }
 
     fn fused_text(&self) -> String {

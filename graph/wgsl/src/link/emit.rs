@@ -6,14 +6,13 @@ use std::ops::Range;
 use super::instance::{Instance, Part, Target};
 use super::resolve::replacing;
 use super::source_map::SourceMap;
-use crate::features::ShaderFeatures;
 use crate::module::{Declaration, Use};
 
 /// The module: what every device must be asked for, then the declarations of each instance.
 /// `loop_start` follows the first bracket of the loops whose steps are counted.
-pub(super) fn emit(parts: &[Part<'_>], features: ShaderFeatures, loop_start: &str) -> (String, SourceMap) {
+pub(super) fn emit(parts: &[Part<'_>], loop_start: &str) -> (String, SourceMap) {
     let mut writer = Writer { parts, loop_start, text: String::with_capacity(8192), map: SourceMap::default() };
-    writer.directives(features);
+    writer.directives();
     for (index, part) in parts.iter().enumerate() {
         if part.reached.contains(&true) {
             writer.part(Instance(index as u32), part);
@@ -30,8 +29,8 @@ struct Writer<'w, 'a> {
 }
 
 impl<'w> Writer<'w, '_> {
-    fn directives(&mut self, features: ShaderFeatures) {
-        let mut lines: Vec<&str> = Vec::from(if features.half { &["enable f16;"][..] } else { &[] });
+    fn directives(&mut self) {
+        let mut lines: Vec<&str> = Vec::new();
         for part in self.parts.iter().filter(|part| part.reached.contains(&true)) {
             for bytes in &part.module.directives {
                 let line = &part.file.text()[bytes.clone()];

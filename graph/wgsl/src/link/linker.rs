@@ -9,7 +9,6 @@ use super::names::choose_names;
 use super::resolve::{Roots, check, reach};
 use super::source_map::{GENERATED, SourceMap};
 use crate::error::{ShaderError, position};
-use crate::features::ShaderFeatures;
 use crate::library::{FRAMEWORK, Library, Source, SourceFile};
 use crate::limits::Limit;
 use crate::module::Module;
@@ -25,7 +24,6 @@ pub struct Linker<'a> {
     /// The file that counts the steps of loops, if an untrusted file has one.
     counter: Option<Instance>,
     mode: SampleMode,
-    features: ShaderFeatures,
 }
 
 /// A linked module.
@@ -52,10 +50,10 @@ pub(crate) struct Declared {
 }
 
 impl<'a> Linker<'a> {
-    /// A linker of a module that samples its textures like that and uses those features of the language.
-    pub fn new(mode: SampleMode, features: ShaderFeatures) -> Self {
+    /// A linker of a module that samples its textures like that.
+    pub fn new(mode: SampleMode) -> Self {
         let (parts, prelude) = (Vec::new(), Vec::new());
-        let mut linker = Self { parts, prelude, counter: None, mode, features };
+        let mut linker = Self { parts, prelude, counter: None, mode };
         let instances = PRELUDE.map(|name| linker.framework(name));
         linker.prelude = instances.to_vec();
         linker.parts.iter_mut().for_each(|part| part.prelude = instances.to_vec());
@@ -123,12 +121,13 @@ impl<'a> Linker<'a> {
         Ok(instance)
     }
 
-    /// Sets what the way of sampling, the features and the promises say.
+    /// Sets what the way of sampling and the promises say.
     fn settle(&mut self, instance: Instance) {
         let part = &mut self.parts[instance.index()];
         if part.is_framework {
-            let settings = self.mode.constants().iter().chain(self.features.constants());
-            settings.for_each(|(name, value)| edit::set_value(part, name, value));
+            for (name, value) in self.mode.constants() {
+                edit::set_value(part, name, value);
+            }
         }
         for promise in part.promises.clone() {
             edit::set_value(part, &promise, "true");
@@ -138,7 +137,7 @@ impl<'a> Linker<'a> {
     /// The file that an import in a file of that library names.
     fn find(&self, library: Option<&'a Library>, name: &str) -> Option<(&'a SourceFile, Option<&'a Library>)> {
         let own = library.and_then(|library| Some((library.file(name)?, Some(library))));
-        own.or_else(|| Some((FRAMEWORK.file(self.features.file(name))?, None)))
+        own.or_else(|| Some((FRAMEWORK.file(name)?, None)))
     }
 
     fn unknown(&self, library: Option<&Library>, name: &str) -> String {
@@ -229,7 +228,7 @@ impl<'a> Linker<'a> {
         check_contents(&linker.parts, has_workgroups)?;
         choose_names(&mut linker.parts);
         let declared = linker.declared();
-        let (text, map) = emit(&linker.parts, linker.features, "");
+        let (text, map) = emit(&linker.parts, "");
         Ok((Linked { text, map, entries: Vec::new() }, declared))
     }
 
@@ -242,7 +241,7 @@ impl<'a> Linker<'a> {
         check(&self.parts)?;
         choose_names(&mut self.parts);
         let loop_start = self.counter.map(|counter| loops::start(&self.parts, counter)).unwrap_or_default();
-        let (text, map) = emit(&self.parts, self.features, &loop_start);
+        let (text, map) = emit(&self.parts, &loop_start);
         let final_name = |(instance, name): &(Instance, &str)| {
             let part = &self.parts[instance.index()];
             part.module.symbol(name).map_or_else(|| (*name).to_owned(), |symbol| part.final_name(symbol).to_owned())
