@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_plan::{Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, diff, plan};
+use afterimage_plan::{Alias, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, diff, plan};
 
 use super::fusion::planned_on;
 use super::golden::assert_golden;
