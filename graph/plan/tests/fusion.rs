@@ -320,7 +320,9 @@ fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
     let nodes = r#""a": Dim(source: "in"), "half": Downsample(source: "a", levels: 1),
         "b": Soft(source: "in"), "c": Soft(source: "b"), "x": Far(source: "half.coarsest"), "y": Far(source: "c")"#;
     let mut seen = Vec::new();
-    for (width, height) in [(1, 1), (2, 2), (15, 7), (16, 8), (17, 9), (124, 64), (126, 66), (643, 361), (1300, 1100)] {
+    for (width, height) in
+        [(1, 1), (2, 2), (15, 7), (16, 8), (17, 9), (124, 64), (126, 66), (643, 361), (800, 600), (1300, 1100)]
+    {
         let options = Options { fuse: false, row_downsample: When::Always, ..Options::default() };
         let plan = planned_at(Size::new(width, height), nodes, r#""x": "x", "y": "y", "a": "a""#, options);
         for (index, planned) in plan.passes.iter().enumerate() {
