@@ -1,7 +1,6 @@
 //! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
 
 mod copy;
-mod raw;
 mod report;
 
 use std::collections::VecDeque;
