@@ -120,7 +120,6 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         exact: options.exact,
         batches_first: options.fewest_batches,
         bounds_checks: options.bounds_checks,
-        ..Options::default()
     }
 }
 
