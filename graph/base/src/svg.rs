@@ -67,7 +67,8 @@ impl Canvas {
         let Paint { color, is_bold } = paint.into();
         let weight = if is_bold { " font-weight=\"600\"" } else { "" };
         self.element(format_args!(
-            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{color}\"{weight}>{}</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{color}\"{weight}>\
+             {}</text>",
             at.0,
             at.1,
             escaped(text)
@@ -137,7 +138,8 @@ impl Canvas {
         let (x, y) = center;
         let ([left, right], [top, bottom]) = ([x - radius, x + radius], [y - radius, y + radius]);
         self.element(format_args!(
-            "<path d=\"M{x:.1} {top:.1}L{right:.1} {y:.1}L{x:.1} {bottom:.1}L{left:.1} {y:.1}Z\" fill=\"{fill}\">{}</path>",
+            "<path d=\"M{x:.1} {top:.1}L{right:.1} {y:.1}L{x:.1} {bottom:.1}L{left:.1} {y:.1}Z\" fill=\"{fill}\">\
+             {}</path>",
             title(tooltip)
         ));
     }

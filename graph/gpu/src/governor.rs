@@ -10,8 +10,8 @@ use std::fmt;
 /// taken when the highest loads of the last half second would stay within the budget there, and left when the present
 /// ones do not. There is at most one change a second.
 ///
-/// It has no clock and no device: the host measures how long each frame took on the GPU. Times that come a few frames late
-/// are good enough. The host applies what it returns, for example with [`Post::change`](crate::Post::change).
+/// It has no clock and no device: the host measures how long each frame took on the GPU. Times that come a few frames
+/// late are good enough. The host applies what it returns, for example with [`Post::change`](crate::Post::change).
 #[derive(Clone, Debug)]
 pub struct Governor {
     budget: f64,

@@ -98,7 +98,7 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         ),
         (
             "fn posterize",
-            "fn posterize",
+            "fn posterizes",
             "the shader has no function `posterize` that gives a `vec4f`",
             "node.ron:2:11",
         ),

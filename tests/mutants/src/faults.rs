@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn the_lists_name_what_the_code_has() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        for (list, count) in [("planner", 10), ("gpu", 100)] {
+        for (list, count) in [("planner", 9), ("gpu", 100)] {
             let faults = read(&root.join(format!("tests/mutants/{list}.txt")).to_string_lossy());
             assert!(faults.len() >= count, "{list}: {} faults", faults.len());
             for fault in faults {

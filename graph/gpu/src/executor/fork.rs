@@ -39,8 +39,8 @@ impl Executor {
         }
     }
 
-    /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are copied
-    /// by [`copy_memory`](Self::copy_memory).
+    /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are
+    /// copied by [`copy_memory`](Self::copy_memory).
     pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
         (self.frame_index, self.fresh) = (other.frame_index, false);
         if let Some(loaded) = &mut self.loaded {

@@ -173,7 +173,8 @@ impl Executor {
         self.loaded.as_ref().map(Loaded::placed_plan)
     }
 
-    /// Compiles and installs a plan before this returns. A program that must not wait between two frames uses [`prepare`](Self::prepare) and [`swap`](Self::swap).
+    /// Compiles and installs a plan before this returns. A program that must not wait between two frames uses
+    /// [`prepare`](Self::prepare) and [`swap`](Self::swap).
     ///
     /// On the web, where nothing may wait, errors of the device go to its own error handler, and `prepare` compiles at
     /// once.

@@ -45,7 +45,7 @@ pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
 /// Work on a thread of the preparations or in the host's pool. It continues if this is dropped.
 pub(crate) struct Worker<T>(Arc<Outcome<T>>);
 
-/// The result of work or its panic, and a signal when it arrives. A task that the host's pool has dropped has no result.
+/// The result of work or its panic, and a signal when it arrives. A task that the host's pool dropped has no result.
 struct Outcome<T> {
     result: Mutex<Option<Option<std::thread::Result<T>>>>,
     done: Condvar,

@@ -45,7 +45,7 @@ pub(crate) struct Loaded {
     pub(crate) timing: Option<Timing>,
     /// The names of the passes, if they are labeled.
     pub(crate) labels: Option<Vec<String>>,
-    /// The offsets of the frame constants in their buffer: for most passes, and for those that use uninitialized memory.
+    /// Offsets of the frame constants in their buffer: for most passes, and for those that use uninitialized memory.
     pub(crate) frame_offsets: [u32; 2],
     /// Memory that no frame has written yet: the passes that use it reset in the first frame.
     pub(crate) uninitialized: Vec<Resource>,

@@ -1,4 +1,5 @@
-//! Explicit transitions of textures before a batch, where the barriers that wgpu adds for dispatches are missing or late.
+//! Explicit transitions of textures before a batch, where the barriers that wgpu adds for dispatches are missing or
+//! late.
 //!
 //! wgpu puts a barrier before a dispatch that uses an image in another way than the frame did before; the first use of
 //! an image in a frame records its state and waits for nothing. Two cases are left. Images that several passes of a
