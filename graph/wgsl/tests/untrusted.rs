@@ -108,8 +108,6 @@ fn what_an_imported_file_holds_is_refused_in_that_file() {
     assert!(unset.starts_with("own.wgsl:2:1: nothing sets"), "{unset}");
     let text = format!("#import workgroup\n{}", in_body("let i = Invocation(0u); return source * f32(i.index);"));
     untrusted(&text).reflect().unwrap_or_else(|error| panic!("a struct needs no workgroup: {error}"));
-    let text = format!("#import workgroup\n{}", in_body("return source * f32(workgroup_rank(Invocation(0u)));"));
-    untrusted(&text).reflect().unwrap_or_else(|error| panic!("a number needs no workgroup: {error}"));
     let body = "return source * f32(workgroup_scan(Invocation(0u), 1u, 1u).x);";
     let error = refused(&format!("#import math\n#import workgroup\n{}", in_body(body)));
     assert!(error.message.contains("of a workgroup") || error.message.contains("wait for others"), "{error}");

@@ -129,7 +129,8 @@ fn generated_code_may_import_what_no_file_does() {
     let mut linker = linker();
     let instance = linker.add(own.source(), &[]).unwrap_or_else(|error| panic!("{error}"));
     let call = linker.name(instance, "f");
-    let code = format!("#import workgroup\nfn run(i: Invocation) -> f32 {{ return {call}(f32(workgroup_rank(i))); }}");
+    let code =
+        format!("#import workgroup\nfn run(i: Invocation) -> f32 {{ return {call}(f32(i.index + WORKGROUP_ROW)); }}");
     let linked = linker.link(code, &[(Instance::GENERATED, "run")]).unwrap_or_else(|error| panic!("{error}"));
     valid(&linked);
 }
