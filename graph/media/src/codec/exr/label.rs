@@ -16,11 +16,12 @@ pub(super) fn named_primaries(header: &Header) -> Option<Chromaticities> {
         let name = Text::from(name);
         header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
     };
-    match (find(INTEROP_ID), find(ACES_FLAG)) {
-        (Some(AttributeValue::Text(id)), _) if space(&id.to_string()).is_some() => space(&id.to_string()),
-        (_, Some(AttributeValue::I32(1))) => Some(Chromaticities::ACES_AP0),
+    let named = match find(INTEROP_ID) {
+        Some(AttributeValue::Text(id)) => space(&id.to_string()),
         _ => None,
-    }
+    };
+    let is_aces = matches!(find(ACES_FLAG), Some(AttributeValue::I32(1)));
+    named.or(is_aces.then_some(Chromaticities::ACES_AP0))
 }
 
 /// The linear spaces of the list that have RGB primaries. Files with other names are read as if they had none.
