@@ -1,5 +1,5 @@
 // ACES 2.0 output transform: J is lightness, M colorfulness. The hue is a unit vector, so that no trigonometry is
-// needed. Names and formulas are those of nodes/src/aces2.
+// needed. Names and formulas are those of graph/color/src/aces2.
 #import math
 #import sampling
 

@@ -4,11 +4,11 @@ use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
-use crate::aces2::{OutputTransform, SEGMENTS};
-use crate::bisection::bisected;
-use crate::color::rows;
-use crate::display_range::DisplayRange;
 use crate::tone_map::MiddleGray;
+use afterimage_color::aces2::{OutputTransform, SEGMENTS};
+use afterimage_color::adaptation::rows;
+use afterimage_color::bisection::bisected;
+use afterimage_color::display_range::DisplayRange;
 
 static SHADER: Shader = shader!("aces2_output");
 

@@ -3,12 +3,12 @@
 use afterimage_graph::color::Chromaticities;
 use glam::DVec3;
 
-use crate::color::luminance_weights;
 use crate::lift_gamma_gain::LiftGammaGain;
-use crate::lut::Lut;
-use crate::shaper::Shape;
 use crate::tone_map::ToneMap;
 use crate::white_balance::WhiteBalance;
+use afterimage_color::adaptation::luminance_weights;
+use afterimage_color::lut::Lut;
+use afterimage_color::shaper::Shape;
 
 /// Maps display-linear light to the display signal. Both are 0 to 1.
 #[derive(Clone, Copy, Debug)]

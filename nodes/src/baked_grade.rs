@@ -4,13 +4,13 @@ use afterimage_graph::color::{Colorimetry, Transfer};
 use afterimage_graph::prelude::*;
 
 use crate::bake::{Chain, Signal};
-use crate::color::{Cones, rows};
 use crate::encode::Primaries;
 use crate::lift_gamma_gain::LiftGammaGain;
-use crate::lut::Interpolation;
-use crate::shaper::Shape;
 use crate::tone_map::{Curve, ToneMap, WorkingSpace};
 use crate::white_balance::{WhiteBalance, WhiteBalanceMode};
+use afterimage_color::adaptation::{Cones, rows};
+use afterimage_color::lut::Interpolation;
+use afterimage_color::shaper::Shape;
 
 static SHADER: Shader = shader!("baked_grade");
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use afterimage_graph::prelude::*;
 
-use crate::color::luminance_weights;
-use crate::lut::{ColorCorrection, LutError, parse_correction};
+use afterimage_color::adaptation::luminance_weights;
+use afterimage_color::lut::{ColorCorrection, LutError, parse_correction};
 
 static SHADER: Shader = shader!("cdl");
 

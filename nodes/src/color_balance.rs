@@ -3,7 +3,7 @@
 use afterimage_graph::prelude::*;
 use glam::DVec3;
 
-use crate::color::luminance_weights;
+use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("color_balance");
 

@@ -6,11 +6,11 @@ use afterimage_graph::image::Signedness;
 use afterimage_graph::node::FunctionPass;
 use afterimage_graph::prelude::*;
 
-use crate::lut::{Interpolation, Lut, PngLayout, Table, TableImage};
-use crate::lut_decoded::Decoded;
-use crate::lut_file::LutFile;
-use crate::process::{Conversion, LutSpace, LutState, Process, Step, function};
-use crate::shaper::{Shape, Shaper};
+use afterimage_color::lut::{Interpolation, Lut, PngLayout, Table, TableImage};
+use afterimage_color::lut_decoded::Decoded;
+use afterimage_color::lut_file::LutFile;
+use afterimage_color::process::{Conversion, LutSpace, LutState, Process, Step, function};
+use afterimage_color::shaper::{Shape, Shaper};
 
 static SHADER: Shader = shader!("color_lut");
 

@@ -5,11 +5,11 @@ use std::sync::LazyLock;
 use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec3, dvec3};
 
-use crate::bisection::bisected;
-use crate::color::LUMINANCE;
-use crate::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
-use crate::oklab::Lab;
 use crate::tone_map::{AgxLook, Curve, Gamut, MiddleGray, Sigmoid, ToneMap};
+use afterimage_color::adaptation::LUMINANCE;
+use afterimage_color::bisection::bisected;
+use afterimage_color::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
+use afterimage_color::oklab::Lab;
 
 /// PQ (SMPTE ST 2084) to cd/m².
 fn pq_decode(v: f64) -> f64 {

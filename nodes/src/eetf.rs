@@ -3,8 +3,8 @@
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::prelude::*;
 
-use crate::curve_constants::pq_encode;
-use crate::display_range::DisplayRange;
+use afterimage_color::curve_constants::pq_encode;
+use afterimage_color::display_range::DisplayRange;
 
 static SHADER: Shader = shader!("eetf");
 

@@ -3,8 +3,8 @@
 use afterimage_graph::color::{self, Chromaticities, Colorimetry, hlg_gamma};
 use afterimage_graph::prelude::*;
 
-use crate::color::{luminance_weights, rows};
 use crate::tone_map::Gamut;
+use afterimage_color::adaptation::{luminance_weights, rows};
 
 static SHADER: Shader = shader!("encode");
 

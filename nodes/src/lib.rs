@@ -28,29 +28,23 @@ macro_rules! shader {
     }};
 }
 
-mod aces2;
 mod aces2_output;
 mod adapt;
 mod auto_exposure;
 mod bake;
 mod baked_grade;
 mod bilateral_blur;
-mod bisection;
 mod brightness;
 mod cas;
 mod cdl;
 mod chromatic_aberration;
-mod clf;
-mod color;
 mod color_balance;
 mod color_lut;
 mod composite;
 mod contrast;
-mod curve_constants;
 mod curves;
 mod demo_scene;
 mod depth_of_field;
-mod display_range;
 mod dither;
 mod downsample;
 mod eetf;
@@ -76,22 +70,16 @@ mod lift_gamma_gain;
 mod linear_depth;
 mod local_tone_map;
 mod log_gaussian;
-mod lut;
-mod lut_decoded;
-mod lut_file;
 mod mean_luminance;
 mod metering;
 mod motion_blur;
-mod oklab;
 mod outline;
-mod process;
 mod purkinje;
 mod purkinje_simple;
 mod reference_gamut_compress;
 mod resolve;
 mod saturation;
 mod shadow_mask;
-mod shaper;
 mod sharpen;
 mod smaa;
 mod ssao;
@@ -107,6 +95,11 @@ mod white_balance;
 
 use afterimage_graph::node::NodeKind;
 
+pub use afterimage_color::adaptation::Cones;
+pub use afterimage_color::lut::{Interpolation, PngLayout};
+pub use afterimage_color::process::{LutSpace, LutState};
+pub use afterimage_color::shaper::Shaper;
+
 pub use aces2_output::{Aces2Gamut, Aces2Output};
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
@@ -116,8 +109,6 @@ pub use brightness::Brightness as BrightnessKind;
 pub use cas::Cas;
 pub use cdl::Cdl;
 pub use chromatic_aberration::ChromaticAberration;
-pub use clf::parse_clf;
-pub use color::Cones;
 pub use color_balance::ColorBalance;
 pub use color_lut::{ColorLut, LutPrecision};
 pub use composite::{Composite, CompositeBlend};
@@ -148,23 +139,16 @@ pub use lift_gamma_gain::{LiftBy, LiftGammaGain};
 pub use linear_depth::{DepthEncoding, LinearDepth};
 pub use local_tone_map::LocalToneMap;
 pub use log_gaussian::LogGaussian;
-pub use lut::{
-    ColorCorrection, Interpolation, Lut, LutError, PngLayout, Table, parse_correction, parse_cube, parse_png,
-    parse_spi1d, parse_spi3d,
-};
-pub use lut_file::{LutFile, parse_lut_file};
 pub use mean_luminance::{MeanLuminance, MeanLuminanceOf};
 pub use metering::{Adaptation, EV100_OF_LUMINANCE, MeteringWeight};
 pub use motion_blur::{MotionBlur, MotionUnit};
 pub use outline::Outline;
-pub use process::{LutSpace, LutState, Process};
 pub use purkinje::Purkinje;
 pub use purkinje_simple::PurkinjeSimple;
 pub use reference_gamut_compress::ReferenceGamutCompress;
 pub use resolve::{Resolve, ResolveFilter};
 pub use saturation::Saturation;
 pub use shadow_mask::{ShadowMask, ShadowTaps};
-pub use shaper::Shaper;
 pub use sharpen::Sharpen;
 pub use smaa::{Smaa, SmaaSearch};
 pub use ssao::Ssao;

@@ -3,7 +3,7 @@
 use afterimage_graph::color::Chromaticities;
 use afterimage_graph::prelude::*;
 
-use crate::color::rows;
+use afterimage_color::adaptation::rows;
 
 static SHADER: Shader = shader!("reference_gamut_compress");
 

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::color::luminance_weights;
+use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("saturation");
 

@@ -4,11 +4,11 @@ use afterimage_graph::color::{Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{TSUSHIMA, rows};
-use crate::curve_constants::{
+use afterimage_color::adaptation::{TSUSHIMA, rows};
+use afterimage_color::curve_constants::{
     AGX_IN_2020, AGX_OUT_2020, Aces2Tone, Agx, AgxHdr, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder,
 };
-use crate::oklab;
+use afterimage_color::oklab;
 
 static SHADER: Shader = shader!("tone_map");
 

@@ -4,7 +4,7 @@ use afterimage_graph::color::Xy;
 use afterimage_graph::prelude::*;
 use glam::DMat3;
 
-use crate::color::{Cones, MIN_TARGET, rows, white_from, white_to};
+use afterimage_color::adaptation::{Cones, MIN_TARGET, rows, white_from, white_to};
 
 static SHADER: Shader = shader!("white_balance");
 

@@ -1,4 +1,4 @@
-// The steps of color processes: see nodes/src/process. Each limits the arguments of powers, logarithms and
+// The steps of color processes: see graph/color/src/process. Each limits the arguments of powers, logarithms and
 // exponentials like the version in double precision.
 #import color
 #import transfer

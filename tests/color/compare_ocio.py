@@ -2,12 +2,12 @@
 """Compares the color files of `ColorLut` and `Cdl` with OpenColorIO. Optional: no test needs it.
 
     pip install opencolorio numpy
-    cargo build -p afterimage-nodes --example color_file
+    cargo build -p afterimage-color --example color_file
     python3 tests/color/compare_ocio.py target/debug/examples/color_file
 
 For each kind of process node it writes a file, evaluates it over about 56 000 colors with OpenColorIO (32 bits,
 without optimizations) and with the double-precision version of Afterimage, and prints the largest difference, divided
-by the larger of 1 and the value. The files of nodes/tests/files follow.
+by the larger of 1 and the value. The files of graph/color/tests/files follow.
 """
 
 import pathlib
@@ -18,7 +18,7 @@ import tempfile
 import numpy as np
 import PyOpenColorIO as ocio
 
-FILES = pathlib.Path(__file__).parents[2] / "nodes/tests/files"
+FILES = pathlib.Path(__file__).parents[2] / "graph/color/tests/files"
 
 
 def process_list(*nodes):

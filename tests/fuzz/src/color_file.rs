@@ -1,6 +1,8 @@
 //! Color files: refused with a message, or evaluated to finite numbers.
 
-use afterimage_nodes::{Interpolation, LutError, LutFile, PngLayout, Process, parse_correction, parse_lut_file};
+use afterimage_color::lut::{Interpolation, LutError, PngLayout, parse_correction};
+use afterimage_color::lut_file::{LutFile, parse_lut_file};
+use afterimage_color::process::Process;
 
 /// Colors at which functions are undefined, overflow or bend.
 const COLORS: [[f64; 3]; 4] = [[0.0, 1.0, 0.18], [-1.0, -0.0, 65504.0], [-65504.0, 1e-30, 0.5], [1e-7, 2.0, -0.01]];

@@ -1,6 +1,6 @@
 //! Tables: refused at a line, or whole and finite.
 
-use afterimage_nodes::{Table, parse_cube};
+use afterimage_color::lut::{Table, parse_cube};
 
 /// Whether the text is a table.
 pub(crate) fn survives(text: &str) -> bool {

@@ -1,8 +1,10 @@
 //! Color files: `ColorLut` with steps and conversions, and `Cdl` with a file, compared with the evaluation in double
-//! precision, which `nodes/tests/clf.rs` compares with known values.
+//! precision, which `graph/color/tests/clf.rs` compares with known values.
 
+use afterimage_color::lut::{Interpolation, parse_correction, parse_spi1d, parse_spi3d};
+use afterimage_color::parse_clf;
+use afterimage_color::process::Process;
 use afterimage_graph::check::NoFiles;
-use afterimage_nodes::{Interpolation, Process, parse_clf, parse_correction, parse_spi1d, parse_spi3d};
 
 use super::lut::look;
 use super::{OneFile, SIZES, Tolerance, compare_with, light, rgb, run, stored, tolerance, unit};
@@ -96,7 +98,7 @@ fn color_decision_lists_match() {
     for style in ["Fwd", "Rev", "FwdNoClamp", "RevNoClamp"] {
         assert_matches_signed(&node("ASC_CDL", &format!("style=\"{style}\""), &body), STEPS);
     }
-    let text = include_str!("../../../nodes/tests/files/warm.cc");
+    let text = include_str!("../../../graph/color/tests/files/warm.cc");
     let process = Process::from(parse_correction(text, "").expect("a correction"));
     let file = OneFile(text.as_bytes().to_vec());
     compare_with("Encoded", "Cdl(file: \"warm.cc\")", &file, unit, STEPS, |rgb| stored(process.apply(rgb)));
@@ -131,11 +133,11 @@ fn tables_of_a_list_match() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn tables_of_imageworks_match() {
-    let curve = include_str!("../../../nodes/tests/files/toe.spi1d");
+    let curve = include_str!("../../../graph/color/tests/files/toe.spi1d");
     let process = Process::of_table(&parse_spi1d(curve).expect("a table"), Interpolation::Trilinear);
     let file = OneFile(curve.as_bytes().to_vec());
     compare_with("Encoded", "ColorLut(file: \"toe.spi1d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
-    let cube = include_str!("../../../nodes/tests/files/teal.spi3d");
+    let cube = include_str!("../../../graph/color/tests/files/teal.spi3d");
     let process = Process::of_table(&parse_spi3d(cube).expect("a table"), Interpolation::Tetrahedral);
     let file = OneFile(cube.as_bytes().to_vec());
     compare_with("Encoded", "ColorLut(file: \"teal.spi3d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
@@ -188,7 +190,7 @@ fn a_weak_look_keeps_light_beyond_its_space() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_display_transform_as_a_table_replaces_curve_and_encoding() {
-    let text = include_str!("../../../nodes/tests/files/display.clf");
+    let text = include_str!("../../../graph/color/tests/files/display.clf");
     let file = OneFile(text.as_bytes().to_vec());
     let transform = parse_clf(text).expect("a process");
     let steps = tolerance(4e-5, 4e-5, "the steps of the file and the conversions in f32");

@@ -4,11 +4,11 @@ use afterimage_graph::color::{Colorimetry, Decimal};
 
 /// Display-linear light up to a peak.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct DisplayRange {
+pub struct DisplayRange {
     /// The luminance of display-linear 1 in cd/m2.
-    pub(crate) white_nits: f64,
+    pub white_nits: f64,
     /// The highest luminance in cd/m2.
-    pub(crate) peak_nits: f64,
+    pub peak_nits: f64,
 }
 
 /// Luminances that differ by less than this share are equal: `peak` is a quotient that people round.
@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 0.01;
 
 impl DisplayRange {
     /// Whether a display shows this light without clipping it, and with the same luminance. The error is one sentence.
-    pub(crate) fn suits(&self, display: &Colorimetry) -> Result<(), String> {
+    pub fn suits(&self, display: &Colorimetry) -> Result<(), String> {
         let Self { white_nits: white, peak_nits: peak } = *self;
         let exceeds = |limit: f64| peak > limit * (1.0 + TOLERANCE);
         if !display.is_hdr() {

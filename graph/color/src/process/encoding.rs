@@ -6,7 +6,7 @@ use super::{Hlg, LIMIT, Logarithm, Power, Step};
 
 /// The function from light to numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Encoding {
+pub enum Encoding {
     /// None.
     Linear,
     /// A logarithm.
@@ -21,7 +21,7 @@ pub(crate) enum Encoding {
 
 impl Encoding {
     /// sRGB (IEC 61966-2-1).
-    pub(crate) fn srgb() -> Self {
+    pub fn srgb() -> Self {
         let plain = Power::plain(1.0, 12.92);
         Self::Display([
             Power { end: 0.0031308, exponent: 1.0 / 2.4, scale: 1.055, shift: -0.055, ..plain },
@@ -30,12 +30,12 @@ impl Encoding {
     }
 
     /// A power.
-    pub(crate) fn gamma(gamma: f64) -> Self {
+    pub fn gamma(gamma: f64) -> Self {
         Self::Display([gamma.recip(), gamma].map(|exponent| Power::plain(exponent, 0.0)))
     }
 
     /// That of an image. Light of 1 has the luminance `white_nits` where the image states none.
-    pub(crate) fn of(image: &Colorimetry, white_nits: f64) -> Self {
+    pub fn of(image: &Colorimetry, white_nits: f64) -> Self {
         let white = image.white_nits.map_or(white_nits, |white| white.get());
         match image.transfer {
             Transfer::Linear => Self::Linear,
@@ -47,7 +47,7 @@ impl Encoding {
     }
 
     /// Light to numbers.
-    pub(crate) fn encode(self) -> Vec<Step> {
+    pub fn encode(self) -> Vec<Step> {
         match self {
             Self::Linear => Vec::new(),
             Self::Log(curve) => vec![Step::Logarithm([curve; 3])],
@@ -58,7 +58,7 @@ impl Encoding {
     }
 
     /// Numbers to light.
-    pub(crate) fn decode(self) -> Vec<Step> {
+    pub fn decode(self) -> Vec<Step> {
         match self {
             Self::Linear => Vec::new(),
             Self::Log(curve) => vec![Step::Antilog([curve.inverse(); 3])],

@@ -175,9 +175,9 @@ fn upper_gamma_inv(display: Model, params: GamutParams, peak: f64, cusp_j: f64, 
 /// The hulls over an interval of hues: at its begin, at a hue within it where they bend, and at its end. `bend` is the
 /// place of this hue, from 0 to 1.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Segment {
-    pub(crate) values: [[f64; 4]; 3],
-    pub(crate) bend: f64,
+pub struct Segment {
+    pub values: [[f64; 4]; 3],
+    pub bend: f64,
 }
 
 impl Hulls {

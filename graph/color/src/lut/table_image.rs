@@ -8,17 +8,17 @@ use super::{ROW, Table, texels};
 
 /// A table as a constant image, for an argument of a kernel function. Copies share the texels.
 #[derive(Clone, Debug)]
-pub(crate) struct TableImage {
-    pub(crate) argument: Arc<str>,
+pub struct TableImage {
+    pub argument: Arc<str>,
     /// The label of the image.
-    pub(crate) name: &'static str,
-    pub(crate) desc: ImageDesc,
-    pub(crate) bytes: Arc<[u8]>,
+    pub name: &'static str,
+    pub desc: ImageDesc,
+    pub bytes: Arc<[u8]>,
 }
 
 impl TableImage {
     /// The entries of a 1-D table in rows, in half floats or 32 bits.
-    pub(crate) fn curve(name: &'static str, entries: &[[f32; 3]], half: bool) -> Self {
+    pub fn curve(name: &'static str, entries: &[[f32; 3]], half: bool) -> Self {
         let (width, rows) = (entries.len().min(ROW), entries.len().div_ceil(ROW));
         let desc = ImageDesc::new(Size::new(width as u32, rows as u32));
         let bytes = texels(entries, width * rows, half).into();
@@ -26,7 +26,7 @@ impl TableImage {
     }
 
     /// A 3-D table as a volume.
-    pub(crate) fn cube(argument: impl Into<Arc<str>>, table: &Table, half: bool) -> Self {
+    pub fn cube(argument: impl Into<Arc<str>>, table: &Table, half: bool) -> Self {
         let side = table.size as u32;
         let desc = ImageDesc::volume(Size::volume(side, side, side));
         let bytes = table.bytes(half, table.entries.len()).into();

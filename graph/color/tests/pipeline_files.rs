@@ -1,6 +1,6 @@
 //! The tables that the built-in pipelines use.
 
-use afterimage_nodes::parse_cube;
+use afterimage_color::lut::parse_cube;
 
 /// The formula of the table: cool shadows, warm lights, soft contrast, less saturation.
 fn dusk(rgb: [f64; 3]) -> [f64; 3] {
@@ -16,7 +16,7 @@ fn dusk(rgb: [f64; 3]) -> [f64; 3] {
 
 #[test]
 fn the_table_dusk_is_its_formula() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../pipelines/looks/dusk.cube");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../pipelines/looks/dusk.cube");
     let text = std::fs::read_to_string(path).expect("the pipelines have the table");
     let table = parse_cube(&text).expect("a valid table").cube.expect("a cube");
     assert_eq!(table.entries.len(), 9 * 9 * 9);

@@ -3,31 +3,31 @@
 use glam::{DMat3, DVec3, dvec3};
 
 /// The luminance of display-linear 1 in cd/m²: the reference white of ITU-R BT.2408.
-pub(crate) const REFERENCE_WHITE: f64 = 203.0;
+pub const REFERENCE_WHITE: f64 = 203.0;
 
 /// The input matrix of Hill's fit, as published.
-pub(crate) const HILL_IN: DMat3 = DMat3::from_cols(
+pub const HILL_IN: DMat3 = DMat3::from_cols(
     dvec3(0.59719, 0.07600, 0.02840),
     dvec3(0.35458, 0.90834, 0.13383),
     dvec3(0.04823, 0.01566, 0.83777),
 );
 
 /// The output matrix of Hill's fit, as published.
-pub(crate) const HILL_OUT: DMat3 = DMat3::from_cols(
+pub const HILL_OUT: DMat3 = DMat3::from_cols(
     dvec3(1.60475, -0.10208, -0.00327),
     dvec3(-0.53108, 1.10813, -0.07276),
     dvec3(-0.07367, -0.00605, 1.07602),
 );
 
 /// AgX's inset for Rec.2020, as published for the curve of HDR displays.
-pub(crate) const AGX_IN_2020: DMat3 = DMat3::from_cols(
+pub const AGX_IN_2020: DMat3 = DMat3::from_cols(
     dvec3(0.856627153315983, 0.137318972929847, 0.11189821299995),
     dvec3(0.0951212405381588, 0.761241990602591, 0.0767994186031903),
     dvec3(0.0482516061458583, 0.101439036467562, 0.811302368396859),
 );
 
 /// AgX's outset for Rec.2020: no inverse of the inset, but of one with less rotation.
-pub(crate) const AGX_OUT_2020: DMat3 = DMat3::from_cols(
+pub const AGX_OUT_2020: DMat3 = DMat3::from_cols(
     dvec3(1.1271005818144368, -0.1413297634984383, -0.14132976349843826),
     dvec3(-0.11060664309660323, 1.157823702216272, -0.11060664309660294),
     dvec3(-0.016493938717834573, -0.016493938717834257, 1.2519364065950405),
@@ -36,14 +36,14 @@ pub(crate) const AGX_OUT_2020: DMat3 = DMat3::from_cols(
 /// The constants of the curve that replaces AgX's sigmoid on HDR displays (A. Pestaluky 2025, for Godot): up to middle
 /// gray x^1.25 / (x^1.25 + toe), above it a shoulder after Reinhard that reaches the peak at 16.29 times the peak.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AgxHdr {
-    pub(crate) toe: f64,
+pub struct AgxHdr {
+    pub toe: f64,
     /// The slope at middle gray.
-    pub(crate) slope: f64,
+    pub slope: f64,
     /// From middle gray to the peak.
-    pub(crate) rise: f64,
+    pub rise: f64,
     /// What makes the shoulder end at the peak.
-    pub(crate) white: f64,
+    pub white: f64,
 }
 
 /// The contrast of AgX's curve for HDR displays.
@@ -53,7 +53,7 @@ const AGX_CONTRAST: f64 = 1.25;
 const AGX_GRAY: f64 = 0.18;
 
 impl AgxHdr {
-    pub(crate) fn new(peak: f64) -> Self {
+    pub fn new(peak: f64) -> Self {
         let power = AGX_GRAY.powf(AGX_CONTRAST);
         let toe = (1.0 / AGX_GRAY - 1.0) * power;
         let slope = AGX_CONTRAST * power / AGX_GRAY * toe / (power + toe).powi(2);
@@ -62,7 +62,7 @@ impl AgxHdr {
         Self { toe, slope, rise, white }
     }
 
-    pub(crate) fn apply(self, x: f64) -> f64 {
+    pub fn apply(self, x: f64) -> f64 {
         if x < AGX_GRAY {
             let power = x.powf(AGX_CONTRAST);
             return power / (power + self.toe);
@@ -75,23 +75,23 @@ impl AgxHdr {
 
 /// The constants of Uchimura's curve that follow from its parameters.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shoulder {
+pub struct Shoulder {
     /// Where the linear part begins; above 0.
-    pub(crate) line_from: f64,
+    pub line_from: f64,
     /// Where the shoulder begins.
-    pub(crate) from: f64,
+    pub from: f64,
     /// The limit of the curve for bright light.
-    pub(crate) limit: f64,
+    pub limit: f64,
     /// The distance from the shoulder's beginning to the limit.
-    pub(crate) gap: f64,
+    pub gap: f64,
     /// The rate at which the shoulder approaches the limit.
-    pub(crate) steepness: f64,
+    pub steepness: f64,
 }
 
 impl Shoulder {
     /// From maximum P, contrast a, linear start m and linear length l. The length is limited, so that room for a
     /// shoulder remains.
-    pub(crate) fn new(maximum: f64, contrast: f64, start: f64, length: f64) -> Self {
+    pub fn new(maximum: f64, contrast: f64, start: f64, length: f64) -> Self {
         let line_from = start.max(1e-4);
         let line = (maximum - line_from) * length.min(0.999) / contrast;
         let gap = maximum - (line_from + contrast * line);
@@ -101,33 +101,33 @@ impl Shoulder {
 
 /// A look of AgX: slope, power and saturation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Agx {
-    pub(crate) slope: DVec3,
-    pub(crate) power: f64,
-    pub(crate) saturation: f64,
+pub struct Agx {
+    pub slope: DVec3,
+    pub power: f64,
+    pub saturation: f64,
 }
 
 impl Agx {
-    pub(crate) const BASE: Self = Self { slope: DVec3::ONE, power: 1.0, saturation: 1.0 };
-    pub(crate) const PUNCHY: Self = Self { slope: DVec3::ONE, power: 1.35, saturation: 1.4 };
-    pub(crate) const GOLDEN: Self = Self { slope: dvec3(1.0, 0.9, 0.5), power: 0.8, saturation: 0.8 };
+    pub const BASE: Self = Self { slope: DVec3::ONE, power: 1.0, saturation: 1.0 };
+    pub const PUNCHY: Self = Self { slope: DVec3::ONE, power: 1.35, saturation: 1.4 };
+    pub const GOLDEN: Self = Self { slope: dvec3(1.0, 0.9, 0.5), power: 0.8, saturation: 0.8 };
 }
 
 /// The constants of GT7's curve for a display.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Gt7 {
+pub struct Gt7 {
     /// The peak of the display in units of 100 cd/m².
-    pub(crate) peak: f64,
+    pub peak: f64,
     /// Above the linear part: `offset + scale * exp(rate * x)`.
-    pub(crate) offset: f64,
-    pub(crate) scale: f64,
-    pub(crate) rate: f64,
+    pub offset: f64,
+    pub scale: f64,
+    pub rate: f64,
     /// The ICtCp intensity of white at the peak.
-    pub(crate) intensity: f64,
+    pub intensity: f64,
 }
 
 impl Gt7 {
-    pub(crate) fn new(peak: f64) -> Self {
+    pub fn new(peak: f64) -> Self {
         let k = (0.444 - 1.0) / (0.25 - 1.0);
         Self {
             peak,
@@ -140,18 +140,18 @@ impl Gt7 {
 }
 
 /// cd/m² to PQ (SMPTE ST 2084).
-pub(crate) fn pq_encode(nits: f64) -> f64 {
+pub fn pq_encode(nits: f64) -> f64 {
     let y = (nits.max(0.0) / 10000.0).powf(2610.0 / 16384.0);
     ((0.8359375 + 18.8515625 * y) / (1.0 + 18.6875 * y)).powf(78.84375)
 }
 
 /// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Aces2Tone {
+pub struct Aces2Tone {
     /// The result for middle gray.
-    pub(crate) gray: f64,
-    pub(crate) factor: f64,
-    pub(crate) offset: f64,
+    pub gray: f64,
+    pub factor: f64,
+    pub offset: f64,
 }
 
 /// The contrast of the tone scale.
@@ -163,7 +163,7 @@ const ACES2_TOE: f64 = 0.04;
 impl Aces2Tone {
     /// For a display with this peak in cd/m², with the constants of the Academy's `init_TonescaleParams`. The result is
     /// in units of 100 cd/m².
-    pub(crate) fn new(peak: f64) -> Self {
+    pub fn new(peak: f64) -> Self {
         let before_toe = |y: f64| 0.5 * (y + (y * (y + 4.0 * ACES2_TOE)).sqrt());
         let power = |x: f64| (x / (x + 1.0)).powf(ACES2_CONTRAST);
         let hit = Self::hit(peak);
@@ -176,12 +176,12 @@ impl Aces2Tone {
     }
 
     /// The light that reaches the peak.
-    pub(crate) fn hit(peak: f64) -> f64 {
+    pub fn hit(peak: f64) -> f64 {
         128.0 + (896.0 - 128.0) * (peak / 100.0).ln() / 100.0_f64.ln()
     }
 
     /// The result for light of 0 or more.
-    pub(crate) fn apply(self, x: f64) -> f64 {
+    pub fn apply(self, x: f64) -> f64 {
         let f = self.factor * (x / (x + self.offset)).powf(ACES2_CONTRAST);
         f * f / (f + ACES2_TOE)
     }

@@ -9,7 +9,7 @@ use crate::lut::{Interpolation, Table, TableImage};
 
 /// The tables of a process: 1-D tables in the rows of one image, and a volume per 3-D table.
 #[derive(Debug, Default)]
-pub(crate) struct Textures<'a> {
+pub struct Textures<'a> {
     curves: Vec<[f32; 3]>,
     cubes: Vec<&'a Table>,
 }
@@ -23,7 +23,7 @@ impl Textures<'_> {
     }
 
     /// The tables as images for the arguments of the kernel function.
-    pub(crate) fn images(&self) -> Vec<TableImage> {
+    pub fn images(&self) -> Vec<TableImage> {
         let curves = (!self.curves.is_empty()).then(|| TableImage::curve("curves", &self.curves, false));
         let cubes = self.cubes.iter().enumerate();
         let cubes = cubes.map(|(index, cube)| TableImage::cube(format!("cube{index}"), cube, false));
@@ -39,24 +39,24 @@ impl Textures<'_> {
 
 /// What a kernel function does to a color.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Parts {
+pub struct Parts {
     /// What comes first.
-    pub(crate) before: Process,
+    pub before: Process,
     /// What makes the unchanged color of the result of `before`, for the parameter `strength`.
-    pub(crate) unchanged: Process,
+    pub unchanged: Process,
     /// What makes the changed color of the result of `before`.
-    pub(crate) changed: Process,
+    pub changed: Process,
     /// What comes last, on the mixed color.
-    pub(crate) after: Process,
+    pub after: Process,
     /// Whether a color that is not changed is that of the image. Otherwise it is what the steps make of it, which end
     /// at the limits of their space.
-    pub(crate) keeps_source: bool,
+    pub keeps_source: bool,
     /// Whether the result is scene light, whose luminance is not below 0.
-    pub(crate) is_scene_light: bool,
+    pub is_scene_light: bool,
 }
 
 /// The text of a module with one kernel function.
-pub(crate) fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
+pub fn function<'a>(name: &str, parts: &'a Parts) -> (String, Textures<'a>) {
     let mut textures = Textures::default();
     let Parts { before, unchanged, changed, after, keeps_source, is_scene_light } = parts;
     let result = match (is_scene_light, keeps_source) {

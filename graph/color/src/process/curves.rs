@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// The largest magnitude of a value between two steps.
-pub(crate) const LIMIT: f64 = 1e12;
+pub const LIMIT: f64 = 1e12;
 
 /// The smallest argument of a logarithm: the smallest normal number in 32 bits, as the Common LUT Format states.
 const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
@@ -29,14 +29,14 @@ fn exp2(x: f64) -> f64 {
 
 /// `slope * x + offset` up to `end`, `scale * log2(a * x + b) + shift` above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Logarithm {
-    pub(crate) slope: f64,
-    pub(crate) offset: f64,
-    pub(crate) end: f64,
-    pub(crate) a: f64,
-    pub(crate) b: f64,
-    pub(crate) scale: f64,
-    pub(crate) shift: f64,
+pub struct Logarithm {
+    pub slope: f64,
+    pub offset: f64,
+    pub end: f64,
+    pub a: f64,
+    pub b: f64,
+    pub scale: f64,
+    pub shift: f64,
 }
 
 impl Logarithm {
@@ -48,12 +48,12 @@ impl Logarithm {
     }
 
     /// The logarithmic part.
-    pub(crate) fn curve(&self, x: f64) -> f64 {
+    pub fn curve(&self, x: f64) -> f64 {
         self.scale * (self.a * x + self.b).max(SMALLEST).log2() + self.shift
     }
 
     /// The inverse.
-    pub(crate) fn inverse(&self) -> Antilog {
+    pub fn inverse(&self) -> Antilog {
         let end = if self.end > -LIMIT { self.slope * self.end + self.offset } else { self.end };
         Antilog {
             slope: self.slope.recip(),
@@ -69,14 +69,14 @@ impl Logarithm {
 
 /// `slope * x + offset` up to `end`, `scale * 2^(a * x + b) + shift` above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Antilog {
-    pub(crate) slope: f64,
-    pub(crate) offset: f64,
-    pub(crate) end: f64,
-    pub(crate) a: f64,
-    pub(crate) b: f64,
-    pub(crate) scale: f64,
-    pub(crate) shift: f64,
+pub struct Antilog {
+    pub slope: f64,
+    pub offset: f64,
+    pub end: f64,
+    pub a: f64,
+    pub b: f64,
+    pub scale: f64,
+    pub shift: f64,
 }
 
 impl Antilog {
@@ -90,26 +90,26 @@ impl Antilog {
 
 /// `slope * x` below `end`, `scale * (a * x + b)^exponent + shift` from it on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Power {
-    pub(crate) slope: f64,
-    pub(crate) end: f64,
-    pub(crate) a: f64,
-    pub(crate) b: f64,
-    pub(crate) exponent: f64,
-    pub(crate) scale: f64,
-    pub(crate) shift: f64,
+pub struct Power {
+    pub slope: f64,
+    pub end: f64,
+    pub a: f64,
+    pub b: f64,
+    pub exponent: f64,
+    pub scale: f64,
+    pub shift: f64,
     /// Whether the function of -x is minus the function of x.
-    pub(crate) is_mirrored: bool,
+    pub is_mirrored: bool,
 }
 
 impl Power {
     /// `x^exponent` from 0 on, `slope * x` below.
-    pub(crate) fn plain(exponent: f64, slope: f64) -> Self {
+    pub fn plain(exponent: f64, slope: f64) -> Self {
         Self { slope, end: 0.0, a: 1.0, b: 0.0, exponent, scale: 1.0, shift: 0.0, is_mirrored: false }
     }
 
     /// The same with minus the function of x for -x.
-    pub(crate) fn mirrored(self) -> Self {
+    pub fn mirrored(self) -> Self {
         Self { is_mirrored: true, ..self }
     }
 

@@ -20,14 +20,14 @@ const LUMINANCE_REC2020: DVec3 = DVec3::new(0.262700212011, 0.677998071519, 0.05
 
 /// Hybrid log-gamma on a display (ITU-R BT.2100): the luminances of light of 1 and of signal 1, in cd/m2.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Hlg {
-    pub(crate) white: f64,
-    pub(crate) peak: f64,
+pub struct Hlg {
+    pub white: f64,
+    pub peak: f64,
 }
 
 impl Hlg {
     /// The exponents of luminance from scene light to the light of the display, and back.
-    pub(crate) fn powers(&self) -> [f64; 2] {
+    pub fn powers(&self) -> [f64; 2] {
         let gamma = hlg_gamma(self.peak);
         [gamma - 1.0, (1.0 - gamma) / gamma]
     }

@@ -3,24 +3,24 @@
 use glam::DVec3;
 
 use super::curves::{LIMIT, each, power};
-use crate::color::LUMINANCE;
+use crate::adaptation::LUMINANCE;
 use crate::lut::ColorCorrection;
 
 /// A color decision list and the direction in which it is applied.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CdlStep {
+pub struct CdlStep {
     /// Factor of each channel; of the reverse, its reciprocal.
-    pub(crate) slope: DVec3,
+    pub slope: DVec3,
     /// Added after the slope; of the reverse, subtracted before its reciprocal.
-    pub(crate) offset: DVec3,
+    pub offset: DVec3,
     /// Exponent of each channel; of the reverse, its reciprocal.
-    pub(crate) power: DVec3,
+    pub power: DVec3,
     /// Factor of the distance from gray; of the reverse, its reciprocal.
-    pub(crate) saturation: f64,
+    pub saturation: f64,
     /// Whether values are limited to 0 to 1.
-    pub(crate) is_limited: bool,
+    pub is_limited: bool,
     /// Whether the list is inverted.
-    pub(crate) is_reverse: bool,
+    pub is_reverse: bool,
 }
 
 impl From<ColorCorrection> for CdlStep {
@@ -40,7 +40,7 @@ impl From<ColorCorrection> for CdlStep {
 
 impl CdlStep {
     /// The list that undoes this one. No component of the slope and not the saturation may be 0.
-    pub(crate) fn reversed(self) -> Self {
+    pub fn reversed(self) -> Self {
         Self {
             slope: self.slope.recip(),
             power: self.power.recip(),
@@ -51,7 +51,7 @@ impl CdlStep {
     }
 
     /// The limits of the values.
-    pub(crate) fn limits(&self) -> [f64; 2] {
+    pub fn limits(&self) -> [f64; 2] {
         if self.is_limited { [0.0, 1.0] } else { [-LIMIT, LIMIT] }
     }
 

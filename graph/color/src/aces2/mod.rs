@@ -18,11 +18,11 @@ use tables::{Hulls, Segment};
 
 /// The compression of chroma: constants that depend on the peak.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ChromaParams {
-    pub(crate) saturation: f64,
-    pub(crate) threshold: f64,
-    pub(crate) compression: f64,
-    pub(crate) scale: f64,
+pub struct ChromaParams {
+    pub saturation: f64,
+    pub threshold: f64,
+    pub compression: f64,
+    pub scale: f64,
 }
 
 impl ChromaParams {
@@ -61,7 +61,7 @@ fn toe(x: f64, limit: f64, k1: f64, k2: f64) -> f64 {
 
 /// The transform for one display.
 #[derive(Clone, Debug)]
-pub(crate) struct OutputTransform {
+pub struct OutputTransform {
     top: f64,
     segments: Vec<Segment>,
     brightest: f64,
@@ -74,7 +74,7 @@ pub(crate) struct OutputTransform {
 }
 
 /// Segments of the hulls around all hues.
-pub(crate) const SEGMENTS: usize = 4096;
+pub const SEGMENTS: usize = 4096;
 
 /// A display's primaries, and the bits of its peak.
 type Display = (Chromaticities, u64);
@@ -88,7 +88,7 @@ const KEPT: usize = 8;
 impl OutputTransform {
     /// The transform for a display with these primaries and this peak in cd/m². It depends on nothing else, so that it
     /// is made once.
-    pub(crate) fn of(display: Chromaticities, peak: f64) -> Arc<Self> {
+    pub fn of(display: Chromaticities, peak: f64) -> Arc<Self> {
         let key = (display, peak.to_bits());
         let made = || MADE.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, transform)) = made().iter().find(|(known, _)| *known == key) {
@@ -131,42 +131,42 @@ impl OutputTransform {
     }
 
     /// The light above which AP1 is clipped.
-    pub(crate) fn brightest(&self) -> f64 {
+    pub fn brightest(&self) -> f64 {
         self.brightest
     }
 
-    pub(crate) fn tone(&self) -> Aces2Tone {
+    pub fn tone(&self) -> Aces2Tone {
         self.tone
     }
 
-    pub(crate) fn chroma(&self) -> ChromaParams {
+    pub fn chroma(&self) -> ChromaParams {
         self.chroma
     }
 
-    pub(crate) fn gamut(&self) -> GamutParams {
+    pub fn gamut(&self) -> GamutParams {
         self.gamut
     }
 
     /// Luminance in cd/m² to cone responses, the compressed response to white, and the exponent from A to J.
-    pub(crate) fn model(&self) -> [f64; 3] {
+    pub fn model(&self) -> [f64; 3] {
         let [level, white] = self.source.scale();
         [level, white, lightness_exponent()]
     }
 
     /// AP1 to cone responses, compressed ones to A, a and b, back for the display, and cone responses to its RGB.
-    pub(crate) fn matrices(&self) -> [DMat3; 4] {
+    pub fn matrices(&self) -> [DMat3; 4] {
         let [cones, opponents] = self.source.forward();
         let [back, display] = self.display.backward();
         [cones * Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0), opponents, back, display]
     }
 
     /// The hulls around the hues: cusp J, cusp M, the inverse exponent of the upper hull, and the reach of the source.
-    pub(crate) fn segments(&self) -> &[Segment] {
+    pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
     /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².
-    pub(crate) fn apply(&self, ap1: DVec3) -> DVec3 {
+    pub fn apply(&self, ap1: DVec3) -> DVec3 {
         let limited = ap1.clamp(DVec3::ZERO, DVec3::splat(self.brightest));
         let jmh = self.source.to_jmh(Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0) * limited);
         if jmh.j <= 0.0 {

@@ -15,7 +15,7 @@ pub use cdl_file::{ColorCorrection, parse_correction};
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
 pub use spi::{parse_spi1d, parse_spi3d};
-pub(crate) use table_image::TableImage;
+pub use table_image::TableImage;
 
 /// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
 pub(crate) const ROW: usize = 4096;
@@ -74,7 +74,7 @@ pub struct LutError {
 }
 
 impl LutError {
-    pub(crate) fn new(line: usize, message: impl Into<String>) -> Self {
+    pub fn new(line: usize, message: impl Into<String>) -> Self {
         Self { line, message: message.into() }
     }
 }
@@ -92,7 +92,7 @@ impl std::error::Error for LutError {}
 
 impl Lut {
     /// A 3-D table from a function of the indices along red, green and blue.
-    pub(crate) fn of(size: usize, entry: impl Fn([usize; 3]) -> [f32; 3]) -> Self {
+    pub fn of(size: usize, entry: impl Fn([usize; 3]) -> [f32; 3]) -> Self {
         let steps = |i: usize| [i % size, i / size % size, i / size / size];
         let entries = (0..size * size * size).map(|i| entry(steps(i))).collect();
         let cube = Table { size, entries, low: [0.0; 3], high: [1.0; 3] };
@@ -100,7 +100,7 @@ impl Lut {
     }
 
     /// The table that changes nothing.
-    pub(crate) fn identity() -> Self {
+    pub fn identity() -> Self {
         Self::of(2, |steps| steps.map(|step| step as f32))
     }
 
@@ -128,12 +128,12 @@ impl Table {
     }
 
     /// The reciprocal of the domain's size, per channel.
-    pub(crate) fn scale(&self) -> [f64; 3] {
+    pub fn scale(&self) -> [f64; 3] {
         std::array::from_fn(|channel| 1.0 / (f64::from(self.high[channel]) - f64::from(self.low[channel])))
     }
 
     /// The texels, in half floats or 32 bits, padded with black to `count`.
-    pub(crate) fn bytes(&self, half: bool, count: usize) -> Vec<u8> {
+    pub fn bytes(&self, half: bool, count: usize) -> Vec<u8> {
         texels(&self.entries, count, half)
     }
 }

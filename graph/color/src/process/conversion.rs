@@ -19,19 +19,19 @@ choices! {
 
 /// What a table takes and returns, and the light around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Conversion {
+pub struct Conversion {
     /// The space of the table's entry; not `Same` in front of another space of the result.
-    pub(crate) from: LutSpace,
+    pub from: LutSpace,
     /// The space of the table's result.
-    pub(crate) to: LutSpace,
+    pub to: LutSpace,
     /// The state of the result.
-    pub(crate) state: LutState,
+    pub state: LutState,
     /// The luminance of light of 1, for `Pq`.
-    pub(crate) white_nits: f64,
+    pub white_nits: f64,
     /// What the numbers of the image mean.
-    pub(crate) source: Colorimetry,
+    pub source: Colorimetry,
     /// The primaries of a result that is light.
-    pub(crate) result: Chromaticities,
+    pub result: Chromaticities,
 }
 
 impl Conversion {
@@ -41,7 +41,7 @@ impl Conversion {
     }
 
     /// The table with the conversions around it.
-    pub(crate) fn around(&self, table: Process) -> Parts {
+    pub fn around(&self, table: Process) -> Parts {
         let enter = |space: LutSpace| match space {
             LutSpace::Same => Vec::new(),
             space => [self.wire().decode(), space.numbers_of(self.source.primaries, self.white_nits)].concat(),

@@ -1,11 +1,6 @@
 //! The readers of `.cube` files and of pictures that hold tables.
 
-use std::sync::Arc;
-
-use afterimage_graph::check::{CheckOptions, Loader, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::node::Registry;
-use afterimage_nodes::{Lut, PngLayout, parse_cube, parse_png};
+use afterimage_color::lut::{Lut, PngLayout, parse_cube, parse_png};
 
 fn encoded(pixels: &[u8], side: u32, color: png::ColorType) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -109,27 +104,4 @@ fn old_line_ends_and_byte_order_marks_are_read() {
     ] {
         assert_eq!(parse_cube(text).expect(text), plain, "{text:?}");
     }
-}
-
-/// One file in memory, whatever its name.
-struct OneFile(&'static str);
-
-impl Loader for OneFile {
-    fn load(&self, _: &str) -> Result<Arc<[u8]>, String> {
-        Ok(self.0.as_bytes().into())
-    }
-}
-
-#[test]
-fn a_pipeline_with_a_malformed_table_names_the_file_and_the_line_in_it() {
-    let text = r#"Pipeline(
-        inputs: { "in": Encoded },
-        nodes: { "out": ColorLut(source: "in", file: "broken.cube") },
-        outputs: { "out": "out" },
-    )"#;
-    let document = parse("test.ron", text).expect("a document");
-    let kinds = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
-    let options = CheckOptions { loader: &OneFile("LUT_3D_SIZE 2\n0 0 0\nx\n"), ..CheckOptions::default() };
-    let errors = check(&document, &kinds, &options).expect_err("a malformed table").to_string();
-    assert!(errors.contains("`broken.cube`: line 3: `x` is not a number"), "{errors}");
 }

@@ -9,12 +9,12 @@ use crate::lut::{Lut, LutError, PngLayout, TableImage};
 use crate::lut_file::{LutFile, parse_lut_file};
 
 /// The content of a file, and its textures.
-pub(crate) struct Decoded {
+pub struct Decoded {
     layout: PngLayout,
     /// What the file holds, or why it cannot be read.
-    pub(crate) content: Result<LutFile, LutError>,
+    pub content: Result<LutFile, LutError>,
     /// Whether the content changes nothing.
-    pub(crate) is_identity: bool,
+    pub is_identity: bool,
     /// The textures of a table in 32 bits, and in half floats, once they are wanted.
     images: [OnceLock<Vec<TableImage>>; 2],
 }
@@ -24,7 +24,7 @@ static NO_FILE: LazyLock<Arc<Decoded>> =
 
 impl Decoded {
     /// That of a file; `layout` is that of a PNG. Without a file the table that changes nothing.
-    pub(crate) fn of(file: &FileValue, layout: PngLayout) -> Arc<Self> {
+    pub fn of(file: &FileValue, layout: PngLayout) -> Arc<Self> {
         let Some(bytes) = &file.bytes else { return NO_FILE.clone() };
         let is_wanted = |known: &Self| known.layout == layout;
         bytes.read(is_wanted, |bytes| Self::new(layout, parse_lut_file(bytes, layout)))
@@ -40,7 +40,7 @@ impl Decoded {
     }
 
     /// The textures of a table: of its 1-D table, then of its 3-D table.
-    pub(crate) fn images(&self, lut: &Lut, half: bool) -> &[TableImage] {
+    pub fn images(&self, lut: &Lut, half: bool) -> &[TableImage] {
         self.images[usize::from(half)].get_or_init(|| {
             let curve = lut.curve.as_ref().map(|table| TableImage::curve("curve", &table.entries, half));
             let cube = lut.cube.as_ref().map(|table| TableImage::cube("cube", table, half));

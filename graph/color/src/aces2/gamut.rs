@@ -22,16 +22,16 @@ pub(super) struct Hull {
 
 /// What is equal for all hues.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GamutParams {
+pub struct GamutParams {
     /// J of a gray at the peak.
-    pub(crate) limit_j: f64,
+    pub limit_j: f64,
     /// J of middle gray.
-    pub(crate) mid_j: f64,
-    pub(crate) focus_distance: f64,
+    pub mid_j: f64,
+    pub focus_distance: f64,
     /// The inverse exponent of the lower hull of the display.
-    pub(crate) lower_gamma_inv: f64,
+    pub lower_gamma_inv: f64,
     /// The inverse exponent of the border of the source.
-    pub(crate) model_gamma_inv: f64,
+    pub model_gamma_inv: f64,
 }
 
 impl GamutParams {

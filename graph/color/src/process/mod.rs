@@ -14,14 +14,14 @@ mod wgsl;
 
 use glam::DVec3;
 
-pub(crate) use cdl::CdlStep;
-pub(crate) use conversion::Conversion;
+pub use cdl::CdlStep;
+pub use conversion::Conversion;
 pub use conversion::LutState;
-pub(crate) use curves::{Antilog, LIMIT, Logarithm, Power};
-pub(crate) use encoding::Encoding;
+pub use curves::{Antilog, LIMIT, Logarithm, Power};
+pub use encoding::Encoding;
 pub use spaces::LutSpace;
-pub(crate) use transfer::Hlg;
-pub(crate) use wgsl::{Parts, function};
+pub use transfer::Hlg;
+pub use wgsl::{Parts, function};
 
 use crate::lut::{ColorCorrection, Interpolation, Lut, Table};
 use crate::shaper::Shape;
@@ -30,12 +30,12 @@ use curves::each;
 /// Color operations in a row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Process {
-    pub(crate) steps: Vec<Step>,
+    pub steps: Vec<Step>,
 }
 
 /// One color operation.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Step {
+pub enum Step {
     /// Rows of factors for red, green and blue, and an offset.
     Matrix([[f64; 4]; 3]),
     /// `x * slope + offset`, limited to `low` and `high`.
@@ -68,7 +68,7 @@ pub(crate) enum Step {
 
 impl Process {
     /// A process without the steps that change nothing.
-    pub(crate) fn new(steps: impl IntoIterator<Item = Step>) -> Self {
+    pub fn new(steps: impl IntoIterator<Item = Step>) -> Self {
         Self { steps: steps.into_iter().filter(|step| !step.is_identity()).collect() }
     }
 
@@ -95,12 +95,12 @@ impl From<ColorCorrection> for Process {
 
 impl Step {
     /// A matrix without an offset.
-    pub(crate) fn matrix(matrix: glam::DMat3) -> Self {
+    pub fn matrix(matrix: glam::DMat3) -> Self {
         Self::Matrix([0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array()))
     }
 
     /// Limits every channel.
-    pub(crate) fn limits(low: f64, high: f64) -> Self {
+    pub fn limits(low: f64, high: f64) -> Self {
         Self::Range { slope: 1.0, offset: 0.0, low, high }
     }
 

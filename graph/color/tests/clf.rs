@@ -1,6 +1,9 @@
 //! Common LUT Format: each process node by values that follow from the specification, and files that are refused.
 
-use afterimage_nodes::{LutFile, PngLayout, Process, parse_clf, parse_lut_file};
+use afterimage_color::lut::PngLayout;
+use afterimage_color::lut_file::{LutFile, parse_lut_file};
+use afterimage_color::parse_clf;
+use afterimage_color::process::Process;
 
 fn list(nodes: &str) -> String {
     format!("<ProcessList id=\"test\" compCLFversion=\"3.0\">\n{nodes}\n</ProcessList>")

@@ -26,38 +26,38 @@ static REC709_FROM_LMS: LazyLock<DMat3> = LazyLock::new(|| LMS_FROM_REC709.inver
 static ROOTS_FROM_LAB: LazyLock<DMat3> = LazyLock::new(|| LAB_FROM_ROOTS.inverse());
 
 /// Linear RGB to the cone responses of Oklab. White becomes 1, 1, 1.
-pub(crate) fn lms_from_rgb(space: &Chromaticities) -> DMat3 {
+pub fn lms_from_rgb(space: &Chromaticities) -> DMat3 {
     LMS_FROM_REC709 * space.conversion(&Chromaticities::REC709)
 }
 
 /// The inverse of [`lms_from_rgb`].
-pub(crate) fn rgb_from_lms(space: &Chromaticities) -> DMat3 {
+pub fn rgb_from_lms(space: &Chromaticities) -> DMat3 {
     Chromaticities::REC709.conversion(space) * *REC709_FROM_LMS
 }
 
 /// A color of Oklab.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lab {
+pub struct Lab {
     lightness: f64,
     chroma: DVec2,
 }
 
 impl Lab {
     /// From linear Rec.709, also with negative channels.
-    pub(crate) fn of(rgb: DVec3) -> Self {
+    pub fn of(rgb: DVec3) -> Self {
         let roots = DVec3::from((LMS_FROM_REC709 * rgb).to_array().map(f64::cbrt));
         let lab = LAB_FROM_ROOTS * roots;
         Self { lightness: lab.x, chroma: DVec2::new(lab.y, lab.z) }
     }
 
     /// To linear Rec.709.
-    pub(crate) fn rgb(self) -> DVec3 {
+    pub fn rgb(self) -> DVec3 {
         let roots = ROOTS_FROM_LAB.mul_vec3(dvec3(self.lightness, self.chroma.x, self.chroma.y));
         REC709_FROM_LMS.mul_vec3(roots * roots * roots)
     }
 
     /// This lightness and amount of chroma, with a share of another color's hue.
-    pub(crate) fn with_hue_of(self, other: Self, share: f64) -> Self {
+    pub fn with_hue_of(self, other: Self, share: f64) -> Self {
         let amount = self.chroma.length();
         let wanted = other.chroma * (amount / other.chroma.length().max(1e-20));
         let mixed = self.chroma.lerp(wanted, share);
@@ -66,7 +66,7 @@ impl Lab {
 
     /// The color of this hue in the gamut from 0 to `peak` of the primaries that `display` converts Rec.709 to, and in
     /// these primaries. Up to the share `knee` of the gamut's chroma nothing changes; x / (1 + x) compresses the rest.
-    pub(crate) fn fitted(self, display: &DMat3, peak: f64, knee: f64) -> DVec3 {
+    pub fn fitted(self, display: &DMat3, peak: f64, knee: f64) -> DVec3 {
         let knee = knee.max(1e-3);
         let clamped = Self { lightness: self.lightness.clamp(0.0, peak.cbrt()), ..self };
         let scaled = |share: f64| *display * Self { chroma: clamped.chroma * share, ..clamped }.rgb();

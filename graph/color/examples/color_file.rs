@@ -4,7 +4,9 @@
 use std::error::Error;
 use std::io::{BufRead, Write};
 
-use afterimage_nodes::{Interpolation, LutFile, PngLayout, Process, parse_correction, parse_lut_file};
+use afterimage_color::lut::{Interpolation, PngLayout, parse_correction};
+use afterimage_color::lut_file::{LutFile, parse_lut_file};
+use afterimage_color::process::Process;
 
 fn process(bytes: &[u8], interpolation: Interpolation) -> Result<Process, Box<dyn Error>> {
     let correction = std::str::from_utf8(bytes).ok().filter(|text| text.contains("<ColorCorrection"));

@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 
 use super::encoding::Encoding;
 use super::{Logarithm, Step};
-use crate::color::ARRI_WIDE_GAMUT_3;
+use crate::adaptation::ARRI_WIDE_GAMUT_3;
 
 choices! {
     /// The color space of a table's numbers: primaries, and the function between light and numbers. Light of 1 is that
@@ -63,7 +63,7 @@ impl LutSpace {
     }
 
     /// The colorimetry of an image in this space. `None` for logarithms.
-    pub(crate) fn colorimetry(self, white_nits: f64) -> Option<Colorimetry> {
+    pub fn colorimetry(self, white_nits: f64) -> Option<Colorimetry> {
         let transfer = match self {
             Self::AcesCct | Self::LogC3 => return None,
             Self::Same | Self::LinearRec709 | Self::LinearRec2020 | Self::Aces | Self::AcesCg => Transfer::Linear,
@@ -77,23 +77,23 @@ impl LutSpace {
     }
 
     /// Whether an image for a display or a file can be in this space.
-    pub(crate) fn is_for_displays(self) -> bool {
+    pub fn is_for_displays(self) -> bool {
         !matches!(self, Self::Same | Self::Aces | Self::AcesCg | Self::AcesCct | Self::LogC3)
     }
 
     /// Linear light with these primaries to this space.
-    pub(crate) fn numbers_of(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
+    pub fn numbers_of(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let primaries = Step::matrix(light.conversion(&self.primaries()));
         std::iter::once(primaries).chain(self.encode(white_nits)).collect()
     }
 
     /// Linear light in the primaries of this space to its numbers.
-    pub(crate) fn encode(self, white_nits: f64) -> Vec<Step> {
+    pub fn encode(self, white_nits: f64) -> Vec<Step> {
         self.encoding(white_nits).encode()
     }
 
     /// This space to linear light with these primaries.
-    pub(crate) fn to_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
+    pub fn to_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let primaries = Step::matrix(self.primaries().conversion(&light));
         self.encoding(white_nits).decode().into_iter().chain([primaries]).collect()
     }

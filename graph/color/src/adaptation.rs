@@ -5,10 +5,10 @@ use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 
 /// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
-pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// ARRI Wide Gamut 3 (ARRI, "ALEXA Log C Curve", 2012).
-pub(crate) const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
+pub const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
     red: Xy::new(0.6840, 0.3130),
     green: Xy::new(0.2210, 0.8480),
     blue: Xy::new(0.0861, -0.1020),
@@ -16,12 +16,12 @@ pub(crate) const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
 };
 
 /// The luminance weights of linear light in these primaries: those of [`LUMINANCE`] for Rec.709.
-pub(crate) fn luminance_weights(primaries: &Chromaticities) -> DVec3 {
+pub fn luminance_weights(primaries: &Chromaticities) -> DVec3 {
     if *primaries == Chromaticities::REC709 { LUMINANCE } else { primaries.to_xyz().row(1) }
 }
 
 /// AP1 with red moved outwards, after the talk on Ghost of Tsushima. Public notes confirm only the x of red.
-pub(crate) const TSUSHIMA: Chromaticities = Chromaticities { red: Xy::new(0.750, 0.270), ..Chromaticities::ACES_CG };
+pub const TSUSHIMA: Chromaticities = Chromaticities { red: Xy::new(0.750, 0.270), ..Chromaticities::ACES_CG };
 
 choices! {
     /// The cone responses that chromatic adaptation scales.
@@ -49,11 +49,11 @@ fn in_rec709(matrix: DMat3) -> DMat3 {
 }
 
 /// Lower limit of the components of a target white. Below it the gains of the cones are too large to be useful.
-pub(crate) const MIN_TARGET: f32 = 1e-4;
+pub const MIN_TARGET: f32 = 1e-4;
 
 /// The matrix on linear Rec.709 that maps white to `target`. With `keep_luminance`, the target is scaled to the
 /// luminance of white.
-pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
+pub fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool) -> DMat3 {
     let target = DVec3::from(target.map(|x| f64::from(x.max(MIN_TARGET))));
     let target = Chromaticities::REC709.to_xyz() * target;
     let scale = if keep_luminance { 1.0 / target.y } else { 1.0 };
@@ -62,7 +62,7 @@ pub(crate) fn white_to(target: [f32; 3], adaptation: Cones, keep_luminance: bool
 
 /// The matrix on linear Rec.709 that makes a light of this temperature neutral. `duv` is the distance of the light from
 /// the locus in CIE 1960 uv, positive toward green.
-pub(crate) fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
+pub fn white_from(kelvin: f64, duv: f64, adaptation: Cones) -> DMat3 {
     in_rec709(adaptation.adaptation(xyz(light(kelvin, duv)), Xy::D65.to_xyz()))
 }
 
@@ -131,7 +131,7 @@ fn xy(uv: DVec2) -> DVec2 {
 }
 
 /// The rows of a matrix, for three dot products in a shader.
-pub(crate) fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
+pub fn rows(matrix: DMat3) -> [[f64; 4]; 3] {
     [0, 1, 2].map(|row| matrix.row(row).extend(0.0).to_array())
 }
 

@@ -19,25 +19,25 @@ choices! {
 
 /// A linear part up to a point and a logarithm above it: the form in which shaders compute every shaper but sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Shape {
+pub struct Shape {
     /// Slope, offset, end of the linear part, 0.
-    pub(crate) line: [f64; 4],
+    pub line: [f64; 4],
     /// a, b, c, d of `c * log2(a * x + b) + d`.
-    pub(crate) curve: [f64; 4],
+    pub curve: [f64; 4],
 }
 
 impl Shape {
     /// The identity.
-    pub(crate) const NONE: Self = Self { line: [1.0, 0.0, 3e38, 0.0], curve: [0.0, 1.0, 0.0, 0.0] };
+    pub const NONE: Self = Self { line: [1.0, 0.0, 3e38, 0.0], curve: [0.0, 1.0, 0.0, 0.0] };
 
     /// Maps 2^low to 0 and 2^high to 1, linear in stops.
-    pub(crate) fn log2(low: f64, high: f64) -> Self {
+    pub fn log2(low: f64, high: f64) -> Self {
         let scale = 1.0 / (high - low);
         Self { line: [0.0, 0.0, low.exp2(), 0.0], curve: [1.0, 0.0, scale, -low * scale] }
     }
 
     /// Maps 0 to 0 and 2^high to 1 by the logarithm of a film camera (ARRI's LogC, EI 200).
-    pub(crate) fn log_c(high: f64) -> Self {
+    pub fn log_c(high: f64) -> Self {
         let (a, b, c, d) = (5.555556, 0.047996, 0.244161 * 2.0_f64.log10(), 0.386036);
         let cut = 0.011361;
         let raw = |x: f64| c * (a * x + b).log2() + d;
@@ -48,14 +48,14 @@ impl Shape {
     }
 
     /// The position of light in a table.
-    pub(crate) fn apply(&self, light: f64) -> f64 {
+    pub fn apply(&self, light: f64) -> f64 {
         let [slope, offset, end, _] = self.line;
         let [a, b, c, d] = self.curve;
         if light > end { c * (a * light + b).max(1e-30).log2() + d } else { slope * light + offset }
     }
 
     /// The inverse: the light at position `t` of a table.
-    pub(crate) fn light(&self, t: f64) -> f64 {
+    pub fn light(&self, t: f64) -> f64 {
         let [slope, offset, end, _] = self.line;
         let [a, b, c, d] = self.curve;
         if slope > 0.0 && t <= slope * end + offset { (t - offset) / slope } else { (((t - d) / c).exp2() - b) / a }
