@@ -19,8 +19,9 @@ params! {
     /// Turns a depth buffer into the distance along the view axis, in meters if the world is.
     ///
     /// The projection of the camera may be any: perspective or orthographic, with the near plane at 0 or at 1, and with
-    /// a far plane at an infinite distance. What is farther than 65504 m, the largest half float, counts as being
-    /// there. Without a camera, the numbers pass as they are. All kinds that take a `depth` expect such distances.
+    /// a far plane at an infinite distance. Distances above 65504 m, the largest half float, become 65504 m. `camera`
+    /// is required, and must be the one that made the depth buffer. All kinds that take a `depth` expect such
+    /// distances.
     pub struct LinearDepth {
         /// What the numbers of `depth` are. Distances pass as they are.
         pub encoding: DepthEncoding = DepthEncoding::Projected;
