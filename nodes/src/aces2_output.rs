@@ -32,7 +32,7 @@ params! {
     /// After the Academy's reference (the CTL of aces-output): the light is limited to AP1, a color appearance model
     /// separates lightness, colorfulness and hue, the tone scale of the peak changes the lightness, and the
     /// colorfulness follows it into the gamut of the display. The tables of the gamut are computed in double precision
-    /// when the plan is made. graph/docs/color.md has the largest differences from OpenColorIO's built-in transforms.
+    /// when the plan is made. measurements/color.md has the largest differences from OpenColorIO's built-in transforms.
     /// A pixel takes 17 powers and four reads of a table, where `ToneMap` takes nine powers.
     ///
     /// The result is display-linear in the primaries of `gamut`, from 0 to `peak`. An `Encode` for other primaries

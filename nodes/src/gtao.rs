@@ -14,8 +14,8 @@ params! {
     /// For each pixel, slices of the hemisphere over the surface are searched for the highest horizon to both sides;
     /// the cosine-weighted light between them has a closed form. Slices differ within four by four pixels, and a mean
     /// on the same surface makes them one. Jimenez, Wu, Pesce and Jarabo, "Practical Realtime Strategies for Accurate
-    /// Indirect Occlusion", 2016; graph/docs/depth.md compares it with rays. What lies outside of the image, or behind
-    /// what is seen, occludes nothing.
+    /// Indirect Occlusion", 2016; measurements/depth.md compares it with rays. What lies outside of the image, or
+    /// behind what is seen, occludes nothing.
     ///
     /// `result` is the light times the visibility, so place it before exposure, fog and bloom. A renderer that has its
     /// ambient light apart multiplies that one with 1 - `occlusion`. With `albedo`, light that bounces between bright

@@ -25,7 +25,7 @@ params! {
     /// projection wrote; the near plane may be at either end. Distances in meters are compared, so all biases are
     /// lengths or texels. What lies outside of the map or behind the light is lit, and what faces away from the light
     /// is not. Reeves, Salesin and Cook, "Rendering Antialiased Shadows with Depth Maps", 1987;
-    /// graph/docs/depth.md compares it with rays.
+    /// graph/docs/measurements/depth.md compares it with rays.
     ///
     /// `result` is the source times the share of light that arrives, so the source is best the light of this lamp
     /// alone. A renderer that adds lamps up multiplies each one with 1 - `shadow`. Alpha passes unchanged.

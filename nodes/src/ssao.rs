@@ -13,7 +13,7 @@ params! {
     ///
     /// A point counts as occluded where the depth image shows something nearer, unless that is farther from the pixel
     /// than the radius. Mittring, "Finding Next Gen", 2007. The points are turned differently in each of four by four
-    /// pixels, and a mean on the same surface makes them one. graph/docs/depth.md compares it with rays and with
+    /// pixels, and a mean on the same surface makes them one. measurements/depth.md compares it with rays and with
     /// `Gtao`, whose horizons have a closed form.
     ///
     /// `result` is the light times the visibility, so place it before exposure, fog and bloom. A renderer that has its

@@ -110,7 +110,7 @@ fn errors([rays, occlusion]: &[Picture; 2], depth: &Picture) -> [f64; 2] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn occlusion_from_depth_is_near_to_that_of_rays() {
     let depth = scene("depth", "walk: 0.15", SIZE);
     // The most that is left of the error, as a share of that without occlusion.

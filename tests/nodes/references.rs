@@ -66,7 +66,7 @@ fn compare(name: &str, light: [&Picture; 3], (gain, left): (f64, f64)) -> [Pictu
 
 /// Prints the errors without a node and with it, and panics unless the node brings these many dB and leaves less than
 /// this share of FLIP. The pictures: without, with, reference.
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn compare_shown(name: &str, pictures: [Picture; 3], (gain, left): (f64, f64)) -> [Picture; 3] {
     let [none, some] = [&pictures[0], &pictures[1]].map(|found| errors(&pictures[2], found));
     println!("{name}: {:.1} dB, {:.4} without; {:.1} dB, {:.4} with", none[0], none[1], some[0], some[1]);

@@ -171,7 +171,7 @@ fn errors([rays, mask]: [&Picture; 2], depth: &Picture, among: RangeInclusive<f3
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn shadows_are_near_to_those_of_rays() {
     // The most that is left of the error, as a share of that without a shadow. Without a bias all surfaces shadow
     // themselves.
@@ -208,7 +208,7 @@ fn wide_lights() -> [(&'static str, Camera, [&'static str; 2]); 2] {
 /// Root mean squares of the errors in the room, and in the penumbrae alone.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn a_search_of_blockers_comes_nearer_to_lights_of_some_size() {
     let depth = scene("depth", "walk: 0.15", SIZE);
     for (name, light, [rays, size]) in wide_lights() {

@@ -178,7 +178,7 @@ fn error(a: &Picture, b: &Picture, counts: impl Fn(usize) -> bool) -> f64 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn a_still_image_converges_to_the_supersampled_one() {
     let shot = shot(32, (0.1, 0.0), 0.0, SIZE);
     let wanted = shot[31].reference();
@@ -190,7 +190,7 @@ fn a_still_image_converges_to_the_supersampled_one() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
 fn a_walk_past_moving_objects_is_smooth_and_has_no_ghosts() {
     let shot = shot(20, (0.1, 0.004), 1.0 / 24.0, SIZE);
     let last = &shot[19];

@@ -69,7 +69,7 @@ fn correlation(field: &[f64], side: usize, [dx, dy]: [i64; 2]) -> f64 {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn the_variance_of_grain_depends_neither_on_color_nor_on_size() {
     for size in [1.0, 1.5, 3.0] {
         for color in [0.0, 0.25, 0.5, 0.75, 1.0] {
@@ -83,7 +83,7 @@ fn the_variance_of_grain_depends_neither_on_color_nor_on_size() {
 }
 
 #[test]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn grain_has_no_direction_and_no_grid() {
     let (side, size) = (600, 6.0);
     let grain = Grain { amount: 1.0, size, color: 0.0, seed: 2 };

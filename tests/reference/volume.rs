@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/depth.md")]
+    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
     fn twice_the_slices_have_a_quarter_of_the_error() {
         for (name, curve) in [("exponential", 128.0_f64.ln()), ("linear", 0.0), ("curved 3", 3.0)] {
             for is_end in [true, false] {

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+    #[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
     fn a_light_moves_smoothly_with_its_temperature() {
         // Without a blend it was 0.0073 from 3999 K to 4000 K.
         for duv in [0.0, 0.02, -0.02] {

@@ -1,4 +1,4 @@
-//! What fusion must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the faults that these
+//! What fusion must not do, on the smallest graphs that show it. `measurements/faults.md` lists the faults that these
 //! tests notice.
 
 use afterimage_graph::check::{CheckOptions, Facts, check};

@@ -1,5 +1,5 @@
-//! What single stages of the planner must not do, on the smallest graphs that show it. `graph/docs/faults.md` lists the
-//! faults that these tests notice.
+//! What single stages of the planner must not do, on the smallest graphs that show it. `measurements/faults.md` lists
+//! the faults that these tests notice.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -55,7 +55,7 @@ const HISTORY: &str = r#"fireflies: Limit, before: "bright.peaks@previous""#;
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn a_moving_light_keeps_its_glow() {
     for side in [1.0, 2.0, 3.0] {
         let frames: Vec<Picture> = (0..12).map(|frame| light(side, 200.0, 0.25 * f64::from(frame))).collect();
@@ -77,7 +77,7 @@ fn a_moving_light_keeps_its_glow() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn an_outlier_of_one_frame_does_not_glow() {
     let dim = |spark: bool| {
         Picture::new(64, 64, |x, y| {

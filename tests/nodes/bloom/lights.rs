@@ -28,7 +28,7 @@ fn moving_glow(pipeline: &str) -> Vec<f64> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
     for name in ["lynx.ron", "tsushima.ron"] {
         let now = text(name);
@@ -73,7 +73,7 @@ fn sun() -> Picture {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn the_glare_of_a_sun_is_no_white_blob() {
     let [none, added, screened] = [("lit.strength", "0.0"), ("lit.blend", "Add"), ("lit.blend", "Screen")].map(|set| {
         let graph = changed("glare.ron", None, &[set]);

@@ -23,7 +23,7 @@ fn meters(reading: &str, exposing: &str) -> [String; 2] {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/color.md")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/color.md")]
 fn flat_fields_of_the_whole_range_come_out_alike() {
     for nodes in meters("", "") {
         for light in [1.2208e-4, 0.001, 0.05, 1.0, 40.0, 1024.0, 4000.0, 10000.0, 6e4, 65504.0] {
