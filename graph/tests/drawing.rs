@@ -225,7 +225,7 @@ fn geometry_and_entry_points_that_do_not_fit_are_refused() {
              `@location(1) vec4<f32>`",
         ),
         (with_vertices(64, fits, "narrow"), "but `narrow` gives `@location(0) vec2<f32>`"),
-        (with_vertices(64, fits, "missing"), "needs `missing`, which is no @fragment entry point of its module"),
+        (with_vertices(64, fits, "missing"), "needs `missing`, which is not a @fragment entry point of its module"),
         (
             said(|pass| {
                 let color = image(pass, "color", desc());
@@ -238,7 +238,7 @@ fn geometry_and_entry_points_that_do_not_fit_are_refused() {
                 let color = image(pass, "color", desc());
                 pass.draw(&SHADER, "plain").fragment("plain").color(color, CLEAR).record(3, 1);
             }),
-            "needs `plain`, which is no @vertex entry point of its module",
+            "needs `plain`, which is not a @vertex entry point of its module",
         ),
         (
             said(|pass| {

@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Render the built-in scene through every built-in pipeline
     Demo(DemoArgs),
-    /// Look at a pipeline in a window, and turn its parameters
+    /// Look at a pipeline in a window, and adjust its parameters
     #[cfg(feature = "view")]
     View(ViewArgs),
     /// Render an image or a sequence through a pipeline

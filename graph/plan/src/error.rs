@@ -19,7 +19,7 @@ pub enum PlanError {
         given: u32,
     },
     /// The host states a rectangle or a factor of a multisampled image.
-    #[error("input `{0}` is multisampled, of which no frame states a rectangle or a factor")]
+    #[error("rectangles and factors are not supported for the multisampled input `{0}`")]
     PartOfSamples(String),
     /// The host gives an image where the pipeline states a volume, or the other way round.
     #[error("{}", dimension(.input, *.given))]
@@ -30,7 +30,7 @@ pub enum PlanError {
         given: bool,
     },
     /// The host states a rectangle or a factor of a volume.
-    #[error("input `{0}` is a volume, of which no frame states a rectangle or a factor")]
+    #[error("rectangles and factors are not supported for the volume input `{0}`")]
     PartOfVolume(String),
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]

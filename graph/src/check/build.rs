@@ -97,7 +97,6 @@ pub(super) enum Named {
 pub(super) struct Wire {
     /// Its source; `None` where the host of an inner pipeline leaves an optional input out.
     pub(super) source: Option<Source>,
-    /// Where it is written.
     pub(super) location: Location,
     /// The state that an inner pipeline declares for the input which it comes from.
     pub(super) declared: Option<ColorState>,
@@ -137,12 +136,10 @@ impl<'a> Builder<'a> {
         self.scopes.first().into_iter().flat_map(|top| top.inputs.iter().map(|(input, _)| input))
     }
 
-    /// One of them.
     pub(super) fn host_input(&self, input: usize) -> Option<&InputEntry> {
         self.scopes.first()?.inputs.get(input).map(|(input, _)| input)
     }
 
-    /// What a source gives.
     pub(super) fn port_type(&self, source: Source) -> PortType {
         match source {
             Source::Input(input) => match self.host_input(input) {
@@ -230,7 +227,6 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// What an input gives.
 pub(super) fn input_type(input: &InputEntry) -> PortType {
     match input.block {
         Some(_) => PortType::Block,

@@ -8,7 +8,6 @@ use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quot
 use afterimage_base::image::Format;
 
 impl Builder<'_> {
-    /// The condition of `when`.
     pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
         let Tree::Text(text) = &item.value else {
             if item.value.is_broken() {
@@ -83,7 +82,6 @@ impl Builder<'_> {
         }
     }
 
-    /// The value of `format`.
     pub(super) fn format(&mut self, item: &Item) -> Option<Format> {
         let names = Format::ALL.map(Format::name);
         let diagnostic = match &item.value {
@@ -117,7 +115,6 @@ impl Builder<'_> {
         Some(label.to_owned())
     }
 
-    /// The value of `label`.
     pub(super) fn label(&mut self, item: &Item) -> Option<String> {
         if let Tree::Text(label) = &item.value {
             return self.short_label(label, &item.location);

@@ -118,7 +118,7 @@ impl Builder<'_> {
         let Some(output) = output else {
             let kind = &self.drafts[node].kind;
             let names = || outputs.iter().map(|output| &*output.name);
-            let message = format!("{} is no output of {}", quote(wire.port.unwrap_or_default()), quote(kind.name()));
+            let message = format!("{} has no output {}", quote(kind.name()), quote(wire.port.unwrap_or_default()));
             let diagnostic = Diagnostic::error("unknown-output", message)
                 .at(&asked.location, "")
                 .also(&self.drafts[node].kind_location, "the node is of this kind")
@@ -251,7 +251,7 @@ impl<'a> WireText<'a> {
                 Some(Ok(_) | Err(_)) => {
                     return wrong(format!("the number of frames in {} is not 1 to {MAX_PREVIOUS}", quote(text)));
                 }
-                None => return wrong(format!("{} is no time: only `previous` is", quote(time))),
+                None => return wrong(format!("unknown time {}; only `previous` is supported", quote(time))),
             },
         };
         Ok(Self { node, port, previous })

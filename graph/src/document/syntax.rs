@@ -52,7 +52,7 @@ pub(super) fn hash(location: &Location) -> Diagnostic {
 }
 
 pub(super) fn foreign_quote(location: &Location, c: char) -> Diagnostic {
-    let message = format!("{} is no quote of RON", quote(&c.to_string()));
+    let message = format!("{} is not a quotation mark in RON", quote(&c.to_string()));
     error(message, location, "write a plain `\"` before and after a text")
 }
 

@@ -10,7 +10,6 @@ use super::quotes::{LineQuotes, character_end, foreign_end, is_foreign_quote, ra
 use super::syntax::{self, Errors};
 use afterimage_base::diagnostic::Location;
 
-/// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A name, raw or not.

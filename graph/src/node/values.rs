@@ -18,16 +18,7 @@ impl<'a> UniformValues<'a> {
 
     /// The value of the parameter of that name.
     pub fn get(&self, name: &str) -> Option<UniformValue> {
-        self.index(name).map(|index| self.at(index))
-    }
-
-    /// The place of the parameter of that name.
-    pub(super) fn index(&self, name: &str) -> Option<usize> {
-        self.params.iter().position(|param| param.name == name)
-    }
-
-    /// The value of the parameter at that place.
-    pub(super) fn at(&self, index: usize) -> UniformValue {
-        (&self.values[index]).into()
+        let index = self.params.iter().position(|param| param.name == name)?;
+        Some((&self.values[index]).into())
     }
 }

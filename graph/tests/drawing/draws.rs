@@ -90,7 +90,7 @@ fn ranges_in_a_buffer_are_in_it_and_written_before() {
         (indirect(4, 3, kept.clone(), false), "reads 52 bytes of the buffer `canvas.ranges`, which has 48"),
         (
             indirect(6, 1, kept.clone(), false),
-            "reads ranges from byte 6 of the buffer `canvas.ranges`, which is no multiple of 4",
+            "reads ranges from byte 6 of the buffer `canvas.ranges`, which is not a multiple of 4",
         ),
         (indirect(0, 0, kept, false), "draws no range: use `clear`"),
         (indirect(u64::MAX - 3, 1, BufferLife::Zeroed, false), "of the buffer `canvas.ranges`, which has 48"),

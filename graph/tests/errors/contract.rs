@@ -58,7 +58,7 @@ fn every_broken_promise_is_named() {
     for part in [
         "`Careless`: the input `source` has no doc",
         "`target` is a word of WGSL",
-        "the state of `result` follows `sauce`, which is no required image input",
+        "the state of `result` follows `sauce`, which is not a required image input",
         "the fallback of `result` (Image) is `target` (Value)",
         "the default of `amount` is not acceptable: `amount` must be within 0 and 1",
         "the numbers of `open` have no domain",

@@ -87,13 +87,13 @@ fn errors_of_the_shader_are_reported_at_their_lines() {
         (
             "levels: f32",
             "level: f32, levels: f32",
-            "`level` of `Posterize` is no parameter of the node",
+            "`level` of `Posterize` is not a parameter of the node",
             "posterize.wgsl:1:20",
         ),
         (
             "(source: vec4f",
             "(at_: Point, source: vec4f",
-            "the argument `at_` is no input of the node",
+            "the argument `at_` is not an input of the node",
             "posterize.wgsl:3:14",
         ),
         (
@@ -174,11 +174,11 @@ fn errors_of_the_declaration_are_reported_at_their_lines() {
             "node.ron:10:9",
         ),
         ("(2, 256)", "(256, 2)", "`within` is the least and the greatest number", "node.ron:10:79"),
-        ("Same(\"source\")", "Same(\"mask\")", "`mask` is no image input that must be wired", "node.ron:8:75"),
-        ("\"Posterize\"", "\"posterize\"", "`posterize` is no name of a kind", "node.ron:2:11"),
+        ("Same(\"source\")", "Same(\"mask\")", "`mask` is not a required image input", "node.ron:8:75"),
+        ("\"Posterize\"", "\"posterize\"", "`posterize` is not a valid name of a kind", "node.ron:2:11"),
         ("\"Posterize\"", "\"Vignette\"", "the shader of `Vignette` is called `posterize.wgsl`", "node.ron:2:11"),
         ("[DisplayLinear]", "[Displaylinear]", "no image state is called `Displaylinear`", "node.ron:5:77"),
-        ("Same(\"source\")", "Same(\"sauce\")", "`sauce` is no image input that must be wired", "node.ron:8:75"),
+        ("Same(\"source\")", "Same(\"sauce\")", "`sauce` is not a required image input", "node.ron:8:75"),
         ("name: \"Posterize\"", "name: \"\"", "`name` is a text in quotes that is not empty", "node.ron:2:11"),
         (
             "\"mask\":   Image",
@@ -189,7 +189,7 @@ fn errors_of_the_declaration_are_reported_at_their_lines() {
         (
             "state: Same(\"source\")",
             "state: Same(\"source\"), fallback: \"levels\"",
-            "`fallback` is no fallback of an output",
+            "`fallback` must be an input, `Zero` or `Absent`",
             "node.ron:8:96",
         ),
         ("    parameters: {", "    fallback: Zero, parameters: {", "no field `fallback` any more", "node.ron:9:5"),

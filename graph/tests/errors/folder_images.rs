@@ -70,7 +70,7 @@ fn reported(declaration: &str, shader: &str) -> String {
 #[test]
 fn mistakes_in_images_are_reported_at_their_places() {
     for (from, to, message, location) in [
-        ("\"across\": Image", "\"Across\": Image", "`Across` is no name of an image", "node.ron:9:9"),
+        ("\"across\": Image", "\"Across\": Image", "`Across` is not a valid name of an image", "node.ron:9:9"),
         ("\"across\": Image", "\"source\": Image", "the name `source` is given twice", "node.ron:9:9"),
         (
             "\"across\": Image(format",
@@ -113,13 +113,13 @@ fn mistakes_in_what_functions_read_are_reported_at_their_places() {
         (
             "(soft: vec4f, c",
             "(sofd: vec4f, soft: vec4f, c",
-            "the argument `sofd` is no input of the node, and no image that is made before",
+            "the argument `sofd` is not an input of the node, nor an image made before it",
             "haze.wgsl:4:14",
         ),
         (
             "(across: texture_2d<f32>, at",
             "(wide: texture_2d<f32>, across: texture_2d<f32>, at",
-            "the argument `wide` is no input of the node, and no image that is made before",
+            "the argument `wide` is not an input of the node, nor an image made before it",
             "haze.wgsl:2:16",
         ),
         (

@@ -5,7 +5,6 @@
 
 use unicode_ident::{is_xid_continue, is_xid_start};
 
-/// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     /// A keyword or an identifier.

@@ -58,7 +58,7 @@ fn check_places(walk: &Walk<'_>, leaving: &BTreeSet<ImageId>, faults: &mut Fault
         }
         let (Some(offset), Some(slot), Some(wants)) = (offset, slot, wants) else { continue };
         if offset % wants.alignment != 0 {
-            faults.add(format!("`{name}` lies at {offset}, which is no multiple of {}", wants.alignment));
+            faults.add(format!("`{name}` lies at {offset}, which is not a multiple of {}", wants.alignment));
         }
         if offset + wants.bytes > heap {
             faults.add(format!("`{name}` ends at {}, beyond the heap of {heap}", offset + wants.bytes));

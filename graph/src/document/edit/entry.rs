@@ -33,7 +33,6 @@ impl Entry {
         Self::Map(name.to_owned(), entries)
     }
 
-    /// A tier.
     pub(super) fn tier(name: &str, overrides: Vec<Self>) -> Self {
         Self::Map(format!("{name:?}"), overrides)
     }

@@ -109,7 +109,7 @@ fn output(kind: &NodeKind, port: &Output, complaints: &mut Violations) {
         OutputState::Same(source) => {
             let fits = kind.input(source).is_some_and(|input| !is_number(input.ty) && !input.optional);
             complaints.require(fits, || {
-                format!("the state of `{name}` follows `{source}`, which is no required image input")
+                format!("the state of `{name}` follows `{source}`, which is not a required image input")
             });
         }
     }
@@ -123,7 +123,7 @@ fn fallback(kind: &NodeKind, port: &Output, complaints: &mut Violations) {
             format!("the fallback of `{name}` is zero, but a {ty} has no zero: it may be absent")
         }),
         Fallback::Input(source) => match kind.input(source) {
-            None => complaints.add(format!("the fallback of `{name}` is `{source}`, which is no input")),
+            None => complaints.add(format!("the fallback of `{name}` is `{source}`, which is not an input")),
             Some(input) => complaints.require(input.ty == port.ty, || {
                 format!("the fallback of `{name}` ({ty}) is `{source}` ({})", input.ty.name())
             }),

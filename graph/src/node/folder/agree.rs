@@ -56,7 +56,7 @@ impl Pair<'_> {
         let name = &self.declared.name;
         let (file, wanted) = (stem(&self.file).to_owned(), snake(&name.value));
         if !is_pascal(&name.value) {
-            let message = format!("{} is no name of a kind", quote(&name.value));
+            let message = format!("{} is not a valid name of a kind", quote(&name.value));
             let help = "it begins with a capital letter and holds letters and digits only, as `ToneMap` does";
             return self.diagnostics.push(Diagnostic::error("bad-name", message).at(&name.location, "").help(help));
         }
@@ -157,7 +157,7 @@ impl Pair<'_> {
         let location = self.word(&member.name, &format!("struct {}", layout.name));
         let Some((param, declared)) = self.declared.params.iter().find(|(param, _)| param.name == member.name) else {
             let names = || self.declared.params.iter().map(|(param, _)| &*param.name);
-            let message = format!("{} of {} is no parameter of the node", quote(&member.name), quote(&layout.name));
+            let message = format!("{} of {} is not a parameter of the node", quote(&member.name), quote(&layout.name));
             let diagnostic =
                 Diagnostic::error("shader-params", message).at(&location, "").help("declare it under `parameters`");
             return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&member.name, names())));

@@ -201,7 +201,7 @@ impl<'d> Fields<'d> {
             None => "write the state itself, such as `state: DisplayLinear`".to_owned(),
             Some(_) => format!("there is {}", list(names(), 8)),
         };
-        let message = format!("{} is no image input that must be wired", quote(input));
+        let message = format!("{} is not a required image input", quote(input));
         let diagnostic = Diagnostic::error("unknown-name", message).at(location, "").help(help);
         self.diagnostics.push(diagnostic.maybe_help(did_you_mean(input, names())));
     }

@@ -57,7 +57,7 @@ pub(super) fn output(
 /// Other names are checked by the contract of kinds.
 fn check_name(name: &Spanned<String>, diagnostics: &mut Diagnostics) {
     if !is_snake(&name.value) {
-        let message = format!("{} is no name of an image", quote(&name.value));
+        let message = format!("{} is not a valid name of an image", quote(&name.value));
         let help = "names are in snake_case, as the arguments of functions are";
         diagnostics.push(Diagnostic::error("bad-name", message).at(&name.location, "").help(help));
     }

@@ -26,7 +26,7 @@ pub(super) fn fallback_of(
                 Some(_) => format!(" or one of the inputs of its type in quotes: {}", list(fitting(), 8)),
                 None => String::new(),
             };
-            let error = Diagnostic::error("wrong-type", "`fallback` is no fallback of an output");
+            let error = Diagnostic::error("wrong-type", "`fallback` must be an input, `Zero` or `Absent`");
             diagnostics.push(error.at(&item.location, "").help(format!("write `Zero`, `Absent`{inputs}")));
             Fallback::Zero
         }

@@ -154,7 +154,6 @@ impl DynNode for FolderNode {
     }
 }
 
-/// One recording.
 struct Round<'n, 'r, 'a> {
     node: &'n FolderNode,
     size: Size,

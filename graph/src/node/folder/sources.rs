@@ -68,8 +68,8 @@ impl Pair<'_> {
                 Shape::Image { workgroup: Some(_) } => &["at", "frame", "invocation", "params"],
                 _ => &["at", "frame", "params"],
             };
-            let name_is = format!("the argument {} is no input of the node", quote(name));
-            let error = self.unknown(at, name, format!("{name_is}, and no image that is made before"), more);
+            let name_is = format!("the argument {} is not an input of the node", quote(name));
+            let error = self.unknown(at, name, format!("{name_is}, nor an image made before it"), more);
             return self.diagnostics.push(error.at(&location, ""));
         };
         self.used.insert(name.to_owned());

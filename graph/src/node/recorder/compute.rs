@@ -5,7 +5,6 @@ use std::fmt::Display;
 use super::Recorder;
 use super::bindings::params;
 use super::details::{Bindings, Bound, Label};
-use super::known_pass::KnownPass;
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{ByCells, KernelCall};
 use crate::node::pass::{Pass, PassKind};
@@ -86,11 +85,10 @@ impl ComputePass<'_, '_> {
     pub fn dispatch(self, groups: [u32; 3]) {
         if let Some(replay) = self.recorder.replay.take() {
             let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, groups));
-            let (params, computed) = (params(self.recorder, &self.shader), &self.bindings.computed);
-            let write = |_: &KnownPass, uniform: &mut [u8]| {
-                self.recorder.write_uniform((&self.shader, params), computed, uniform)
-            };
-            replay.step(is_equal.then_some(write));
+            replay.step(is_equal, |uniform| {
+                let params = params(self.recorder, &self.shader);
+                self.recorder.write_uniform(&self.shader, params, &self.bindings.computed, uniform)
+            });
             replay.bindings = self.bindings;
             replay.bindings.clear();
             self.recorder.replay = Some(replay);

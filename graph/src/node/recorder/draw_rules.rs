@@ -220,7 +220,7 @@ impl Rules<'_> {
         let (label, is_of_frame) = (held.label.clone(), held.life == BufferLife::Frame);
         self.require(ranges > 0, || "draws no range: use `clear`".into());
         self.require(offset % 4 == 0, || {
-            format!("reads ranges from byte {offset} of the buffer `{label}`, which is no multiple of 4")
+            format!("reads ranges from byte {offset} of the buffer `{label}`, which is not a multiple of 4")
         });
         self.holds(buffer, indirect.end(geometry.indices.is_some()));
         let writes = |pass: &Pass| pass.writes().contains(&Resource::Buffer(buffer));
@@ -268,7 +268,7 @@ impl Rules<'_> {
         let found = reflection.entry(name).filter(|entry| entry.stage == stage).cloned();
         self.require(found.is_some(), || {
             let word = if stage == EntryStage::Vertex { "@vertex" } else { "@fragment" };
-            format!("needs `{name}`, which is no {word} entry point of its module")
+            format!("needs `{name}`, which is not a {word} entry point of its module")
         });
         found
     }

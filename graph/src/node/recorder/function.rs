@@ -5,7 +5,6 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
-use super::known_pass::KnownPass;
 use super::{InputValue, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
@@ -118,14 +117,11 @@ impl FunctionPass<'_, '_> {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
         if let Some(replay) = self.recorder.replay.take() {
-            let is_equal = replay.expected_function().is_some_and(|(expected, known)| {
-                self.is_as(expected, result) && (known.is_for(&self.details) || self.look_up(expected, known))
+            let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, result));
+            replay.step(is_equal, |uniform| {
+                let params = params(self.declaration());
+                self.recorder.write_uniform(&self.shader, params, &self.details.computed, uniform)
             });
-            replay.step(is_equal.then_some(|known: &KnownPass, uniform: &mut [u8]| {
-                let written = known.write(self.recorder.parameters, &self.details.computed, uniform);
-                written.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
-                true
-            }));
             replay.function = self.details;
             replay.function.clear();
             self.recorder.replay = Some(replay);
@@ -140,7 +136,7 @@ impl FunctionPass<'_, '_> {
         self.recorder.add_pass(pass);
     }
 
-    /// Whether the pass is this one, but for its uniform and its arguments.
+    /// Whether the pass is this one, but for its uniform.
     fn is_as(&self, expected: &Pass, result: ImageId) -> bool {
         let ([kernel], [PassResult { kernel: 0, image }]) = (expected.kernels.as_slice(), expected.results.as_slice())
         else {
@@ -153,7 +149,7 @@ impl FunctionPass<'_, '_> {
             promises,
             by_rows,
             warp,
-            args: _,
+            args,
             node: _,
             uniform: _,
             workgroups: _,
@@ -174,21 +170,12 @@ impl FunctionPass<'_, '_> {
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
             && *promises == self.details.promises
+            && self.has_args(args)
     }
 
-    /// Whether the arguments are those of a pass that is this one otherwise. Then it looks up what the uniform is made
-    /// of.
-    fn look_up(&self, expected: &Pass, known: &mut KnownPass) -> bool {
+    fn has_args(&self, expected: &[Argument]) -> bool {
         let declaration = self.declaration();
-        let mut args = expected.kernels.iter().flat_map(|kernel| &kernel.args).enumerate();
-        if !args.all(|(at, arg)| arg.value == self.arg(declaration, at)) {
-            return false;
-        }
-        let reflection = self.recorder.reflection(&self.shader);
-        let layout = params(declaration).and_then(|ty| reflection.layout(ty));
-        let found = known.look_up(&self.details, layout, self.recorder.parameters);
-        found.unwrap_or_else(|why| panic!("{:?}: {why}", self.shader));
-        true
+        expected.iter().enumerate().all(|(index, arg)| arg.value == self.arg(declaration, index))
     }
 
     fn declaration(&self) -> &Function {
@@ -305,7 +292,8 @@ impl Recorder<'_> {
     /// Writes a uniform over one of the same length; whether it has that length.
     pub(super) fn write_uniform(
         &self,
-        (shader, ty): (&Shader, Option<&str>),
+        shader: &Shader,
+        ty: Option<&str>,
         computed: &[(&str, UniformValue)],
         uniform: &mut [u8],
     ) -> bool {

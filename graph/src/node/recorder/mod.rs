@@ -6,7 +6,6 @@ mod details;
 mod draw;
 mod draw_rules;
 mod function;
-mod known_pass;
 mod recording;
 mod replay;
 mod resources;

@@ -4,7 +4,6 @@ use std::fmt::{self, Display, Write};
 use std::ops::Range;
 
 use super::details::{Bindings, FunctionDetails, Label};
-use super::known_pass::KnownPass;
 use super::recording::Recording;
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
@@ -21,8 +20,6 @@ pub struct Replay {
     passes: Vec<Pass>,
     /// The uniforms of all kernels, in order: of the last recording.
     uniforms: Vec<Vec<u8>>,
-    /// What is known of each kernel, if it is a function.
-    known: Vec<KnownPass>,
     /// How many images and buffers the recording has, with those of others.
     recorded: [usize; 2],
     next: Next,
@@ -47,13 +44,11 @@ impl Replay {
     pub fn new(recording: &mut Recording, [images, buffers]: [usize; 2]) -> Self {
         let mut passes = std::mem::take(&mut recording.passes);
         let uniforms: Vec<_> = take_uniforms(&mut passes).collect();
-        let known = uniforms.iter().map(|_| KnownPass::default()).collect();
         Self {
             images: images..recording.images.len(),
             buffers: buffers..recording.buffers.len(),
             passes,
             uniforms,
-            known,
             recorded: [0, 0],
             next: Next::default(),
             is_equal: true,
@@ -119,29 +114,21 @@ impl Replay {
         self.passes.get(self.next.pass)
     }
 
-    /// The same for a pass around a function, with what is known of it.
-    pub(super) fn expected_function(&mut self) -> Option<(&Pass, &mut KnownPass)> {
-        self.passes.get(self.next.pass).zip(self.known.get_mut(self.next.kernel))
-    }
-
     /// The label of the pass that comes next, compared with this one.
     pub(super) fn compared(&self, label: impl Display) -> Label {
         Label::Compared(self.expected().is_some_and(|pass| is_text(&pass.label, label)))
     }
 
-    /// Goes on behind a pass of one kernel: `pack` writes the uniform over the one of before, and says whether it has
-    /// the same length. `None` stands for a pass that is another one.
-    pub(super) fn step(&mut self, pack: Option<impl FnOnce(&KnownPass, &mut [u8]) -> bool>) {
-        let at = self.next.kernel;
-        self.is_equal &= match (pack, self.known.get(at), self.uniforms.get_mut(at)) {
-            (Some(pack), Some(known), Some(uniform)) => pack(known, uniform),
-            _ => false,
-        };
+    /// Continues after a pass of one kernel. If the pass `is_same`, `write` overwrites its uniform and returns whether
+    /// the length is the same.
+    pub(super) fn step(&mut self, is_same: bool, write: impl FnOnce(&mut [u8]) -> bool) {
+        let uniform = self.uniforms.get_mut(self.next.kernel);
+        self.is_equal &= is_same && uniform.is_some_and(|uniform| write(uniform));
         self.next.pass += 1;
         self.next.kernel += 1;
     }
 
-    /// Goes on behind a pass that was built.
+    /// Compares a pass that was built with the one that comes next, and continues after it.
     pub(super) fn compare(&mut self, pass: Pass) {
         let mut passes = [pass];
         let uniforms: Vec<Vec<u8>> = take_uniforms(&mut passes).collect();

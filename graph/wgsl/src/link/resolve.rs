@@ -9,7 +9,6 @@ use crate::module::{DeclarationKind, Symbol};
 pub(super) struct Roots<'r> {
     /// The instance whose declarations are all in it.
     pub(super) whole: Instance,
-    /// Further declarations.
     pub(super) entries: &'r [(Instance, &'r str)],
 }
 

@@ -25,7 +25,6 @@ impl Symbol {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Use {
     pub(crate) symbol: Symbol,
-    /// The token's index.
     pub(crate) token: u32,
 }
 
@@ -53,7 +52,6 @@ pub(crate) struct Import {
     pub(crate) at: usize,
 }
 
-/// A parsed file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Module {
     pub(crate) tokens: Vec<Token>,

@@ -1,6 +1,5 @@
 //! Kinds of declarations.
 
-/// What a declaration declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeclarationKind {
     Function,
