@@ -16,7 +16,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{Gpu, Opening, wgpu};
-use afterimage_graph::check::{Change, Loader as _};
+use afterimage_graph::check::{Change, Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{Registry, folder_kind_sharing};
@@ -35,7 +35,6 @@ struct Written {
     folder: PathBuf,
     watch: FileWatch,
     registry: Option<Registry>,
-    text: String,
     /// Milliseconds that the last check has taken.
     checked: Rc<Cell<f64>>,
 }
@@ -72,7 +71,7 @@ impl Written {
         std::fs::write(folder.join("tinted.wgsl"), shader(0.5))?;
         let mut watch = FileWatch::new(move || wake.send(()).unwrap_or_default());
         watch.extend([folder.join("look.ron"), folder.join("tinted.wgsl")]);
-        Ok(Self { folder, watch, registry: None, text: String::new(), checked: Rc::default() })
+        Ok(Self { folder, watch, registry: None, checked: Rc::default() })
     }
 
     fn registry(&self) -> Result<Registry, Diagnostics> {
@@ -87,12 +86,9 @@ impl Written {
         }
     }
 
-    fn checked(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
-        let changed = self.watch.look();
-        self.forget(&changed);
-        self.text = std::fs::read_to_string(self.folder.join("look.ron")).expect("it was written");
+    fn checked(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
         let registry = self.registry.take().map_or_else(|| self.registry(), Ok)?;
-        let checked = Checked::of(("look.ron", &self.text), tier, &registry, &BuiltIn);
+        let checked = Checked::of("look.ron", text, tier, &registry, &BuiltIn);
         self.registry = Some(registry);
         checked
     }
@@ -108,12 +104,12 @@ impl Project for Written {
     fn name(&self) -> String {
         "look.ron".into()
     }
-    fn text(&self) -> String {
-        self.text.clone()
+    fn read(&mut self) -> Result<String, Diagnostics> {
+        Ok(std::fs::read_to_string(self.folder.join("look.ron")).expect("it was written"))
     }
-    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+    fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
         let begin = Instant::now();
-        let checked = self.checked(tier);
+        let checked = self.checked(text, tier);
         self.checked.set(milliseconds(begin));
         checked
     }
@@ -122,9 +118,14 @@ impl Project for Written {
         self.forget(&changed);
         !changed.is_empty()
     }
-    fn edit(&mut self, _: Option<String>) {}
-    fn saved(&self, tier: Option<&str>, new: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
-        saved(("look.ron", &self.text), (tier, new), changes, &self.registry()?, &BuiltIn)
+    fn saved(
+        &self,
+        text: &str,
+        tier: Option<&str>,
+        new_tier: Option<&str>,
+        changes: &[Change],
+    ) -> Result<String, Diagnostics> {
+        saved(&Saver::new("look.ron", text, &self.registry()?, &BuiltIn)?, tier, new_tier, changes)
     }
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
         BuiltIn.load(path)
@@ -204,7 +205,7 @@ impl Bench {
         let begin = Instant::now();
         // The event: the system reports the change now.
         drop(file);
-        while !self.model().follow_files() {
+        while !self.model().follow_files(None) {
             let _ = files.reports.recv_timeout(Duration::from_millis(100));
         }
         let [submitted, finished] = self.until_in(begin);

@@ -98,10 +98,9 @@ impl Stage {
     }
 
     fn drop_file(&mut self, path: &Path) {
-        let model = &mut self.viewer.model;
-        match (self.open)(model.gpu(), path) {
-            Ok(Opened::Pipeline(project)) => model.open(project),
-            Ok(Opened::Images(images)) => model.set_images(images),
+        match (self.open)(self.viewer.model.gpu(), path) {
+            Ok(Opened::Pipeline(project)) => self.viewer.open(project),
+            Ok(Opened::Images(images)) => self.viewer.model.set_images(images),
             Err(problem) => self.viewer.tell(&self.ctx, problem.to_string()),
         }
     }

@@ -81,7 +81,7 @@ fn what_is_saved_renders_what_was_shown() {
         assert!(codes(&shown, &written) > 1.0, "{name}: the changes are seen");
         model.save(None).unwrap_or_else(|problem| panic!("{name}: {problem}"));
         assert!(model.changes().is_empty());
-        let mut opened = of(Box::new(TextProject::new("saved.ron", &model.project().text())));
+        let mut opened = of(Box::new(TextProject::new("saved.ron", model.text())));
         let apart = codes(&first_frame(&mut opened), &shown);
         assert!(apart <= 1.0, "{name}: {apart}");
     }
@@ -91,7 +91,8 @@ fn what_is_saved_renders_what_was_shown() {
 fn every_parameter_of_every_pipeline_has_a_present_value() {
     for (name, _) in afterimage_pipelines::PIPELINES {
         let mut project = TextProject::built_in(name).unwrap();
-        let graph = project.check(None).unwrap().graph;
+        let text = project.read().unwrap();
+        let graph = project.check(&text, None).unwrap().graph;
         let model = model(name);
         for parameter in graph.parameters() {
             let name = graph.parameter_name(parameter);
@@ -105,31 +106,31 @@ fn every_parameter_of_every_pipeline_has_a_present_value() {
 #[test]
 fn a_number_that_changes_in_the_text_again_needs_no_plan() {
     let with = |strength: &str| {
-        let text = TextProject::built_in("lynx").unwrap().text();
+        let text = TextProject::built_in("lynx").unwrap().read().unwrap();
         let changed = text.replace("strength: 0.15", &format!("strength: {strength}"));
         assert_ne!(text, changed);
         changed
     };
     let mut model = model("lynx");
     let before = first_frame(&mut model);
-    model.edit(Some(with("0.3")));
+    model.edit(&with("0.3"));
     settle(&mut model);
     let plan = model.shown().unwrap().plan().unwrap().clone();
-    model.edit(Some(with("0.9")));
+    model.edit(&with("0.9"));
     assert!(!model.shown().unwrap().is_changing(), "the value alone is different");
     let shown = first_frame(&mut model);
     assert!(Arc::ptr_eq(&plan, model.shown().unwrap().plan().unwrap()));
     assert!(apart(&shown, &before) > 5);
     let mut opened = of(Box::new(TextProject::new("lynx.ron", &with("0.9"))));
     assert!(apart(&shown, &first_frame(&mut opened)) <= 1);
-    assert_eq!(model.written("lit.strength"), Some(Value::Float(0.9)));
+    assert_eq!(model.written(&parameter("lit.strength")), Some(Value::Float(0.9)));
     // What the user has set holds, and the text returns when it is taken back.
     model.set(&parameter("lit.strength"), Some(Value::Float(0.0)));
-    model.edit(Some(with("0.5")));
+    model.edit(&with("0.5"));
     assert_eq!(model.value("lit.strength"), Some(Value::Float(0.0)));
     let without = first_frame(&mut model);
     assert!(apart(&without, &shown) > 5);
-    model.undo();
+    model.set(&parameter("lit.strength"), None);
     let mut opened = of(Box::new(TextProject::new("lynx.ron", &with("0.5"))));
     assert!(apart(&first_frame(&mut model), &first_frame(&mut opened)) <= 1);
 }
@@ -149,15 +150,15 @@ fn an_image_that_changes_is_read_again_and_a_broken_one_leaves_the_picture() {
     model.set_images(Images::Files(Box::new(files)));
     let dark = first_frame(&mut model);
     gray.set(Ok(0.6));
-    model.follow_files();
+    model.follow_files(None);
     assert_eq!(apart(&first_frame(&mut model), &dark), 0, "nobody has said that it changed");
     is_new.set(true);
-    model.follow_files();
+    model.follow_files(None);
     let light = first_frame(&mut model);
     assert!(apart(&light, &dark) > 50);
     gray.set(Err(()));
     is_new.set(true);
-    model.follow_files();
+    model.follow_files(None);
     assert!(model.problem().unwrap().to_string().contains("half a file"));
     render(&mut model);
     assert_eq!(apart(&picture(&model), &light), 0);

@@ -12,7 +12,7 @@ use support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, s
 
 #[test]
 fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
-    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
+    let broken = TextProject::built_in("lynx").unwrap().read().unwrap().replace("Composite(", "Compositor(");
     let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
     let scene = Scene::new(gpu(), SIZE).unwrap();
     model.set_images(Images::Scene(Box::new(scene)));

@@ -59,7 +59,7 @@ fn keys_undo_redo_and_save() {
     window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
     assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.31)));
     window.key(Key::S, Modifiers::COMMAND);
-    assert!(window.stage.viewer.model.project().text().contains("strength: 0.31"));
+    assert!(window.stage.viewer.model.text().contains("strength: 0.31"));
     assert!(window.stage.viewer.model.changes().is_empty());
 }
 
@@ -264,11 +264,11 @@ fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
     for before in [Some(Tab::Cost), None] {
         let mut window = open("lynx");
         window.stage.viewer.tab = before;
-        let good = window.stage.viewer.model.project().text();
-        window.stage.viewer.model.edit(Some(good.replace("Composite(", "Compositor(")));
+        let good = window.stage.viewer.model.text().to_owned();
+        window.stage.viewer.model.edit(&good.replace("Composite(", "Compositor("));
         window.frame(Vec::new());
         assert_eq!(window.stage.viewer.tab, Some(Tab::Messages));
-        window.stage.viewer.model.edit(Some(good));
+        window.stage.viewer.model.edit(&good);
         window.frame(Vec::new());
         assert_eq!(window.stage.viewer.tab, before);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Loader as _};
+use afterimage_graph::check::{Change, Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{FileWatch, write_atomic};
@@ -22,9 +22,6 @@ pub(super) struct FileProject {
     kinds: Vec<NodeKind>,
     /// The kinds as they were when their files changed last. Kinds that are read again are others to a plan.
     registry: Option<Registry>,
-    edited: Option<String>,
-    /// The text of the last check.
-    known: String,
     files: FileWatch,
 }
 
@@ -34,37 +31,24 @@ impl FileProject {
         let mut files = FileWatch::new(move || wake.call());
         let libraries = options.nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
         files.extend(options.nodes.iter().cloned().chain(libraries).chain([path.clone()]));
-        Self { path, options, kinds, registry: None, edited: None, known: String::new(), files }
+        Self { path, options, kinds, registry: None, files }
     }
 
-    fn read(&mut self) -> Result<(), Failure> {
-        self.known = match &self.edited {
-            Some(text) => text.clone(),
-            None => text(&self.path, "pipeline")?,
-        };
-        Ok(())
-    }
-
-    /// Forgets what is not true any more.
+    /// Reads the kinds again if one of their files has changed.
     fn forget(&mut self, changed: &BTreeSet<PathBuf>) {
-        // What is on the disk now is newer than what was typed here.
-        if changed.contains(&self.path) {
-            self.edited = None;
-        }
         let is_of_a_kind = |path: &PathBuf| path.ends_with("node.ron") || path.extension().is_some_and(|e| e == "wgsl");
         if changed.iter().any(is_of_a_kind) {
             self.registry = None;
         }
     }
 
-    fn checked(&mut self, tier: Option<&str>) -> Result<Checked, Failure> {
-        self.read()?;
+    fn checked(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Failure> {
         let registry = match self.registry.take() {
             Some(known) => known,
             None => registry(&[&self.kinds], &self.options)?,
         };
         let loader = RecordingLoader::new(Files::of(&self.path, &self.options));
-        let checked = Checked::of((&self.path.to_string_lossy(), &self.known), tier, &registry, &loader);
+        let checked = Checked::of(&self.path.to_string_lossy(), text, tier, &registry, &loader);
         // While the file has errors, the files that it named before may be the ones to be corrected.
         self.files.extend(loader.named());
         self.registry = Some(registry);
@@ -77,14 +61,12 @@ impl Project for FileProject {
         self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    fn text(&self) -> String {
-        self.known.clone()
+    fn read(&mut self) -> Result<String, Diagnostics> {
+        text(&self.path, "pipeline").map_err(Failure::into_diagnostics)
     }
 
-    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
-        let changed = self.files.look();
-        self.forget(&changed);
-        self.checked(tier).map_err(Failure::into_diagnostics)
+    fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        self.checked(text, tier).map_err(Failure::into_diagnostics)
     }
 
     fn has_changed(&mut self) -> bool {
@@ -93,14 +75,17 @@ impl Project for FileProject {
         !changed.is_empty()
     }
 
-    fn edit(&mut self, text: Option<String>) {
-        self.edited = text;
-    }
-
-    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
+    fn saved(
+        &self,
+        text: &str,
+        tier: Option<&str>,
+        new_tier: Option<&str>,
+        changes: &[Change],
+    ) -> Result<String, Diagnostics> {
         let registry = registry(&[&self.kinds], &self.options).map_err(Failure::into_diagnostics)?;
         let files = Files::of(&self.path, &self.options);
-        saved((&self.path.to_string_lossy(), &self.known), (tier, new_tier), changes, &registry, &files)
+        let saver = Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?;
+        saved(&saver, tier, new_tier, changes)
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
@@ -110,7 +95,9 @@ impl Project for FileProject {
 
     fn write(&mut self, text: &str) -> Result<(), String> {
         write_atomic(&self.path, text.as_bytes()).map_err(|error| error.to_string())?;
-        self.edited = None;
+        // What is written here is known already.
+        let changed = self.files.look();
+        self.forget(&changed);
         Ok(())
     }
 }

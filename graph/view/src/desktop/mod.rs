@@ -249,9 +249,9 @@ impl Shown {
     }
 
     fn say_title(&mut self) {
-        let model = &self.stage.viewer.model;
-        let mark = if model.changes().is_empty() { "" } else { " *" };
-        let title = format!("{}{mark} – Afterimage", model.project().name());
+        let viewer = &self.stage.viewer;
+        let mark = if viewer.is_unsaved() { " *" } else { "" };
+        let title = format!("{}{mark} – Afterimage", viewer.model.project().name());
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;

@@ -1,11 +1,12 @@
-//! What a user has changed since the pipeline was written, with undo and redo.
+//! The text and the values of a pipeline as the user has left them, with one history of both.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use afterimage_graph::check::Change;
 use afterimage_graph::value::Value;
 
-/// Something that a user changes.
+/// Something in the graph that has a control.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// A parameter, `node.parameter`.
@@ -15,6 +16,13 @@ pub enum Target {
 }
 
 impl Target {
+    /// `node.parameter`, or the name of the node.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Parameter(name) | Self::Node(name) => name,
+        }
+    }
+
     /// What is saved if it has this value.
     pub fn change(&self, value: &Value) -> Change {
         match self {
@@ -24,99 +32,204 @@ impl Target {
     }
 }
 
-/// One change: what it was and what it is; `None` is what the file says.
-#[derive(Clone, Debug, PartialEq)]
-struct Step {
-    target: Target,
-    before: Option<Value>,
-    after: Option<Value>,
+/// One moment of the history.
+#[derive(Clone, Debug, Default)]
+struct State {
+    text: Arc<str>,
+    tier: Option<String>,
+    /// Values that differ from those of the text.
+    values: BTreeMap<Target, Value>,
 }
 
-/// The changes that are not in the file.
+/// What differs after an undo or a redo.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Restored {
+    /// The text, and with it any value.
+    Text,
+    /// These values.
+    Values(Vec<Target>),
+}
+
+/// The text and the values that are shown, what the file has, and the states to which undo and redo go.
 #[derive(Default)]
 pub struct Changes {
-    present: BTreeMap<Target, Value>,
-    done: Vec<Step>,
-    undone: Vec<Step>,
-    /// Whether the last step is still under way: a slider is held.
-    is_held: bool,
+    present: State,
+    /// The text of the file.
+    written: Arc<str>,
+    done: Vec<State>,
+    undone: Vec<State>,
+    /// The control that is being dragged: its next change belongs to the same step.
+    held: Option<Target>,
 }
 
 impl Changes {
+    /// A text as the file has it.
+    pub fn new(text: &str) -> Self {
+        let text: Arc<str> = text.into();
+        Self { present: State { text: text.clone(), ..State::default() }, written: text, ..Self::default() }
+    }
+
+    /// The text that is shown, without the changed values.
+    pub fn text(&self) -> &str {
+        &self.present.text
+    }
+
+    /// The text of the file.
+    pub fn written(&self) -> &str {
+        &self.written
+    }
+
+    /// The tier that is shown.
+    pub fn tier(&self) -> Option<&str> {
+        self.present.tier.as_deref()
+    }
+
+    /// Shows another tier, which is no step of the history.
+    pub fn set_tier(&mut self, tier: Option<String>) {
+        self.present.tier = tier;
+    }
+
     /// The value that the user has set.
     pub fn get(&self, target: &Target) -> Option<&Value> {
-        self.present.get(target)
+        self.present.values.get(target)
     }
 
-    /// Whether nothing is changed.
+    /// Whether everything is in the file.
     pub fn is_empty(&self) -> bool {
-        self.present.is_empty()
+        self.present.values.is_empty() && !self.is_text_changed()
     }
 
-    /// The number of things that are changed.
+    /// Whether the text differs from that of the file.
+    pub fn is_text_changed(&self) -> bool {
+        self.present.text != self.written
+    }
+
+    /// The number of changed values.
     pub fn len(&self) -> usize {
-        self.present.len()
+        self.present.values.len()
     }
 
-    /// All changes.
+    /// The changed values.
     pub fn iter(&self) -> impl Iterator<Item = (&Target, &Value)> {
-        self.present.iter()
+        self.present.values.iter()
     }
 
-    /// Sets a value, or goes back to that of the file. Changes of one target until [`release`](Self::release) are one
+    /// Sets a value; `None` is the value of the text. Changes of one target until [`release`](Self::release) are one
     /// step.
     pub fn set(&mut self, target: &Target, value: Option<Value>) {
-        let before = self.present.get(target).cloned();
-        if before == value {
+        if self.present.values.get(target) == value.as_ref() {
             return;
         }
-        self.put(target, value.clone());
+        if self.held.as_ref() != Some(target) {
+            self.begin_step();
+        }
         self.undone.clear();
-        match self.done.last_mut().filter(|step| self.is_held && step.target == *target) {
-            Some(step) => step.after = value,
-            None => self.done.push(Step { target: target.clone(), before, after: value }),
-        }
-        self.is_held = true;
-    }
-
-    /// The change that was under way is finished.
-    pub fn release(&mut self) {
-        self.is_held = false;
-    }
-
-    /// Takes the last step back, and says what is changed by that.
-    pub fn undo(&mut self) -> Option<Target> {
-        let step = self.done.pop()?;
-        self.put(&step.target, step.before.clone());
-        let target = step.target.clone();
-        self.undone.push(step);
-        Some(target)
-    }
-
-    /// Takes the last step again that was taken back.
-    pub fn redo(&mut self) -> Option<Target> {
-        let step = self.undone.pop()?;
-        self.put(&step.target, step.after.clone());
-        let target = step.target.clone();
-        self.done.push(step);
-        Some(target)
-    }
-
-    /// Whether there is a step to take back, and one to take again.
-    pub fn can(&self) -> (bool, bool) {
-        (!self.done.is_empty(), !self.undone.is_empty())
-    }
-
-    /// Forgets everything: the changes are in the file, or the file is another one.
-    pub fn clear(&mut self) {
-        *self = Self::default();
-    }
-
-    fn put(&mut self, target: &Target, value: Option<Value>) {
         match value {
-            Some(value) => drop(self.present.insert(target.clone(), value)),
-            None => drop(self.present.remove(target)),
+            Some(value) => drop(self.present.values.insert(target.clone(), value)),
+            None => drop(self.present.values.remove(target)),
         }
+        self.held = Some(target.clone());
+    }
+
+    /// Ends a drag: the next change is another step.
+    pub fn release(&mut self) {
+        self.held = None;
+    }
+
+    /// Replaces the text.
+    pub fn edit(&mut self, text: &str) {
+        if *self.present.text != *text {
+            self.begin_step();
+            self.present.text = text.into();
+        }
+    }
+
+    /// Takes back the values of these targets in one step.
+    pub fn revert(&mut self, targets: &[Target]) {
+        self.begin_step();
+        self.present.values.retain(|target, _| !targets.contains(target));
+    }
+
+    /// Removes a value that the text has by itself now. That is no step.
+    pub fn forget(&mut self, target: &Target) {
+        self.present.values.remove(target);
+    }
+
+    /// The file has another text. It replaces the file's text before in the whole history, so that undo takes back what
+    /// the user has done and not what another program has written.
+    pub fn set_written(&mut self, text: &str) {
+        let text: Arc<str> = text.into();
+        let before = std::mem::replace(&mut self.written, text.clone());
+        for state in self.done.iter_mut().chain(&mut self.undone).chain([&mut self.present]) {
+            if state.text == before {
+                state.text = text.clone();
+            }
+        }
+    }
+
+    /// The file has this text now, in which the changed values are. Undo goes back to the text before.
+    pub fn save(&mut self, text: &str, tier: Option<String>) {
+        if *self.present.text != *text || !self.present.values.is_empty() {
+            self.begin_step();
+        }
+        self.present = State { text: text.into(), tier, values: BTreeMap::new() };
+        self.written = self.present.text.clone();
+    }
+
+    /// The file has the present text now, without the changed values.
+    pub fn save_text(&mut self) {
+        self.written = self.present.text.clone();
+    }
+
+    /// Goes back by one step.
+    pub fn undo(&mut self) -> Option<Restored> {
+        let state = self.done.pop()?;
+        let (before, restored) = self.restore(state);
+        self.undone.push(before);
+        Some(restored)
+    }
+
+    /// Takes the step again that was taken back last.
+    pub fn redo(&mut self) -> Option<Restored> {
+        let state = self.undone.pop()?;
+        let (before, restored) = self.restore(state);
+        self.done.push(before);
+        Some(restored)
+    }
+
+    /// Whether there is a step to take back.
+    pub fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    /// Whether there is a step to take again.
+    pub fn can_redo(&self) -> bool {
+        !self.undone.is_empty()
+    }
+
+    fn begin_step(&mut self) {
+        self.done.push(self.present.clone());
+        self.undone.clear();
+        self.held = None;
+    }
+
+    /// Replaces the present state, and returns it with the difference.
+    fn restore(&mut self, mut state: State) -> (State, Restored) {
+        self.held = None;
+        if state.text == self.present.text {
+            // The tiers are the same, and the user has chosen one.
+            state.tier.clone_from(&self.present.tier);
+        }
+        let before = std::mem::replace(&mut self.present, state);
+        if before.text != self.present.text {
+            return (before, Restored::Text);
+        }
+        let targets = before.values.keys().chain(self.present.values.keys());
+        let mut differing: Vec<Target> =
+            targets.filter(|target| before.values.get(target) != self.present.values.get(target)).cloned().collect();
+        differing.sort();
+        differing.dedup();
+        (before, Restored::Values(differing))
     }
 }
 
@@ -126,6 +239,10 @@ mod tests {
 
     fn strength() -> Target {
         Target::Parameter("lit.strength".into())
+    }
+
+    fn only(target: Target) -> Option<Restored> {
+        Some(Restored::Values(vec![target]))
     }
 
     #[test]
@@ -138,11 +255,11 @@ mod tests {
         changes.set(&strength(), Some(Value::Float(0.5)));
         changes.release();
         assert_eq!(changes.get(&strength()), Some(&Value::Float(0.5)));
-        assert_eq!(changes.undo(), Some(strength()));
+        assert_eq!(changes.undo(), only(strength()));
         assert_eq!(changes.get(&strength()), Some(&Value::Float(0.3)));
-        assert_eq!(changes.undo(), Some(strength()));
-        assert_eq!((changes.get(&strength()), changes.can()), (None, (false, true)));
-        assert_eq!(changes.redo(), Some(strength()));
+        assert_eq!(changes.undo(), only(strength()));
+        assert_eq!((changes.get(&strength()), changes.can_undo(), changes.can_redo()), (None, false, true));
+        assert_eq!(changes.redo(), only(strength()));
         assert_eq!(changes.get(&strength()), Some(&Value::Float(0.3)));
     }
 
@@ -163,6 +280,34 @@ mod tests {
         changes.release();
         changes.set(&strength(), Some(Value::Float(0.1)));
         changes.undo();
-        assert_eq!((changes.is_empty(), changes.can()), (true, (false, true)));
+        assert_eq!((changes.is_empty(), changes.can_undo(), changes.can_redo()), (true, false, true));
+    }
+
+    #[test]
+    fn text_and_values_are_one_history_that_a_save_does_not_end() {
+        let mut changes = Changes::new("a");
+        changes.edit("b");
+        changes.set(&strength(), Some(Value::Float(0.1)));
+        changes.save("b 0.1", None);
+        assert!(changes.is_empty());
+        assert_eq!(changes.undo(), Some(Restored::Text));
+        assert_eq!((changes.text(), changes.len(), changes.is_empty()), ("b", 1, false));
+        assert_eq!(changes.undo(), only(strength()));
+        assert_eq!(changes.undo(), Some(Restored::Text));
+        assert_eq!((changes.text(), changes.can_undo()), ("a", false));
+        for _ in 0..3 {
+            changes.redo();
+        }
+        assert!(changes.is_empty() && changes.text() == "b 0.1");
+    }
+
+    #[test]
+    fn undo_does_not_take_back_what_another_program_has_written() {
+        let mut changes = Changes::new("a");
+        changes.set(&strength(), Some(Value::Float(0.1)));
+        changes.set_written("b");
+        assert_eq!((changes.text(), changes.len()), ("b", 1));
+        assert_eq!(changes.undo(), only(strength()));
+        assert_eq!((changes.text(), changes.is_empty()), ("b", true));
     }
 }

@@ -39,10 +39,14 @@ impl Model {
         let graph = match beside {
             CompareWith::Written => self.graph.as_deref().cloned(),
             CompareWith::Reference => self.present_graph(),
-            CompareWith::Tier(tier) => Some(self.project.check(tier.as_deref()).map_err(Problem::Pipeline)?.graph),
+            CompareWith::Tier(tier) => {
+                let checked = self.project.check(self.changes.text(), tier.as_deref());
+                Some(checked.map_err(Problem::Pipeline)?.graph)
+            }
             CompareWith::Pipeline(name) => {
                 let mut other = super::TextProject::built_in(name).ok_or_else(no_pipeline)?;
-                Some(other.check(None).map_err(Problem::Pipeline)?.graph)
+                let text = other.read().map_err(Problem::Pipeline)?;
+                Some(other.check(&text, None).map_err(Problem::Pipeline)?.graph)
             }
         };
         let mut chain = Chain::new(&self.gpu, graph.ok_or_else(no_pipeline)?, purpose);

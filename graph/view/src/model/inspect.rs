@@ -102,6 +102,11 @@ impl Model {
         Some((image, texture))
     }
 
+    /// Whether the plan that stores the tap's image is still being made.
+    pub fn is_tap_compiling(&self) -> bool {
+        self.inspected.as_ref().is_some_and(|chain| chain.plan().is_none() || chain.is_changing())
+    }
+
     /// What the numbers of a wire mean; `None` for tables and values, and for wires that the graph does not have.
     pub fn wire_state(&self, wire: &str) -> Option<ColorState> {
         let graph = self.graph.as_ref()?;

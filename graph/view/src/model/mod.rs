@@ -5,6 +5,7 @@ mod chain;
 mod changes;
 mod clock;
 mod comparison;
+mod conflict;
 mod files;
 mod frame;
 mod frame_images;
@@ -25,8 +26,9 @@ use afterimage_graph::value::{FileValue, Value};
 
 pub use beside::CompareWith;
 pub use chain::{Chain, Moment, Purpose};
-pub use changes::{Changes, Target};
+pub use changes::{Changes, Restored, Target};
 pub use clock::PlayClock;
+pub use conflict::{Conflict, Resolution};
 pub use files::{Files, HaveChanged, ReadFrame};
 pub use frame::Rendered;
 pub use frame_images::FrameImages;
@@ -45,9 +47,11 @@ pub struct Model {
     graph: Option<Arc<Graph>>,
     warnings: Diagnostics,
     tiers: Vec<String>,
-    tier: Option<String>,
     facts: Facts,
     changes: Changes,
+    conflict: Option<Conflict>,
+    /// Whether the last check of the text has found errors.
+    has_errors: bool,
     /// Why the newest text, or a frame, cannot be shown. The last good picture stays.
     problem: Option<Problem>,
     images: Images,
@@ -77,9 +81,10 @@ impl Model {
             graph: None,
             warnings: Diagnostics::default(),
             tiers: Vec::new(),
-            tier: None,
             facts: Facts::default(),
             changes: Changes::default(),
+            conflict: None,
+            has_errors: false,
             problem: None,
             images,
             fed: FrameImages::default(),
@@ -94,7 +99,7 @@ impl Model {
             probes: false,
             is_stale: true,
         };
-        model.reload();
+        model.load();
         model
     }
 
@@ -125,13 +130,13 @@ impl Model {
 
     /// The tier that is shown.
     pub fn tier(&self) -> Option<&str> {
-        self.tier.as_deref()
+        self.changes.tier()
     }
 
     /// Shows a tier; `None` is the pipeline without one.
     pub fn set_tier(&mut self, tier: Option<String>) {
-        if self.tier != tier {
-            self.tier = tier;
+        if self.changes.tier() != tier.as_deref() {
+            self.changes.set_tier(tier);
             self.reload();
         }
     }
@@ -148,21 +153,25 @@ impl Model {
         self.each_chain(|chain| chain.post().set_facts(facts.clone()));
     }
 
-    /// The changes that are not in the file.
+    /// The text that is shown, without the changed values.
+    pub fn text(&self) -> &str {
+        self.changes.text()
+    }
+
+    /// What the user has changed.
     pub fn changes(&self) -> &Changes {
         &self.changes
     }
 
     /// The present value of a parameter.
     pub fn value(&self, name: &str) -> Option<Value> {
-        let set = self.changes.get(&Target::Parameter(name.to_owned()));
-        set.cloned().or_else(|| self.written(name))
+        let target = Target::Parameter(name.to_owned());
+        self.changes.get(&target).cloned().or_else(|| self.written(&target))
     }
 
-    /// The value that the file gives.
-    pub fn written(&self, name: &str) -> Option<Value> {
-        let graph = self.graph.as_ref()?;
-        Some(graph.value(graph.parameter(name).ok()?).clone())
+    /// The value in the text.
+    pub fn written(&self, target: &Target) -> Option<Value> {
+        reading::written_value(self.graph.as_deref()?, target)
     }
 
     /// Whether a node runs, as far as the file and the user say.
@@ -178,7 +187,7 @@ impl Model {
     pub fn set(&mut self, target: &Target, value: Option<Value>) {
         let before = self.changes.get(target).cloned();
         let value = match value.map(|value| self.with_bytes(value)).transpose() {
-            Ok(value) => value.filter(|value| !self.is_as_written(target, value)),
+            Ok(value) => value.filter(|value| self.written(target).as_ref() != Some(value)),
             Err(why) => return self.problem = Some(Problem::said(why)),
         };
         self.changes.set(target, value);
@@ -204,30 +213,36 @@ impl Model {
         self.changes.release();
     }
 
-    /// Takes the last change back.
+    /// Takes the last change of the text or of a value back.
     pub fn undo(&mut self) {
-        let target = self.changes.undo();
-        self.apply_again(target);
+        if let Some(restored) = self.changes.undo() {
+            self.apply_restored(restored);
+        }
     }
 
     /// Makes the change again that was taken back last.
     pub fn redo(&mut self) {
-        let target = self.changes.redo();
-        self.apply_again(target);
-    }
-
-    fn apply_again(&mut self, target: Option<Target>) {
-        if let Some(Err(problem)) = target.map(|target| self.apply(&target)) {
-            self.problem = Some(problem);
+        if let Some(restored) = self.changes.redo() {
+            self.apply_restored(restored);
         }
     }
 
-    fn is_as_written(&self, target: &Target, value: &Value) -> bool {
-        match target {
-            Target::Parameter(name) => self.written(name).as_ref() == Some(value),
-            Target::Node(name) => {
-                let node = self.graph.as_ref().and_then(|graph| graph.node(name));
-                node.is_some_and(|(_, node)| Value::Bool(!node.off) == *value)
+    fn apply_restored(&mut self, restored: Restored) {
+        match restored {
+            Restored::Text => {
+                self.reload();
+                if self.has_errors {
+                    // The graph of the last good text has the restored values.
+                    self.apply_graph();
+                }
+                self.reset_values();
+            }
+            Restored::Values(targets) => {
+                for target in targets {
+                    if let Err(problem) = self.apply(&target) {
+                        self.problem = Some(problem);
+                    }
+                }
             }
         }
     }

@@ -8,31 +8,38 @@ use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
 use afterimage_pipelines::BuiltIn;
 
-/// A pipeline that is open: where its text, and the files that it names, are read and written.
+/// Where the text of a pipeline, and the files that it names, are read and written.
 pub trait Project {
     /// Its name for people, such as `tsushima.ron`.
     fn name(&self) -> String;
 
-    /// Its text, as the viewer works on it.
-    fn text(&self) -> String;
-
-    /// Reads and checks it, for a tier.
+    /// Reads its text from where it is stored.
     ///
     /// # Errors
-    /// What is wrong with it, or with a file that it names.
-    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics>;
+    /// It cannot be read.
+    fn read(&mut self) -> Result<String, Diagnostics>;
 
-    /// Whether something that the last [`check`](Self::check) has read is different now.
+    /// Checks a text of it, for a tier.
+    ///
+    /// # Errors
+    /// What is wrong with the text, or with a file that it names.
+    fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics>;
+
+    /// Whether the stored text, or a file that the last [`check`](Self::check) has read, is different now.
     fn has_changed(&mut self) -> bool;
 
-    /// Replaces the text that the next check reads, without writing it anywhere. `None` goes back to what is written.
-    fn edit(&mut self, text: Option<String>);
-
-    /// The text with changes in it; everything else stays as it is. `new_tier` puts them into a tier of that name.
+    /// The text with changed values in it; everything else stays as it is. `new_tier` puts them into a tier of that
+    /// name.
     ///
     /// # Errors
     /// Why they cannot be written.
-    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics>;
+    fn saved(
+        &self,
+        text: &str,
+        tier: Option<&str>,
+        new_tier: Option<&str>,
+        changes: &[Change],
+    ) -> Result<String, Diagnostics>;
 
     /// The bytes of a file that the pipeline may name.
     ///
@@ -63,7 +70,8 @@ impl Checked {
     /// # Errors
     /// What is wrong with it.
     pub fn of(
-        (name, text): (&str, &str),
+        name: &str,
+        text: &str,
         tier: Option<&str>,
         registry: &Registry,
         loader: &dyn Loader,
@@ -80,13 +88,11 @@ impl Checked {
 /// # Errors
 /// Why they cannot be written.
 pub fn saved(
-    (name, text): (&str, &str),
-    (tier, new_tier): (Option<&str>, Option<&str>),
+    saver: &Saver<'_>,
+    tier: Option<&str>,
+    new_tier: Option<&str>,
     changes: &[Change],
-    registry: &Registry,
-    loader: &dyn Loader,
 ) -> Result<String, Diagnostics> {
-    let saver = Saver::new(name, text, registry, loader)?;
     match new_tier {
         None => saver.save(tier, changes),
         Some(new) => saver.save_as_tier(new, tier, changes),
@@ -97,7 +103,6 @@ pub fn saved(
 pub struct TextProject {
     name: String,
     written: String,
-    edited: Option<String>,
     registry: Registry,
 }
 
@@ -108,7 +113,7 @@ impl TextProject {
     /// If two built-in kinds had one name.
     pub fn new(name: &str, text: &str) -> Self {
         let registry = Registry::new(&[afterimage_nodes::ALL]).expect("built-in kinds have different names");
-        Self { name: name.to_owned(), written: text.to_owned(), edited: None, registry }
+        Self { name: name.to_owned(), written: text.to_owned(), registry }
     }
 
     /// The built-in pipeline of that name, such as `lynx`.
@@ -123,24 +128,26 @@ impl Project for TextProject {
         self.name.clone()
     }
 
-    fn text(&self) -> String {
-        self.edited.as_ref().unwrap_or(&self.written).clone()
+    fn read(&mut self) -> Result<String, Diagnostics> {
+        Ok(self.written.clone())
     }
 
-    fn check(&mut self, tier: Option<&str>) -> Result<Checked, Diagnostics> {
-        Checked::of((&self.name, &self.text()), tier, &self.registry, &BuiltIn)
+    fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        Checked::of(&self.name, text, tier, &self.registry, &BuiltIn)
     }
 
     fn has_changed(&mut self) -> bool {
         false
     }
 
-    fn edit(&mut self, text: Option<String>) {
-        self.edited = text;
-    }
-
-    fn saved(&self, tier: Option<&str>, new_tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
-        saved((&self.name, &self.text()), (tier, new_tier), changes, &self.registry, &BuiltIn)
+    fn saved(
+        &self,
+        text: &str,
+        tier: Option<&str>,
+        new_tier: Option<&str>,
+        changes: &[Change],
+    ) -> Result<String, Diagnostics> {
+        saved(&Saver::new(&self.name, text, &self.registry, &BuiltIn)?, tier, new_tier, changes)
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
@@ -148,7 +155,7 @@ impl Project for TextProject {
     }
 
     fn write(&mut self, text: &str) -> Result<(), String> {
-        (self.written, self.edited) = (text.to_owned(), None);
+        self.written = text.to_owned();
         Ok(())
     }
 }

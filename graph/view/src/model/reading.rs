@@ -1,27 +1,44 @@
-//! What is read from files: at the beginning, when they change, and after what is written to them.
+//! Reads files, follows their changes, and saves.
 
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Facts};
+use afterimage_graph::check::{Change, Facts, Graph};
+use afterimage_graph::value::Value;
 
-use super::{Model, Project};
+use super::conflict::{Conflict, Resolution};
+use super::{Changes, Model, Project, Target};
 use crate::Problem;
 
 impl Model {
-    /// Opens another pipeline; the images stay.
+    /// Opens another pipeline; the images stay. Unsaved changes are lost.
     pub fn open(&mut self, project: Box<dyn Project>) {
         self.project = project;
-        (self.tier, self.tap, self.watched, self.beside, self.graph) = (None, None, None, None, None);
-        self.changes.clear();
+        (self.tap, self.watched, self.beside, self.graph, self.conflict) = (None, None, None, None, None);
         self.facts = Facts::default();
         (self.shown, self.inspected, self.reference) = (None, None, None);
         self.clock.cut();
-        self.reload();
+        self.load();
     }
 
-    /// Reads the pipeline again. If it is wrong, what was shown before is shown on.
+    /// Reads the text for the first time, and checks it.
+    pub(super) fn load(&mut self) {
+        match self.project.read() {
+            Ok(text) => {
+                self.changes = Changes::new(&text);
+                self.reload();
+            }
+            Err(errors) => {
+                self.changes = Changes::default();
+                self.problem = Some(Problem::Pipeline(errors));
+            }
+        }
+    }
+
+    /// Checks the text again. If it has errors, the last good pipeline continues to render.
     pub fn reload(&mut self) {
-        match self.project.check(self.tier.as_deref()) {
+        let checked = self.project.check(self.changes.text(), self.changes.tier());
+        self.has_errors = checked.is_err();
+        match checked {
             Ok(checked) => {
                 (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
                 self.graph = Some(Arc::new(checked.graph));
@@ -32,7 +49,8 @@ impl Model {
     }
 
     /// Reads the pipeline and the images again if their files have changed. Returns whether those of the pipeline have.
-    pub fn follow_files(&mut self) -> bool {
+    /// `typed` is a text that the user is typing and that [`edit`](Self::edit) has not got yet: it counts as changed.
+    pub fn follow_files(&mut self, typed: Option<&str>) -> bool {
         match self.images.follow() {
             Ok(true) => {
                 self.forget_problem();
@@ -43,30 +61,128 @@ impl Model {
         }
         let has_changed = self.project.has_changed();
         if has_changed {
-            self.reload();
+            if let Some(typed) = typed {
+                self.edit(typed);
+            }
+            match self.project.read() {
+                Ok(text) if text == self.changes.written() => self.reload(),
+                Ok(text) => self.follow_text(text),
+                Err(errors) => self.problem = Some(Problem::Pipeline(errors)),
+            }
         }
         has_changed
     }
 
+    /// The file has another text than before.
+    fn follow_text(&mut self, text: String) {
+        if self.changes.is_text_changed() && text != self.changes.text() {
+            self.conflict = Some(Conflict::Text(text));
+        } else {
+            self.take_text(&text);
+        }
+    }
+
+    /// Shows the text of the file. Values that were changed in it and by the user are a conflict.
+    fn take_text(&mut self, text: &str) {
+        let before = self.graph.clone();
+        self.changes.set_written(text);
+        self.reload();
+        let (Some(before), Some(now)) = (before, self.graph.clone()) else { return };
+        let mut conflicting = Vec::new();
+        let values: Vec<(Target, Value)> =
+            self.changes.iter().map(|(target, value)| (target.clone(), value.clone())).collect();
+        for (target, value) in values {
+            let written = written_value(&now, &target);
+            if written.as_ref() == Some(&value) {
+                self.changes.forget(&target);
+            } else if written != written_value(&before, &target) {
+                conflicting.push(target);
+            }
+        }
+        self.conflict = (!conflicting.is_empty()).then_some(Conflict::Values(conflicting));
+    }
+
+    /// The conflict that the user has to resolve before anything can be saved.
+    pub fn conflict(&self) -> Option<&Conflict> {
+        self.conflict.as_ref()
+    }
+
+    /// Resolves the conflict, if there is one.
+    pub fn resolve(&mut self, resolution: Resolution) {
+        match (self.conflict.take(), resolution) {
+            (Some(Conflict::Text(text)), Resolution::KeepMine) => self.changes.set_written(&text),
+            (Some(Conflict::Text(text)), Resolution::TakeFile) => {
+                self.changes.edit(&text);
+                self.take_text(&text);
+            }
+            (Some(Conflict::Values(targets)), Resolution::TakeFile) => {
+                self.changes.revert(&targets);
+                self.apply_graph();
+                self.reset_values();
+            }
+            (Some(Conflict::Values(_)), Resolution::KeepMine) | (None, _) => {}
+        }
+    }
+
     /// Replaces the text, without writing it.
-    pub fn edit(&mut self, text: Option<String>) {
-        self.project.edit(text);
+    pub fn edit(&mut self, text: &str) {
+        self.changes.edit(text);
         self.reload();
     }
 
-    /// Writes all changes into the text of the pipeline, where everything else stays as it is, or into a new tier of
-    /// it, which is shown from then on. They are no changes any more.
+    /// Writes the text with all changed values in it, where everything else stays as it is, or into a new tier of it,
+    /// which is shown from then on. A text with errors is written as it is, and the values stay changes.
     ///
     /// # Errors
-    /// Why they cannot be written; nothing is written then.
+    /// The file was changed, too, and the user has to choose; or the values or the file cannot be written. Nothing is
+    /// written then.
     pub fn save(&mut self, new_tier: Option<&str>) -> Result<(), Problem> {
-        let changes: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
-        let text = self.project.saved(self.tier.as_deref(), new_tier, &changes).map_err(Problem::Pipeline)?;
+        // The file may have changed since it was looked at last. One that is gone is written again.
+        if let Ok(text) = self.project.read()
+            && text != self.changes.written()
+        {
+            self.follow_text(text);
+        }
+        if self.conflict.is_some() {
+            return Err(Problem::said("the file was changed by another program, too")
+                .hint("choose whether yours or the file's is kept, and save again"));
+        }
+        if self.has_errors && new_tier.is_none() {
+            self.project.write(self.changes.text()).map_err(Problem::said)?;
+            self.changes.save_text();
+            return Ok(());
+        }
+        let values: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
+        let tier = self.changes.tier().map(str::to_owned);
+        let saved = self.project.saved(self.changes.text(), tier.as_deref(), new_tier, &values);
+        let text = saved.map_err(Problem::Pipeline)?;
         self.project.write(&text).map_err(Problem::said)?;
-        self.changes.clear();
-        self.tier = new_tier.map(str::to_owned).or(self.tier.take());
+        self.changes.save(&text, new_tier.map(str::to_owned).or(tier));
         self.reload();
-        self.each_chain(|chain| chain.forget_values());
+        self.reset_values();
         Ok(())
+    }
+
+    /// Sets the parameters of everything that renders to the text's values, and then to those of the user.
+    pub(super) fn reset_values(&mut self) {
+        let changes = std::mem::take(&mut self.changes);
+        self.each_chain(|chain| {
+            chain.forget_values();
+            for (target, value) in changes.iter() {
+                if let Target::Parameter(name) = target {
+                    // The text may have no such parameter any more.
+                    let _ = chain.set(name, value);
+                }
+            }
+        });
+        self.changes = changes;
+    }
+}
+
+/// The value that a graph's text gives a target.
+pub(super) fn written_value(graph: &Graph, target: &Target) -> Option<Value> {
+    match target {
+        Target::Parameter(name) => Some(graph.value(graph.parameter(name).ok()?).clone()),
+        Target::Node(name) => Some(Value::Bool(!graph.node(name)?.1.off)),
     }
 }

@@ -43,7 +43,7 @@ impl Address {
 
     /// Writes the text into the address once it is another one than at first, so that the address can be passed on.
     pub(super) fn follow(&mut self, model: &Model) {
-        let text = model.project().text();
+        let text = model.text().to_owned();
         let Some(known) = &self.known else {
             self.known = Some(text);
             return;

@@ -144,11 +144,11 @@ impl Page {
     }
 
     fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), Problem> {
-        let model = &mut self.viewer.model;
         if name.ends_with(".ron") {
-            model.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
+            self.viewer.open(Box::new(TextProject::new(name, &String::from_utf8_lossy(bytes))));
             return Ok(());
         }
+        let model = &mut self.viewer.model;
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
             .map_err(|error| Problem::said(error.to_string()))?;
         let gpu = model.gpu().clone();

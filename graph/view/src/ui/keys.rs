@@ -3,6 +3,7 @@
 use egui::{Context, Key, Modifiers};
 
 use super::picture::Comparison;
+use super::text::TextPanel;
 use super::{ExportKind, Tab, Viewer};
 use crate::model::CompareWith;
 
@@ -17,19 +18,34 @@ impl Viewer {
             self.export(ExportKind::Picture);
         }
         release_field(ctx);
+        // The text and the controls have one history; other fields have their own.
+        if !ctx.egui_wants_keyboard_input() || TextPanel::has_focus(ctx) {
+            if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
+                self.redo();
+            }
+            if pressed(Modifiers::COMMAND, Key::Z) {
+                self.undo();
+            }
+        }
         if ctx.egui_wants_keyboard_input() {
             return;
-        }
-        if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
-            self.model.redo();
-        }
-        if pressed(Modifiers::COMMAND, Key::Z) {
-            self.model.undo();
         }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
         self.time_keys(plain);
         self.picture_keys(plain);
         self.tab_keys(plain);
+    }
+
+    /// Takes the last change of the text or of a control back.
+    pub(super) fn undo(&mut self) {
+        self.text.apply(&mut self.model);
+        self.model.undo();
+    }
+
+    /// Makes the change again that was taken back last.
+    pub(super) fn redo(&mut self) {
+        self.text.apply(&mut self.model);
+        self.model.redo();
     }
 
     fn time_keys(&mut self, pressed: impl Fn(Key) -> bool) {

@@ -1,47 +1,114 @@
-//! Leaving the window with changes that are not saved.
+//! What would lose unsaved changes asks first; and what to do when the file was changed, too.
 
 use egui::{Context, Id, Modal, RichText};
 
 use super::Viewer;
-use super::leaving::QuitPrompt;
 use super::theme::DIM;
+use crate::model::{Conflict, Project, Resolution, Target};
+
+/// What waits for an answer about unsaved changes.
+pub(super) enum Pending {
+    /// The window is closed.
+    Close,
+    /// Another pipeline is opened.
+    Open(Box<dyn Project>),
+}
 
 impl Viewer {
     /// Closes the window, or asks first if changes would be lost.
     pub fn leave(&mut self) {
-        self.leaving = if self.model.changes().is_empty() { QuitPrompt::Leaves } else { QuitPrompt::Asks };
+        self.request(Pending::Close);
+    }
+
+    /// Opens another pipeline, or asks first if changes would be lost.
+    pub fn open(&mut self, project: Box<dyn Project>) {
+        self.request(Pending::Open(project));
     }
 
     /// Whether the window is to be closed now.
     pub fn is_leaving(&self) -> bool {
-        self.leaving == QuitPrompt::Leaves
+        self.is_leaving
     }
 
-    /// The question, while it is open.
-    pub(super) fn ask_before_leaving(&mut self, ctx: &Context) {
-        if self.leaving != QuitPrompt::Asks {
-            return;
+    /// Whether the text or a value differs from the file.
+    pub fn is_unsaved(&self) -> bool {
+        !self.model.changes().is_empty() || self.text.typed().is_some_and(|typed| typed != self.model.text())
+    }
+
+    fn request(&mut self, pending: Pending) {
+        self.text.apply(&mut self.model);
+        if self.is_unsaved() {
+            self.pending = Some(pending);
+        } else {
+            self.finish(pending);
         }
+    }
+
+    fn finish(&mut self, pending: Pending) {
+        match pending {
+            Pending::Close => self.is_leaving = true,
+            Pending::Open(project) => self.model.open(project),
+        }
+    }
+
+    /// The question whether to save, while it is open.
+    pub(super) fn ask_to_save(&mut self, ctx: &Context) {
+        let Some(pending) = self.pending.take() else { return };
+        let then = match &pending {
+            Pending::Close => "close".to_owned(),
+            Pending::Open(project) => format!("open {}", project.name()),
+        };
+        let (mut saves, mut goes, mut stays) = (false, false, false);
         let modal = Modal::new(Id::new("leaving")).show(ctx, |ui| {
             let text = format!("{} has changes that are not saved.", self.model.project().name());
             ui.label(RichText::new(text).strong());
             ui.label(RichText::new("Without saving they are lost.").color(DIM));
             ui.add_space(8.0);
             ui.horizontal(|ui| {
-                if ui.button("Save and close").clicked() {
-                    self.save(ctx, None);
-                    self.leaving = if self.unsaved.is_none() { QuitPrompt::Leaves } else { QuitPrompt::Stays };
+                saves = ui.button(format!("Save and {then}")).clicked();
+                goes = ui.button(format!("Without saving: {then}")).clicked();
+                stays = ui.button("Stay").clicked();
+            });
+        });
+        if saves {
+            self.save(ctx, None);
+            stays = self.is_unsaved();
+        }
+        if goes || saves && !stays {
+            self.finish(pending);
+        } else if !stays && !modal.should_close() {
+            self.pending = Some(pending);
+        }
+    }
+
+    /// The question which changes to keep, while there is a conflict.
+    pub(super) fn ask_about_conflict(&mut self, ctx: &Context) {
+        let Some(conflict) = self.model.conflict() else { return };
+        let name = self.model.project().name();
+        let what = match conflict {
+            Conflict::Text(_) => format!("The text of {name} was changed here and by another program."),
+            Conflict::Values(targets) => {
+                let names: Vec<&str> = targets.iter().map(Target::name).collect();
+                format!("Changed here and by another program in {name}: {}.", names.join(", "))
+            }
+        };
+        let mut resolution = None;
+        Modal::new(Id::new("conflict")).show(ctx, |ui| {
+            ui.label(RichText::new(what).strong());
+            ui.label(RichText::new("Undo goes back from the file's version to yours.").color(DIM));
+            ui.add_space(8.0);
+            ui.horizontal(|ui| {
+                if ui.button("Keep mine").clicked() {
+                    resolution = Some(Resolution::KeepMine);
                 }
-                if ui.button("Close without saving").clicked() {
-                    self.leaving = QuitPrompt::Leaves;
-                }
-                if ui.button("Stay").clicked() {
-                    self.leaving = QuitPrompt::Stays;
+                if ui.button("Take the file's").clicked() {
+                    resolution = Some(Resolution::TakeFile);
                 }
             });
         });
-        if modal.should_close() && self.leaving == QuitPrompt::Asks {
-            self.leaving = QuitPrompt::Stays;
+        if let Some(resolution) = resolution {
+            self.model.resolve(resolution);
+            self.unsaved = None;
         }
     }
 }

@@ -8,7 +8,6 @@ mod graph;
 mod help;
 mod keys;
 mod leave;
-mod leaving;
 mod parameters;
 mod picture;
 mod probe;
@@ -28,7 +27,7 @@ use cost::CostPanel;
 use exporter::Exporter;
 pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
-use leaving::QuitPrompt;
+use leave::Pending;
 use parameters::Parameters;
 pub use picture::{Comparison, PictureView, Subject};
 use probe::ProbePanel;
@@ -68,7 +67,9 @@ pub struct Viewer {
     /// Whether the picture is shown alone, without panels.
     pub is_bare: bool,
     shows_help: bool,
-    leaving: QuitPrompt,
+    /// What waits until the user has answered whether to save.
+    pending: Option<Pending>,
+    is_leaving: bool,
     /// Whether the panels have been shown.
     was_shown: bool,
     painter: Painter,
@@ -105,7 +106,8 @@ impl Viewer {
             shows_probe: false,
             is_bare: false,
             shows_help: false,
-            leaving: QuitPrompt::default(),
+            pending: None,
+            is_leaving: false,
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
@@ -139,7 +141,7 @@ impl Viewer {
         if !std::mem::replace(&mut self.was_shown, true) {
             return Rendered::Later;
         }
-        self.model.follow_files();
+        self.model.follow_files(self.text.typed());
         self.model.set_probes(self.shows_probe);
         let rendered = self.model.render(encoder, passed);
         self.follow_problem();
@@ -199,7 +201,11 @@ impl Viewer {
             self.picture.show(ui, &self.painter, &self.model, self.shows_probe);
         });
         help::show(ui.ctx(), &mut self.shows_help);
-        self.ask_before_leaving(ui.ctx());
+        if self.model.conflict().is_some() {
+            self.ask_about_conflict(ui.ctx());
+        } else {
+            self.ask_to_save(ui.ctx());
+        }
         self.say(ui);
     }
 
@@ -242,6 +248,9 @@ impl Viewer {
     }
 
     fn bottom(&mut self, ui: &mut Ui) {
+        if self.tab != Some(Tab::Text) {
+            self.text.apply(&mut self.model);
+        }
         if let Some(tab) = self.tab {
             Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
                 ui.take_available_height();

@@ -127,7 +127,7 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Pan
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
         let marked = RichText::new(&*param.name).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
-        let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(name).as_ref()));
+        let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(&target).as_ref()));
         if label.double_clicked() && is_changed {
             acts.push(PanelAction::Set(target.clone(), None));
             acts.push(PanelAction::Release);

@@ -1,4 +1,4 @@
-//! Save: changed values are written into the text of the pipeline.
+//! Save: the text is written with the changed values in it.
 
 use egui::{Context, RichText, Ui};
 
@@ -6,18 +6,24 @@ use super::Viewer;
 use super::theme::{DIM, ERROR};
 
 impl Viewer {
-    /// Writes the changes into the pipeline, or into a new tier of it.
+    /// Writes the changes into the file, or into a new tier of it.
     pub(super) fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
-        let (name, count) = (self.model.project().name(), self.model.changes().len());
+        self.text.apply(&mut self.model);
         let saved = self.model.save(new_tier);
         self.unsaved = saved.err().map(|problem| format!("Nothing is saved: {problem}"));
-        let done = || format!("{count} {} in {name}.", if count == 1 { "change is" } else { "changes are" });
-        self.tell(ctx, self.unsaved.clone().unwrap_or_else(done));
+        let name = self.model.project().name();
+        let waiting = self.model.changes().len();
+        let done = if waiting == 0 {
+            format!("{name} is saved.")
+        } else {
+            format!("The text of {name} is saved with its errors. {waiting} changed values wait until it has none.")
+        };
+        self.tell(ctx, self.unsaved.clone().unwrap_or(done));
     }
 
     /// The button and its menu.
     pub(super) fn save_menu(&mut self, ui: &mut Ui) {
-        let is_unsaved = !self.model.changes().is_empty();
+        let is_unsaved = self.is_unsaved();
         if ui.add_enabled(is_unsaved, egui::Button::new("Save")).on_hover_text(SAVE).clicked() {
             let ctx = ui.ctx().clone();
             self.save(&ctx, None);
@@ -46,4 +52,4 @@ impl Viewer {
     }
 }
 
-const SAVE: &str = "Ctrl+S: writes the changed values into the file; everything else stays as it is";
+const SAVE: &str = "Ctrl+S: writes the text, and the changed values into it; everything else stays as it is";

@@ -42,6 +42,8 @@ impl Viewer {
                     ui.add(egui::Slider::new(&mut tap.slice, 0..=last).text("slice"));
                 }
                 ui.label(RichText::new(format!("{} {}", image.desc.size, image.desc.format.name())).color(DIM));
+            } else if self.model.is_tap_compiling() {
+                ui.label(RichText::new("Compiling…").color(DIM));
             } else {
                 let text = "No pass of the plan makes it: the node is skipped, or nothing reads it.";
                 ui.label(RichText::new(text).color(DIM));

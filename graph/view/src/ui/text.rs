@@ -3,7 +3,7 @@
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity};
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditOutput;
-use egui::{Color32, RichText, ScrollArea, Ui};
+use egui::{Color32, Context, Id, RichText, ScrollArea, Ui};
 
 use super::theme::{ACCENT, DIM, ERROR};
 use crate::Problem;
@@ -30,15 +30,32 @@ impl TextPanel {
         self.goal = Some(line);
     }
 
+    /// The text that is being typed, if the model has not got it yet.
+    pub(super) fn typed(&self) -> Option<&str> {
+        self.typed.is_some().then_some(&*self.text)
+    }
+
+    /// Gives the model what is being typed without waiting for a pause.
+    pub(super) fn apply(&mut self, model: &mut Model) {
+        if self.typed.take().is_some() {
+            self.known.clone_from(&self.text);
+            model.edit(&self.text);
+        }
+    }
+
+    /// Whether keys are typed into the text.
+    pub(super) fn has_focus(ctx: &Context) -> bool {
+        ctx.memory(|memory| memory.has_focus(field()))
+    }
+
     /// Shows the text; what is typed is tried after a pause.
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
-        let present = model.project().text();
-        if present != self.known {
-            (self.text, self.known, self.typed) = (present.clone(), present, None);
+        if *model.text() != self.known {
+            (self.text, self.known, self.typed) = (model.text().to_owned(), model.text().to_owned(), None);
         }
         let now = ui.input(|input| input.time);
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-            let edit = egui::TextEdit::multiline(&mut self.text).code_editor().desired_width(f32::INFINITY);
+            let edit = egui::TextEdit::multiline(&mut self.text).id(field()).code_editor().desired_width(f32::INFINITY);
             let output = edit.show(ui);
             if output.response.changed() {
                 self.typed = Some(now);
@@ -49,10 +66,7 @@ impl TextPanel {
             wrong_lines(model).into_iter().for_each(|line| mark(ui, &output, line));
         });
         match self.typed {
-            Some(typed) if now - typed >= PAUSE => {
-                (self.typed, self.known) = (None, self.text.clone());
-                model.edit(Some(self.text.clone()));
-            }
+            Some(typed) if now - typed >= PAUSE => self.apply(model),
             Some(_) => ui.ctx().request_repaint_after(std::time::Duration::from_millis(50)),
             None => {}
         }
@@ -70,6 +84,12 @@ impl TextPanel {
             ui.scroll_to_rect(rect.with_max_x(rect.min.x), Some(egui::Align::Center));
         }
     }
+}
+
+/// The field of the text. An identity that egui counts changes with what is shown before the field, such as errors, and
+/// the field would lose the keyboard.
+fn field() -> Id {
+    Id::new("text of the pipeline")
 }
 
 /// Where a line of the text is; a long one may be several rows.

@@ -14,12 +14,13 @@ impl Viewer {
             self.pipeline_menu(ui);
             self.tier_menu(ui);
             ui.separator();
-            let (undo, redo) = self.model.changes().can();
-            if ui.add_enabled(undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
-                self.model.undo();
+            let can_undo = self.model.changes().can_undo() || self.text.typed().is_some();
+            if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+                self.undo();
             }
-            if ui.add_enabled(redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
-                self.model.redo();
+            let can_redo = self.model.changes().can_redo();
+            if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
+                self.redo();
             }
             self.save_menu(ui);
             self.export_menu(ui);
@@ -37,7 +38,7 @@ impl Viewer {
 
     fn pipeline_menu(&mut self, ui: &mut Ui) {
         let mut name = self.model.project().name();
-        if !self.model.changes().is_empty() {
+        if self.is_unsaved() {
             name += " *";
         }
         let mut chosen = None;
@@ -53,7 +54,7 @@ impl Viewer {
             ui.label(RichText::new("Drop a .ron file to open it,\nor an EXR, HDR or PNG image to see it.").color(DIM));
         });
         if let Some(project) = chosen.and_then(TextProject::built_in) {
-            self.model.open(Box::new(project));
+            self.open(Box::new(project));
         }
     }
 

@@ -120,7 +120,8 @@ mod tests {
 
     fn graph(name: &str) -> Graph {
         let mut project = TextProject::built_in(name).expect("it is built in");
-        project.check(None).expect("it is valid").graph
+        let text = project.read().expect("it is in memory");
+        project.check(&text, None).expect("it is valid").graph
     }
 
     #[test]

@@ -1,0 +1,311 @@
+//! What the user has typed or set is never lost without a question.
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(dead_code, reason = "each test program uses a part of the support")]
+
+mod support;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use afterimage_graph::check::Change;
+use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::value::Value;
+use afterimage_view::{Checked, Comparison, Conflict, Model, Project, Resolution, Tab, Tap, TextProject};
+use egui::{Event, Key, Modifiers, pos2};
+use support::{Window, of, parameter, render, settle};
+
+/// A pipeline in a file that other programs change, too.
+struct Shared {
+    file: Rc<RefCell<String>>,
+    seen: String,
+    inner: TextProject,
+}
+
+impl Project for Shared {
+    fn name(&self) -> String {
+        "shared.ron".into()
+    }
+
+    fn read(&mut self) -> Result<String, Diagnostics> {
+        Ok(self.file.borrow().clone())
+    }
+
+    fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
+        self.inner.check(text, tier)
+    }
+
+    fn has_changed(&mut self) -> bool {
+        let before = std::mem::replace(&mut self.seen, self.file.borrow().clone());
+        before != self.seen
+    }
+
+    fn saved(
+        &self,
+        text: &str,
+        tier: Option<&str>,
+        new_tier: Option<&str>,
+        changes: &[Change],
+    ) -> Result<String, Diagnostics> {
+        self.inner.saved(text, tier, new_tier, changes)
+    }
+
+    fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        self.inner.file(path)
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), String> {
+        self.file.replace(text.to_owned());
+        self.seen = text.to_owned();
+        Ok(())
+    }
+}
+
+/// The text of `lynx.ron` with other numbers.
+fn lynx(strength: &str) -> String {
+    let text = TextProject::built_in("lynx").unwrap().read().unwrap();
+    let changed = text.replace("strength: 0.15", &format!("strength: {strength}"));
+    assert!(changed.contains(strength));
+    changed
+}
+
+fn shared() -> (Model, Rc<RefCell<String>>) {
+    let text = lynx("0.15");
+    let file = Rc::new(RefCell::new(text.clone()));
+    let project = Shared { file: file.clone(), seen: text.clone(), inner: TextProject::new("shared.ron", &text) };
+    (of(Box::new(project)), file)
+}
+
+#[test]
+fn a_typed_text_is_not_replaced_by_that_of_the_file() {
+    for (resolution, strength) in [(Resolution::KeepMine, "0.3"), (Resolution::TakeFile, "0.6")] {
+        let (mut model, file) = shared();
+        model.edit(&lynx("0.3"));
+        file.replace(lynx("0.6"));
+        assert!(model.follow_files(None));
+        assert_eq!(model.conflict(), Some(&Conflict::Text(lynx("0.6"))));
+        assert_eq!(model.text(), lynx("0.3"));
+        assert!(model.save(None).is_err(), "the user has not chosen yet");
+        assert_eq!(*file.borrow(), lynx("0.6"));
+        model.resolve(resolution);
+        assert_eq!((model.text(), model.conflict()), (&*lynx(strength), None));
+        assert_eq!(model.changes().is_empty(), resolution == Resolution::TakeFile);
+        model.save(None).unwrap();
+        assert_eq!(*file.borrow(), lynx(strength));
+        if resolution == Resolution::TakeFile {
+            model.undo();
+            assert_eq!(model.text(), lynx("0.3"), "undo has the user's text");
+        }
+    }
+}
+
+#[test]
+fn a_text_that_is_being_typed_counts_as_typed() {
+    let (mut model, file) = shared();
+    file.replace(lynx("0.6"));
+    model.follow_files(Some(&lynx("0.3")));
+    assert_eq!((model.text(), model.conflict()), (&*lynx("0.3"), Some(&Conflict::Text(lynx("0.6")))));
+}
+
+#[test]
+fn a_file_that_changes_before_it_is_looked_at_is_not_overwritten() {
+    let (mut model, file) = shared();
+    model.edit(&lynx("0.3"));
+    file.replace(lynx("0.6"));
+    assert!(model.save(None).is_err());
+    assert_eq!(*file.borrow(), lynx("0.6"));
+    assert!(model.conflict().is_some());
+}
+
+#[test]
+fn a_value_that_was_changed_here_and_in_the_file_asks() {
+    for (resolution, strength) in [(Resolution::KeepMine, 0.3), (Resolution::TakeFile, 0.6)] {
+        let (mut model, file) = shared();
+        model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+        model.release();
+        file.replace(lynx("0.6"));
+        model.follow_files(None);
+        assert_eq!(model.conflict(), Some(&Conflict::Values(vec![parameter("lit.strength")])));
+        assert!(model.save(None).is_err(), "the user has not chosen yet");
+        assert_eq!(*file.borrow(), lynx("0.6"));
+        model.resolve(resolution);
+        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+        model.save(None).unwrap();
+        assert_eq!(*file.borrow(), lynx(&strength.to_string()));
+    }
+}
+
+#[test]
+fn changes_of_different_values_are_merged_without_a_question() {
+    let (mut model, file) = shared();
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    let other = lynx("0.15").replacen("Pipeline(", "// A comment.\nPipeline(", 1);
+    file.replace(other.clone());
+    model.follow_files(None);
+    assert_eq!(model.conflict(), None);
+    model.save(None).unwrap();
+    assert_eq!(*file.borrow(), other.replace("strength: 0.15", "strength: 0.3"));
+    // The same value on both sides is no change any more.
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.6)));
+    file.replace(lynx("0.6"));
+    model.follow_files(None);
+    assert_eq!((model.conflict(), model.changes().is_empty()), (None, true));
+}
+
+#[test]
+fn undo_goes_back_through_controls_text_and_a_save() {
+    let (mut model, file) = shared();
+    settle(&mut model);
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    model.release();
+    model.save(None).unwrap();
+    assert!(model.changes().is_empty());
+    model.edit(&lynx("0.6"));
+    assert_eq!(model.value("lit.strength"), Some(Value::Float(0.6)));
+    for strength in [0.3, 0.3, 0.15] {
+        model.undo();
+        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+        assert_eq!(render(&mut model), afterimage_view::Rendered::New);
+    }
+    assert!(!model.changes().can_undo());
+    assert_eq!((model.text(), model.changes().is_empty()), (&*lynx("0.15"), false), "the file has 0.3");
+    assert_eq!(*file.borrow(), lynx("0.3"));
+    for strength in [0.3, 0.3, 0.6] {
+        model.redo();
+        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+    }
+}
+
+#[test]
+fn a_tier_that_was_saved_is_gone_after_undo() {
+    let (mut model, _) = shared();
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.45)));
+    model.save(Some("strong")).unwrap();
+    assert_eq!(model.tier(), Some("strong"));
+    model.undo();
+    assert_eq!((model.tier(), model.value("lit.strength")), (None, Some(Value::Float(0.45))));
+    assert!(model.problem().is_none(), "{:?}", model.problem());
+    model.redo();
+    assert_eq!((model.tier(), model.changes().len()), (Some("strong"), 0));
+}
+
+#[test]
+fn a_broken_text_can_be_saved_and_values_wait() {
+    let (mut model, file) = shared();
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    let broken = lynx("0.15").replace("Composite(", "Compositor(");
+    model.edit(&broken);
+    model.save(None).unwrap();
+    assert_eq!(*file.borrow(), broken);
+    assert_eq!((model.changes().len(), model.changes().is_text_changed()), (1, false));
+    model.edit(&lynx("0.15"));
+    model.save(None).unwrap();
+    assert_eq!(*file.borrow(), lynx("0.3"));
+}
+
+fn window(model: Model) -> Window {
+    let mut window = Window::new(model);
+    for _ in 0..4 {
+        window.frame(Vec::new());
+    }
+    window
+}
+
+/// A place in the text, below the tabs.
+const TEXT: egui::Pos2 = pos2(420.0, 560.0);
+
+/// Types a letter, as a keyboard does.
+fn type_letter(window: &mut Window, key: Key) {
+    let text = Event::Text(key.name().to_lowercase());
+    let event = |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
+    window.frame(vec![event(true), text]);
+    window.frame(vec![event(false)]);
+}
+
+/// Longer than the text waits for the next key.
+fn pause(window: &mut Window) {
+    for _ in 0..30 {
+        window.frame(Vec::new());
+    }
+}
+
+fn typing() -> (Window, Rc<RefCell<String>>) {
+    let (model, file) = shared();
+    let mut window = window(model);
+    window.stage.viewer.tab = Some(Tab::Text);
+    window.frame(Vec::new());
+    window.click(TEXT);
+    (window, file)
+}
+
+#[test]
+fn an_error_in_the_text_does_not_take_the_keyboard_from_it() {
+    let (mut window, _) = typing();
+    type_letter(&mut window, Key::X);
+    pause(&mut window);
+    assert!(window.stage.viewer.model.problem().is_some(), "a letter more is an error");
+    let comparison = window.stage.viewer.picture.comparison;
+    for key in [Key::D, Key::K, Key::H] {
+        type_letter(&mut window, key);
+    }
+    pause(&mut window);
+    assert!(window.stage.viewer.model.text().contains("xdkh"), "{}", window.stage.viewer.model.text());
+    assert_eq!(window.stage.viewer.picture.comparison, comparison);
+    assert_ne!(comparison, Comparison::Difference);
+    assert_eq!((window.stage.viewer.tab, window.stage.viewer.is_bare), (Some(Tab::Text), false));
+}
+
+#[test]
+fn undo_in_the_text_is_that_of_the_controls() {
+    let (mut window, _) = typing();
+    let strength = parameter("lit.strength");
+    window.stage.viewer.model.set(&strength, Some(Value::Float(0.3)));
+    window.stage.viewer.model.release();
+    type_letter(&mut window, Key::X);
+    pause(&mut window);
+    window.key(Key::Z, Modifiers::COMMAND);
+    assert_eq!(window.stage.viewer.model.text(), lynx("0.15"));
+    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.3)));
+    window.key(Key::Z, Modifiers::COMMAND);
+    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.15)));
+    window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
+    window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
+    pause(&mut window);
+    assert!(window.stage.viewer.model.problem().is_some(), "the letter is back");
+}
+
+#[test]
+fn closing_and_opening_ask_while_a_text_is_not_saved() {
+    let (mut window, file) = typing();
+    type_letter(&mut window, Key::X);
+    // Before the text is tried: it is typed, and would be lost.
+    window.stage.viewer.leave();
+    assert!(!window.stage.viewer.is_leaving());
+    window.key(Key::Escape, Modifiers::NONE);
+    window.drop_file("somewhere/caracal.ron");
+    assert_eq!(window.stage.viewer.model.project().name(), "shared.ron", "the question is open");
+    window.key(Key::Escape, Modifiers::NONE);
+    window.key(Key::S, Modifiers::COMMAND);
+    assert_eq!(*file.borrow(), window.stage.viewer.model.text(), "with its error");
+    window.drop_file("somewhere/caracal.ron");
+    assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
+    window.stage.viewer.leave();
+    assert!(window.stage.viewer.is_leaving());
+}
+
+#[test]
+fn a_wire_whose_plan_is_made_compiles_and_a_skipped_one_is_made_by_no_pass() {
+    let mut model = of(Box::new(TextProject::built_in("tsushima").unwrap()));
+    settle(&mut model);
+    assert!(!model.is_tap_compiling());
+    model.set_tap(Some(Tap::new("vignette.result")));
+    assert!(model.tapped().is_none() && model.is_tap_compiling());
+    settle(&mut model);
+    assert!(model.tapped().is_some());
+    let vignette = afterimage_view::Target::Node("vignette".into());
+    model.set(&vignette, Some(Value::Bool(false)));
+    while model.is_tap_compiling() {
+        render(&mut model);
+    }
+    assert!(model.tapped().is_none());
+}
