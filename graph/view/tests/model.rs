@@ -114,11 +114,11 @@ fn a_tier_a_pipeline_and_the_reference_stand_beside_the_picture() {
         CompareWith::Tier(Some("low".into())),
         CompareWith::Pipeline("lynx".into()),
     ] {
-        model.set_beside(Some(beside.clone()));
+        model.set_compared(Some(beside.clone()));
         model.clock().cut();
         settle(&mut model);
         assert!(model.problem().is_none(), "{beside:?}: {:?}", model.problem());
-        let other = texels(model.picture_beside().unwrap());
+        let other = texels(model.compared_picture().unwrap());
         assert_eq!((other.desc.size.width, other.desc.size.height), (SIZE.width, SIZE.height));
         let floats = (picture(&model).to_floats(), other.to_floats());
         let mean =

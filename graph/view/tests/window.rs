@@ -33,7 +33,7 @@ fn keys_do_what_the_sheet_says() {
         assert_eq!(window.stage.viewer.tab, Some(tab), "{key:?}");
     }
     window.key(Key::R, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.model.beside(), Some(&CompareWith::Reference));
+    assert_eq!(window.stage.viewer.model.compared(), Some(&CompareWith::Reference));
     for (key, mode) in [(Key::B, Comparison::CompareWith), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)]
     {
         window.key(key, Modifiers::NONE);
@@ -94,7 +94,7 @@ fn the_line_of_a_wipe_is_dragged_and_both_pictures_are_shown() {
     let mut window = open("lynx");
     let model = &mut window.stage.viewer.model;
     model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(1.0)));
-    model.set_beside(Some(CompareWith::Written));
+    model.set_compared(Some(CompareWith::Written));
     (0..6).for_each(|_| window.frame(Vec::new()));
     let before = window.stage.viewer.picture.wipe;
     assert!((before - 0.5).abs() < 1e-6);
@@ -232,7 +232,7 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
             assert!((0..3).all(|channel| codes[channel] == i32::from(shown.bytes[at + channel])), "{x},{y}");
         }
     }
-    window.stage.viewer.model.set_beside(Some(CompareWith::Pipeline("caracal".into())));
+    window.stage.viewer.model.set_compared(Some(CompareWith::Pipeline("caracal".into())));
     window.stage.viewer.picture.comparison = Comparison::CompareWith;
     (0..4).for_each(|_| window.frame(Vec::new()));
     let both = decoded(&exported(&mut window, ExportKind::Picture));

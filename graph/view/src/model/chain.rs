@@ -67,7 +67,7 @@ impl Chain {
     }
 
     /// The same pipeline with another graph, beside this one: what is compiled is shared, histories are not.
-    pub(super) fn another(&self, graph: Graph) -> Self {
+    pub(super) fn clone_with(&self, graph: Graph) -> Self {
         let mut post = self.post.clone_for_view();
         post.change(graph);
         Self { post, controls: self.controls.clone(), is_timed: false }

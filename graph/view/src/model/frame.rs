@@ -22,7 +22,7 @@ impl Model {
     /// Records the next frame, `passed` seconds after the last call, if time runs or something has changed.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
         let advanced = self.clock.advance(passed);
-        let is_changing = self.shown.iter().chain(&self.inspected).any(Chain::is_changing);
+        let is_changing = self.chains.shown.iter().chain(&self.chains.inspected).any(Chain::is_changing);
         let must_run = self.is_stale || is_changing || self.is_measuring();
         if self.graph.is_none() || advanced.is_none() && !must_run {
             return Rendered::Same;
@@ -43,16 +43,17 @@ impl Model {
     }
 
     fn record(&mut self, encoder: &mut wgpu::CommandEncoder, moment: Moment) -> Result<(), Problem> {
-        let Some(shown) = &mut self.shown else { return Ok(()) };
-        if let Some((_, chain)) = &self.beside {
-            self.images.want(&chain.graph().inputs)?;
+        let chains = &mut self.chains;
+        let Some(shown) = &mut chains.shown else { return Ok(()) };
+        if let Some((_, chain)) = &chains.compared {
+            self.images.require(&chain.graph().inputs)?;
         }
-        let images = self.images.at((moment.time, moment.dt), &shown.graph().inputs, encoder)?;
+        let images = self.images.at(moment.time, moment.dt, &shown.graph().inputs, encoder)?;
         shown.frame(encoder, &images, moment)?;
-        for chain in [&mut self.inspected, &mut self.reference].into_iter().flatten() {
+        for chain in [&mut chains.inspected, &mut chains.reference].into_iter().flatten() {
             chain.frame(encoder, &images, moment)?;
         }
-        if let Some((_, chain)) = &mut self.beside {
+        if let Some((_, chain)) = &mut chains.compared {
             let images = self.images.again(&chain.graph().inputs)?;
             chain.frame(encoder, &images, moment)?;
         }

@@ -38,7 +38,8 @@ impl Images {
     /// An input gets no image, or the device fails.
     pub fn at(
         &mut self,
-        (time, dt): (f64, f64),
+        time: f64,
+        dt: f64,
         inputs: &[GraphInput],
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
@@ -59,13 +60,13 @@ impl Images {
         }
     }
 
-    /// Says that a pipeline with these inputs will be rendered beside the one that [`at`](Self::at) gets.
+    /// Makes sure that [`at`](Self::at) renders the images of these inputs, too, for a second pipeline.
     ///
     /// # Errors
     /// The device fails.
-    pub fn want(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
+    pub fn require(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
         match self {
-            Self::Scene(scene) => scene.want(inputs),
+            Self::Scene(scene) => scene.require(inputs),
             Self::Files(_) => Ok(()),
         }
     }
@@ -135,8 +136,8 @@ pub struct Scene {
     /// The scene with all its outputs.
     whole: Graph,
     /// The outputs that are rendered: those that a pipeline has needed so far.
-    wanted: BTreeSet<&'static str>,
-    /// Where and when the scene is seen.
+    required: BTreeSet<&'static str>,
+    /// Time and camera of the last frame.
     seen: DemoScene,
     size: Size,
     targets: Vec<(&'static str, TextureView)>,
@@ -159,8 +160,8 @@ impl Scene {
             (name, target(&gpu.device, name, size, format))
         };
         let targets = ["result", PROJECTED].into_iter().chain(DATA).map(target).collect();
-        let (whole, wanted, seen) = (graph, BTreeSet::new(), DemoScene::default());
-        Ok(Self { post, time, walk, step, dt, whole, wanted, seen, size, targets })
+        let (whole, required, seen) = (graph, BTreeSet::new(), DemoScene::default());
+        Ok(Self { post, time, walk, step, dt, whole, required, seen, size, targets })
     }
 
     fn at(
@@ -177,9 +178,9 @@ impl Scene {
         self.post.set(self.walk, self.seen.walk)?;
         self.post.set(self.step, self.seen.step)?;
         self.post.set(self.dt, self.seen.dt)?;
-        self.want(inputs)?;
-        let wanted = self.targets.iter().filter(|(name, _)| self.wanted.contains(name));
-        let outputs: Vec<(&str, &TextureView)> = wanted.map(|(name, view)| (*name, view)).collect();
+        self.require(inputs)?;
+        let required = self.targets.iter().filter(|(name, _)| self.required.contains(name));
+        let outputs: Vec<(&str, &TextureView)> = required.map(|(name, view)| (*name, view)).collect();
         if !outputs.is_empty() {
             self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
         }
@@ -187,15 +188,15 @@ impl Scene {
     }
 
     /// Renders what these inputs need from now on, and what others needed before.
-    fn want(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
+    fn require(&mut self, inputs: &[GraphInput]) -> Result<(), Problem> {
         let has_camera = inputs.iter().any(is_camera);
         let needed: BTreeSet<&str> = inputs.iter().filter_map(|input| output_for(input, has_camera)).collect();
-        if needed.is_subset(&self.wanted) {
+        if needed.is_subset(&self.required) {
             return Ok(());
         }
-        self.wanted.extend(needed);
+        self.required.extend(needed);
         let mut graph = self.whole.clone();
-        graph.outputs.retain(|output| self.wanted.contains(output.name.as_str()));
+        graph.outputs.retain(|output| self.required.contains(output.name.as_str()));
         self.post.change(graph);
         Ok(self.post.finish_changes()?)
     }
@@ -225,7 +226,7 @@ fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> Tex
         | wgpu::TextureUsages::STORAGE_BINDING
         | wgpu::TextureUsages::RENDER_ATTACHMENT
         | wgpu::TextureUsages::COPY_SRC;
-    let texture = image(device, label, [size.width, size.height], (texture_format(format), usages));
+    let texture = image(device, label, [size.width, size.height], texture_format(format), usages);
     texture.create_view(&Default::default())
 }
 

@@ -21,39 +21,33 @@ impl Model {
     pub fn set_tap(&mut self, tap: Option<Tap>) {
         let is_buffer = |tap: &Tap| matches!(self.wire_type(&tap.wire), Some(PortType::Table | PortType::Value));
         let watched = tap.as_ref().filter(|tap| is_buffer(tap)).map(|tap| tap.wire.clone());
-        self.watched = watched.and_then(|wire| Some(self.shown.as_mut()?.post().watch(&wire)));
+        self.watched = watched.and_then(|wire| Some(self.chains.shown.as_mut()?.post().watch(&wire)));
         self.tap = tap;
-        self.keep_inspections();
+        self.update_inspections();
     }
 
     /// The newest bytes of the table or value that the tap shows: those of the shown picture itself.
     pub fn tapped_bytes(&mut self) -> Option<Vec<u8>> {
         let watch = self.watched?;
-        Some(self.shown.as_mut()?.post().reading(watch)?.bytes.clone())
+        Some(self.chains.shown.as_mut()?.post().reading(watch)?.bytes.clone())
     }
 
-    /// Whether the values at every node are asked for, beside those of the reference.
-    pub fn set_probes(&mut self, wanted: bool) {
-        if self.probes != wanted {
-            self.probes = wanted;
-            self.keep_inspections();
+    /// Stores the values at every node, and those of the reference, so that they can be read.
+    pub fn set_probes(&mut self, on: bool) {
+        if self.probes != on {
+            self.probes = on;
+            self.update_inspections();
         }
     }
 
-    /// Makes the runs whose images are looked at, and drops those that nobody looks at.
-    fn keep_inspections(&mut self) {
-        let wanted = [self.tap.is_some() || self.probes, self.probes];
-        let purposes = [Purpose::Inspect, Purpose::Reference];
-        for (is_wanted, purpose) in wanted.into_iter().zip(purposes) {
-            let present = if purpose == Purpose::Inspect { &self.inspected } else { &self.reference };
-            if present.is_some() == is_wanted {
-                continue;
-            }
-            let made = if is_wanted { self.inspection(purpose) } else { None };
-            match purpose {
-                Purpose::Inspect => self.inspected = made,
-                _ => self.reference = made,
-            }
+    /// Makes the pipelines whose images are read, and drops those that nothing reads.
+    fn update_inspections(&mut self) {
+        let inspects = self.tap.is_some() || self.probes;
+        if self.chains.inspected.is_some() != inspects {
+            self.chains.inspected = if inspects { self.inspection(Purpose::Inspect) } else { None };
+        }
+        if self.chains.reference.is_some() != self.probes {
+            self.chains.reference = if self.probes { self.inspection(Purpose::Reference) } else { None };
         }
         self.is_stale = true;
     }
@@ -61,24 +55,24 @@ impl Model {
     fn inspection(&self, purpose: Purpose) -> Option<Chain> {
         let mut chain = Chain::new(&self.gpu, self.present_graph()?, purpose);
         chain.post().set_facts(self.facts.clone());
-        self.give_values(&mut chain);
+        chain.set_changes(&self.changes);
         Some(chain)
     }
 
     /// The run that stores all images, if one is wanted.
     pub fn inspected(&self) -> Option<&Chain> {
-        self.inspected.as_ref()
+        self.chains.inspected.as_ref()
     }
 
     /// The run that stores all images in 32 bits, if one is wanted.
     pub fn reference(&self) -> Option<&Chain> {
-        self.reference.as_ref()
+        self.chains.reference.as_ref()
     }
 
     /// The images of a wire, as the run stores them: levels of a pyramid and histories, then the other images of its
     /// node.
     pub fn tap_images(&self, wire: &str) -> Vec<TapImage> {
-        let Some(plan) = self.inspected.as_ref().and_then(Chain::plan) else { return Vec::new() };
+        let Some(plan) = self.chains.inspected.as_ref().and_then(Chain::plan) else { return Vec::new() };
         let node = wire.rsplit_once('.').map_or(wire, |(node, _)| node);
         let named = plan.image_names().into_iter().zip(&plan.images);
         let used = named.filter(|(_, image)| image.lifetime.is_some());
@@ -98,13 +92,13 @@ impl Model {
         }
         let images = self.tap_images(&tap.wire);
         let image = images.get(tap.index.min(images.len().checked_sub(1)?))?.clone();
-        let texture = self.inspected.as_ref()?.image(&image.name)?.clone();
+        let texture = self.chains.inspected.as_ref()?.image(&image.name)?.clone();
         Some((image, texture))
     }
 
     /// Whether the plan that stores the tap's image is still being made.
     pub fn is_tap_compiling(&self) -> bool {
-        self.inspected.as_ref().is_some_and(|chain| chain.plan().is_none() || chain.is_changing())
+        self.chains.inspected.as_ref().is_some_and(|chain| chain.plan().is_none() || chain.is_changing())
     }
 
     /// What the numbers of a wire mean; `None` for tables and values, and for wires that the graph does not have.

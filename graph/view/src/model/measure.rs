@@ -11,7 +11,7 @@ impl Model {
     /// # Errors
     /// The device has no timestamps inside of passes, or nothing has run yet.
     pub fn measure_savings(&mut self) -> Result<(), Problem> {
-        let shown = self.shown.as_ref().filter(|shown| shown.pass_times().is_some());
+        let shown = self.chains.shown.as_ref().filter(|shown| shown.pass_times().is_some());
         let shown = shown.ok_or_else(|| Problem::said("no GPU times have arrived from this device"))?;
         let Some(graph) = self.present_graph() else { return Ok(()) };
         self.savings = Savings::of(shown, graph);
@@ -29,7 +29,7 @@ impl Model {
 
     /// Records the frame without a node, if that is measured.
     pub(super) fn record_savings(&mut self, encoder: &mut wgpu::CommandEncoder, images: &FrameImages, moment: Moment) {
-        if let (Some(savings), Some(shown)) = (&mut self.savings, &self.shown) {
+        if let (Some(savings), Some(shown)) = (&mut self.savings, &self.chains.shown) {
             savings.frame(shown, encoder, images, moment);
         }
     }

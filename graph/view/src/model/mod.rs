@@ -1,9 +1,10 @@
 //! What the viewer shows, without a window: a pipeline, what feeds it, what is changed in it, and when.
 
-mod beside;
 mod chain;
+mod chains;
 mod changes;
 mod clock;
+mod compare_with;
 mod comparison;
 mod conflict;
 mod files;
@@ -24,10 +25,10 @@ use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
 
-pub use beside::CompareWith;
 pub use chain::{Chain, Moment, Purpose};
 pub use changes::{Changes, Restored, Target};
 pub use clock::PlayClock;
+pub use compare_with::CompareWith;
 pub use conflict::{Conflict, Resolution};
 pub use files::{Files, HaveChanged, ReadFrame};
 pub use frame::Rendered;
@@ -38,6 +39,7 @@ pub use savings::{Saving, Savings};
 pub use tap::{Tap, TapImage};
 
 use crate::Problem;
+use chains::Chains;
 
 /// A pipeline that is open in the viewer.
 pub struct Model {
@@ -58,10 +60,7 @@ pub struct Model {
     /// The images of the last frame.
     fed: FrameImages,
     clock: PlayClock,
-    shown: Option<Chain>,
-    beside: Option<(CompareWith, Chain)>,
-    inspected: Option<Chain>,
-    reference: Option<Chain>,
+    chains: Chains,
     savings: Option<Savings>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
@@ -89,10 +88,7 @@ impl Model {
             images,
             fed: FrameImages::default(),
             clock: PlayClock::default(),
-            shown: None,
-            beside: None,
-            inspected: None,
-            reference: None,
+            chains: Chains::default(),
             savings: None,
             tap: None,
             watched: None,
@@ -141,16 +137,16 @@ impl Model {
         }
     }
 
-    /// What is said about the scene.
+    /// The fact of that name, if it is known.
     pub fn fact(&self, name: &str) -> Option<Fact> {
         self.facts.get(name)
     }
 
-    /// Says something about the scene, for the conditions of the pipeline.
+    /// Sets a fact that `when` conditions test.
     pub fn set_fact(&mut self, name: &str, fact: impl Into<Fact>) {
         self.facts.set(name, fact);
-        let facts = self.facts.clone();
-        self.each_chain(|chain| chain.post().set_facts(facts.clone()));
+        self.chains.set_facts(&self.facts);
+        (self.is_stale, self.savings) = (true, None);
     }
 
     /// The text that is shown, without the changed values.
@@ -235,7 +231,7 @@ impl Model {
                     // The graph of the last good text has the restored values.
                     self.apply_graph();
                 }
-                self.reset_values();
+                self.chains.reset_values(&self.changes);
             }
             Restored::Values(targets) => {
                 for target in targets {
@@ -255,13 +251,8 @@ impl Model {
             Target::Node(_) => self.apply_graph(),
             Target::Parameter(name) => {
                 let Some(value) = self.value(name) else { return Ok(()) };
-                let mut failure = Ok(());
-                self.each_chain(|chain| {
-                    if let Err(problem) = chain.set(name, &value) {
-                        failure = Err(problem);
-                    }
-                });
-                failure?;
+                self.savings = None;
+                self.chains.set(name, &value)?;
             }
         }
         Ok(())
@@ -282,22 +273,10 @@ impl Model {
     /// Brings the graph into everything that renders.
     fn apply_graph(&mut self) {
         let Some(graph) = self.present_graph() else { return };
-        let facts = self.facts.clone();
-        if self.shown.is_none() {
-            self.shown = Some(Chain::new(&self.gpu, graph.clone(), Purpose::Show));
-        }
-        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
-        chains.into_iter().flatten().for_each(|chain| chain.change(graph.clone(), facts.clone()));
+        self.chains.set_graph(&self.gpu, &graph, &self.facts);
         self.savings = None;
-        self.renew_beside();
+        self.renew_compared();
         self.is_stale = true;
-    }
-
-    /// What has the values of the present graph: all but the picture beside, if that has its own.
-    fn each_chain(&mut self, mut visit: impl FnMut(&mut Chain)) {
-        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference];
-        chains.into_iter().flatten().for_each(&mut visit);
-        (self.is_stale, self.savings) = (true, None);
     }
 
     /// What feeds the pipeline.
@@ -331,10 +310,10 @@ impl Model {
 
     /// The pipeline that is shown, once it was without errors.
     pub fn shown(&self) -> Option<&Chain> {
-        self.shown.as_ref()
+        self.chains.shown.as_ref()
     }
 
-    /// Looks whether the device is still there. If it is lost, that is the problem.
+    /// Whether the device still works. If it is lost, that is the problem.
     pub fn has_device(&mut self) -> bool {
         let is_lost = matches!(self.gpu.check_device(), Err(GpuError::DeviceLost { .. }));
         if is_lost {
@@ -343,16 +322,14 @@ impl Model {
         !is_lost
     }
 
-    /// Goes on on another device, after the one before was lost. Histories start again.
+    /// Recreates all GPU resources on a new device. Histories start again.
     ///
     /// # Errors
     /// The images cannot be made on it.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
         self.gpu = gpu.clone();
         self.images.rebuild(gpu)?;
-        let beside = self.beside.as_mut().map(|(_, chain)| chain);
-        let chains = [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten();
-        chains.chain(beside).for_each(|chain| chain.rebuild(gpu));
+        self.chains.rebuild(gpu);
         (self.problem, self.savings, self.fed) = (None, None, FrameImages::default());
         self.clock.cut();
         Ok(())

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use afterimage_graph::check::{Change, Facts, Graph};
 use afterimage_graph::value::Value;
 
+use super::chains::Chains;
 use super::conflict::{Conflict, Resolution};
 use super::{Changes, Model, Project, Target};
 use crate::Problem;
@@ -13,9 +14,9 @@ impl Model {
     /// Opens another pipeline; the images stay. Unsaved changes are lost.
     pub fn open(&mut self, project: Box<dyn Project>) {
         self.project = project;
-        (self.tap, self.watched, self.beside, self.graph, self.conflict) = (None, None, None, None, None);
+        (self.tap, self.watched, self.graph, self.conflict) = (None, None, None, None);
         self.facts = Facts::default();
-        (self.shown, self.inspected, self.reference) = (None, None, None);
+        self.chains = Chains::default();
         self.clock.cut();
         self.load();
     }
@@ -118,7 +119,7 @@ impl Model {
             (Some(Conflict::Values(targets)), Resolution::TakeFile) => {
                 self.changes.revert(&targets);
                 self.apply_graph();
-                self.reset_values();
+                self.chains.reset_values(&self.changes);
             }
             (Some(Conflict::Values(_)), Resolution::KeepMine) | (None, _) => {}
         }
@@ -159,23 +160,8 @@ impl Model {
         self.project.write(&text).map_err(Problem::said)?;
         self.changes.save(&text, new_tier.map(str::to_owned).or(tier));
         self.reload();
-        self.reset_values();
+        self.chains.reset_values(&self.changes);
         Ok(())
-    }
-
-    /// Sets the parameters of everything that renders to the text's values, and then to those of the user.
-    pub(super) fn reset_values(&mut self) {
-        let changes = std::mem::take(&mut self.changes);
-        self.each_chain(|chain| {
-            chain.forget_values();
-            for (target, value) in changes.iter() {
-                if let Target::Parameter(name) = target {
-                    // The text may have no such parameter any more.
-                    let _ = chain.set(name, value);
-                }
-            }
-        });
-        self.changes = changes;
     }
 }
 

@@ -106,7 +106,7 @@ impl Trial {
     fn new(shown: &Chain, graph: &Graph, node: String) -> Self {
         let mut graph = graph.clone();
         graph.nodes.iter_mut().filter(|other| other.name == node).for_each(|node| node.off = true);
-        Self { node, chain: shown.another(graph), without: Times::default(), with: Times::default() }
+        Self { node, chain: shown.clone_with(graph), without: Times::default(), with: Times::default() }
     }
 
     /// Records a frame; the difference once it is known.

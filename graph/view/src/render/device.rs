@@ -1,4 +1,4 @@
-//! What all drawings of the viewer ask of the device.
+//! Textures, uniforms, pipelines and passes of the viewer's own drawing.
 
 use afterimage_gpu::{FullScreenPipeline, Gpu, wgpu};
 use bytemuck::Pod;
@@ -37,7 +37,8 @@ pub(crate) fn image(
     device: &wgpu::Device,
     label: &str,
     [width, height]: [u32; 2],
-    (format, usage): (wgpu::TextureFormat, wgpu::TextureUsages),
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),

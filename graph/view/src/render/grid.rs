@@ -3,7 +3,7 @@
 use afterimage_gpu::wgpu;
 use half::f16;
 
-use super::device::{image, onto};
+use super::device::{self, onto};
 use super::picture::{GRID_FORMAT, Painter, Placement, Shown};
 use super::readback::Arriving;
 
@@ -22,7 +22,7 @@ impl Grid {
     /// A grid on a device.
     pub fn new(device: &wgpu::Device) -> Self {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let target = image(device, "grid of the scopes", GRID, (GRID_FORMAT, usage));
+        let target = device::image(device, "grid of the scopes", GRID, GRID_FORMAT, usage);
         Self { target, under_way: None }
     }
 
@@ -32,7 +32,8 @@ impl Grid {
         device: &wgpu::Device,
         painter: &Painter,
         encoder: &mut wgpu::CommandEncoder,
-        (shown, slice): (&wgpu::Texture, u32),
+        image: &wgpu::Texture,
+        slice: u32,
     ) {
         if self.under_way.is_some() {
             return;
@@ -40,7 +41,7 @@ impl Grid {
         let mut placement: Placement = bytemuck::Zeroable::zeroed();
         placement.extent = GRID.map(|side| side as f32);
         placement.slice = slice;
-        let drawn = painter.sampled(&Shown { image: shown, other: None, placement });
+        let drawn = painter.sampled(&Shown { image, other: None, placement });
         let view = self.target.create_view(&Default::default());
         let mut pass = onto(encoder, "grid of the scopes", &view);
         drawn.draw(&mut pass);
@@ -67,8 +68,14 @@ impl Grid {
     pub fn take(&mut self) -> Option<Vec<[f32; 4]>> {
         let bytes = self.under_way.as_ref()?.bytes()?;
         self.under_way = None;
-        let half = |bytes: &[u8], channel: usize| f16::from_le_bytes([bytes[2 * channel], bytes[2 * channel + 1]]);
         let texels = bytes.chunks_exact(TEXEL as usize);
-        Some(texels.map(|texel| std::array::from_fn(|channel| half(texel, channel).to_f32())).collect())
+        Some(
+            texels
+                .map(|texel| {
+                    let halves: [u16; 4] = bytemuck::pod_read_unaligned(texel);
+                    halves.map(|bits| f16::from_bits(bits).to_f32())
+                })
+                .collect(),
+        )
     }
 }

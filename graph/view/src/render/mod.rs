@@ -11,5 +11,5 @@ mod screen;
 pub use export::Copied;
 pub use grid::{GRID, Grid};
 pub use picture::{Drawn, Flags, Painter, Placement, Shown};
-pub use probe::{Probe, Reading, Wanted};
+pub use probe::{Probe, Reading, TexelRequest};
 pub use screen::{DRAWN, SDR_WHITE, Screen};

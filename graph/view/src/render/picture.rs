@@ -81,9 +81,11 @@ pub(super) const GRID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 impl Painter {
     /// For a target of that format.
     pub fn new(gpu: &Gpu, target: wgpu::TextureFormat) -> Self {
-        let pipelines = |shape| Pipelines::new(&gpu.device, target, shape);
-        let (flat, volume) = (pipelines(wgpu::TextureViewDimension::D2), pipelines(wgpu::TextureViewDimension::D3));
-        Self { gpu: gpu.clone(), flat, volume }
+        Self {
+            gpu: gpu.clone(),
+            flat: Pipelines::new(&gpu.device, target, wgpu::TextureViewDimension::D2),
+            volume: Pipelines::new(&gpu.device, target, wgpu::TextureViewDimension::D3),
+        }
     }
 
     /// What a render pass draws.
@@ -121,8 +123,8 @@ impl Painter {
 
     /// A picture for the place of the other one where there is none.
     fn nothing(&self) -> wgpu::TextureView {
-        let form = (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureUsages::TEXTURE_BINDING);
-        let texture = device::image(&self.gpu.device, "no other picture", [1, 1], form);
+        let (format, usage) = (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureUsages::TEXTURE_BINDING);
+        let texture = device::image(&self.gpu.device, "no other picture", [1, 1], format, usage);
         texture.create_view(&Default::default())
     }
 }
@@ -161,8 +163,9 @@ impl Pipelines {
             bind_group_layouts: &[Some(&layout)],
             ..Default::default()
         });
-        let pipeline = |entry, format| device::full_screen(gpu, Some(&whole), &shader, entry, format);
-        Self { draw: pipeline("draw", target), grid: pipeline("sample_grid", GRID_FORMAT), layout }
+        let draw = device::full_screen(gpu, Some(&whole), &shader, "draw", target);
+        let grid = device::full_screen(gpu, Some(&whole), &shader, "sample_grid", GRID_FORMAT);
+        Self { layout, draw, grid }
     }
 }
 

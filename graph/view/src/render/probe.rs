@@ -5,8 +5,8 @@ use afterimage_graph::image::{ImageDesc, Size};
 
 use super::readback::Arriving;
 
-/// A texel that is wanted.
-pub struct Wanted<'t> {
+/// A texel to be read.
+pub struct TexelRequest<'t> {
     /// What the reading is called.
     pub name: String,
     /// The image.
@@ -43,16 +43,16 @@ impl Probe {
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,
         place: [f32; 2],
-        wanted: &[Wanted<'_>],
+        texels: &[TexelRequest<'_>],
     ) {
-        if self.under_way.is_some() || wanted.is_empty() {
+        if self.under_way.is_some() || texels.is_empty() {
             return;
         }
-        let arriving = Arriving::new(device, wanted.len() as u64 * STRIDE);
-        for (index, texel) in wanted.iter().enumerate() {
-            copy_texel(encoder, texel, place, (&arriving.buffer, index as u64 * STRIDE));
+        let arriving = Arriving::new(device, texels.len() as u64 * STRIDE);
+        for (index, texel) in texels.iter().enumerate() {
+            copy_texel(encoder, texel, place, &arriving.buffer, index as u64 * STRIDE);
         }
-        let names = wanted.iter().map(|texel| (texel.name.clone(), texel.desc)).collect();
+        let names = texels.iter().map(|texel| (texel.name.clone(), texel.desc)).collect();
         self.under_way = Some((arriving, names));
     }
 
@@ -79,14 +79,15 @@ impl Probe {
 
 fn copy_texel(
     encoder: &mut wgpu::CommandEncoder,
-    texel: &Wanted<'_>,
+    texel: &TexelRequest<'_>,
     place: [f32; 2],
-    (buffer, offset): (&wgpu::Buffer, u64),
+    buffer: &wgpu::Buffer,
+    offset: u64,
 ) {
-    let at = |part: f32, side: u32| ((part * side as f32) as u32).min(side - 1);
-    let (width, height) = (texel.texture.width(), texel.texture.height());
+    let size = [texel.texture.width(), texel.texture.height()];
+    let [x, y] = [0, 1].map(|axis| ((place[axis] * size[axis] as f32) as u32).min(size[axis] - 1));
     let slice = if texel.desc.volume { texel.slice.min(texel.desc.size.depth - 1) } else { 0 };
-    let origin = wgpu::Origin3d { x: at(place[0], width), y: at(place[1], height), z: slice };
+    let origin = wgpu::Origin3d { x, y, z: slice };
     encoder.copy_texture_to_buffer(
         wgpu::TexelCopyTextureInfo { origin, ..texel.texture.as_image_copy() },
         wgpu::TexelCopyBufferInfo {

@@ -86,7 +86,7 @@ impl Screen {
         let fits = |texture: &wgpu::Texture| [texture.width(), texture.height()] == size;
         let texture = match self.drawn.take().filter(fits) {
             Some(texture) => texture,
-            None => image(&self.device, "drawn", size, (DRAWN, DRAWN_USAGES)),
+            None => image(&self.device, "drawn", size, DRAWN, DRAWN_USAGES),
         };
         self.drawn.insert(texture).create_view(&Default::default())
     }

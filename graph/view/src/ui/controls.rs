@@ -27,22 +27,19 @@ pub(super) fn control(ui: &mut Ui, param: &Param, value: &Value) -> Option<Contr
         (Type::Vector(count), Value::Vector(numbers, _)) => vector(ui, param, *numbers, count),
         (Type::Choice(choices), Value::Choice(chosen)) => choice(ui, param, choices, chosen),
         (Type::Text, Value::Text(text)) => {
-            line(ui, param, text).map(|(text, done)| turned(Value::Text(text.into()), done))
+            let (text, is_done) = line(ui, param, text)?;
+            Some(ControlChange { value: Value::Text(text.into()), is_done })
         }
         (Type::File, Value::File(file)) => {
-            let path = |path: String| Value::File(FileValue { path: path.into(), bytes: None });
-            line(ui, param, &file.path).map(|(text, done)| turned(path(text), done))
+            let (path, is_done) = line(ui, param, &file.path)?;
+            Some(ControlChange { value: Value::File(FileValue { path: path.into(), bytes: None }), is_done })
         }
         _ => None,
     }
 }
 
-fn turned(value: Value, is_done: bool) -> ControlChange {
-    ControlChange { value, is_done }
-}
-
 fn flag(ui: &mut Ui, mut on: bool) -> Option<ControlChange> {
-    ui.checkbox(&mut on, "").changed().then(|| turned(Value::Bool(on), true))
+    ui.checkbox(&mut on, "").changed().then_some(ControlChange { value: Value::Bool(on), is_done: true })
 }
 
 /// The range of a slider: the usual one, or the domain where it is not endless.
@@ -51,13 +48,13 @@ pub(super) fn range(param: &Param) -> (f64, f64) {
     param.usual.or(domain).unwrap_or(ANY)
 }
 
-fn is_wide((low, high): (f64, f64)) -> bool {
+fn is_wide(low: f64, high: f64) -> bool {
     low > 0.0 && high / low > WIDE || low == 0.0 && high > WIDE
 }
 
 fn whole(ui: &mut Ui, param: &Param, mut number: i64) -> Option<ControlChange> {
     let (low, high) = range(param);
-    let slider = Slider::new(&mut number, low as i64..=high as i64).logarithmic(is_wide((low, high)));
+    let slider = Slider::new(&mut number, low as i64..=high as i64).logarithmic(is_wide(low, high));
     let slid = ui.add(slider.clamping(egui::SliderClamping::Edits).show_value(false));
     let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(0.1));
     let number = within(param, number as f64) as i64;
@@ -68,11 +65,11 @@ fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<ControlChange> {
     let (low, high) = range(param);
     // What is typed may leave the usual range, but not the domain.
     let slider = Slider::new(&mut number, low..=high)
-        .logarithmic(is_wide((low, high)))
+        .logarithmic(is_wide(low, high))
         .clamping(egui::SliderClamping::Never)
         .show_value(false);
     let slid = ui.add(slider);
-    let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(speed((low, high))).max_decimals(4));
+    let response = slid | typed(ui, egui::DragValue::new(&mut number).speed(speed(low, high)).max_decimals(4));
     answer(&response, Value::Float(rounded(within(param, number))))
 }
 
@@ -82,7 +79,7 @@ fn typed(ui: &mut Ui, number: egui::DragValue<'_>) -> egui::Response {
 }
 
 /// The change of a number for each point of a drag.
-fn speed((low, high): (f64, f64)) -> f64 {
+fn speed(low: f64, high: f64) -> f64 {
     ((high - low) / 300.0).clamp(1e-4, 1.0)
 }
 
@@ -102,11 +99,12 @@ fn rounded(number: f64) -> f64 {
 
 fn answer(response: &egui::Response, value: Value) -> Option<ControlChange> {
     let is_done = response.drag_stopped() || response.lost_focus();
-    (response.changed() || is_done).then(|| turned(value, is_done || !response.dragged()))
+    (response.changed() || is_done).then(|| ControlChange { value, is_done: is_done || !response.dragged() })
 }
 
 fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Option<ControlChange> {
-    let speed = speed(range(param));
+    let (low, high) = range(param);
+    let speed = speed(low, high);
     let mut responses = Vec::new();
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
@@ -124,7 +122,7 @@ fn vector(ui: &mut Ui, param: &Param, mut numbers: [f64; 4], count: usize) -> Op
 }
 
 fn is_color(param: &Param) -> bool {
-    ["color", "color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
+    ["color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
 }
 
 /// A color as light; brighter ones than 1 keep their brightness.
@@ -133,7 +131,9 @@ fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
     let mut light: [f32; 3] = std::array::from_fn(|c| (numbers[c] / largest).clamp(0.0, 1.0) as f32);
     let response = ui.color_edit_button_rgb(&mut light);
     if response.changed() {
-        (0..3).for_each(|c| numbers[c] = rounded(f64::from(light[c]) * largest));
+        for (number, light) in numbers.iter_mut().zip(light) {
+            *number = rounded(f64::from(light) * largest);
+        }
     }
     response
 }
@@ -148,14 +148,15 @@ fn choice(ui: &mut Ui, param: &Param, choices: &'static [ChoiceName], chosen: &'
                 ui.selectable_value(&mut new, choice.name, choice.name).on_hover_text(choice.doc);
             }
         });
-    (new != chosen).then(|| turned(Value::Choice(new), true))
+    (new != chosen).then_some(ControlChange { value: Value::Choice(new), is_done: true })
 }
 
 /// A text that counts when it is finished.
 fn line(ui: &mut Ui, param: &Param, text: &str) -> Option<(String, bool)> {
+    // An identity that egui counts changes with the rows above, and the field would lose the keyboard.
     let id = ui.id().with(("line", &*param.name));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| text.to_owned());
-    let response = ui.add(egui::TextEdit::singleline(&mut typed).desired_width(170.0));
+    let response = ui.add(egui::TextEdit::singleline(&mut typed).id(id).desired_width(170.0));
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
         return None;

@@ -61,7 +61,7 @@ impl Viewer {
         let (size, parts) = self.picture.whole(&self.model, subject);
         let gpu = self.model.gpu();
         let usages = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let target = image(&gpu.device, "exported picture", size, (DRAWN, usages));
+        let target = image(&gpu.device, "exported picture", size, DRAWN, usages);
         let view = target.create_view(&Default::default());
         let painter = Painter::new(gpu, DRAWN);
         let mut pass = onto(encoder, "exported picture", &view);

@@ -72,14 +72,14 @@ impl Viewer {
         for (key, mode) in modes {
             if pressed(key) {
                 self.picture.comparison = mode;
-                if self.model.beside().is_none() {
-                    self.model.set_beside(Some(CompareWith::Written));
+                if self.model.compared().is_none() {
+                    self.model.set_compared(Some(CompareWith::Written));
                 }
             }
         }
         if pressed(Key::R) {
-            let is_reference = self.model.beside() == Some(&CompareWith::Reference);
-            self.model.set_beside(if is_reference { None } else { Some(CompareWith::Reference) });
+            let is_reference = self.model.compared() == Some(&CompareWith::Reference);
+            self.model.set_compared(if is_reference { None } else { Some(CompareWith::Reference) });
         }
         if pressed(Key::Escape) {
             self.model.set_tap(None);

@@ -1,4 +1,4 @@
-//! The user interface: panels around the picture. It knows no window: a shell gives it events and draws what it says.
+//! The user interface: panels around the picture. A window or a page passes events in and draws the output.
 
 mod controls;
 mod cost;
@@ -169,7 +169,7 @@ impl Viewer {
         let Some(subject) = Subject::of(&self.model) else { return };
         if self.shows_scopes || subject.is_data() {
             let device = &self.model.gpu().device;
-            self.grid.record(device, &self.painter, encoder, (&subject.image, subject.slice));
+            self.grid.record(device, &self.painter, encoder, &subject.image, subject.slice);
         }
         if let Some(place) = self.picture.probed.filter(|_| self.shows_probe) {
             self.probe.record(&self.model, encoder, place);
@@ -244,7 +244,7 @@ impl Viewer {
     fn show_probe(&self, ui: &mut Ui) {
         ui.take_available_height();
         let size = Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
-        self.probe.show(ui, (self.picture.probed, self.picture.is_pinned), size);
+        self.probe.show(ui, self.picture.probed, self.picture.is_pinned, size);
     }
 
     fn bottom(&mut self, ui: &mut Ui) {

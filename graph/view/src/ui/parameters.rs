@@ -40,15 +40,15 @@ impl Parameters {
         // Rows that are wider than the panel are scrolled: they do not widen it, which would move the picture.
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
             facts(ui, model, &graph);
-            let mut acts = Vec::new();
-            for (index, node) in graph.nodes.iter().enumerate() {
-                self.node(ui, model, (&graph, index, node), &mut acts);
+            let mut actions = Vec::new();
+            for index in 0..graph.nodes.len() {
+                self.node(ui, model, &graph, index, &mut actions);
             }
             if self.is_empty(model, &graph) {
                 ui.label(RichText::new("No parameter, description or kind contains this.").color(DIM));
             }
-            for act in acts {
-                match act {
+            for action in actions {
+                match action {
                     PanelAction::Set(target, value) => model.set(&target, value),
                     PanelAction::Release => model.release(),
                 }
@@ -75,13 +75,8 @@ impl Parameters {
         (0..count).map(move |index| ParameterId { node, index }).filter(is_shown)
     }
 
-    fn node(
-        &self,
-        ui: &mut Ui,
-        model: &Model,
-        (graph, index, node): (&Graph, usize, &GraphNode),
-        acts: &mut Vec<PanelAction>,
-    ) {
+    fn node(&self, ui: &mut Ui, model: &Model, graph: &Graph, index: usize, actions: &mut Vec<PanelAction>) {
+        let node = &graph.nodes[index];
         let rows: Vec<ParameterId> = self.rows(model, graph, index).collect();
         if rows.is_empty() {
             return;
@@ -91,22 +86,22 @@ impl Parameters {
         let id = ui.make_persistent_id((if is_searched { "found" } else { "node" }, &node.name));
         let is_open = is_searched || graph.nodes.len() < 6;
         let state = egui::collapsing_header::CollapsingState::load_with_default_open(ui.ctx(), id, is_open);
-        let header = state.show_header(ui, |ui| header(ui, model, node, acts));
+        let header = state.show_header(ui, |ui| header(ui, model, node, actions));
         header.body(|ui| {
             for parameter in rows {
                 let name = graph.parameter_name(parameter);
-                row(ui, model, &name, graph.declaration(parameter), acts);
+                row(ui, model, &name, graph.declaration(parameter), actions);
             }
         });
     }
 }
 
 /// The line of a node: its switch, its name and its kind.
-fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<PanelAction>) {
+fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelAction>) {
     let mut on = model.is_on(&node.name);
     if ui.checkbox(&mut on, "").on_hover_text("Whether the node runs").changed() {
-        acts.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
-        acts.push(PanelAction::Release);
+        actions.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
+        actions.push(PanelAction::Release);
     }
     ui.label(RichText::new(&node.name).strong());
     ui.label(RichText::new(node.kind().name()).color(DIM)).on_hover_text(first_sentence(node.kind().doc()));
@@ -119,7 +114,7 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, acts: &mut Vec<PanelActi
 const NARROWEST_UNIT: f32 = 36.0;
 
 /// A row: the name, marked if it is changed, and the control.
-fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<PanelAction>) {
+fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, actions: &mut Vec<PanelAction>) {
     let target = Target::Parameter(name.to_owned());
     let Some(value) = model.value(name) else { return };
     let is_changed = model.changes().get(&target).is_some();
@@ -129,13 +124,13 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, acts: &mut Vec<Pan
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(&target).as_ref()));
         if label.double_clicked() && is_changed {
-            acts.push(PanelAction::Set(target.clone(), None));
-            acts.push(PanelAction::Release);
+            actions.push(PanelAction::Set(target.clone(), None));
+            actions.push(PanelAction::Release);
         }
         if let Some(ControlChange { value, is_done }) = control(ui, param, &value) {
-            acts.push(PanelAction::Set(target, Some(value)));
+            actions.push(PanelAction::Set(target, Some(value)));
             if is_done {
-                acts.push(PanelAction::Release);
+                actions.push(PanelAction::Release);
             }
         }
         let mark = if param.replan { "new plan" } else { "" };
@@ -171,14 +166,14 @@ fn first_sentence(doc: &str) -> String {
     doc.split("\n\n").next().unwrap_or(doc).to_owned()
 }
 
-/// The facts that the conditions of the pipeline ask for.
+/// The facts that the conditions of the pipeline test.
 fn facts(ui: &mut Ui, model: &mut Model, graph: &Graph) {
-    let asked = graph.facts();
-    if asked.is_empty() {
+    let facts = graph.facts();
+    if facts.is_empty() {
         return;
     }
     ui.label(RichText::new("Facts about the scene").strong());
-    for (name, kind) in asked {
+    for (name, kind) in facts {
         ui.horizontal(|ui| match (kind, model.fact(&name)) {
             (FactKind::Flag, fact) => {
                 let mut on = matches!(fact, Some(Fact::Flag(true)));

@@ -129,7 +129,7 @@ impl PictureView {
         let Some(subject) = Subject::of(model) else {
             return nothing(ui, area, model);
         };
-        let other = if model.tap().is_some() { None } else { model.picture_beside() };
+        let other = if model.tap().is_some() { None } else { model.compared_picture() };
         let halves = self.areas(area, other.is_some());
         self.handle(ui, &response, &subject, halves[0], other.is_some());
         let images = [Some(&subject.image), if halves.len() == 2 { other } else { None }];
@@ -206,7 +206,7 @@ impl PictureView {
     /// What is seen, at the size of the image and as on an SDR screen: the size of all, and each picture with the
     /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
     pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
-        let other = if model.tap().is_some() { None } else { model.picture_beside() };
+        let other = if model.tap().is_some() { None } else { model.compared_picture() };
         let is_beside = other.is_some() && self.comparison == Comparison::CompareWith;
         let compared = other.filter(|_| !is_beside);
         let [width, height] = [subject.image.width(), subject.image.height()];
@@ -325,15 +325,15 @@ impl PictureView {
             let name = model.tapped().map_or(tap.wire.clone(), |(image, _)| image.name);
             say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
         }
-        let Some(beside) = model.beside().filter(|_| compares) else { return };
+        let Some(compared) = model.compared().filter(|_| compares) else { return };
         if self.comparison == Comparison::Difference {
-            let text = format!("The difference from {}, {DIFFERENCE} times as strong", beside.name());
+            let text = format!("The difference from {}, {DIFFERENCE} times as strong", compared.name());
             return say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &text);
         }
         let line =
             if self.comparison == Comparison::Wipe { area.min.x + area.width() * self.wipe } else { area.center().x };
         say(Pos2::new(line - 14.0, area.max.y - 10.0), egui::Align2::RIGHT_BOTTOM, "as edited");
-        say(Pos2::new(line + 14.0, area.max.y - 10.0), egui::Align2::LEFT_BOTTOM, &beside.name());
+        say(Pos2::new(line + 14.0, area.max.y - 10.0), egui::Align2::LEFT_BOTTOM, &compared.name());
         if self.comparison == Comparison::Wipe {
             let at = Pos2::new(line, area.center().y);
             ui.painter().circle(at, 7.0, ACCENT, Stroke::new(1.0, Color32::BLACK));

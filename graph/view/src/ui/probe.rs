@@ -4,7 +4,7 @@ use egui::{RichText, ScrollArea, Ui};
 
 use super::theme::{ACCENT, DIM};
 use crate::model::{Chain, Model};
-use crate::render::{Probe, Reading, Wanted};
+use crate::render::{Probe, Reading, TexelRequest};
 
 /// The two runs whose pixels are read: as stored, and in 32 bits.
 #[derive(Default)]
@@ -29,7 +29,7 @@ impl ProbePanel {
         let device = &model.gpu().device;
         for (probe, chain) in [(&mut self.stored, model.inspected()), (&mut self.exact, model.reference())] {
             if let Some(chain) = chain {
-                probe.record(device, encoder, place, &wanted(chain));
+                probe.record(device, encoder, place, &texels(chain));
             }
         }
     }
@@ -43,7 +43,7 @@ impl ProbePanel {
     }
 
     /// Shows the numbers.
-    pub(super) fn show(&self, ui: &mut Ui, (place, is_pinned): (Option<[f32; 2]>, bool), size: [u32; 2]) {
+    pub(super) fn show(&self, ui: &mut Ui, place: Option<[f32; 2]>, is_pinned: bool, size: [u32; 2]) {
         let Some([x, y]) = place else {
             ui.label(RichText::new("Point at the picture to read its values; a click pins the place.").color(DIM));
             return;
@@ -63,8 +63,9 @@ impl ProbePanel {
     fn line(&self, ui: &mut Ui, reading: &Reading, reference: Option<&Reading>) {
         ui.label(RichText::new(&reading.name).color(DIM).small());
         ui.add(egui::Label::new(RichText::new(numbers(reading.value)).monospace()).extend());
-        let differs = |reference: &&Reading| reading.value.iter().zip(reference.value).any(|(a, b)| are_apart(*a, b));
-        if let Some(reference) = reference.filter(differs) {
+        if let Some(reference) = reference
+            && reading.value.iter().zip(reference.value).any(|(a, b)| are_apart(*a, b))
+        {
             let text = RichText::new(numbers(reference.value)).monospace().color(ACCENT);
             ui.add(egui::Label::new(text).extend());
         }
@@ -94,25 +95,25 @@ fn short(number: f32) -> String {
     }
 }
 
-/// The images of a run, in the order of its passes.
-fn wanted(chain: &Chain) -> Vec<Wanted<'_>> {
+/// A texel of each image, in the order of the passes.
+fn texels(chain: &Chain) -> Vec<TexelRequest<'_>> {
     let Some(plan) = chain.plan() else { return Vec::new() };
     let names = plan.image_names();
-    let mut wanted: Vec<Wanted<'_>> = Vec::new();
+    let mut texels: Vec<TexelRequest<'_>> = Vec::new();
     for pass in plan.work() {
         for image in pass.writes().iter().filter_map(|resource| resource.image()) {
             let name = &names[image.0 as usize];
-            if wanted.iter().any(|known| known.name == *name) {
+            if texels.iter().any(|known| known.name == *name) {
                 continue;
             }
             if let Some(texture) = chain.image(name) {
                 let desc = plan.image(image).desc;
                 // A slice in the middle: which one belongs to a pixel is the node's affair.
-                wanted.push(Wanted { name: name.clone(), texture, desc, slice: desc.size.depth / 2 });
+                texels.push(TexelRequest { name: name.clone(), texture, desc, slice: desc.size.depth / 2 });
             }
         }
     }
-    wanted
+    texels
 }
 
 #[cfg(test)]

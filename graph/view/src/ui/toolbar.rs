@@ -74,20 +74,20 @@ impl Viewer {
     }
 
     fn compare_menu(&mut self, ui: &mut Ui) {
-        let present = self.model.beside().cloned();
+        let present = self.model.compared().cloned();
         let mut chosen = present.clone();
         let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
         ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, None, "nothing");
-            for beside in self.comparable() {
-                let name = beside.name();
-                ui.selectable_value(&mut chosen, Some(beside), name);
+            for compared in self.comparable() {
+                let name = compared.name();
+                ui.selectable_value(&mut chosen, Some(compared), name);
             }
         });
         if chosen != present {
-            self.model.set_beside(chosen);
+            self.model.set_compared(chosen);
         }
-        if self.model.beside().is_some() {
+        if self.model.compared().is_some() {
             let modes = [
                 ("Wipe", Comparison::Wipe),
                 ("Beside", Comparison::CompareWith),
