@@ -17,7 +17,6 @@ use crate::status::{Rendered, Report};
 /// The pipeline of a camera.
 pub(crate) struct CameraPost {
     pub(crate) post: Post,
-    /// What it follows.
     pub(crate) settings: Arc<Settings>,
     /// The camera in the frame before, and the block that is written for it.
     camera: Option<Camera>,

@@ -157,7 +157,7 @@ impl Bench {
             view_formats: &[],
         });
         let mut bench = Self {
-            stage: Stage::new(model, FORMAT, Box::new(|_, _| Err(Problem::said("nothing is dropped")))),
+            stage: Stage::new(model, FORMAT, Box::new(|_, _| Err(Problem::message("nothing is dropped")))),
             view: target.create_view(&Default::default()),
             gpu: gpu.clone(),
         };

@@ -1,6 +1,7 @@
-//! The viewer: a window to look at pipelines and to turn their parameters, and the same in a browser.
+//! The viewer: a window to look at pipelines and to adjust their parameters, and the same in a browser.
 //!
-//! [`Model`] is what is shown, without a window: a pipeline, what feeds it, what the user has changed, and when.
+//! [`Model`] is the state without a window: the pipeline, its images, the user's changes, and time.
+#![allow(missing_docs, reason = "no host uses this crate: the program and the page are its only users")]
 
 #[cfg(not(target_family = "wasm"))]
 mod desktop;

@@ -9,8 +9,7 @@ pub enum Problem {
     /// Errors in a pipeline, or in a file that it names.
     Pipeline(Diagnostics),
     /// Anything else: lower case, no full stop.
-    Said {
-        /// What is wrong.
+    Message {
         message: String,
         /// What the user can do, if that is known.
         hint: Option<String>,
@@ -21,20 +20,20 @@ pub enum Problem {
 
 impl Problem {
     /// A problem without a location.
-    pub fn said(message: impl Into<String>) -> Self {
-        Self::Said { message: message.into(), hint: None }
+    pub fn message(message: impl Into<String>) -> Self {
+        Self::Message { message: message.into(), hint: None }
     }
 
     /// The same with what the user can do.
     pub fn hint(self, text: impl Into<String>) -> Self {
         match self {
-            Self::Said { message, .. } => Self::Said { message, hint: Some(text.into()) },
+            Self::Message { message, .. } => Self::Message { message, hint: Some(text.into()) },
             other => other,
         }
     }
 
     pub(crate) fn no_image(input: &str) -> Self {
-        Self::said(format!("the pipeline needs an image for its input `{input}`"))
+        Self::message(format!("the pipeline needs an image for its input `{input}`"))
             .hint("drop an EXR, HDR or PNG file on the row of this input, or choose another pipeline")
     }
 }
@@ -43,7 +42,7 @@ impl From<GpuError> for Problem {
     fn from(error: GpuError) -> Self {
         match error {
             GpuError::DeviceLost { .. } => Self::DeviceLost,
-            other => Self::said(other.to_string()),
+            other => Self::message(other.to_string()),
         }
     }
 }
@@ -52,7 +51,7 @@ impl From<PostError> for Problem {
     fn from(error: PostError) -> Self {
         match error {
             PostError::Gpu(error) => error.into(),
-            other => Self::said(other.to_string()),
+            other => Self::message(other.to_string()),
         }
     }
 }
@@ -61,8 +60,8 @@ impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Pipeline(diagnostics) => write!(f, "{diagnostics}"),
-            Self::Said { message, hint: None } => write!(f, "{message}"),
-            Self::Said { message, hint: Some(hint) } => write!(f, "{message}\n  = help: {hint}"),
+            Self::Message { message, hint: None } => write!(f, "{message}"),
+            Self::Message { message, hint: Some(hint) } => write!(f, "{message}\n  = help: {hint}"),
             Self::DeviceLost => write!(f, "the graphics device was lost"),
         }
     }

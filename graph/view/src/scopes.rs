@@ -11,7 +11,6 @@ const GRAY: f32 = 0.18;
 /// The luminance of Rec.709.
 const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// What the scopes show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scopes {
     /// Pixels of each channel in steps: of codes for an encoded image, of stops for light.

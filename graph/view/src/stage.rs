@@ -12,7 +12,6 @@ use crate::{Images, Model, Problem, Project, Viewer};
 
 /// The viewer with what draws it.
 pub struct Stage {
-    /// What is shown.
     pub viewer: Viewer,
     ctx: egui::Context,
     renderer: egui_wgpu::Renderer,
@@ -23,19 +22,15 @@ pub struct Stage {
 
 /// What a dropped file is.
 pub enum Opened {
-    /// A pipeline.
     Pipeline(Box<dyn Project>),
-    /// Images.
     Images(Images),
 }
 
-/// Opens a file.
 pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
 
 /// Where a frame is drawn.
 #[derive(Clone, Copy)]
 pub struct Target<'t> {
-    /// The image.
     pub view: &'t wgpu::TextureView,
     /// Its size in physical pixels.
     pub size: [u32; 2],

@@ -56,7 +56,7 @@ impl From<Problem> for Failure {
     fn from(problem: Problem) -> Self {
         match problem {
             Problem::Pipeline(errors) => Self::Pipeline(errors),
-            Problem::Said { message, hint: Some(hint) } => Self::machine(message).hint(hint),
+            Problem::Message { message, hint: Some(hint) } => Self::machine(message).hint(hint),
             other => Self::machine(other),
         }
     }

@@ -64,5 +64,5 @@ impl Opener {
 }
 
 fn unreadable(error: &FileError) -> Problem {
-    Problem::said(error.to_string())
+    Problem::message(error.to_string())
 }

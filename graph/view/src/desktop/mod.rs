@@ -27,7 +27,6 @@ pub struct Desktop {
     pub adapter: Option<String>,
     /// The size of the window in points.
     pub size: [f64; 2],
-    /// The pipeline.
     pub project: Box<dyn Project>,
     /// Makes the images on the device.
     pub images: MakeImages,
@@ -41,7 +40,6 @@ pub struct Desktop {
     pub wake: Wake,
 }
 
-/// Makes the first images.
 pub type MakeImages = Box<dyn Fn(&Gpu) -> Result<Images, Problem>>;
 
 impl Desktop {
@@ -51,13 +49,13 @@ impl Desktop {
     /// There is no display or no graphics adapter, or the images cannot be made.
     pub fn run(self) -> Result<(), Problem> {
         let events = EventLoop::with_user_event().build().map_err(|error| {
-            Problem::said(format!("no window can be opened: {}", without_place(&error.to_string())))
+            Problem::message(format!("no window can be opened: {}", without_place(&error.to_string())))
                 .hint("the viewer needs a desktop; `afterimage render` works without one")
         })?;
         let waker = events.create_proxy();
         self.wake.set(move || drop(waker.send_event(FilesChanged)));
         let mut shell = Shell { desktop: Some(self), shown: None, failure: None };
-        let ran = events.run_app(&mut shell).map_err(|error| Problem::said(error.to_string()));
+        let ran = events.run_app(&mut shell).map_err(|error| Problem::message(error.to_string()));
         shell.failure.map_or(ran, Err)
     }
 }
@@ -85,12 +83,12 @@ struct Shown {
     last: Instant,
     /// The title of the window.
     title: String,
-    /// When something is to be drawn again although nothing happens.
-    again: Option<Instant>,
+    /// The time of the next redraw if no event comes before.
+    redraw_at: Option<Instant>,
 }
 
-/// Between two looks at the files while nothing else happens.
-const LOOK: Duration = Duration::from_millis(50);
+/// Longest time between two polls of the files.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A watched file has changed.
 struct FilesChanged;
@@ -146,8 +144,8 @@ impl ApplicationHandler<FilesChanged> for Shell {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(shown) = &self.shown else { return };
-        let next = Instant::now() + LOOK;
-        events.set_control_flow(ControlFlow::WaitUntil(shown.again.map_or(next, |again| again.min(next))));
+        let next = Instant::now() + POLL_INTERVAL;
+        events.set_control_flow(ControlFlow::WaitUntil(shown.redraw_at.map_or(next, |time| time.min(next))));
     }
 }
 
@@ -157,7 +155,7 @@ impl Shown {
             .with_title("Afterimage")
             .with_inner_size(winit::dpi::LogicalSize::new(desktop.size[0], desktop.size[1]))
             .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
-        let window = events.create_window(attributes).map_err(|error| Problem::said(error.to_string()))?;
+        let window = events.create_window(attributes).map_err(|error| Problem::message(error.to_string()))?;
         let window = Arc::new(window);
         let (gpu, surface) = Surface::open(&window, desktop.adapter.as_deref())?;
         let errors = gpu.log_errors();
@@ -185,20 +183,20 @@ impl Shown {
             errors,
             last: Instant::now(),
             title: String::new(),
-            again: None,
+            redraw_at: None,
         })
     }
 
     /// Draws a frame, if the window can be seen.
     fn draw(&mut self) -> Result<(), Problem> {
-        self.say_title();
+        self.update_title();
         // A lost device has no next image to draw into.
         if !self.stage.viewer.model.has_device() {
-            return self.follow_device();
+            return self.replace_lost_device();
         }
         let passed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
         let Some(frame) = self.surface.next(self.stage.viewer.model.gpu()) else {
-            self.again = Some(Instant::now() + LOOK);
+            self.redraw_at = Some(Instant::now() + POLL_INTERVAL);
             return Ok(());
         };
         let input = self.input.take_egui_input(&self.window);
@@ -208,15 +206,14 @@ impl Shown {
         let size = [frame.texture.width(), frame.texture.height()];
         let gpu = self.stage.viewer.model.gpu().clone();
         self.stage.viewer.picture.headroom = self.surface.headroom();
-        let (stage, gpu) = (&mut self.stage, gpu);
-        let draw = |view: &_| stage.frame(input, Target { view, size }, passed);
-        let output = self.surface.draw(&frame.texture, draw, &gpu);
+        let stage = &mut self.stage;
+        let output = self.surface.draw(&frame.texture, |view| stage.frame(input, Target { view, size }, passed), &gpu);
         self.window.pre_present_notify();
         self.stage.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
         self.store_export();
-        self.plan_next(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
-        self.follow_device()
+        self.schedule_redraw(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
+        self.replace_lost_device()
     }
 
     /// Closes the window unless changes would be lost; then the question must be seen.
@@ -226,15 +223,15 @@ impl Shown {
         self.window.request_redraw();
     }
 
-    /// Says when the next frame is drawn.
-    fn plan_next(&mut self, delay: Option<Duration>) {
+    /// Schedules the next redraw.
+    fn schedule_redraw(&mut self, delay: Option<Duration>) {
         let is_playing = self.stage.viewer.model.clock().is_playing;
-        let delay = if is_playing { Duration::ZERO } else { delay.unwrap_or(LOOK).min(LOOK) };
-        self.again = Some(Instant::now() + delay);
+        let delay = if is_playing { Duration::ZERO } else { delay.unwrap_or(POLL_INTERVAL).min(POLL_INTERVAL) };
+        self.redraw_at = Some(Instant::now() + delay);
     }
 
-    /// Opens the device again if it was lost.
-    fn follow_device(&mut self) -> Result<(), Problem> {
+    /// Opens a new device if the present one was lost.
+    fn replace_lost_device(&mut self) -> Result<(), Problem> {
         if let Some(error) = self.errors.take_first() {
             self.stage.viewer.tell(&self.stage.ctx().clone(), error);
         }
@@ -248,7 +245,7 @@ impl Shown {
         Ok(())
     }
 
-    fn say_title(&mut self) {
+    fn update_title(&mut self) {
         let viewer = &self.stage.viewer;
         let mark = if viewer.is_unsaved() { " *" } else { "" };
         let title = format!("{}{mark} – Afterimage", viewer.model.project().name());

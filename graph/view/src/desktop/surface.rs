@@ -39,13 +39,13 @@ impl Surface {
         let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(display);
         descriptor.flags = wgpu::InstanceFlags::empty();
         let instance = wgpu::Instance::new(descriptor);
-        let said = |error: &dyn std::fmt::Display| Problem::said(format!("the window has no swap chain: {error}"));
+        let said = |error: &dyn std::fmt::Display| Problem::message(format!("the window has no swap chain: {error}"));
         let surface = instance.create_surface(window.clone()).map_err(|error| said(&error))?;
         let gpu = pollster::block_on(Gpu::open_on(&instance, adapter))?;
         let size = window.inner_size();
         let (width, height) = (size.width.max(1), size.height.max(1));
         let config = surface.get_default_config(&gpu.adapter, width, height).ok_or_else(|| {
-            Problem::said(format!("`{}` cannot draw into this window", gpu.name()))
+            Problem::message(format!("`{}` cannot draw into this window", gpu.name()))
                 .hint("name another adapter with `--adapter`")
         })?;
         // The user interface and encoded pictures are encoded by themselves.

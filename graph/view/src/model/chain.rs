@@ -1,4 +1,4 @@
-//! A pipeline that renders: the one that is shown, the one beside it, and those whose images are looked into.
+//! A pipeline on the viewer's device, with the values that were set.
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ pub struct Chain {
     is_timed: bool,
 }
 
-/// How a chain is planned.
+/// How the graph is planned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// As a host would plan it.
@@ -66,14 +66,13 @@ impl Chain {
         Self { post, controls: Vec::new(), is_timed: false }
     }
 
-    /// The same pipeline with another graph, beside this one: what is compiled is shared, histories are not.
+    /// A second pipeline with another graph. Both share compiled pipelines; histories are separate.
     pub(super) fn clone_with(&self, graph: Graph) -> Self {
         let mut post = self.post.clone_for_view();
         post.change(graph);
         Self { post, controls: self.controls.clone(), is_timed: false }
     }
 
-    /// The pipeline.
     pub fn post(&mut self) -> &mut Post {
         &mut self.post
     }
@@ -83,7 +82,6 @@ impl Chain {
         self.post.graph()
     }
 
-    /// The plan that renders.
     pub fn plan(&self) -> Option<&Arc<Plan>> {
         self.post.plan()
     }
@@ -121,7 +119,7 @@ impl Chain {
         Ok(self.post.set_value(control, value.clone())?)
     }
 
-    /// The values of the graph hold again.
+    /// Reverts to the values in the graph.
     pub fn forget_values(&mut self) {
         for control in std::mem::take(&mut self.controls) {
             // The value of the graph itself is accepted.
@@ -129,13 +127,13 @@ impl Chain {
         }
     }
 
-    /// Goes on on another device.
+    /// Recreates all GPU resources on a new device.
     pub fn rebuild(&mut self, gpu: &Gpu) {
         self.post.rebuild(&gpu.adapter, &gpu.device, &gpu.queue);
         self.is_timed = false;
     }
 
-    /// Whether a new plan is on its way.
+    /// Whether a new plan is being made.
     pub fn is_changing(&self) -> bool {
         self.post.is_changing()
     }

@@ -46,7 +46,6 @@ struct State {
 pub enum Restored {
     /// The text, and with it any value.
     Text,
-    /// These values.
     Values(Vec<Target>),
 }
 
@@ -109,7 +108,6 @@ impl Changes {
         self.present.values.len()
     }
 
-    /// The changed values.
     pub fn iter(&self) -> impl Iterator<Item = (&Target, &Value)> {
         self.present.values.iter()
     }
@@ -136,7 +134,6 @@ impl Changes {
         self.held = None;
     }
 
-    /// Replaces the text.
     pub fn edit(&mut self, text: &str) {
         if *self.present.text != *text {
             self.begin_step();

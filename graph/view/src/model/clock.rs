@@ -1,4 +1,4 @@
-//! Time in the viewer: it runs, stands, or goes on by one frame.
+//! Playback clock: play, pause, step.
 
 use super::chain::Moment;
 
@@ -12,13 +12,12 @@ const MAX_LENGTH: f64 = 0.1;
 pub struct PlayClock {
     /// Seconds since the start.
     pub time: f64,
-    /// Whether it runs.
     pub is_playing: bool,
-    /// Whether the next frame is rendered although time stands.
+    /// Whether the next frame is rendered although playback is paused.
     step: bool,
     /// Whether the next frame is a cut.
     cut: bool,
-    /// Whether the last frame was gone to, and has no history.
+    /// Whether the last frame was sought, and has no history.
     was_sought: bool,
 }
 
@@ -44,7 +43,7 @@ impl PlayClock {
         (self.time, self.cut, self.was_sought) = (time.max(0.0), true, true);
     }
 
-    /// Whether the frame that is shown was gone to: it has no history.
+    /// Whether the shown frame was sought: it has no history.
     pub fn is_cut_shown(&self) -> bool {
         self.was_sought
     }

@@ -9,12 +9,10 @@ pub enum CompareWith {
     Reference,
     /// Another tier, with the user's changes; `None` is the pipeline without one.
     Tier(Option<String>),
-    /// A built-in pipeline.
     Pipeline(String),
 }
 
 impl CompareWith {
-    /// Its name for people.
     pub fn name(&self) -> String {
         match self {
             Self::Written => "as saved".into(),

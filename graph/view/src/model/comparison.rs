@@ -33,7 +33,7 @@ impl Model {
     }
 
     fn make_compared(&mut self, other: &CompareWith) -> Result<Chain, Problem> {
-        let no_pipeline = || Problem::said("there is no pipeline to compare with");
+        let no_pipeline = || Problem::message("there is no pipeline to compare with");
         let purpose = if *other == CompareWith::Reference { Purpose::Reference } else { Purpose::Show };
         let graph = match other {
             CompareWith::Written => self.graph.as_deref().cloned(),

@@ -15,7 +15,7 @@ pub type ReadFrame = Box<dyn FnMut(usize) -> Result<Picture, String>>;
 /// Whether the files of a sequence have changed since the last call.
 pub type HaveChanged = Box<dyn FnMut() -> bool>;
 
-/// Images from files: a picture or a sequence for the first input, and one picture for each further input.
+/// Images from files: a picture or a sequence for the first input, and one picture for each other input.
 pub struct Files {
     gpu: Gpu,
     frames: Vec<Option<TextureView>>,
@@ -23,7 +23,7 @@ pub struct Files {
     have_changed: HaveChanged,
     /// The frame that is shown.
     present: usize,
-    further: Vec<SecondaryInput>,
+    secondary: Vec<SecondaryInput>,
     size: Size,
     /// Frames in a second.
     fps: f64,
@@ -35,12 +35,12 @@ impl Files {
     /// # Errors
     /// The first frame cannot be read, or the device cannot hold it.
     pub fn new(gpu: &Gpu, count: usize, fps: f64, mut read: ReadFrame) -> Result<Self, Problem> {
-        let first = read(0).map_err(Problem::said)?;
+        let first = read(0).map_err(Problem::message)?;
         let size = Size::new(first.width, first.height);
         let mut frames = vec![None; count.max(1)];
         frames[0] = Some(uploaded(gpu, &first)?);
         let (gpu, have_changed) = (gpu.clone(), Box::new(|| false));
-        Ok(Self { gpu, frames, read, have_changed, present: 0, further: Vec::new(), size, fps })
+        Ok(Self { gpu, frames, read, have_changed, present: 0, secondary: Vec::new(), size, fps })
     }
 
     /// Reads the frames again when this says so; it is asked in every frame of the viewer.
@@ -52,7 +52,7 @@ impl Files {
         if !(self.have_changed)() {
             return Ok(false);
         }
-        let picture = (self.read)(self.present).map_err(Problem::said)?;
+        let picture = (self.read)(self.present).map_err(Problem::message)?;
         let view = uploaded(&self.gpu, &picture)?;
         self.size = Size::new(picture.width, picture.height);
         self.frames.fill(None);
@@ -66,8 +66,8 @@ impl Files {
     /// The device cannot hold it.
     pub fn add(&mut self, input: &str, picture: Picture) -> Result<(), Problem> {
         let view = uploaded(&self.gpu, &picture)?;
-        self.further.retain(|further| further.input != input);
-        self.further.push(SecondaryInput { input: input.to_owned(), picture, view });
+        self.secondary.retain(|secondary| secondary.input != input);
+        self.secondary.push(SecondaryInput { input: input.to_owned(), picture, view });
         Ok(())
     }
 
@@ -84,7 +84,10 @@ impl Files {
     pub(super) fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
         self.gpu = gpu.clone();
         self.frames.fill(None);
-        self.further.iter_mut().try_for_each(|further| further.upload(gpu))
+        for secondary in &mut self.secondary {
+            secondary.view = uploaded(gpu, &secondary.picture)?;
+        }
+        Ok(())
     }
 
     pub(super) fn at(&mut self, time: f64, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
@@ -96,8 +99,8 @@ impl Files {
         let mut main = Some(self.frame(self.present)?);
         let mut images = Vec::new();
         for input in inputs.iter().filter(|input| input.block.is_none()) {
-            let named = self.further.iter().find(|further| further.input == input.name);
-            let named = named.map(|further| further.view.clone());
+            let named = self.secondary.iter().find(|secondary| secondary.input == input.name);
+            let named = named.map(|secondary| secondary.view.clone());
             match named.or_else(|| if input.optional { None } else { main.take() }) {
                 Some(view) => images.push((input.name.clone(), view)),
                 None if input.optional => {}
@@ -111,7 +114,7 @@ impl Files {
         if let Some(view) = &self.frames[index] {
             return Ok(view.clone());
         }
-        let view = uploaded(&self.gpu, &(self.read)(index).map_err(Problem::said)?)?;
+        let view = uploaded(&self.gpu, &(self.read)(index).map_err(Problem::message)?)?;
         let bytes = u64::from(self.size.width) * u64::from(self.size.height) * 8;
         if self.frames.iter().flatten().count() as u64 * bytes > MAX_BYTES {
             self.frames.fill(None);
@@ -121,19 +124,12 @@ impl Files {
     }
 }
 
-/// An image for an input beside the first.
+/// An image for an input after the first.
 struct SecondaryInput {
     input: String,
     /// Kept for a device that replaces a lost one.
     picture: Picture,
     view: TextureView,
-}
-
-impl SecondaryInput {
-    fn upload(&mut self, gpu: &Gpu) -> Result<(), Problem> {
-        self.view = uploaded(gpu, &self.picture)?;
-        Ok(())
-    }
 }
 
 /// The most bytes of frames that are kept on the device.

@@ -1,4 +1,4 @@
-//! A frame of the viewer: the images, the shown pipeline, and the others that run beside it.
+//! Renders a frame: the images, the shown pipeline and the others.
 
 use afterimage_gpu::wgpu;
 
@@ -8,11 +8,10 @@ use crate::Problem;
 /// What a call of [`Model::render`] has done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rendered {
-    /// The pictures are new.
     New,
     /// Nothing has changed, so nothing was rendered.
     Same,
-    /// The pictures are those before: see [`Model::problem`].
+    /// The previous pictures stay: see [`Model::problem`].
     Failed,
     /// Nothing yet: the window is shown first, because the first plan may compile for seconds.
     Later,

@@ -6,7 +6,6 @@ use afterimage_graph::node::BlockData;
 /// What the inputs of a pipeline get in a frame, by their names.
 #[derive(Clone, Default)]
 pub struct FrameImages {
-    /// The images.
     pub images: Vec<(String, TextureView)>,
     /// The cameras.
     pub blocks: Vec<(String, BlockData)>,

@@ -17,7 +17,6 @@ use crate::render::device::image;
 
 /// What the inputs of a pipeline get.
 pub enum Images {
-    /// The built-in scene.
     Scene(Box<Scene>),
     /// Images from files, one for each named input.
     Files(Box<Files>),
@@ -204,7 +203,7 @@ impl Scene {
     /// What the inputs get of the frame that was rendered last.
     fn again(&self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
         let cameras = inputs.iter().filter(|input| is_camera(input));
-        let camera = self.seen.camera(self.size).data().map_err(Problem::said)?;
+        let camera = self.seen.camera(self.size).data().map_err(Problem::message)?;
         let blocks: Vec<_> = cameras.map(|input| (input.name.clone(), camera.clone())).collect();
         Ok(FrameImages { images: images_of(inputs, &self.targets, !blocks.is_empty())?, blocks })
     }

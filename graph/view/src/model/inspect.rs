@@ -1,6 +1,6 @@
-//! What lies between the nodes: images, tables and values, made visible on demand.
+//! Intermediate images, tables and values.
 //!
-//! A second run of the same graph stores every image of every node in memory of its own. The picture that is shown is
+//! A second pipeline with the same graph stores every image of every node in memory of its own. The shown picture is
 //! planned as for a host, and does not change.
 
 use afterimage_gpu::wgpu;
@@ -12,12 +12,12 @@ use super::tap::{Tap, TapImage};
 use super::{Chain, Model, Purpose};
 
 impl Model {
-    /// The place in the graph that is looked at.
+    /// The intermediate result that is shown instead of the result.
     pub fn tap(&self) -> Option<&Tap> {
         self.tap.as_ref()
     }
 
-    /// Looks at a place in the graph, or at the result again.
+    /// Shows an intermediate image, table or value; `None` shows the result.
     pub fn set_tap(&mut self, tap: Option<Tap>) {
         let is_buffer = |tap: &Tap| matches!(self.wire_type(&tap.wire), Some(PortType::Table | PortType::Value));
         let watched = tap.as_ref().filter(|tap| is_buffer(tap)).map(|tap| tap.wire.clone());
@@ -59,12 +59,12 @@ impl Model {
         Some(chain)
     }
 
-    /// The run that stores all images, if one is wanted.
+    /// The pipeline that stores all images, while they are read.
     pub fn inspected(&self) -> Option<&Chain> {
         self.chains.inspected.as_ref()
     }
 
-    /// The run that stores all images in 32 bits, if one is wanted.
+    /// The pipeline that stores all images in 32 bits, while they are read.
     pub fn reference(&self) -> Option<&Chain> {
         self.chains.reference.as_ref()
     }

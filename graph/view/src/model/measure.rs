@@ -1,4 +1,4 @@
-//! The model measures what each node would save.
+//! Measures what each node would save.
 
 use afterimage_gpu::wgpu;
 
@@ -12,7 +12,7 @@ impl Model {
     /// The device has no timestamps inside of passes, or nothing has run yet.
     pub fn measure_savings(&mut self) -> Result<(), Problem> {
         let shown = self.chains.shown.as_ref().filter(|shown| shown.pass_times().is_some());
-        let shown = shown.ok_or_else(|| Problem::said("no GPU times have arrived from this device"))?;
+        let shown = shown.ok_or_else(|| Problem::message("no GPU times have arrived from this device"))?;
         let Some(graph) = self.present_graph() else { return Ok(()) };
         self.savings = Savings::of(shown, graph);
         Ok(())

@@ -99,7 +99,6 @@ impl Model {
         model
     }
 
-    /// The pipeline.
     pub fn project(&self) -> &dyn Project {
         &*self.project
     }
@@ -184,7 +183,7 @@ impl Model {
         let before = self.changes.get(target).cloned();
         let value = match value.map(|value| self.with_bytes(value)).transpose() {
             Ok(value) => value.filter(|value| self.written(target).as_ref() != Some(value)),
-            Err(why) => return self.problem = Some(Problem::said(why)),
+            Err(why) => return self.problem = Some(Problem::message(why)),
         };
         self.changes.set(target, value);
         if let Err(problem) = self.apply(target) {
@@ -303,7 +302,6 @@ impl Model {
         self.problem.take_if(|problem| !matches!(problem, Problem::Pipeline(_)));
     }
 
-    /// Time.
     pub fn clock(&mut self) -> &mut PlayClock {
         &mut self.clock
     }
@@ -335,7 +333,6 @@ impl Model {
         Ok(())
     }
 
-    /// The device.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }

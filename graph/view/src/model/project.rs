@@ -56,9 +56,7 @@ pub trait Project {
 
 /// What a check has found.
 pub struct Checked {
-    /// The graph.
     pub graph: Graph,
-    /// The warnings.
     pub warnings: Diagnostics,
     /// The tiers of the pipeline.
     pub tiers: Vec<String>,

@@ -145,11 +145,11 @@ impl Model {
             self.follow_text(text);
         }
         if self.conflict.is_some() {
-            return Err(Problem::said("the file was changed by another program, too")
+            return Err(Problem::message("the file was changed by another program, too")
                 .hint("choose whether yours or the file's is kept, and save again"));
         }
         if self.has_errors && new_tier.is_none() {
-            self.project.write(self.changes.text()).map_err(Problem::said)?;
+            self.project.write(self.changes.text()).map_err(Problem::message)?;
             self.changes.save_text();
             return Ok(());
         }
@@ -157,7 +157,7 @@ impl Model {
         let tier = self.changes.tier().map(str::to_owned);
         let saved = self.project.saved(self.changes.text(), tier.as_deref(), new_tier, &values);
         let text = saved.map_err(Problem::Pipeline)?;
-        self.project.write(&text).map_err(Problem::said)?;
+        self.project.write(&text).map_err(Problem::message)?;
         self.changes.save(&text, new_tier.map(str::to_owned).or(tier));
         self.reload();
         self.chains.reset_values(&self.changes);

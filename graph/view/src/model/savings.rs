@@ -1,4 +1,4 @@
-//! What each node would save if it were off, measured: the pipeline runs beside itself without the node.
+//! GPU time that each node would save if it were off: a second pipeline runs without the node.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,6 @@ const UNTIMED: usize = 4;
 /// What a node would save.
 #[derive(Clone, Debug)]
 pub struct Saving {
-    /// The node.
     pub node: String,
     /// Milliseconds of GPU time for a frame, or why the pipeline cannot do without the node. A small number may be
     /// below zero: both times vary.
@@ -38,7 +37,6 @@ struct Trial {
     with: Times,
 }
 
-/// GPU times of frames.
 #[derive(Default)]
 struct Times {
     last: u64,

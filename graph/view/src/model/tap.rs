@@ -1,8 +1,8 @@
-//! Places in the graph that a user looks at.
+//! Intermediate results that a user can show.
 
 use afterimage_graph::image::ImageDesc;
 
-/// A place in the graph that the user looks at.
+/// An intermediate result that is shown instead of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tap {
     /// The wire: an input of the pipeline, or `node.port`.
@@ -25,6 +25,5 @@ impl Tap {
 pub struct TapImage {
     /// Its name in the plan.
     pub name: String,
-    /// Size and format.
     pub desc: ImageDesc,
 }

@@ -5,7 +5,6 @@ use crate::model::Model;
 /// What the part of the address after `#` says.
 #[derive(Default)]
 pub(super) struct Address {
-    /// A built-in pipeline.
     pub(super) pipeline: Option<String>,
     /// The text of a pipeline.
     pub(super) text: Option<String>,
@@ -22,7 +21,6 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Reads the address.
     pub(super) fn read() -> Self {
         let hash = web_sys::window().and_then(|window| window.location().hash().ok()).unwrap_or_default();
         let mut address = Self::default();

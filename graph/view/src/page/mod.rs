@@ -77,7 +77,6 @@ fn configuration() -> WgpuConfiguration {
     WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
 }
 
-/// The page.
 struct Page {
     viewer: Viewer,
     last: f64,
@@ -136,7 +135,7 @@ impl Page {
         }
         let arrived = std::mem::take(&mut *self.arrived.borrow_mut());
         for (name, read) in arrived {
-            let opened = read.map_err(Problem::said).and_then(|bytes| self.open(&name, &bytes));
+            let opened = read.map_err(Problem::message).and_then(|bytes| self.open(&name, &bytes));
             if let Err(problem) = opened {
                 self.viewer.tell(ui.ctx(), problem.to_string());
             }
@@ -150,7 +149,7 @@ impl Page {
         }
         let model = &mut self.viewer.model;
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
-            .map_err(|error| Problem::said(error.to_string()))?;
+            .map_err(|error| Problem::message(error.to_string()))?;
         let gpu = model.gpu().clone();
         let read = move |_| Ok(picture.clone());
         model.set_images(Images::Files(Box::new(Files::new(&gpu, 1, 24.0, Box::new(read))?)));

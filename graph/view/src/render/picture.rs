@@ -47,14 +47,11 @@ impl Flags {
     pub const FAULTS: u32 = 16;
     /// The other picture is shown beyond the wipe.
     pub const COMPARES: u32 = 32;
-    /// The difference is shown.
     pub const DIFFERS: u32 = 64;
 }
 
-/// What is drawn.
 #[derive(Clone)]
 pub struct Shown<'t> {
-    /// The image.
     pub image: &'t wgpu::Texture,
     /// The picture that it is compared with.
     pub other: Option<&'t wgpu::Texture>,
@@ -137,7 +134,6 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// Draws it.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);

@@ -9,9 +9,7 @@ use super::readback::Arriving;
 pub struct TexelRequest<'t> {
     /// What the reading is called.
     pub name: String,
-    /// The image.
     pub texture: &'t wgpu::Texture,
-    /// Size and format.
     pub desc: ImageDesc,
     /// The slice of a volume.
     pub slice: u32,
@@ -20,7 +18,6 @@ pub struct TexelRequest<'t> {
 /// A texel that has arrived.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// As it was called.
     pub name: String,
     /// The four numbers; missing color channels are 0, missing alpha is 1.
     pub value: [f32; 4],

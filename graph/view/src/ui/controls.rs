@@ -12,7 +12,6 @@ const LARGEST: f64 = 1e5;
 
 /// What a control did in a frame.
 pub(super) struct ControlChange {
-    /// The new value.
     pub(super) value: Value,
     /// Whether the user is done: another change is another step of undo.
     pub(super) is_done: bool,

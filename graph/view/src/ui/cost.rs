@@ -14,7 +14,6 @@ const FRAMES: usize = 240;
 /// How much a new time counts in the times of the table.
 const NEW: f64 = 0.1;
 
-/// What the panel remembers.
 #[derive(Default)]
 pub(super) struct CostPanel {
     /// Milliseconds of the last frames.
@@ -23,7 +22,7 @@ pub(super) struct CostPanel {
     last: u64,
     /// Running means of the passes, in milliseconds, and the plan's passes that they belong to.
     passes: Vec<f64>,
-    /// Milliseconds of the viewer's own work in a frame, beside the pipeline.
+    /// Milliseconds of the viewer's own work in a frame, without the pipeline.
     own: f64,
 }
 
@@ -53,7 +52,6 @@ impl CostPanel {
         sorted.get(sorted.len() / 2).copied()
     }
 
-    /// Shows the panel.
     pub(super) fn show(&self, ui: &mut Ui, model: &mut Model) {
         let Some(plan) = model.shown().and_then(Chain::plan).cloned() else {
             ui.label(RichText::new("Nothing runs yet.").color(DIM));

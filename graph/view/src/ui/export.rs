@@ -15,7 +15,7 @@ const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 impl Viewer {
     /// Makes a file of what is seen in one of the next frames: see [`take_export`](Self::take_export).
     pub fn export(&mut self, kind: ExportKind) {
-        self.exporter.wanted = Some(kind);
+        self.exporter.requested = Some(kind);
     }
 
     /// A file that is finished, for the shell to store.
@@ -43,17 +43,17 @@ impl Viewer {
         });
     }
 
-    /// Records the copy of what is wanted.
+    /// Records the copy of the requested image.
     pub(super) fn record_export(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        let Some(kind) = self.exporter.wanted else { return };
+        let Some(kind) = self.exporter.requested else { return };
         let Some(subject) = Subject::of(&self.model) else { return };
-        self.exporter.wanted = None;
+        self.exporter.requested = None;
         let (texture, slice) = match kind {
             ExportKind::Picture => (self.draw_picture(encoder, &subject), 0),
             ExportKind::Numbers => (subject.image.clone(), subject.slice),
         };
         let copied = Copied::record(&self.model.gpu().device, encoder, &texture, slice);
-        self.exporter.under_way = copied.map(|copied| PendingExport::new(&self.model, &subject, kind, copied));
+        self.exporter.pending = copied.map(|copied| PendingExport::new(&self.model, &subject, kind, copied));
     }
 
     /// The picture as it is seen, on an image of its size.
@@ -75,11 +75,11 @@ impl Viewer {
 
     /// Takes what has arrived.
     pub(super) fn finish_export(&mut self, ctx: &Context) {
-        let Some(under_way) = &mut self.exporter.under_way else { return };
-        under_way.copied.ask();
-        let Some(texels) = under_way.copied.texels() else { return ctx.request_repaint() };
-        let encoded = under_way.encode(&texels);
-        let Some(PendingExport { name, .. }) = self.exporter.under_way.take() else { return };
+        let Some(pending) = &mut self.exporter.pending else { return };
+        pending.copied.ask();
+        let Some(texels) = pending.copied.texels() else { return ctx.request_repaint() };
+        let encoded = pending.encode(&texels);
+        let Some(PendingExport { name, .. }) = self.exporter.pending.take() else { return };
         match encoded {
             Ok(bytes) => self.exporter.finished = Some(Exported { name, bytes }),
             Err(why) => self.tell(ctx, format!("Nothing is exported: {why}")),

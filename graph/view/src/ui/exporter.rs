@@ -13,11 +13,9 @@ use crate::render::Copied;
 pub struct Exported {
     /// Its name, with the ending.
     pub name: String,
-    /// Its content.
     pub bytes: Vec<u8>,
 }
 
-/// What a file holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum ExportKind {
     /// The picture as an SDR screen shows it, at the size of the image, with comparisons and false color: PNG.
@@ -26,11 +24,10 @@ pub enum ExportKind {
     Numbers,
 }
 
-/// What is exported.
 #[derive(Default)]
 pub(super) struct Exporter {
-    pub(super) wanted: Option<ExportKind>,
-    pub(super) under_way: Option<PendingExport>,
+    pub(super) requested: Option<ExportKind>,
+    pub(super) pending: Option<PendingExport>,
     pub(super) finished: Option<Exported>,
 }
 

@@ -8,7 +8,7 @@ use super::{ExportKind, Tab, Viewer};
 use crate::model::CompareWith;
 
 impl Viewer {
-    /// Does what keys ask for, unless a text is being typed.
+    /// Runs the commands of pressed keys, unless a text is being typed.
     pub(super) fn keys(&mut self, ctx: &Context) {
         let pressed = |modifiers, key| ctx.input_mut(|input| input.consume_key(modifiers, key));
         if pressed(Modifiers::COMMAND, Key::S) {
@@ -108,7 +108,7 @@ impl Viewer {
     }
 }
 
-/// A press outside of the field that is typed into takes the keys from it. Without this, a field keeps them while a
+/// A press outside of the focused field takes the keyboard from it. Without this, a field keeps them while a
 /// slider is dragged, and after it.
 fn release_field(ctx: &Context) {
     let Some(pressed) = ctx.input(|input| input.pointer.any_pressed().then(|| input.pointer.interact_pos())) else {

@@ -8,9 +8,7 @@ use crate::model::{Conflict, Project, Resolution, Target};
 
 /// What waits for an answer about unsaved changes.
 pub(super) enum Pending {
-    /// The window is closed.
     Close,
-    /// Another pipeline is opened.
     Open(Box<dyn Project>),
 }
 

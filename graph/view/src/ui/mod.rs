@@ -37,20 +37,16 @@ use text::TextPanel;
 /// The tabs below the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tab {
-    /// Nodes and wires.
     #[default]
     Graph,
     /// The text of the pipeline.
     Text,
-    /// Times and memory.
     Cost,
-    /// Errors and warnings.
     Messages,
 }
 
 /// The viewer: what is shown, and how.
 pub struct Viewer {
-    /// What is shown.
     pub model: Model,
     /// How the picture is placed and made visible.
     pub picture: PictureView,
@@ -58,8 +54,8 @@ pub struct Viewer {
     pub tab: Option<Tab>,
     /// The tab that was open before a problem opened the messages.
     interrupted: Option<Option<Tab>>,
-    /// Whether something was wrong in the last frame.
-    knows_problem: bool,
+    /// Whether the last frame had a problem.
+    had_problem: bool,
     /// Whether the scopes are shown.
     pub shows_scopes: bool,
     /// Whether the pixel under the pointer is read at every node.
@@ -81,16 +77,16 @@ pub struct Viewer {
     grid: Grid,
     probe: ProbePanel,
     exporter: Exporter,
-    /// A sentence for the user about what was just done.
-    said: Option<(String, f64)>,
+    /// A message to the user, and when it was shown first.
+    message: Option<(String, f64)>,
     /// Why the last attempt to save wrote nothing.
     unsaved: Option<String>,
     /// The name of a tier that is being typed.
     tier_name: String,
 }
 
-/// Seconds for which a sentence is shown.
-const SAYS: f64 = 6.0;
+/// Seconds for which a message is shown.
+const MESSAGE_SECONDS: f64 = 6.0;
 
 impl Viewer {
     /// A viewer that draws into targets of that format.
@@ -101,7 +97,7 @@ impl Viewer {
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
             interrupted: None,
-            knows_problem: false,
+            had_problem: false,
             shows_scopes: true,
             shows_probe: false,
             is_bare: false,
@@ -118,7 +114,7 @@ impl Viewer {
             grid: Grid::new(&gpu.device),
             probe: ProbePanel::default(),
             exporter: Exporter::default(),
-            said: None,
+            message: None,
             unsaved: None,
             tier_name: String::new(),
         }
@@ -144,16 +140,16 @@ impl Viewer {
         self.model.follow_files(self.text.typed());
         self.model.set_probes(self.shows_probe);
         let rendered = self.model.render(encoder, passed);
-        self.follow_problem();
+        self.update_messages_tab();
         self.read(encoder);
         self.record_export(encoder);
         rendered
     }
 
-    /// Opens the messages while something is wrong. Beside the text its errors are shown anyway.
-    fn follow_problem(&mut self) {
+    /// Opens the messages while there is a problem, unless the text is open, which shows its errors itself.
+    fn update_messages_tab(&mut self) {
         let has_problem = self.model.problem().is_some();
-        let had_problem = std::mem::replace(&mut self.knows_problem, has_problem);
+        let had_problem = std::mem::replace(&mut self.had_problem, has_problem);
         if has_problem && !had_problem && self.tab != Some(Tab::Text) {
             self.interrupted = Some(self.tab.replace(Tab::Messages));
         }
@@ -191,7 +187,6 @@ impl Viewer {
         self.finish_export(ctx);
     }
 
-    /// Shows everything.
     pub fn show(&mut self, ui: &mut Ui) {
         self.keys(ui.ctx());
         if !self.is_bare {
@@ -206,7 +201,7 @@ impl Viewer {
         } else {
             self.ask_to_save(ui.ctx());
         }
-        self.say(ui);
+        self.show_message(ui);
     }
 
     fn panels(&mut self, ui: &mut Ui) {
@@ -308,15 +303,15 @@ impl Viewer {
         });
     }
 
-    /// Tells the user something for a few seconds.
+    /// Shows a message for a few seconds.
     pub fn tell(&mut self, ctx: &egui::Context, text: impl Into<String>) {
-        self.said = Some((text.into(), ctx.input(|input| input.time)));
+        self.message = Some((text.into(), ctx.input(|input| input.time)));
     }
 
-    fn say(&mut self, ui: &Ui) {
+    fn show_message(&mut self, ui: &Ui) {
         let now = ui.input(|input| input.time);
-        self.said.take_if(|(_, since)| now - *since > SAYS);
-        let Some((text, _)) = &self.said else { return };
+        self.message.take_if(|(_, since)| now - *since > MESSAGE_SECONDS);
+        let Some((text, _)) = &self.message else { return };
         let anchor = egui::Align2::CENTER_BOTTOM;
         egui::Area::new("said".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| match text.contains('\n') {

@@ -8,7 +8,6 @@ use super::controls::{ControlChange, control};
 use super::theme::{ACCENT, DIM};
 use crate::model::{Model, Target};
 
-/// What the panel remembers.
 #[derive(Default)]
 pub(super) struct Parameters {
     search: String,

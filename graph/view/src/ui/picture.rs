@@ -14,7 +14,6 @@ pub enum Comparison {
     /// The other begins at a line that can be moved.
     #[default]
     Wipe,
-    /// Side by side.
     CompareWith,
     /// Their difference, enlarged eight times.
     Difference,
@@ -91,7 +90,6 @@ impl Default for PictureView {
 /// An image that is shown, and what its numbers mean.
 #[derive(Clone)]
 pub struct Subject {
-    /// The image.
     pub image: wgpu::Texture,
     /// What its numbers mean; `None` if nobody has said.
     pub state: Option<ColorState>,

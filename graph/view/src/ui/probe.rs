@@ -1,4 +1,4 @@
-//! The panel of the probe: the pixel under the pointer at every node, beside the reference.
+//! The panel of the probe: the pixel under the pointer at every node, and the reference's.
 
 use egui::{RichText, ScrollArea, Ui};
 
@@ -6,7 +6,7 @@ use super::theme::{ACCENT, DIM};
 use crate::model::{Chain, Model};
 use crate::render::{Probe, Reading, TexelRequest};
 
-/// The two runs whose pixels are read: as stored, and in 32 bits.
+/// Reads the pixel from two pipelines: as stored, and in 32 bits.
 #[derive(Default)]
 pub(super) struct ProbePanel {
     stored: Probe,
@@ -42,7 +42,6 @@ impl ProbePanel {
         self.references = self.exact.take().unwrap_or(std::mem::take(&mut self.references));
     }
 
-    /// Shows the numbers.
     pub(super) fn show(&self, ui: &mut Ui, place: Option<[f32; 2]>, is_pinned: bool, size: [u32; 2]) {
         let Some([x, y]) = place else {
             ui.label(RichText::new("Point at the picture to read its values; a click pins the place.").color(DIM));

@@ -5,7 +5,6 @@ use egui::{Color32, ColorImage, Pos2, Rect, RichText, Sense, Stroke, TextureOpti
 use super::theme::{DIM, FIELD};
 use crate::scopes::{COLUMNS, ROWS, STOPS, Scopes};
 
-/// What the panel draws.
 #[derive(Default)]
 pub(super) struct ScopePanel {
     scopes: Option<(Scopes, bool)>,
@@ -35,7 +34,6 @@ impl ScopePanel {
         self.scopes.as_ref().map(|(scopes, _)| scopes.range)
     }
 
-    /// Shows the panel.
     pub(super) fn show(&self, ui: &mut Ui) {
         let Some((scopes, is_light)) = &self.scopes else {
             ui.label(RichText::new("The scopes wait for a picture.").color(DIM));

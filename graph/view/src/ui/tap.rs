@@ -1,4 +1,4 @@
-//! The bar of the wire that is looked at: its levels, slices and numbers.
+//! The bar of the shown wire: its levels, slices and numbers.
 
 use afterimage_graph::node::PortType;
 use egui::{Color32, ComboBox, Pos2, RichText, Sense, Stroke, Ui, Vec2};

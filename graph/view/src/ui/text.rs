@@ -12,7 +12,6 @@ use crate::model::Model;
 /// Seconds without a key after which a text is tried.
 const PAUSE: f64 = 0.25;
 
-/// What the panel remembers.
 #[derive(Default)]
 pub(super) struct TextPanel {
     text: String,

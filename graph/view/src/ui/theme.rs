@@ -1,18 +1,15 @@
-//! How the window looks: neutral grays, so that nothing beside the picture changes how its colors seem, and one
-//! accent.
+//! Colors and sizes: neutral grays, so that nothing around the picture changes how its colors look, and one accent.
 
 use afterimage_graph::node::PortType;
 use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
 
 /// What is chosen, changed, or under way.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(0xf2, 0xb1, 0x34);
-/// Errors.
 pub(super) const ERROR: Color32 = Color32::from_rgb(0xf0, 0x6a, 0x5c);
 /// Text that is less important.
 pub(super) const DIM: Color32 = Color32::from_gray(0x96);
 /// What surrounds the picture.
 pub(super) const SURROUND: Color32 = Color32::from_gray(0x17);
-/// Panels.
 const PANEL: Color32 = Color32::from_gray(0x20);
 /// Fields and the backs of plots.
 pub(super) const FIELD: Color32 = Color32::from_gray(0x15);

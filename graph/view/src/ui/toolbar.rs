@@ -8,7 +8,6 @@ use super::theme::{ACCENT, DIM};
 use crate::model::{CompareWith, TextProject};
 
 impl Viewer {
-    /// The bar above.
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             self.pipeline_menu(ui);
@@ -145,7 +144,6 @@ impl Viewer {
         });
     }
 
-    /// The line of time.
     pub(super) fn time_bar(&mut self, ui: &mut Ui) {
         let length = self.model.images_length();
         ui.horizontal(|ui| {

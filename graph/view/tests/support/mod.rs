@@ -89,7 +89,7 @@ fn window_target(gpu: &Gpu) -> wgpu::Texture {
 fn open(_: &Gpu, path: &std::path::Path) -> Result<Opened, Problem> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let project = TextProject::built_in(&name);
-    project.map(|project| Opened::Pipeline(Box::new(project))).ok_or_else(|| Problem::said(format!("no `{name}`")))
+    project.map(|project| Opened::Pipeline(Box::new(project))).ok_or_else(|| Problem::message(format!("no `{name}`")))
 }
 
 /// A file that is dropped.

@@ -9,16 +9,13 @@ use petgraph::graph::NodeIndex;
 pub(super) enum Item {
     /// An input of the pipeline.
     Input(usize),
-    /// A node.
     Node(usize),
 }
 
 /// A box and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Placed {
-    /// What it is.
     pub(super) item: Item,
-    /// Its column.
     pub(super) rank: usize,
     /// Its upper end, in rows.
     pub(super) row: f32,

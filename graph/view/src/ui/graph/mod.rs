@@ -29,7 +29,6 @@ const COLUMN: f32 = 130.0;
 const WIDTH: f32 = 104.0;
 const ROW: f32 = 15.0;
 
-/// What the panel remembers.
 pub(super) struct GraphPanel {
     scene: Rect,
     placed: Vec<Placed>,
