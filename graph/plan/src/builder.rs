@@ -16,7 +16,6 @@ pub(crate) struct PlanBuilder {
     pub(crate) recording: Recording,
     /// The images that the host gives: input name and image.
     pub(crate) inputs: Vec<(String, ImageId)>,
-    /// What the host gets.
     pub(crate) outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
     pub(crate) skipped: Vec<Skipped>,

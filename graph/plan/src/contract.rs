@@ -25,10 +25,12 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
         Ok(skipped) => (skipped, Vec::new()),
         Err(complaints) => (Vec::new(), complaints),
     };
-    let complaint = |kind: &NodeKind, complaint: String| format!("`{}`: {complaint}", kind.name());
-    for complaint in kinds.iter().flat_map(|kind| of_modules(kind).into_iter().map(|text| complaint(kind, text))) {
-        if !complaints.contains(&complaint) {
-            complaints.push(complaint);
+    for kind in kinds {
+        for complaint in of_modules(kind) {
+            let complaint = format!("`{}`: {complaint}", kind.name());
+            if !complaints.contains(&complaint) {
+                complaints.push(complaint);
+            }
         }
     }
     if complaints.is_empty() { Ok(skipped) } else { Err(complaints) }
@@ -66,8 +68,8 @@ fn limited(pass: &Pass) -> Pass {
 
 /// All of a pass that its module depends on.
 fn shape(pass: &Pass, recording: &Recording) -> String {
-    let format = |resource: Resource| resource.image().map(|image| recording.image(image).desc.format);
-    let formats: Vec<Option<Format>> = pass.writes().into_iter().map(format).collect();
+    let images = pass.writes().into_iter().map(Resource::image);
+    let formats: Vec<Option<Format>> = images.map(|image| Some(recording.image(image?).desc.format)).collect();
     let calls: Vec<_> = pass.kernels.iter().map(|kernel| (&kernel.shader, &kernel.function, &kernel.args)).collect();
     format!("{calls:?} {:?} {formats:?} {:?}", pass.kind, cover(pass, recording))
 }
@@ -167,7 +169,7 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
     let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
     let by = kernel.by_rows?;
     let kernels = vec![copy_kernel(&kernel.node, kernel.textures().next()?), row_kernel(&kernel.node, by)];
-    Some(row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, (by, 1)))
+    Some(row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, by, 1))
 }
 
 /// The pass in its form by cells, twice, so that names which the framework does not keep apart clash.

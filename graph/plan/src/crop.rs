@@ -2,7 +2,7 @@
 //! pixels, and takes the place of the sanitized copy for others.
 
 use afterimage_base::image::ColorState;
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, KernelOrigin, Pass};
 use afterimage_wgsl::Shader;
 
@@ -42,14 +42,9 @@ fn crop_filtered(source: texture_2d<f32>, at: Point, params: Crop) -> vec4f {
     )
 };
 
-/// The pass that reads a rectangle of the host image `source`, of the input with that index in the graph.
-pub(crate) fn crop_pass(
-    (index, name, state): (usize, &str, ColorState),
-    part: Part,
-    source: ImageId,
-    result: ImageId,
-) -> Pass {
-    let is_light = state != ColorState::Data;
+/// The pass that reads a rectangle of `source`, the host image of an input with that index in the graph.
+pub(crate) fn crop_pass(index: usize, input: &GraphInput, part: Part, source: ImageId, result: ImageId) -> Pass {
+    let is_light = input.state != ColorState::Data;
     let function = match part {
         Part::Rectangle => "crop",
         Part::Scaled if is_light => "crop_filtered",
@@ -60,30 +55,29 @@ pub(crate) fn crop_pass(
     let kernel = KernelCall {
         uniform: vec![0; RectangleInput::BYTES],
         origin: Some(KernelOrigin::Input(index)),
-        ..KernelCall::function(name, &CROP, function, &args)
+        ..KernelCall::function(&input.name, &CROP, function, &args)
     };
-    Pass::of_functions(vec![name.to_owned()], "crop".into(), vec![kernel], result)
+    Pass::of_functions(vec![input.name.clone()], "crop".into(), vec![kernel], result)
 }
 
 /// The inputs of a plan of which frames state a rectangle.
 pub(crate) fn rectangles(graph: &Graph, request: &PlanRequest<'_>, plan: &Plan) -> Vec<RectangleInput> {
-    let rectangle = |(name, image): &(String, ImageId)| {
-        let part = *request.given.parts.get(name)?;
-        let index = graph.inputs.iter().position(|input| input.name == *name)?;
-        let places = plan.uniform_places(KernelOrigin::Input(index));
-        Some(RectangleInput {
+    let mut rectangles = Vec::new();
+    for (name, image) in &plan.inputs {
+        let Some(part) = request.given.parts.get(name) else { continue };
+        let Some(index) = graph.inputs.iter().position(|input| input.name == *name) else { continue };
+        rectangles.push(RectangleInput {
             name: name.clone(),
             image: *image,
-            part,
+            part: *part,
             scale: graph.inputs[index].scale as f32,
-            places,
-        })
-    };
-    plan.inputs.iter().filter_map(rectangle).collect()
+            places: plan.uniform_places(KernelOrigin::Input(index)),
+        });
+    }
+    rectangles
 }
 
 impl RectangleInput {
-    /// Bytes of the uniform.
     pub const BYTES: usize = 24;
 
     /// The uniform for a rectangle, whose first texel and size are given, and a factor.

@@ -13,7 +13,9 @@ use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Recording, R
 /// parameters change no pass, and thus no reading.
 pub(crate) fn cull(builder: &mut PlanBuilder) {
     let mut needs = Needs::new(&builder.recording);
-    builder.outputs.iter().for_each(|output| needs.add(Resource::Image(output.image), usize::MAX));
+    for output in &builder.outputs {
+        needs.add(Resource::Image(output.image), usize::MAX);
+    }
     needs.follow();
     let Needs { needed, read, .. } = needs;
     let names = |needed: bool, kept: &[bool]| -> BTreeSet<String> {
@@ -60,13 +62,16 @@ impl<'a> Needs<'a> {
     fn new(recording: &'a Recording) -> Self {
         let mut writers: BTreeMap<Resource, VecDeque<usize>> = BTreeMap::new();
         for (index, pass) in recording.passes.iter().enumerate() {
-            pass.writes().into_iter().for_each(|resource| writers.entry(resource).or_default().push_back(index));
+            for resource in pass.writes() {
+                writers.entry(resource).or_default().push_back(index);
+            }
         }
         let needed = vec![false; recording.passes.len()];
         let mut needs = Self { recording, writers, needed, open: Vec::new(), read: BTreeSet::new() };
-        let is_persistent = |index: &usize| recording.buffers[*index].life == BufferLife::Persistent;
-        for buffer in (0..recording.buffers.len()).filter(is_persistent) {
-            needs.add(Resource::Buffer(BufferId(buffer as u32)), usize::MAX);
+        for (buffer, id) in recording.buffers.iter().zip(0..) {
+            if buffer.life == BufferLife::Persistent {
+                needs.add(Resource::Buffer(BufferId(id)), usize::MAX);
+            }
         }
         needs
     }

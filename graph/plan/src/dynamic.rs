@@ -96,7 +96,7 @@ impl DynamicNodes {
             }
         }
         let Some(node) = self.nodes.get_mut(&index) else { return Ok(()) };
-        replay_node(&self.frame, instance, &node.setting, (&mut self.recording, &mut node.replay));
+        replay_node(&self.frame, instance, &node.setting, &mut self.recording, &mut node.replay);
         // Other values may compute other texels. To clear a map that is empty takes longer than to ask.
         if !self.recording.computed.is_empty() {
             self.recording.computed.clear();

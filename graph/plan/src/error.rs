@@ -13,7 +13,6 @@ pub enum PlanError {
     /// way round.
     #[error("{}", samples(.input, *.given))]
     WrongSamples {
-        /// The input.
         input: String,
         /// Samples in each pixel of the image.
         given: u32,
@@ -24,7 +23,6 @@ pub enum PlanError {
     /// The host gives an image where the pipeline states a volume, or the other way round.
     #[error("{}", dimension(.input, *.given))]
     WrongDimension {
-        /// The input.
         input: String,
         /// Whether a volume is given.
         given: bool,
@@ -37,15 +35,12 @@ pub enum PlanError {
     TooLarge {
         /// The image, as `node.port`.
         label: String,
-        /// Its size.
         size: Size,
-        /// The longest side allowed.
         limit: u32,
     },
     /// A pass binds more uniform buffers than the device allows.
     #[error("pass `{label}` has {count} uniform buffers, but this device allows at most {limit}")]
     TooManyUniformBuffers {
-        /// What the pass does.
         label: String,
         /// Its uniform buffers, with one for its size if the framework writes its entry point.
         count: usize,
@@ -59,7 +54,6 @@ pub enum PlanError {
         .format.name()
     )]
     NotBlendable {
-        /// What the pass does.
         pass: String,
         /// The image, as `node.port`.
         image: String,
@@ -81,7 +75,6 @@ pub enum PlanError {
     /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.
     #[error("the tables of the nodes up to `{node}` have {bytes} bytes, more than {limit}")]
     TooLargeTables {
-        /// The node.
         node: String,
         /// The bytes of the tables.
         bytes: u64,

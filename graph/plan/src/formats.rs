@@ -27,10 +27,16 @@ pub(crate) struct Formatted {
 
 /// Chooses how each pass writes; formats that a device can neither store nor draw become wider.
 pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> Result<Formatted, PlanError> {
-    builder.recording.images.iter().try_for_each(|image| check_size(image, &request.caps))?;
-    builder.recording.passes.iter().try_for_each(|pass| check_uniforms(pass, &request.caps))?;
+    for image in &builder.recording.images {
+        check_size(image, &request.caps)?;
+    }
+    for pass in &builder.recording.passes {
+        check_uniforms(pass, &request.caps)?;
+    }
     let passes = staged(builder, &request.caps);
-    passes.iter().try_for_each(|planned| check_blends(planned, &builder.recording, &request.caps))?;
+    for planned in &passes {
+        check_blends(planned, &builder.recording, &request.caps)?;
+    }
     let mut options = request.options;
     if passes.iter().any(|pass| pass.stage != Stage::Compute) {
         // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
@@ -66,36 +72,37 @@ fn check_blends(planned: &ScheduledPass, recording: &Recording, caps: &Caps) -> 
 }
 
 fn staged(builder: &mut PlanBuilder, caps: &Caps) -> Vec<ScheduledPass> {
-    let mut stores = stores(builder);
+    let stores = stores(builder);
     let recording = &mut builder.recording;
-    let passes = std::mem::take(&mut recording.passes).into_iter().enumerate();
-    let mut stage = |pass: &Pass, image: ImageId| {
-        let format = &mut recording.images[image.0 as usize].desc.format;
-        if let Some(drawing) = pass.drawing() {
-            make_renderable(format, drawing.blended().any(|blended| blended == image), caps);
-            return Stage::Drawing;
+    let passes = std::mem::take(&mut recording.passes);
+    let mut staged = Vec::with_capacity(passes.len());
+    for ((recorded, pass), stores) in passes.into_iter().enumerate().zip(stores) {
+        let mut stage = Stage::Compute;
+        for image in pass.writes().into_iter().filter_map(Resource::image) {
+            let format = &mut recording.images[image.0 as usize].desc.format;
+            stage = match pass.drawing() {
+                Some(drawing) => {
+                    make_renderable(format, drawing.blended().any(|blended| blended == image), caps);
+                    Stage::Drawing
+                }
+                None => choose(format, pass.kind.is_drawable(), caps),
+            };
         }
-        choose(format, pass.kind.is_drawable(), caps)
-    };
-    let staged = passes.map(|(recorded, pass)| {
-        let stages = pass.writes().into_iter().filter_map(Resource::image).map(|image| stage(&pass, image));
-        let stage = stages.last().unwrap_or(Stage::Compute);
-        ScheduledPass { stage, stores: std::mem::take(&mut stores[recorded]), pass, recorded }
-    });
-    staged.collect()
+        staged.push(ScheduledPass { pass, stage, stores, recorded });
+    }
+    staged
 }
 
 /// For each pass and attachment whether the image is read by a later pass, or leaves the frame. What is not stored
 /// costs no memory traffic on devices that draw in tiles.
 fn stores(builder: &PlanBuilder) -> Vec<Vec<bool>> {
     let mut read: BTreeSet<ImageId> = builder.kept();
-    let of_pass = |pass: &Pass| {
+    let mut stores = Vec::new();
+    for pass in builder.recording.passes.iter().rev() {
         let targets = pass.drawing().into_iter().flat_map(Drawing::targets);
-        let stores = targets.map(|target| read.contains(&target.image)).collect();
+        stores.push(targets.map(|target| read.contains(&target.image)).collect());
         read.extend(pass.reads().into_iter().filter_map(Resource::image));
-        stores
-    };
-    let mut stores: Vec<Vec<bool>> = builder.recording.passes.iter().rev().map(of_pass).collect();
+    }
     stores.reverse();
     stores
 }
@@ -124,22 +131,24 @@ fn choose(format: &mut Format, is_drawable: bool, caps: &Caps) -> Stage {
 fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage> {
     let kept = builder.kept();
     let mut asked = BTreeMap::new();
-    let planned = |(index, image): (usize, &VirtualImage)| {
-        let shares = image.origin == Origin::Transient && !kept.contains(&ImageId(index as u32));
-        let mut ask = || *asked.entry(image.desc).or_insert_with(|| (request.requirement)(&image.desc));
-        PlannedImage {
+    let mut images = Vec::with_capacity(builder.recording.images.len());
+    for (image, id) in builder.recording.images.iter().zip(0..) {
+        let shares = image.origin == Origin::Transient && !kept.contains(&ImageId(id));
+        let requirement =
+            shares.then(|| *asked.entry(image.desc).or_insert_with(|| (request.requirement)(&image.desc)));
+        images.push(PlannedImage {
             label: image.label.clone(),
             desc: image.desc,
             origin: image.origin.clone(),
             signedness: image.signedness,
             sample_mode: sample_mode(image, &request.caps, request.options.exact),
             lifetime: None,
-            requirement: shares.then(&mut ask),
+            requirement,
             offset: None,
             slot: None,
-        }
-    };
-    builder.recording.images.iter().enumerate().map(planned).collect()
+        });
+    }
+    images
 }
 
 /// How an image is sampled on this device. For exact results all filtering is done in the shader: a device's own filter

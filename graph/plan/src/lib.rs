@@ -8,7 +8,7 @@
 //! | `record` | lets every node record its passes; sizes images that depend on earlier frames |
 //! | `cull` | removes passes whose results nothing reads |
 //! | `sanitize` | puts copies in front of shaders that read host images directly |
-//! | `fusion` | joins passes: point kernels, halvings by rows, tiles, reductions of one image |
+//! | `fusion` | joins passes: point kernels, halvings by rows, reductions of one image |
 //! | `formats` | chooses dispatch or draw, formats and sample modes |
 //! | `schedule` | orders the passes, and groups them into batches without barriers inside |
 //! | `memory` | finds lifetimes, offsets in the heap and slots of the pool |
@@ -20,6 +20,8 @@
 //!
 //! A [`Plan`] is never altered. Where its images lie when the heap of the previous plan is kept is a value of its own,
 //! the [`PlacedPlan`].
+
+#![allow(missing_docs, reason = "many fields of a plan say what they hold by their names")]
 
 mod amounts;
 mod barriers;

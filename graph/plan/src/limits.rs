@@ -3,7 +3,6 @@
 
 /// Passes that the nodes of a pipeline record.
 pub const MAX_PASSES: usize = 1 << 14;
-/// Tables that nodes compute.
 pub const MAX_COMPUTED: usize = 8;
 /// Bytes of the tables that nodes compute.
 pub const MAX_COMPUTED_BYTES: u64 = 8 << 20;

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-/// Switches of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Options {
     /// Whether point kernels are fused, and kernels joined that reduce one image.
@@ -39,7 +38,6 @@ impl Default for Options {
 /// When a way to run kernels together is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum When {
-    /// Never.
     Never,
     /// Where it is expected to be faster, on a device with fast workgroup memory.
     WhereItPays,

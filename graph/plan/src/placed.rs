@@ -13,7 +13,6 @@ use crate::plan::{AliasingBarrier, Plan};
 pub struct HeapPlacement {
     /// The offset of each image that shares memory, by image.
     pub offsets: Vec<Option<u64>>,
-    /// Bytes of the heap.
     pub heap: u64,
     /// The aliasing barriers before each batch.
     pub aliasing: Vec<Vec<AliasingBarrier>>,
@@ -22,9 +21,7 @@ pub struct HeapPlacement {
 /// A plan, and where its images lie. The same plan can be placed differently after different plans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedPlan {
-    /// The plan.
     pub plan: Arc<Plan>,
-    /// Where its images lie.
     pub placement: HeapPlacement,
 }
 
@@ -75,10 +72,11 @@ fn old_offsets(plan: &Plan, previous: &PlacedPlan, images: &[usize]) -> Vec<Opti
     let old_names = previous.plan.image_names();
     let old_images: BTreeMap<&String, usize> = old_names.iter().zip(0..).collect();
     let names = plan.image_names();
-    let offset = |image: &usize| {
-        let same = *old_images.get(&names[*image])?;
-        let is_equal = previous.plan.images[same].requirement == plan.images[*image].requirement;
-        previous.placement.offsets[same].filter(|_| is_equal)
-    };
-    images.iter().map(offset).collect()
+    let mut offsets = Vec::with_capacity(images.len());
+    for image in images {
+        let same = old_images.get(&names[*image]).copied();
+        let same = same.filter(|same| previous.plan.images[*same].requirement == plan.images[*image].requirement);
+        offsets.push(same.and_then(|same| previous.placement.offsets[same]));
+    }
+    offsets
 }

@@ -19,7 +19,6 @@ const MOST: usize = 32;
 /// A plan, and what it takes to change its dynamic parameters.
 #[derive(Clone)]
 pub struct Planned {
-    /// The plan.
     pub plan: Arc<Plan>,
     /// Its nodes with dynamic parameters.
     pub dynamic: DynamicNodes,
@@ -88,12 +87,10 @@ fn answers(graph: &Graph, facts: &Facts) -> impl Iterator<Item = bool> {
 }
 
 impl PlanCache {
-    /// No plans yet.
     pub fn new(graph: Graph) -> Self {
         Self { graph: Arc::new(graph), plans: Vec::new() }
     }
 
-    /// The graph.
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
@@ -125,7 +122,6 @@ impl PlanCache {
         Ok(needs_plan)
     }
 
-    /// Drops all plans.
     pub fn clear(&mut self) {
         self.plans.clear();
     }

@@ -45,14 +45,14 @@ pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, D
     plan_computing(graph, request, MAX_COMPUTED_BYTES)
 }
 
-/// The same, where nodes compute tables of at most `most_computed` bytes. Larger ones are zeros.
+/// The same, with zeros in the place of computed tables of more than `max_computed_bytes`.
 fn plan_computing(
     graph: &Graph,
     request: &PlanRequest<'_>,
-    most_computed: u64,
+    max_computed_bytes: u64,
 ) -> Result<(Plan, DynamicNodes), PlanError> {
     let specialized = specialize(graph, request)?;
-    let mut builder = record(graph, request, &specialized, most_computed)?;
+    let mut builder = record(graph, request, &specialized, max_computed_bytes)?;
     let settings = std::mem::take(&mut builder.dynamic);
     let records = DynamicRecords::new(settings, specialized.identities, &builder.recording);
     cull(&mut builder);
@@ -60,7 +60,7 @@ fn plan_computing(
     fusion(&mut builder, request);
     let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
     let schedule = schedule(passes, &images, builder.recording.buffers.len(), &options);
-    let memory = memory(&mut images, &schedule, &builder, (request, &options));
+    let memory = memory(&mut images, &schedule, &builder, request, options.alias);
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images);
     let mut plan = Plan {

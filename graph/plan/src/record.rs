@@ -22,12 +22,12 @@ use afterimage_graph::node::{
 const ROUNDS: usize = 8;
 
 /// Lets every live node record its passes, and sizes the images that depend on earlier frames. Tables of more than
-/// `most_computed` bytes are zeros.
+/// `max_computed_bytes` are zeros.
 pub(crate) fn record(
     graph: &Graph,
     request: &PlanRequest<'_>,
     specialized: &SpecializedGraph,
-    most_computed: u64,
+    max_computed_bytes: u64,
 ) -> Result<PlanBuilder, PlanError> {
     let default = ImageDesc::new(request.given.size);
     let mut guesses: Vec<Vec<ImageDesc>> =
@@ -39,7 +39,7 @@ pub(crate) fn record(
         let mut round = RecordAttempt::new(graph, request, specialized, &guesses, &colors);
         round.builder.recording.computed = computed;
         // What exceeds the limits of a plan is refused by `RecordingLimits`.
-        round.builder.recording.most_computed = Some(most_computed);
+        round.builder.recording.most_computed = Some(max_computed_bytes);
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
@@ -151,7 +151,7 @@ impl<'a> RecordAttempt<'a> {
     fn cropped(&mut self, index: usize, input: &GraphInput, part: Part, image: ImageId) -> ImageId {
         let cropped = finite_image(format!("{}.cropped", input.name), self.builder.recording.image(image));
         let result = self.builder.recording.add_image(cropped);
-        self.builder.recording.passes.push(crop_pass((index, &input.name, input.state), part, image, result));
+        self.builder.recording.passes.push(crop_pass(index, input, part, image, result));
         result
     }
 
@@ -202,8 +202,8 @@ impl<'a> RecordAttempt<'a> {
     fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
         let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
-        let color = |wire: &Option<Source>| self.colors.at(self.specialized.source((*wire)?)?);
-        let inputs: Vec<Option<ImageColor>> = node.wires.iter().map(color).collect();
+        let sources = node.wires.iter().map(|wire| self.specialized.source((*wire)?));
+        let inputs: Vec<Option<ImageColor>> = sources.map(|source| self.colors.at(source?)).collect();
         let setting = NodeSetting {
             name: node.name.clone(),
             dynamic: self.request.dynamic_of(index),
@@ -352,7 +352,8 @@ pub(crate) fn replay_node(
     frame: &FrameSetting,
     instance: &NodeInstance,
     setting: &NodeSetting,
-    (recording, replay): (&mut Recording, &mut Replay),
+    recording: &mut Recording,
+    replay: &mut Replay,
 ) {
     instance.record(&mut Recorder::again(context(frame, setting, instance), recording, replay));
 }

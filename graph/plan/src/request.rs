@@ -17,7 +17,6 @@ pub struct PlanRequest<'a> {
     pub facts: Facts,
     /// What the device can do.
     pub caps: Caps,
-    /// Switches.
     pub options: Options,
     /// Parameters that the host changes while the plan runs. A node that has one runs also where its present values
     /// change nothing.
@@ -106,7 +105,6 @@ impl PlanRequest<'_> {
 /// An image that the host gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GivenImage {
-    /// Size and format.
     pub desc: ImageDesc,
     /// Whether the host promises that all its numbers are finite and within ±65504, and negative only where the color
     /// state allows it: see [`Signedness`](afterimage_base::image::Signedness).

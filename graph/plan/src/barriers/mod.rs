@@ -3,11 +3,10 @@
 mod aliasing;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use crate::builder::PlanBuilder;
 use crate::options::Alias;
-use crate::plan::{AliasingBarrier, Batch, PlannedImage, ScheduledPass, Stage, Transition, Use};
+use crate::plan::{Batch, PlannedImage, ScheduledPass, Stage, Transition, Use};
 use crate::schedule::Schedule;
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer};
 
@@ -23,11 +22,11 @@ pub(crate) fn barriers(
     let mut states = States::new(images, &builder.recording.buffers);
     let offsets: Vec<Option<u64>> = images.iter().map(|image| image.offset).collect();
     let aliasing = aliasing(images, &offsets, alias, schedule.batches.len());
-    let batch = |(passes, aliasing): (&Range<usize>, Vec<AliasingBarrier>)| {
+    let mut batches = Vec::with_capacity(schedule.batches.len());
+    for (passes, aliasing) in schedule.batches.iter().zip(aliasing) {
         let uses = schedule.passes[passes.clone()].iter().flat_map(uses_of).collect();
-        Batch { passes: passes.clone(), transitions: states.enter(uses), aliasing }
-    };
-    let batches = schedule.batches.iter().zip(aliasing).map(batch).collect();
+        batches.push(Batch { passes: passes.clone(), transitions: states.enter(uses), aliasing });
+    }
     let outputs = builder.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
     (batches, states.enter(outputs))
 }
@@ -35,16 +34,21 @@ pub(crate) fn barriers(
 /// How the pass uses its resources; a write counts for more than a read.
 fn uses_of(scheduled: &ScheduledPass) -> BTreeMap<Resource, Use> {
     let ScheduledPass { pass, stage, .. } = scheduled;
-    let reads = pass.reads().into_iter().map(|resource| (resource, Use::Read));
-    let write = |resource: Resource| match (resource, stage) {
-        (Resource::Buffer(_), _) => Use::StorageReadWrite,
-        (Resource::Image(image), Stage::Drawing) if pass.drawing().is_some_and(|drawing| drawing.is_depth(image)) => {
-            Use::DepthAttachment
-        }
-        (Resource::Image(_), Stage::Fragment | Stage::Drawing) => Use::ColorAttachment,
-        (Resource::Image(_), Stage::Compute) => Use::StorageWrite,
-    };
-    reads.chain(pass.writes().into_iter().map(|resource| (resource, write(resource)))).collect()
+    let mut uses: BTreeMap<Resource, Use> = pass.reads().into_iter().map(|resource| (resource, Use::Read)).collect();
+    for resource in pass.writes() {
+        let write = match (resource, stage) {
+            (Resource::Buffer(_), _) => Use::StorageReadWrite,
+            (Resource::Image(image), Stage::Drawing)
+                if pass.drawing().is_some_and(|drawing| drawing.is_depth(image)) =>
+            {
+                Use::DepthAttachment
+            }
+            (Resource::Image(_), Stage::Fragment | Stage::Drawing) => Use::ColorAttachment,
+            (Resource::Image(_), Stage::Compute) => Use::StorageWrite,
+        };
+        uses.insert(resource, write);
+    }
+    uses
 }
 
 /// The present use of everything.
@@ -52,9 +56,14 @@ struct States(BTreeMap<Resource, Use>);
 
 impl States {
     fn new(images: &[PlannedImage], buffers: &[VirtualBuffer]) -> Self {
-        let image = |(image, at): (&PlannedImage, u32)| (Resource::Image(ImageId(at)), of_image(&image.origin));
-        let buffer = |(buffer, at): (&VirtualBuffer, u32)| (Resource::Buffer(BufferId(at)), of_buffer(&buffer.life));
-        Self(images.iter().zip(0..).map(image).chain(buffers.iter().zip(0..).map(buffer)).collect())
+        let mut states = BTreeMap::new();
+        for (image, id) in images.iter().zip(0..) {
+            states.insert(Resource::Image(ImageId(id)), of_image(&image.origin));
+        }
+        for (buffer, id) in buffers.iter().zip(0..) {
+            states.insert(Resource::Buffer(BufferId(id)), of_buffer(&buffer.life));
+        }
+        Self(states)
     }
 
     /// Changes the uses to these; the transitions that it takes.

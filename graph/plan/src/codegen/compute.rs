@@ -5,7 +5,6 @@ use afterimage_wgsl::{GlobalKind, Instance, Linker, ShaderError};
 
 use super::module::{Composed, Entry, PassCode, Slot, SlotKind};
 
-/// A compute kernel.
 pub(super) fn compose_compute(code: &PassCode<'_>) -> Result<Composed, ShaderError> {
     let kernel = &code.pass.kernels[0];
     let mut linker = code.linker();

@@ -27,7 +27,7 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let function = writer.function("run", 0..code.pass.kernels.len());
     let (result, extent) = (writer.storage(image, desc.format), writer.extent());
     let origin = writer.origin();
-    let entry_points = entry_points((&result, origin.as_deref()), &extent, rows_of(code.pass, desc.size));
+    let entry_points = entry_points(&result, origin.as_deref(), &extent, rows_of(code.pass, desc.size));
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
@@ -51,22 +51,19 @@ fn rows_of(pass: &Pass, size: Size) -> u32 {
 }
 
 /// `origin` is the first texel of a result in a rectangle.
-fn entry_points((result, origin): (&str, Option<&str>), extent: &str, rows: u32) -> String {
-    let moved = |sign: &str| origin.map_or(String::new(), |origin| format!(" {sign} {origin}"));
-    let (plus, minus) = (moved("+"), moved("-"));
-    let every = |line: &dyn Fn(u32) -> String| (0..rows).map(line).collect::<String>();
+fn entry_points(result: &str, origin: Option<&str>, extent: &str, rows: u32) -> String {
+    let plus = origin.map_or(String::new(), |origin| format!(" + {origin}"));
+    let minus = origin.map_or(String::new(), |origin| format!(" - {origin}"));
     // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row
     // are made like the first row, and not stored: a branch around each would let none overlap another.
-    let made = every(&|row| {
+    let (mut made, mut stored) = (String::new(), String::new());
+    for row in 0..rows {
         let offset = row * HEIGHT;
-        format!("    let value{row} = run(point_at(max(first - vec2i(0, {offset}), vec2i())));\n")
-    });
-    let stored = every(&|row| {
-        let offset = row * HEIGHT;
-        format!(
+        made += &format!("    let value{row} = run(point_at(max(first - vec2i(0, {offset}), vec2i())));\n");
+        stored += &format!(
             "    if first.y >= {offset} {{ textureStore({result}, first - vec2i(0, {offset}){plus}, value{row}); }}\n"
-        )
-    });
+        );
+    }
     format!(
         "fn point_at(pixel: vec2i) -> Point {{
     return Point(pixel, (vec2f(pixel) + 0.5) / {extent}, {extent});

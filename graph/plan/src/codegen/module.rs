@@ -9,7 +9,6 @@ use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError,
 pub struct Slot {
     /// `@binding`; all are in group 0.
     pub binding: u32,
-    /// What it holds.
     pub kind: SlotKind,
 }
 
@@ -18,16 +17,13 @@ pub struct Slot {
 pub enum SlotKind {
     /// The uniform with the frame's time.
     Frame,
-    /// A host block.
     Block(BlockId),
-    /// The pass's own uniform.
     Params,
     /// A uniform with the size of the result in texels, and its first texel in the host's image: four floats. To ask
     /// the texture for the size takes longer.
     Extent,
     /// The linear, clamping sampler.
     Sampler,
-    /// A sampled image.
     Texture(ImageId),
     /// A mip level of a layer of a sampled image.
     Level(Subresource),
@@ -61,7 +57,6 @@ pub struct Composed {
     pub slots: Vec<Slot>,
     /// Whether it takes the frame's time from immediates.
     pub immediate: bool,
-    /// The workgroup's size.
     pub workgroup: [u32; 3],
     /// Whether every part of the module was unchecked: see [`Shader::unchecked`](afterimage_wgsl::Shader::unchecked).
     pub unchecked: bool,

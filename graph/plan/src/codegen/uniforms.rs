@@ -39,15 +39,16 @@ fn uniform_bytes(pass: &Pass) -> Vec<u8> {
 /// The uniform block of each pass, one behind the other.
 pub(super) fn uniform_blocks(passes: &[ScheduledPass], images: &[PlannedImage]) -> Vec<UniformBlock> {
     let mut offset = 0;
-    let block = |scheduled: &ScheduledPass| {
+    let mut blocks = Vec::with_capacity(passes.len());
+    for scheduled in passes {
         let bytes = uniform_bytes(&scheduled.pass);
         let size = scheduled.pass.written_image().map(|image| images[image.0 as usize].desc.size);
         let extent = size.map_or([1.0, 1.0, 0.0, 0.0], |size| [size.width as f32, size.height as f32, 0.0, 0.0]);
         let extent_offset = offset + (bytes.len() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
-        let start = std::mem::replace(&mut offset, extent_offset + UNIFORM_ALIGNMENT);
-        UniformBlock { offset: start, bytes, extent_offset, extent }
-    };
-    passes.iter().map(block).collect()
+        blocks.push(UniformBlock { offset, bytes, extent_offset, extent });
+        offset = extent_offset + UNIFORM_ALIGNMENT;
+    }
+    blocks
 }
 
 fn uniform_ends(passes: &[PlannedPass]) -> impl Iterator<Item = u64> {
@@ -59,14 +60,14 @@ pub(crate) fn blocks(graph: &Graph, passes: &[PlannedPass]) -> Vec<PlannedBlock>
     let args = passes.iter().flat_map(|planned| planned.pass.args());
     let read: BTreeSet<BlockId> = args.filter_map(Arg::block).collect();
     let mut end = uniform_ends(passes).max().unwrap_or(0);
-    let planned = |id: BlockId| {
+    let mut blocks = Vec::with_capacity(read.len());
+    for id in read {
         let input = &graph.inputs[id.0 as usize];
         let block = input.block.expect("only inputs for blocks give blocks");
-        let offset = end;
+        blocks.push(PlannedBlock { id, name: input.name.clone(), block, offset: end });
         end += (block.bytes() as u64).next_multiple_of(UNIFORM_ALIGNMENT);
-        PlannedBlock { id, name: input.name.clone(), block, offset }
-    };
-    read.into_iter().map(planned).collect()
+    }
+    blocks
 }
 
 impl Plan {
@@ -87,16 +88,17 @@ impl Plan {
     /// runs in several passes.
     pub(crate) fn uniform_places(&self, kernel: KernelOrigin) -> Vec<u64> {
         let origin = Some(kernel);
-        let of_pass = |planned: &PlannedPass| {
+        let mut places = Vec::new();
+        for planned in &self.passes {
             let mut offset = planned.uniform.offset;
-            let mut places = Vec::new();
             for kernel in &planned.pass.kernels {
-                places.extend((kernel.origin == origin).then_some(offset));
+                if kernel.origin == origin {
+                    places.push(offset);
+                }
                 offset += kernel.uniform.len().next_multiple_of(KERNEL_ALIGNMENT) as u64;
             }
-            places
-        };
-        self.passes.iter().flat_map(of_pass).collect()
+        }
+        places
     }
 
     /// Whether two plans are equal but for the numbers in their uniforms, so that one can run with the resources of the
@@ -110,9 +112,12 @@ impl Plan {
     /// The plan with zeros for all numbers.
     fn without_uniforms(&self) -> Self {
         let mut plan = self.clone();
-        plan.passes.iter_mut().for_each(|planned| planned.uniform.bytes.fill(0));
-        let kernels = plan.passes.iter_mut().flat_map(|planned| &mut planned.pass.kernels);
-        kernels.for_each(|kernel| kernel.uniform.fill(0));
+        for planned in &mut plan.passes {
+            planned.uniform.bytes.fill(0);
+            for kernel in &mut planned.pass.kernels {
+                kernel.uniform.fill(0);
+            }
+        }
         plan
     }
 }

@@ -56,7 +56,6 @@ impl PassGraph {
         reads.into_iter().filter(is_redrawn).any(|resource| self.writers(resource).any(|writer| writer > number))
     }
 
-    /// Takes a pass out.
     pub(crate) fn take(&mut self, number: usize) -> Option<Pass> {
         let pass = self.passes[number].take()?;
         self.users_of(&pass, |users| users.remove(&number));

@@ -76,7 +76,7 @@ impl Halving {
         nodes.dedup();
         kernels.push(row_kernel(nodes.last().unwrap_or(&node), self.by));
         let rows = rows_of(recording.image(self.result).desc.size.texels());
-        graph.put(self.number, row_pass(nodes.clone(), label, kernels, self.result, (self.by, rows)));
+        graph.put(self.number, row_pass(nodes.clone(), label, kernels, self.result, self.by, rows));
         let image = recording.image(self.source);
         is_fused.then(|| Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() })
     }
@@ -93,7 +93,8 @@ pub(crate) fn row_pass(
     label: String,
     kernels: Vec<KernelCall>,
     image: ImageId,
-    (by, rows): (ByRows, u32),
+    by: ByRows,
+    rows: u32,
 ) -> Pass {
     let results = vec![PassResult { kernel: kernels.len() - 1, image }];
     let kind = PassKind::RowDownsample(RowDownsample { state: by.state, rows });
@@ -104,6 +105,9 @@ pub(crate) fn row_pass(
 fn maker(graph: &PassGraph, recording: &Recording, number: usize, source: ImageId) -> Option<usize> {
     let is_ours = recording.image(source).origin == Origin::Transient && !graph.is_kept(source);
     let is_alone = graph.readers(Resource::Image(source)).all(|reader| reader == number);
-    let is_point = |maker: &usize| graph.get(*maker).is_some_and(|pass| pass.kind == PassKind::Point);
-    graph.writers(Resource::Image(source)).find(is_point).filter(|_| is_ours && is_alone)
+    if !is_ours || !is_alone {
+        return None;
+    }
+    let mut writers = graph.writers(Resource::Image(source));
+    writers.find(|writer| graph.get(*writer).is_some_and(|pass| pass.kind == PassKind::Point))
 }

@@ -3,7 +3,6 @@
 /// An image as the placement sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Its bytes.
     pub(crate) bytes: u64,
     /// Alignment of its offset; a power of two.
     pub(crate) alignment: u64,
@@ -13,7 +12,6 @@ pub(crate) struct Block {
     pub(crate) last: usize,
 }
 
-/// Where blocks lie.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Placement {
     /// The offset of each block.

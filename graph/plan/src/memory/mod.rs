@@ -10,7 +10,7 @@ mod skyline;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
-use crate::options::Options;
+use crate::options::Alias;
 use crate::plan::{Fused, Memory, PlannedImage};
 use crate::request::{PlanRequest, Requirement};
 use crate::schedule::Schedule;
@@ -25,19 +25,21 @@ pub(crate) fn memory(
     images: &mut [PlannedImage],
     schedule: &Schedule,
     builder: &PlanBuilder,
-    (request, options): (&PlanRequest<'_>, &Options),
+    request: &PlanRequest<'_>,
+    alias: Alias,
 ) -> Memory {
     lifetimes::set_lifetimes(images, schedule, &builder.kept());
     let unaliased = described_bytes(images, &builder.fused);
-    let unused = images.iter_mut().filter(|image| image.lifetime.is_none());
-    unused.for_each(|image| image.requirement = None);
+    for image in images.iter_mut().filter(|image| image.lifetime.is_none()) {
+        image.requirement = None;
+    }
     let (shared, blocks) = blocks(images);
     let lower_bound = lower_bound(&blocks);
     let placement = placement::place(&blocks, lower_bound);
     for (image, offset) in shared.iter().zip(&placement.offsets) {
         images[*image].offset = Some(*offset);
     }
-    let (slots, pooled) = pool::assign_slots(images, options.alias);
+    let (slots, pooled) = pool::assign_slots(images, alias);
     Memory {
         slots,
         placed: placement.end,
@@ -52,18 +54,20 @@ pub(crate) fn memory(
 /// Bytes of all transient images that a pass uses, or used before it was fused with another.
 fn described_bytes(images: &[PlannedImage], fused: &[Fused]) -> u64 {
     let removed: BTreeSet<&str> = fused.iter().map(|fused| fused.image.as_str()).collect();
-    let is_described = |image: &&PlannedImage| image.lifetime.is_some() || removed.contains(image.label.as_str());
-    let described = images.iter().filter(is_described).filter_map(|image| image.requirement);
-    described.map(|requirement| requirement.bytes).sum()
+    let described = images.iter().filter(|image| image.lifetime.is_some() || removed.contains(image.label.as_str()));
+    described.filter_map(|image| image.requirement).map(|requirement| requirement.bytes).sum()
 }
 
 /// The images that share memory, and the bytes and batches that each takes.
 pub(crate) fn blocks(images: &[PlannedImage]) -> (Vec<usize>, Vec<Block>) {
-    let block = |(at, image): (usize, &PlannedImage)| {
-        let (Requirement { bytes, alignment }, lifetime) = (image.requirement?, image.lifetime?);
-        Some((at, Block { bytes, alignment, first: lifetime.first, last: lifetime.last }))
-    };
-    images.iter().enumerate().filter_map(block).unzip()
+    let (mut shared, mut blocks) = (Vec::new(), Vec::new());
+    for (at, image) in images.iter().enumerate() {
+        if let (Some(Requirement { bytes, alignment }), Some(lifetime)) = (image.requirement, image.lifetime) {
+            shared.push(at);
+            blocks.push(Block { bytes, alignment, first: lifetime.first, last: lifetime.last });
+        }
+    }
+    (shared, blocks)
 }
 
 /// Bytes of the images that outlive the frame or leave it.
@@ -78,6 +82,9 @@ fn kept_bytes(images: &[PlannedImage], builder: &PlanBuilder, request: &PlanRequ
             *count = (*count).max(ring);
         }
     }
-    let bytes = |(image, count): (ImageId, u64)| count * (request.requirement)(&images[image.0 as usize].desc).bytes;
-    textures.into_iter().map(bytes).sum()
+    let mut bytes = 0;
+    for (image, count) in textures {
+        bytes += count * (request.requirement)(&images[image.0 as usize].desc).bytes;
+    }
+    bytes
 }

@@ -43,7 +43,9 @@ fn by_size(blocks: &[Block]) -> Vec<usize> {
 
 fn place_in(blocks: &[Block], order: &[usize]) -> Placement {
     let mut heap = BestFit::new(blocks);
-    order.iter().for_each(|at| heap.place(*at));
+    for at in order {
+        heap.place(*at);
+    }
     heap.placement()
 }
 
@@ -52,7 +54,9 @@ pub(crate) fn place_around(blocks: &[Block], old: &[Option<u64>]) -> Placement {
     let mut heap = BestFit::new(blocks);
     let keeps = |at: &usize| old[*at].is_some_and(|offset| heap.place_at(*at, offset));
     let (_, moved): (Vec<usize>, Vec<usize>) = by_size(blocks).into_iter().partition(keeps);
-    moved.into_iter().for_each(|at| heap.place(at));
+    for at in moved {
+        heap.place(at);
+    }
     heap.placement()
 }
 

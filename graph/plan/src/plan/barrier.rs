@@ -8,7 +8,6 @@ use serde::Serialize;
 /// Passes that need no barrier between them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Batch {
-    /// The passes.
     pub passes: Range<usize>,
     /// Changes of use before the batch, images before buffers, by number.
     pub transitions: Vec<Transition>,
@@ -48,7 +47,6 @@ impl Use {
 /// A change of use, or a write after a write, which must be ordered though the use is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Transition {
-    /// What is used.
     #[serde(skip)]
     pub resource: Resource,
     /// Its use before the batch.

@@ -13,13 +13,10 @@ use crate::request::Requirement;
 pub struct PlannedImage {
     /// `node.port`, for people.
     pub label: String,
-    /// Size and format.
     pub desc: ImageDesc,
-    /// Where it comes from.
     pub origin: Origin,
     /// The negative numbers that it may hold.
     pub signedness: Signedness,
-    /// How it is sampled.
     pub sample_mode: SampleMode,
     /// When it is in use; `None` if no pass uses it.
     pub lifetime: Option<Lifetime>,
@@ -34,7 +31,6 @@ pub struct PlannedImage {
 /// When an image is in use: from the first batch that mentions it to the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Lifetime {
-    /// The first batch.
     pub first: usize,
     /// The last batch; past the end for what leaves the frame.
     pub last: usize,
@@ -43,7 +39,6 @@ pub struct Lifetime {
 /// A pooled texture that images with equal descriptions share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Slot {
-    /// Its description.
     pub desc: ImageDesc,
 }
 

@@ -40,7 +40,6 @@ pub struct Plan {
     pub rectangles: Vec<RectangleInput>,
     /// The host blocks that passes read.
     pub blocks: Vec<PlannedBlock>,
-    /// What the host gets.
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
     pub skipped: Vec<Skipped>,
@@ -63,7 +62,6 @@ pub struct PlannedBlock {
     pub id: BlockId,
     /// The name of the input.
     pub name: String,
-    /// Its declaration.
     pub block: &'static HostBlock,
     /// Where it begins in the buffer.
     pub offset: u64,
@@ -72,9 +70,7 @@ pub struct PlannedBlock {
 /// An image that the host gets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanOutput {
-    /// The output's name.
     pub name: String,
-    /// The image.
     pub image: ImageId,
     /// The color state of the output's wire in the graph.
     pub state: ColorState,

@@ -5,9 +5,7 @@ use serde::Serialize;
 /// A node that is not in the plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Skipped {
-    /// Its name.
     pub node: String,
-    /// Why.
     pub why: String,
 }
 

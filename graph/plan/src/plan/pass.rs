@@ -29,7 +29,6 @@ pub struct PlannedPass {
     pub recorded: usize,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],
-    /// Its numbers.
     pub uniform: UniformBlock,
 }
 
@@ -46,10 +45,8 @@ pub struct UniformBlock {
     pub extent: [f32; 4],
 }
 
-/// How a pass runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
-    /// A dispatch.
     Compute,
     /// A full-screen triangle.
     Fragment,

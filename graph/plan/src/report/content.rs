@@ -7,7 +7,7 @@ use super::drawings::drawing;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
-use crate::plan::{AliasingBarrier, Batch, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass, Transition};
+use crate::plan::{Batch, Plan, PlanOutput, PlannedImage, PlannedPass, Transition};
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
 
@@ -30,8 +30,8 @@ pub(super) fn content(plan: &Plan) -> Value {
         "skipped": plan.skipped,
     });
     if !plan.blocks.is_empty() {
-        let block = |planned: &PlannedBlock| json!({ "name": planned.name, "type": planned.block.name });
-        content["blocks"] = plan.blocks.iter().map(block).collect();
+        content["blocks"] =
+            plan.blocks.iter().map(|block| json!({ "name": block.name, "type": block.block.name })).collect();
     }
     if !plan.rectangles.is_empty() {
         content["rectangles"] =
@@ -59,17 +59,17 @@ fn output(output: &PlanOutput, names: &Names) -> Value {
 }
 
 fn barriers(batch: &Batch, names: &Names) -> Value {
-    let aliasing = |barrier: &AliasingBarrier| {
+    let mut aliasing = Vec::new();
+    for barrier in &batch.aliasing {
         let owners: Value = barrier.owners.iter().map(|image| names.image(*image)).collect();
-        json!({ "image": names.image(barrier.image), "owners": owners })
-    };
-    let aliasing: Value = batch.aliasing.iter().map(aliasing).collect();
+        aliasing.push(json!({ "image": names.image(barrier.image), "owners": owners }));
+    }
     json!({ "aliasing": aliasing, "transitions": transitions(&batch.transitions, names) })
 }
 
 fn transitions(transitions: &[Transition], names: &Names) -> Value {
-    let view = |t: &Transition| json!({ "from": t.from, "resource": names.of(t.resource), "to": t.to });
-    transitions.iter().map(view).collect()
+    let views = transitions.iter().map(|t| json!({ "from": t.from, "resource": names.of(t.resource), "to": t.to }));
+    views.collect()
 }
 
 fn buffers(plan: &Plan, names: &Names) -> Value {

@@ -41,13 +41,12 @@ pub fn diff(first: &Plan, second: &Plan) -> PlanDiff {
 }
 
 impl PlanDiff {
-    /// Whether nothing differs.
     pub fn is_empty(&self) -> bool {
-        let same = |(first, second): (u64, u64)| first == second;
+        let figures = [self.passes, self.batches, self.bytes_moved, self.peak_memory];
         self.added.is_empty()
             && self.removed.is_empty()
             && self.resized.is_empty()
-            && [self.passes, self.batches, self.bytes_moved, self.peak_memory].into_iter().all(same)
+            && figures.into_iter().all(|(first, second)| first == second)
     }
 }
 

@@ -6,7 +6,7 @@ use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::Alias;
-use crate::plan::{Plan, PlanOutput, PlannedPass, Skipped};
+use crate::plan::{Plan, PlannedPass};
 use afterimage_graph::node::Resource;
 
 impl Plan {
@@ -73,18 +73,18 @@ impl Plan {
     }
 
     fn outputs_text(&self) -> String {
-        let row = |output: &PlanOutput| vec![format!("  {}", output.name), described(output)];
-        section("outputs", self.outputs.iter().map(row).collect())
+        let rows = self.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
+        section("outputs", rows.collect())
     }
 
     fn dynamic_text(&self) -> String {
-        let row = |name: &String| vec![format!("  {name}")];
-        section("parameters that change without a new plan", self.dynamic.iter().map(row).collect())
+        let rows = self.dynamic.iter().map(|name| vec![format!("  {name}")]);
+        section("parameters that change without a new plan", rows.collect())
     }
 
     fn skipped_text(&self) -> String {
-        let row = |skipped: &Skipped| vec![format!("  {}", skipped.node), skipped.why.clone()];
-        section("skipped", self.skipped.iter().map(row).collect())
+        let rows = self.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
+        section("skipped", rows.collect())
     }
 
     fn fused_text(&self) -> String {
@@ -133,9 +133,9 @@ impl Plan {
 
 /// Images and the bytes that each of them saves, under a heading with their sum; nothing if there are none.
 fn savings(why: &str, saved: Vec<(&str, u64)>) -> String {
-    let row = |(image, bytes): &(&str, u64)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))];
     let sum = saved.iter().map(|(_, bytes)| bytes).sum();
-    section(&format!("{why}: {} less moved a frame", mebibytes(sum)), saved.iter().map(row).collect())
+    let rows = saved.iter().map(|(image, bytes)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))]);
+    section(&format!("{why}: {} less moved a frame", mebibytes(sum)), rows.collect())
 }
 
 /// Rows under a heading; nothing if there are none.

@@ -41,12 +41,12 @@ impl<'a> Within<'a> {
         let waiting: Vec<usize> = graph.before.iter().map(Vec::len).collect();
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(at, pass)| place[*pass] = at);
-        let sorted = |users: &Vec<usize>| {
-            let mut places: Vec<usize> = users.iter().map(|user| place[*user]).collect();
-            places.sort_unstable();
-            places
-        };
-        let places: Vec<Vec<usize>> = graph.items.iter().map(|item| sorted(&item.users)).collect();
+        let mut places: Vec<Vec<usize>> = Vec::with_capacity(graph.items.len());
+        for item in &graph.items {
+            let mut users: Vec<usize> = item.users.iter().map(|user| place[*user]).collect();
+            users.sort_unstable();
+            places.push(users);
+        }
         let mut steps = vec![0_i64; order.len() + 1];
         for (item, places) in graph.items.iter().zip(&places) {
             steps[places[0]] += item.bytes as i64;
@@ -199,9 +199,11 @@ fn lazy(graph: &ScheduleGraph, latest: &[usize]) -> Vec<Vec<usize>> {
 }
 
 fn frees(graph: &ScheduleGraph, left: &[usize], pass: usize) -> bool {
-    let bytes = |counts: &dyn Fn(usize) -> bool| -> u64 {
-        let items = graph.uses[pass].iter().filter(|item| counts(**item));
-        items.map(|item| graph.items[*item].bytes).sum()
-    };
-    bytes(&|item| left[item] == 1) >= bytes(&|item| left[item] == graph.items[item].users.len())
+    let (mut freed, mut made) = (0, 0);
+    for item in &graph.uses[pass] {
+        let bytes = graph.items[*item].bytes;
+        freed += if left[*item] == 1 { bytes } else { 0 };
+        made += if left[*item] == graph.items[*item].users.len() { bytes } else { 0 };
+    }
+    freed >= made
 }

@@ -114,11 +114,10 @@ impl<'a> Greedy<'a> {
 /// Depth first from the passes that no other waits for; inputs first that need the most memory beyond what they leave
 /// (Sethi and Ullman's rule for expression trees, "The Generation of Optimal Code for Arithmetic Expressions", 1970).
 fn demanded(graph: &ScheduleGraph) -> Vec<usize> {
-    let made = |pass: usize| -> u64 {
-        let items = graph.uses[pass].iter().map(|item| &graph.items[*item]);
-        items.filter(|item| item.users[0] == pass).map(|item| item.bytes).sum()
-    };
-    let leaves: Vec<u64> = (0..graph.len()).map(made).collect();
+    let mut leaves = vec![0_u64; graph.len()];
+    for item in &graph.items {
+        leaves[item.users[0]] += item.bytes;
+    }
     let mut needs = vec![0_u64; graph.len()];
     let mut inputs: Vec<Vec<usize>> = graph.before.clone();
     for pass in 0..graph.len() {

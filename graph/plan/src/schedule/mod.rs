@@ -14,7 +14,6 @@ use schedule_graph::ScheduleGraph;
 
 /// Passes in the order in which they run.
 pub(crate) struct Schedule {
-    /// The passes.
     pub(crate) passes: Vec<ScheduledPass>,
     /// Ranges of passes that need no barrier between them.
     pub(crate) batches: Vec<Range<usize>>,
@@ -30,16 +29,16 @@ pub(crate) fn schedule(
     let graph = ScheduleGraph::new(&passes, images, buffers);
     let mut chosen = order::choose(&graph, options);
     group_stages(&mut chosen, &passes);
-    let mut end = 0;
-    let mut next = |batch: &Vec<usize>| {
-        let start = end;
-        end += batch.len();
-        start..end
-    };
-    let batches = chosen.iter().map(&mut next).collect();
     let mut waiting: Vec<Option<ScheduledPass>> = passes.into_iter().map(Some).collect();
-    let mut take = |pass: usize| waiting[pass].take().expect("an order names each pass once");
-    Schedule { passes: chosen.into_iter().flatten().map(&mut take).collect(), batches }
+    let mut schedule = Schedule { passes: Vec::with_capacity(waiting.len()), batches: Vec::new() };
+    for batch in chosen {
+        let start = schedule.passes.len();
+        for pass in batch {
+            schedule.passes.push(waiting[pass].take().expect("an order names each pass once"));
+        }
+        schedule.batches.push(start..schedule.passes.len());
+    }
+    schedule
 }
 
 /// Inside a batch the order is free: passes of one stage stand together, and a batch begins as the one before ended,

@@ -21,12 +21,12 @@ pub(super) fn choose(graph: &ScheduleGraph, options: &Options) -> Vec<Vec<usize>
         let order = orders.min_by_key(|order| graph.peak(order)).unwrap_or_default();
         return order.into_iter().map(|pass| vec![pass]).collect();
     }
-    let cost = |schedule: &Vec<Vec<usize>>| {
+    let best = schedules.into_iter().min_by_key(|schedule| {
         let peak = graph.peak_of_batches(&mut schedule.iter().map(Vec::as_slice));
         let batches = schedule.len() as u64;
         if options.batches_first { (batches, peak) } else { (peak, batches) }
-    };
-    schedules.into_iter().min_by_key(cost).unwrap_or_default()
+    });
+    best.unwrap_or_default()
 }
 
 /// The orders of the smallest peak, grouped into batches, and after them the fewest batches that there can be. Grouping

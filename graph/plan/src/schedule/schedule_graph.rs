@@ -20,7 +20,6 @@ pub(crate) struct ScheduleGraph {
 /// An image that takes part in the sharing of memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Item {
-    /// Its bytes.
     pub(crate) bytes: u64,
     /// The passes that use it, in the order of recording: the first one makes it.
     pub(crate) users: Vec<usize>,

@@ -56,7 +56,6 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
     specialized
 }
 
-/// Whether a node runs.
 enum Verdict {
     /// It runs. Outputs that equal their fallbacks are replaced by them.
     Runs,

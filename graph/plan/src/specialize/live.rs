@@ -22,12 +22,11 @@ pub(super) fn mark_wanted(graph: &Graph, specialized: &mut SpecializedGraph) -> 
         }
     }
     specialized.wanted = wanted;
-    let unread = |index: &usize| specialized.runs[*index] && !specialized.is_live(*index);
-    let skipped: Vec<Skipped> = (0..graph.nodes.len())
-        .filter(unread)
-        .map(|index| Skipped { node: graph.nodes[index].name.clone(), why: "nobody needs it".into() })
-        .collect();
-    specialized.skipped.extend(skipped);
+    for (index, node) in graph.nodes.iter().enumerate() {
+        if specialized.runs[index] && !specialized.is_live(index) {
+            specialized.skipped.push(Skipped { node: node.name.clone(), why: "nobody needs it".into() });
+        }
+    }
     Ok(())
 }
 

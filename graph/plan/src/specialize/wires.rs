@@ -14,7 +14,6 @@ pub(crate) enum WireSource {
     From(Source),
     /// Zero everywhere.
     Zero,
-    /// Nothing.
     Absent,
 }
 
@@ -22,7 +21,6 @@ pub(crate) enum WireSource {
 pub(crate) struct SpecializedGraph {
     /// The order in which nodes can be recorded.
     pub(crate) order: Vec<usize>,
-    /// Which nodes run.
     pub(crate) runs: Vec<bool>,
     /// For each node and output port, what its readers get.
     pub(super) outputs: Vec<Vec<WireSource>>,

@@ -11,7 +11,6 @@ use afterimage_graph::node::{Arg, Load, Pass, PassKind, Resource, Subresource};
 #[error("{0}")]
 pub struct Fault(String);
 
-/// What has been found.
 #[derive(Default)]
 pub(super) struct Faults(pub(super) Vec<Fault>);
 
