@@ -173,7 +173,7 @@ fn an_offset_without_alignment_or_beyond_the_heap_is_found() {
     let image = plan.images.iter().position(|image| image.offset.is_some()).expect("an image is placed");
     let mut crooked = plan.clone();
     crooked.images[image].offset = crooked.images[image].offset.map(|offset| offset + 4);
-    assert_reports(&faults(&crooked, "an offset is not aligned"), &["is no multiple of"]);
+    assert_reports(&faults(&crooked, "an offset is not aligned"), &["is not a multiple of"]);
     let mut outside = plan.clone();
     outside.images[image].offset = Some(plan.memory.placed);
     assert_reports(&faults(&outside, "an image is outside"), &["beyond the heap"]);
