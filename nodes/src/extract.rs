@@ -18,8 +18,8 @@ choices! {
         /// A luminance clamp for an image after the exponential curve: twice the color, through a smooth step from
         /// luminance 0.8 to 1. Ignores `threshold`, `knee` and `brightness`.
         Clamp,
-        /// Alpha is the emissive strength. The result is color times alpha where alpha is above the threshold:
-        /// Caracal's selective bloom.
+        /// Alpha is the emissive strength. The result is color times alpha where alpha is at least the threshold:
+        /// Caracal's selective bloom. A mask of 0 and 1 selects at each threshold from 0 to 1.
         Emissive,
         /// All light: for a `Composite` with `blend: Mix`.
         All,
@@ -63,7 +63,8 @@ params! {
         pub method: ExtractMethod = ExtractMethod::Knee;
         /// For `Knee` and `Gate`: the quantity that the threshold applies to.
         pub brightness: Brightness = Brightness::Max;
-        /// Where the selection begins, in the units of the source. For `Emissive`: in alpha.
+        /// Where the selection begins, in the units of the source. For `Emissive`: the least alpha that is selected;
+        /// 0 selects every pixel by its alpha.
         pub threshold: f32 = 1.0 => within(0.0..=65504.0), usually(0.0..=4.0);
         /// For `Knee` and `Gate`: half of the width of the transition around the threshold. 0 is a hard edge, which
         /// flickers in motion.

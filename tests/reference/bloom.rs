@@ -27,9 +27,9 @@ pub(crate) fn gate_weight(brightness: f64, threshold: f64, knee: f64) -> f64 {
     smooth_step(threshold - knee, threshold + knee, brightness)
 }
 
-/// The glow of a pixel whose alpha is its emissive intensity: nothing up to `threshold`.
+/// The glow of a pixel whose alpha is its emissive intensity: nothing below `threshold`.
 pub(crate) fn select_emissive([r, g, b, a]: [f64; 4], threshold: f64, intensity: f64) -> Rgb {
-    if a > threshold { [r, g, b].map(|x| x * a * intensity) } else { [0.0; 3] }
+    if a >= threshold { [r, g, b].map(|x| x * a * intensity) } else { [0.0; 3] }
 }
 
 /// The sizes of `count` levels, the first half of the image.

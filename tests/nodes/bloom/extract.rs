@@ -42,6 +42,14 @@ fn extract_takes_emission_from_alpha() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_mask_of_one_is_selected_by_default() {
+    let scene = Picture::new(2, 1, |x, _| [0.5, 0.25, 0.125, x as f32]);
+    let selected = Picture::new(2, 1, |x, _| [0.5, 0.25, 0.125, 1.0].map(|value| value * x as f32));
+    check_on(r#""result": Extract(source: "scene", method: Emissive)"#, &scene, &image(&selected), WHOLE);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_gate_without_edges_lets_all_but_black_pass() {
     let scene = Picture::new(2, 1, |x, _| [x as f32 * 1e-3, 0.0, 0.0, 1.0]);
     let nodes = r#""result": Extract(source: "scene", method: Gate, threshold: 0.0, knee: 0.0)"#;
