@@ -24,6 +24,10 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
     if bytes.starts_with(PNG_SIGNATURE) {
         return parse_png(bytes, layout).map(LutFile::Table);
     }
+    if let Some(what) = foreign(bytes) {
+        let message = format!("the file is {what}, which is not read: convert it to .cube, as `ociobakelut` does");
+        return Err(LutError::new(0, message));
+    }
     let known = "the file is neither a table (.cube, .spi1d, .spi3d, .clf) nor a PNG";
     let text = std::str::from_utf8(bytes).map_err(|_| LutError::new(0, known))?;
     match lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
@@ -31,5 +35,53 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
         Some("Version" | "From" | "Length" | "Components") => parse_spi1d(text).map(LutFile::Table),
         Some("SPILUT") => parse_spi3d(text).map(LutFile::Table),
         _ => parse_cube(text).map(LutFile::Table),
+    }
+}
+
+/// What a color file of a format that is not read is, by its first words.
+fn foreign(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.get(36..40) == Some(b"acsp") {
+        return Some("an ICC profile");
+    }
+    let text = std::str::from_utf8(bytes).ok()?;
+    if text.starts_with("#Inventor V") {
+        return Some("a table of Nuke (.vf)");
+    }
+    let (_, first) = lines(text).next()?;
+    let mut words = first.split_whitespace();
+    match words.next()? {
+        "CSPLUTV100" => Some("a table of cineSpace (.csp)"),
+        "3DMESH" => Some("a table of Lustre or Flame (.3dl)"),
+        "Version" if words.next() == Some("3") => Some("a table of Houdini (.lut)"),
+        // The first line of a mesh has the inputs of all its entries.
+        word if is_whole(word) && words.clone().count() > 2 && words.all(is_whole) => {
+            Some("a table of Lustre or Flame (.3dl)")
+        }
+        _ => None,
+    }
+}
+
+fn is_whole(word: &str) -> bool {
+    word.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_of_another_program_is_named() {
+        for (text, name) in [
+            ("# comment\n0 64 128 192 256\n0 0 0\n0 0 64\n", ".3dl"),
+            ("3DMESH\nMesh 4 12\n0 64 128\n", ".3dl"),
+            ("CSPLUTV100\n3D\n", ".csp"),
+            ("#Inventor V2.1 ascii\n", ".vf"),
+            ("Version\t\t3\nType\t\tRGB\n", ".lut"),
+        ] {
+            let error = parse_lut_file(text.as_bytes(), PngLayout::Tiles).expect_err("it is not read");
+            assert!(error.message.contains(name), "{}", error.message);
+        }
+        let entries = "LUT_3D_SIZE 2\n".to_owned() + &"0 1 0\n".repeat(8);
+        assert!(parse_lut_file(entries.as_bytes(), PngLayout::Tiles).is_ok());
     }
 }
