@@ -34,7 +34,7 @@ fn up_to(node: &str) -> Graph {
     let (index, found) = graph.node(node).unwrap_or_else(|| panic!("{PIPELINE} has a node `{node}`"));
     let state = found.states[0].expect("its result is an image");
     let source = Source::Node { node: index, output: 0, previous: 0 };
-    graph.outputs = vec![GraphOutput { name: node.into(), source, state }];
+    graph.outputs = vec![GraphOutput { name: node.into(), source, state, has_coverage: false }];
     graph
 }
 

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Builder, Feed, NodeDraft, Wire, input_type};
 use super::suggest::{OnWire, between, either, path};
-use crate::document::InputEntry;
+use crate::document::{InputEntry, OutputEntry};
 use crate::node::{HostBlock, Input, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
@@ -272,7 +272,7 @@ impl Builder<'_> {
     }
 
     fn agree_with_outputs(&mut self) {
-        for (name, wire) in self.outputs.clone() {
+        for (OutputEntry { name, .. }, wire) in self.outputs.clone() {
             let Some(wire) = wire else { continue };
             let ty = self.wire_type(&wire);
             if ty != PortType::Image {

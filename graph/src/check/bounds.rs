@@ -51,7 +51,7 @@ impl Builder<'_> {
     /// Reports the sections of a document that have too many entries.
     pub(super) fn report_long_sections(&mut self, document: &Document) {
         let input = document.inputs.get(MAX_INPUTS).map(|input| &input.name);
-        let output = document.outputs.get(MAX_OUTPUTS).map(|(name, _)| name);
+        let output = document.outputs.get(MAX_OUTPUTS).map(|output| &output.name);
         let tier = document.tiers.get(MAX_TIERS).map(|(name, _)| name);
         let fact = document.facts.iter().flatten().nth(MAX_FACTS).map(|(name, _)| name);
         let sections: [(&'static str, _, _, _); 4] = [

@@ -7,7 +7,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use super::files::Files;
 use super::limits::Counted;
 use super::{Condition, FactKind, Graph, GraphInput, GraphOutput, Source};
-use crate::document::{InputEntry, Override};
+use crate::document::{InputEntry, OutputEntry, Override};
 use crate::node::{NodeInstance, NodeKind, PortType, Registry};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
@@ -24,7 +24,7 @@ pub(super) struct Builder<'a> {
     pub(super) drafts: Vec<NodeDraft>,
     pub(super) changes: Vec<Change>,
     pub(super) facts: BTreeMap<String, (FactKind, Location)>,
-    pub(super) outputs: Vec<(Spanned<String>, Option<Wire>)>,
+    pub(super) outputs: Vec<(OutputEntry, Option<Wire>)>,
     pub(super) tier: Option<String>,
     pub(super) counted: Counted,
 }
@@ -61,7 +61,7 @@ pub(super) struct Scope {
     pub(super) name: Spanned<String>,
     pub(super) inputs: Vec<(InputEntry, Feed)>,
     pub(super) names: BTreeMap<String, Named>,
-    pub(super) outputs: Vec<(Spanned<String>, Spanned<String>)>,
+    pub(super) outputs: Vec<OutputEntry>,
     pub(super) when: Option<Condition>,
     pub(super) off: bool,
     /// Where `Off` or `On` was written.
@@ -203,14 +203,19 @@ impl<'a> Builder<'a> {
                 .zip(instances)
                 .map(|(draft, instance)| self.graph_node(draft, instance))
                 .collect(),
-            outputs: self.outputs.iter().filter_map(|(name, wire)| self.graph_output(name, wire.as_ref()?)).collect(),
+            outputs: self
+                .outputs
+                .iter()
+                .filter_map(|(output, wire)| self.graph_output(output, wire.as_ref()?))
+                .collect(),
             wires: self.same_frame(),
         }
     }
 
-    fn graph_output(&self, name: &Spanned<String>, wire: &Wire) -> Option<GraphOutput> {
+    fn graph_output(&self, output: &OutputEntry, wire: &Wire) -> Option<GraphOutput> {
         let state = self.state(wire).flatten().unwrap_or(ColorState::Data);
-        Some(GraphOutput { name: name.value.clone(), source: wire.source?, state })
+        let OutputEntry { name, has_coverage, .. } = output;
+        Some(GraphOutput { name: name.value.clone(), source: wire.source?, state, has_coverage: *has_coverage })
     }
 
     /// An edge from each node to each that reads it in the same frame.

@@ -3,6 +3,7 @@
 use super::Source;
 use super::build::{Builder, Feed, Named, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
+use crate::document::OutputEntry;
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
@@ -31,14 +32,14 @@ impl Builder<'_> {
                 self.drafts[node].wires[port] = asked.and_then(|asked| self.connected(scope, &asked));
             }
         }
-        for (name, asked) in self.scopes[0].outputs.clone() {
-            let wire = self.connected(0, &asked);
-            self.outputs.push((name, wire));
+        for output in self.scopes[0].outputs.clone() {
+            let wire = self.connected(0, &output.source);
+            self.outputs.push((output, wire));
         }
         // The outputs of inner pipelines are checked even if nothing reads them.
         for scope in 1..self.scopes.len() {
-            for (_, asked) in self.scopes[scope].outputs.clone() {
-                self.connected(scope, &asked);
+            for output in self.scopes[scope].outputs.clone() {
+                self.connected(scope, &output.source);
             }
         }
         self.report_no_outputs();
@@ -168,10 +169,10 @@ impl Builder<'_> {
         let outputs = &self.scopes[inner].outputs;
         let output = match wire.port {
             None => outputs.first(),
-            Some(port) => outputs.iter().find(|(name, _)| name.value == port),
+            Some(port) => outputs.iter().find(|output| output.name.value == port),
         };
-        let Some((_, inside)) = output.cloned() else {
-            let names: Vec<&str> = outputs.iter().map(|(name, _)| name.value.as_str()).collect();
+        let Some(OutputEntry { source: inside, .. }) = output.cloned() else {
+            let names: Vec<&str> = outputs.iter().map(|output| output.name.value.as_str()).collect();
             let help = format!("its outputs are {}", list(names.iter().copied(), 8));
             let message =
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));

@@ -65,8 +65,8 @@ impl Builder<'_> {
             self.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
         let outputs = &document.outputs[..document.outputs.len().min(MAX_OUTPUTS)];
-        for (name, _) in outputs {
-            self.good_name(scope, name, "output");
+        for output in outputs {
+            self.good_name(scope, &output.name, "output");
         }
         self.scopes[scope].outputs = outputs.to_vec();
         self.own_changes(scope, document);

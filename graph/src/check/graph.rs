@@ -88,6 +88,9 @@ pub struct GraphOutput {
     pub source: Source,
     /// What its numbers mean.
     pub state: ColorState,
+    /// Whether its alpha is coverage, the share of the pixel that the picture covers. Otherwise it may be a mask, and a
+    /// file for a display is opaque.
+    pub has_coverage: bool,
 }
 
 /// Where a wire begins.

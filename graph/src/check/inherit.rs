@@ -117,7 +117,7 @@ fn merge(base: Document, own: Document) -> Document {
         extends: own.extends,
         inputs: replace(base.inputs, own.inputs, |input| &input.name.value),
         nodes: replace(base.nodes, own.nodes, |node| &node.name.value),
-        outputs: replace(base.outputs, own.outputs, |(name, _)| &name.value),
+        outputs: replace(base.outputs, own.outputs, |output| &output.name.value),
         set: base.set.into_iter().chain(own.set).collect(),
         tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
         facts,

@@ -61,6 +61,7 @@ pub use graph::{Graph, GraphInput, GraphNode, GraphOutput, ParameterId, Source};
 pub use loaded_files::LoadedFiles;
 pub use options::{CheckOptions, Loader, NoFiles};
 pub use save::{Change, Saver};
+pub use suggest::kinds_about;
 
 use build::Builder;
 use files::Files;
@@ -82,6 +83,12 @@ impl<'a> Checker<'a> {
     pub fn tiers(&self) -> Vec<String> {
         let document = self.builder().inherited(self.document);
         document.tiers.into_iter().map(|(name, _)| name.value).collect()
+    }
+
+    /// The names of the facts that the document declares, inherited ones first.
+    pub fn facts(&self) -> Vec<String> {
+        let document = self.builder().inherited(self.document);
+        document.facts.into_iter().flatten().map(|(name, _)| name.value).collect()
     }
 
     /// Makes a graph of the document at a tier, with overrides in the order in which they are applied: `node.parameter`

@@ -23,7 +23,7 @@ impl Builder<'_> {
         let fields = self.unique(&entry.fields.entries);
         let Some(kind) = self.registry.get(&entry.kind.value) else {
             let name = &entry.kind.value;
-            let near = || kinds_near(self.registry, name).or_else(|| did_you_mean(name, [PIPELINE]));
+            let near = || did_you_mean(name, [PIPELINE]).or_else(|| kinds_near(self.registry, name));
             let near = if self.has_many_errors() { None } else { near() };
             let help = near.unwrap_or_else(|| known_kinds(self.registry));
             let message = format!("no node kind is called {}", quote(name));
@@ -301,9 +301,19 @@ fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
         (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => diagnostic.help(format!("write `{x:.0}`")),
         (Type::Int, Tree::Float(x)) if x.fract() == 0.0 => diagnostic.help("the number is too large"),
         (Type::Vector(n), Tree::List(items)) if items.len() == n => diagnostic.help("write parentheses, not brackets"),
+        (Type::Int | Type::Float, Tree::Text(text)) if with_point(text).is_some() => {
+            let number = with_point(text).unwrap_or_default();
+            diagnostic.help(format!("write {} without quotes", quote(&number)))
+        }
         (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
         _ => diagnostic.help(about(param)),
     }
+}
+
+/// The number that a text holds, with a point: `0.15` for `0,15`.
+pub(super) fn with_point(text: &str) -> Option<String> {
+    let number = text.trim().replacen(',', ".", 1);
+    number.parse::<f64>().is_ok_and(f64::is_finite).then_some(number)
 }
 
 /// The first sentence of the parameter's manual, and its default.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::build::{Builder, Change, Named, NodeDraft, Scope};
 use super::files::COMMAND_LINE;
-use super::nodes::COMMON;
+use super::nodes::{COMMON, with_point};
 use crate::document::{Item, Override, Tree, read_tree, renamed};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 
@@ -231,7 +231,8 @@ fn command_line_value(file: &Arc<str>, value: &str, location: &Location) -> Resu
         value => format!("{} is not a value", quote(value)),
     };
     let location = if value.is_empty() { location.clone() } else { Location::new(file, at..location.end.max(at)) };
-    Err(Diagnostic::error("set-syntax", message).at(&location, "").help(HELP))
+    let help = with_point(value).map(|number| format!("a decimal number has a point: {}", quote(&number)));
+    Err(Diagnostic::error("set-syntax", message).at(&location, "").help(help.unwrap_or_else(|| HELP.to_owned())))
 }
 
 /// The same tree, its locations moved by `by` bytes.

@@ -13,8 +13,16 @@ pub(super) struct OnWire {
     pub(super) state: Option<ColorState>,
 }
 
+/// The kind of a name that is nearly that, or the kinds of its topic.
 pub(super) fn kinds_near(registry: &Registry, name: &str) -> Option<String> {
-    did_you_mean(name, registry.names())
+    did_you_mean(name, registry.names()).or_else(|| kinds_about(registry, name))
+}
+
+/// The kinds of a topic: `Bloom`.
+pub fn kinds_about(registry: &Registry, topic: &str) -> Option<String> {
+    let kinds = registry.about(topic);
+    let help = || format!("kinds for that: {}; `afterimage nodes KIND` explains one", list(kinds.iter().copied(), 6));
+    (!kinds.is_empty()).then(help)
 }
 
 pub(super) fn known_kinds(registry: &Registry) -> String {

@@ -19,8 +19,8 @@ pub struct Document {
     pub inputs: Vec<InputEntry>,
     /// The nodes.
     pub nodes: Vec<NodeEntry>,
-    /// The images that the host gets: name and wire.
-    pub outputs: Vec<(Spanned<String>, Spanned<String>)>,
+    /// The images that the host gets.
+    pub outputs: Vec<OutputEntry>,
     /// Changes to nodes, in the order in which they are made.
     pub set: Vec<Override>,
     /// The quality levels.
@@ -54,6 +54,17 @@ pub struct InputEntry {
     pub needs_alpha: bool,
     /// A factor of its colors, before anything is limited.
     pub scale: f64,
+}
+
+/// An image that the host gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputEntry {
+    /// Its name.
+    pub name: Spanned<String>,
+    /// The text of its wire.
+    pub source: Spanned<String>,
+    /// Whether its alpha is coverage: the share of the pixel that the picture covers.
+    pub has_coverage: bool,
 }
 
 /// A node.

@@ -27,7 +27,11 @@
 //! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
 //!
 //! An input of type `Color` is scene-referred. `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images of
-//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out.
+//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out, and
+//! the alpha of `Color(needs_alpha: true)` is a mask.
+//!
+//! Alpha of an output may be a mask, too, so files for a display are opaque. `"display": Output(source: "node", alpha:
+//! Coverage)` declares that it is the share of the pixel that the picture covers.
 //!
 //! A pipeline is itself a node: `"glow": Pipeline(file: "bloom.ron", source: "exposed", set: {"mips.levels": 3})`. Its
 //! inputs are the ports; `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips`
@@ -38,6 +42,7 @@ mod bracket;
 mod edit;
 mod entries;
 mod input_options;
+mod output;
 mod parser;
 mod quotes;
 mod read;
@@ -52,7 +57,7 @@ mod tree;
 mod tests;
 
 pub(crate) use edit::Editor;
-pub use entries::{Document, InputEntry, NodeEntry, Override, Tier};
+pub use entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tier};
 pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;
 pub use read::{MAX_FILE, parse};

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::entries::{Document, InputEntry, NodeEntry, Override, Tier};
+use super::entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tier};
 use super::input_options::{contradiction, image_type, image_type_names, set_option};
+use super::output::{OUTPUT, output};
 use super::parser::{self, Parsed};
 use super::renamed::unknown;
 use super::syntax;
@@ -178,8 +179,7 @@ impl Reader {
                 document.nodes = self.entries(value, "nodes", shape, Self::node);
             }
             "outputs" => {
-                let entries = self.map(value, "outputs", "{ \"display\": \"node\" }");
-                document.outputs = self.texts(entries, "output", "the name of a node or an input in quotes");
+                document.outputs = self.entries(value, "outputs", "{ \"display\": \"node\" }", Self::output);
             }
             "set" => document.set = self.settings(value, "`set`"),
             "tiers" => {
@@ -322,6 +322,21 @@ impl Reader {
 
     fn input_option(&mut self, input: &mut InputEntry, option: &Spanned<String>, value: &Item) {
         set_option(input, option, value).into_iter().for_each(|problem| self.problems.push(problem));
+    }
+
+    fn output(&mut self, name: Spanned<String>, value: Item) -> Option<OutputEntry> {
+        match value.value {
+            Tree::Struct(Some(word), options) if word.value == OUTPUT => {
+                let options = self.unique(options.entries, "option");
+                output(name, &word, options, &mut self.problems)
+            }
+            other => {
+                let what = format!("output {}", quote(&name.value));
+                let item = Item { value: other, location: value.location };
+                let source = self.text(item, &what, "the name of a node or an input in quotes")?;
+                Some(OutputEntry { name, source, has_coverage: false })
+            }
+        }
     }
 
     fn node(&mut self, name: Spanned<String>, value: Item) -> Option<NodeEntry> {

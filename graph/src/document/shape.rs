@@ -54,7 +54,12 @@ impl Parser<'_> {
         let written = &self.text[location.span()];
         let begins = written.starts_with(|c: char| c.is_ascii_digit());
         self.report(match before {
-            Some(before) if ends(before) && begins => syntax::decimal_comma(location),
+            Some(before) if ends(before) && begins => {
+                let is_part = |c: char| c.is_ascii_digit() || c == '-';
+                let whole = &before[before.trim_end_matches(is_part).len()..];
+                let digits = written.split(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
+                syntax::decimal_comma(location, &format!("{whole}.{digits}"))
+            }
             _ => syntax::no_name(location, written),
         });
     }

@@ -80,8 +80,9 @@ pub(super) fn division(location: &Location) -> Diagnostic {
     error("a number cannot be written as a division", location, "write its value, such as `0.5`")
 }
 
-pub(super) fn decimal_comma(location: &Location) -> Diagnostic {
-    error("a decimal number has a point and no comma", location, "write it as `0.5`")
+/// `number` is the number with a point.
+pub(super) fn decimal_comma(location: &Location, number: &str) -> Diagnostic {
+    error("a decimal number has a point and no comma", location, format!("write it as {}", quote(number)))
 }
 
 pub(super) fn stray(location: &Location, token: &str) -> Diagnostic {
@@ -115,6 +116,10 @@ pub(super) fn second_colon(location: &Location) -> Diagnostic {
 
 pub(super) fn no_name(location: &Location, token: &str) -> Diagnostic {
     let message = format!("expected a name, but {}", found(token));
+    let in_brackets = token.strip_prefix('[').and_then(|token| token.strip_suffix(']'));
+    if let Some(name) = in_brackets.filter(|name| !name.is_empty() && name.chars().all(char::is_alphanumeric)) {
+        return error(message, location, format!("a section has no brackets around its name: `{name}: {{ ... }}`"));
+    }
     error(message, location, "a field is written `name: value`, its name without quotes")
 }
 

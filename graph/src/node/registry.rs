@@ -1,9 +1,10 @@
 //! The table of kinds that a program knows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::block::HostBlock;
 use super::kind::NodeKind;
+use afterimage_base::value::{ChoiceName, Param, Type};
 
 /// All node kinds of a program, by name.
 #[derive(Clone, Debug, Default)]
@@ -55,8 +56,58 @@ impl Registry {
         self.iter().flat_map(|kind| kind.inputs()).filter_map(|port| port.block)
     }
 
+    /// The names of the kinds that a wrong name may mean by its topic, the likeliest first: those whose own name has its
+    /// words or is abbreviated by it, and those with a choice or a first paragraph that has them.
+    pub fn about(&self, topic: &str) -> Vec<&str> {
+        let words: Vec<String> = words(topic).into_iter().filter(|word| word.len() > 2).collect();
+        let is_about = |text: &str| {
+            let found: BTreeSet<String> = self::words(text).into_iter().collect();
+            !words.is_empty() && words.iter().all(|word| found.contains(word) || found.contains(&format!("{word}s")))
+        };
+        let rank = |kind: &NodeKind| {
+            let initials: String = kind.name().chars().filter(|c| c.is_ascii_uppercase()).collect();
+            if is_about(kind.name()) || initials.len() > 1 && initials.eq_ignore_ascii_case(topic) {
+                return Some(0);
+            }
+            if kind.params().iter().any(|param| choices(param).iter().any(|choice| is_about(choice.name))) {
+                return Some(1);
+            }
+            let paragraph = kind.doc().split("\n\n").next().unwrap_or_default();
+            is_about(paragraph).then_some(2)
+        };
+        let mut found: Vec<(u32, &str)> = self.iter().filter_map(|kind| Some((rank(kind)?, kind.name()))).collect();
+        found.sort_unstable();
+        found.into_iter().map(|(_, name)| name).collect()
+    }
+
     /// All names, sorted.
     pub fn names(&self) -> impl Iterator<Item = &str> + '_ {
         self.kinds.keys().map(String::as_str)
     }
+}
+
+fn choices(param: &Param) -> &'static [ChoiceName] {
+    match param.ty {
+        Type::Choice(choices) => choices,
+        _ => &[],
+    }
+}
+
+/// The words of a text or of a name such as `ColorLut`, in lower case.
+fn words(text: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for part in text.split(|c: char| !c.is_alphabetic()) {
+        let mut word = String::new();
+        let mut before = ' ';
+        for c in part.chars() {
+            if c.is_uppercase() && before.is_lowercase() {
+                words.push(std::mem::take(&mut word));
+            }
+            word.extend(c.to_lowercase());
+            before = c;
+        }
+        words.push(word);
+    }
+    words.retain(|word| !word.is_empty());
+    words
 }

@@ -27,6 +27,7 @@ const WORDS: &[&str] = &[
     "optional",
     "allow_negative",
     "needs_alpha",
+    "\"seen\": Output(source: \"scene\", alpha: Coverage)",
     "scale",
     "true",
     "false",

@@ -153,6 +153,7 @@ impl Growing {
             name: format!("shown{index}"),
             source: *source,
             state: ColorState::Scene,
+            has_coverage: false,
         };
         let outputs = shown.iter().enumerate().map(output).collect();
         Graph { inputs: vec![input], nodes: self.nodes, outputs, wires }
