@@ -8,6 +8,7 @@ mod errors;
 mod folders;
 mod hostile;
 mod outputs;
+mod own_files;
 mod pictures;
 mod plans;
 mod quantize;

@@ -80,11 +80,46 @@ fn facts_tiers_and_parameters_are_checked() {
     folder.run("render {caracal} room.exr -o out.png --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);
     folder.run("render {glare} room.exr -o out.png --fact emissive=false").fails_saying(1, &["emissive"]);
+    folder.run("render {caracal} room.exr -o out.png --fact emissive=0").fails(
+        1,
+        "error: `--fact emissive=0`: this fact is `true` or `false`, not a number\n  hint: write `--fact emissive=false`",
+    );
+    let declared = "Pipeline(inputs: { \"scene\": Color }, nodes: {}, outputs: { \"light\": \"scene\" }, \
+                    facts: { \"lamps\": \"lamps are on\" })";
+    folder.with("declared.ron", declared.as_bytes());
+    let notes = folder.run("render declared.ron room.exr -o light.exr --fact lamps=false").notes();
+    assert!(notes.contains("no `when` of this pipeline reads the fact `lamps`"), "{notes}");
+    folder.run("render declared.ron room.exr -o light.exr --fact lamp=false").fails_saying(1, &["the fact `lamp`"]);
+    for name in ["declared.ron", "light.exr"] {
+        std::fs::remove_file(folder.file(name)).expect("it was written");
+    }
     folder.run("render {tsushima} room.exr -o out.png --tier cheap").fails_saying(1, &["no tier `cheap`", "low"]);
     folder.run("render {glare} room.exr -o out.png --set lit.strenth=1").fails_saying(1, &["strenth", "strength"]);
     folder.run("render {glare} room.exr -o out.png --set lit.strength=9").fails_saying(1, &["strength", "8"]);
     folder.run("render nothing.ron room.exr -o out.png").fails_saying(1, &["cannot read the pipeline `nothing.ron`"]);
     assert_eq!(folder.names(), ["room.exr"]);
+}
+
+#[test]
+fn a_file_in_the_place_of_the_pipeline_is_named() {
+    let folder = folder("swapped");
+    folder.with("look.cube", b"LUT_3D_SIZE 2\n");
+    folder.with("reshade.ini", b"[Bloom.fx]\nTechniques=Bloom\n");
+    folder.with("blue.wgsl", b"fn blue() {}\n");
+    for (line, words) in [
+        ("render room.exr -o out.png", "`room.exr` is an image, not a pipeline\n  hint: the pipeline comes first"),
+        ("render room.exr {glare} -o out.png", "`room.exr` is an image, not a pipeline"),
+        ("plan room.exr", "`room.exr` is an image, not a pipeline"),
+        ("check look.cube", "`look.cube` is a color file, not a pipeline"),
+        ("check reshade.ini", "`reshade.ini` is a preset or a shader of another program, not a pipeline"),
+        ("check blue.wgsl", "`blue.wgsl` is a shader, not a pipeline"),
+        ("nodes Bloom", "no node kind is called `Bloom`\n  hint: kinds for that: `"),
+        ("nodes Lut", "hint: kinds for that: `ColorLut`"),
+        ("nodes Dof", "hint: kinds for that: `DepthOfField`"),
+    ] {
+        folder.run(line).fails_saying(1, &[words]);
+    }
+    assert!(!folder.file("out.png").exists());
 }
 
 #[test]

@@ -75,6 +75,6 @@ fn an_image_larger_than_the_device_names_the_limit() {
     let picture = Picture::new(width, 1, Pixels::Float(vec![0.5; width as usize * 4]));
     write_exr(&folder.file("long.exr"), &picture, &ExrOptions::default()).expect("a picture of a test can be written");
     let outcome = folder.run("render {glare} long.exr -o out.png");
-    outcome.fails_saying(1, &["the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
+    outcome.fails_saying(1, &[".exr: the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
     assert_eq!(folder.names(), ["long.exr"]);
 }

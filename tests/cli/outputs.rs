@@ -1,6 +1,6 @@
 //! Several outputs of one pipeline, each in its file.
 
-use afterimage_media::{Source, read};
+use afterimage_media::{Pixels, Source, read};
 
 use super::{Folder, room, save};
 
@@ -14,14 +14,68 @@ fn folder(test: &str) -> Folder {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_sdr_and_an_hdr_image_come_from_one_run() {
     let folder = folder("two-outputs");
-    folder.run("render {hdr} room.exr --output sdr=sdr.png --output hdr=hdr.png --depth 16").good();
+    folder.run("render {hdr} room.exr --output sdr=sdr.png --output hdr=hdr.png").good();
     assert_eq!(folder.names(), ["hdr.png", "room.exr", "sdr.png"]);
     folder.run("render {hdr} room.exr -o same.png --output hdr=again.png").good();
     let pixels = |name: &str| read(&Source::file(folder.file(name))).expect("a picture").pixels.to_f32();
     assert_eq!(pixels("again.png").len(), 12 * 8 * 4);
     assert_ne!(pixels("same.png"), pixels("again.png"), "the first output that fits is the SDR image");
+    assert_eq!(["sdr.png", "hdr.png", "again.png"].map(|name| header(&folder, name).0), [8, 16, 16]);
+    folder.run("render {hdr} room.exr --output hdr=eight.png --depth 8").good();
+    assert_eq!(header(&folder, "eight.png").0, 8);
     let shown = folder.run("plan {hdr}").good();
     assert!(shown.contains("  hdr  Encoded: Pq, Rec2020, white at 203 cd/m2, peak at 1000 cd/m2"), "{shown}");
+}
+
+/// The bits of a channel of a PNG, and whether it has alpha.
+fn header(folder: &Folder, name: &str) -> (u8, bool) {
+    let file = std::io::BufReader::new(std::fs::File::open(folder.file(name)).expect("the picture was written"));
+    let reader = png::Decoder::new(file).read_info().expect("a PNG");
+    (reader.info().bit_depth as u8, reader.info().color_type == png::ColorType::Rgba)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn only_the_passes_of_the_outputs_that_are_written_run() {
+    let folder = folder("needed");
+    let passes = |outputs: &str| {
+        let notes = folder.run(&format!("render {{hdr}} room.exr {outputs} --timings")).notes();
+        let labels = notes.lines().filter_map(|line| line.split_once(" ms on the GPU: "));
+        labels.map(|(_, label)| label.to_owned()).collect::<Vec<_>>()
+    };
+    let both = passes("--output sdr=sdr.png --output hdr=hdr.png");
+    let one = passes("--output sdr=sdr.png");
+    assert!(both.iter().any(|label| label.contains("encode_pq")), "{both:?}");
+    assert!(!one.is_empty() && !one.iter().any(|label| label.contains("encode_pq")), "{one:?}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn alpha_is_a_mask_unless_it_is_declared_as_coverage() {
+    let folder = folder("coverage");
+    let mut masked = room(12, 8);
+    let mut pixels = masked.pixels.to_f32();
+    pixels.iter_mut().skip(3).step_by(4).enumerate().for_each(|(pixel, alpha)| *alpha = (pixel % 2) as f32);
+    masked.pixels = Pixels::Float(pixels);
+    save(&folder.file("masked.exr"), &masked);
+    folder.run("render {caracal} masked.exr -o mask.png").good();
+    assert!(!header(&folder, "mask.png").1);
+    let pipeline = |output: &str| {
+        format!("Pipeline(inputs: {{ \"scene\": Encoded }}, nodes: {{}}, outputs: {{ \"display\": {output} }})")
+    };
+    folder.with("opaque.ron", pipeline("\"scene\"").as_bytes());
+    folder.with("covers.ron", pipeline("Output(source: \"scene\", alpha: Coverage)").as_bytes());
+    let said = "note: `opaque.png` is opaque: the alpha of `masked.exr` may be a mask";
+    assert!(folder.run("render opaque.ron masked.exr -o opaque.png").notes().contains(said));
+    assert!(!folder.run("render covers.ron masked.exr -o covers.png").notes().contains("note"));
+    assert!(!folder.run("render opaque.ron masked.exr -o kept.png --alpha keep").notes().contains("note"));
+    assert!(!folder.run("render opaque.ron room.exr -o room.png").notes().contains("note"), "its alpha is 1");
+    let names = ["opaque.png", "covers.png", "kept.png"];
+    assert_eq!(names.map(|name| header(&folder, name).1), [false, true, true]);
+    let pixels = names.map(|name| read(&Source::file(folder.file(name))).expect("a picture").pixels.to_f32());
+    let colors = |all: &[f32]| all.chunks(4).map(|pixel| pixel[..3].to_vec()).collect::<Vec<_>>();
+    assert_eq!(colors(&pixels[0]), colors(&pixels[1]), "colors do not depend on alpha");
+    assert_eq!(pixels[1], pixels[2]);
 }
 
 #[test]

@@ -28,6 +28,7 @@ fn a_new_folder_has_a_kind_that_runs_and_keeps_its_files() {
     folder.run(&render.replace("640x360", "32x18")).good();
     let picture = |name: &str| read(&Source::file(folder.file(name))).expect("the picture was written").pixels.to_f32();
     let tinted = picture("soft_glow.png");
+    assert!(tinted.iter().skip(3).step_by(4).all(|alpha| *alpha == 1.0), "a viewer shows it");
     folder.run(&format!("{} --set changed.amount=0.0", render.replace("640x360", "32x18"))).good();
     let plain = picture("soft_glow.png");
     let sums = [&tinted, &plain].map(|all| [0, 2].map(|channel| all.iter().skip(channel).step_by(4).sum::<f32>()));

@@ -75,6 +75,10 @@ fn what_is_wrong_with_a_sequence_is_said_before_anything_is_rendered() {
              sequence as input",
         ),
         (
+            "shot.####.exr -o out.####.exr --frames 1-2 --cut 2-1",
+            "error: --cut 2-1: `2-1` runs backwards\n  hint: write `1-2`",
+        ),
+        (
             "take.####.exr -o out.####.exr",
             "error: take.####.exr: no file fits this pattern\n  hint: check the folder, and that there is a `#` for each digit",
         ),
@@ -118,4 +122,22 @@ fn a_pipeline_without_inputs_makes_the_frames_that_are_asked_for() {
         1,
         "error: out.exr: frames need a numbered output\n  hint: write `out.####.png`, or leave `--frames` out",
     );
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_layer_of_a_still_is_that_of_all_frames() {
+    let folder = shot("still", &[1, 2, 3]);
+    save(&folder.file("still.exr"), &room(12, 8));
+    let pipeline = "Pipeline(inputs: { \"scene\": Color, \"other\": Color }, nodes: { \"sum\": \
+                    Composite(base: \"scene\", bloom: \"other\", strength: 1.0) }, outputs: { \"light\": \"sum\" })";
+    folder.with("sum.ron", pipeline.as_bytes());
+    let single = "render sum.ron shot.0002.exr --input other=still.exr -o single.exr";
+    folder.run(single).good();
+    let line = "render sum.ron shot.####.exr --input other=still.exr#R --frames 2-3 -o out.####.exr";
+    folder.run(line).good();
+    assert_eq!(made(&folder), ["out.0002.exr", "out.0003.exr"]);
+    // The still can be the first of the inputs.
+    folder.run("render sum.ron still.exr --input other=shot.####.exr --frames 2 -o outer.####.exr").good();
+    assert_eq!(first_number(&folder, "outer.0002.exr"), first_number(&folder, "single.exr"));
 }

@@ -40,7 +40,7 @@ impl Folder {
         assert!(made.success());
     }
 
-    fn link(&self, name: &str, to: impl AsRef<Path>) {
+    pub(super) fn link(&self, name: &str, to: impl AsRef<Path>) {
         symlink(to, self.file(name)).expect("a link");
     }
 }
@@ -289,16 +289,16 @@ fn the_pipeline_and_its_files_are_no_outputs() {
     folder.link("to-p.png", "p.ron");
     folder.link("to-look.png", "look.cube");
     let before = folder.names();
-    for line in [
-        "render p.png room.exr -o p.png",
-        "render p.ron room.exr -o to-p.png",
-        "render p.ron room.exr -o to-look.png",
-        "render p.ron room.exr --output display=./to-p.png",
-        "render p.ron room.exr -o out.png --json p.ron",
-        "stress p.ron --quick --json ./p.ron",
+    for (line, what) in [
+        ("render p.png room.exr -o p.png", "the pipeline"),
+        ("render p.ron room.exr -o to-p.png", "the pipeline"),
+        ("render p.ron room.exr -o to-look.png", "a file that the pipeline uses"),
+        ("render p.ron room.exr --output display=./to-p.png", "the pipeline"),
+        ("render p.ron room.exr -o out.png --json p.ron", "the pipeline"),
+        ("stress p.ron --quick --json ./p.ron", "the pipeline"),
     ] {
-        let words = "this is the pipeline, or a file that it uses\n  hint: choose another name for the output";
-        folder.run_soon(line).fails_saying(1, &[words]);
+        let words = format!("this is {what}\n  hint: choose another name for the output");
+        folder.run_soon(line).fails_saying(1, &[&words]);
     }
     assert_eq!(folder.names(), before);
     assert_eq!(fs::read(folder.file("p.ron")).expect("it is there"), table("look.cube"));
@@ -317,7 +317,7 @@ fn measurements_do_not_replace_the_pipeline() {
         "tune p.ron room.exr --error 1 --state p.ron",
         "bench p.ron --size 16x16 --frames 1 --json p.ron",
     ] {
-        folder.run_soon(line).fails_saying(1, &["p.ron: this is the pipeline, or a file that it uses"]);
+        folder.run_soon(line).fails_saying(1, &["p.ron: this is the pipeline"]);
     }
     assert_eq!(fs::read(folder.file("p.ron")).expect("it is there"), table(""));
 }

@@ -105,8 +105,8 @@ pub(crate) struct RenderArgs {
     /// Pixels to render, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; the first of them by default. It
-    /// replaces the depth of the pipeline's `Dither`
+    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; by default the first of them, and 16
+    /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`
     #[arg(long)]
     pub(crate) depth: Option<u8>,
     /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 10 and 16 bits are always rounded
@@ -136,7 +136,7 @@ pub(crate) struct RenderArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AlphaChoice {
-    /// Where it is not 1 in all pixels
+    /// Where the output declares `alpha: Coverage`, and it is not 1 in all pixels
     Auto,
     /// Always
     Keep,

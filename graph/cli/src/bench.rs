@@ -11,17 +11,19 @@ use crate::device::{keep_pipeline_data, open_for, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
+use crate::run_files::RunFiles;
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
-    let gpu = open_for(&args.device, &args.plan)?;
+    let run = RunFiles::default();
+    let registry = registry(tables, &args.options.kinds, &run)?;
     let path = &args.pipeline;
     // Prints the warnings; the starts below do not print them again.
-    load_graph(path, &registry, &args.options)?;
-    args.json.iter().try_for_each(|out| Files::of(path, &args.options.kinds).refuse_output(out))?;
+    load_graph(path, &registry, &args.options, &run)?;
+    args.json.iter().try_for_each(|out| run.writes(out))?;
+    let gpu = open_for(&args.device, &args.plan)?;
     let load = || -> Result<Graph, Failure> {
-        let files = Files::of(path, &args.options.kinds);
+        let files = Files::of(path, &args.options.kinds, &run);
         Ok(PipelineFile::new(&read_document(path)?, &registry, &files).check(&args.options)?.0)
     };
     let options = BenchOptions {

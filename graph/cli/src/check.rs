@@ -12,13 +12,14 @@ use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
+use crate::run_files::RunFiles;
 use crate::terminal::{note_styled, say};
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if args.json {
         return json(args, tables);
     }
-    let registry = registry(tables, &args.options.kinds)?;
+    let registry = registry(tables, &args.options.kinds, &RunFiles::default())?;
     let mut failed = 0;
     for path in &args.pipelines {
         match one(path, args, &registry) {
@@ -39,7 +40,7 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
 /// Checks a pipeline; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
     let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds);
+    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
     let file = PipelineFile::new(&document, registry, &files);
     let (written, mut warnings) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), written)];
@@ -94,7 +95,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
             all.absorb(failure.into_diagnostics());
         }
     };
-    match registry(tables, &args.options.kinds) {
+    match registry(tables, &args.options.kinds, &RunFiles::default()) {
         Ok(registry) => args.pipelines.iter().for_each(|path| add(diagnostics(path, args, &registry))),
         Err(failure) => add(Err(failure)),
     }
@@ -106,7 +107,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
 /// The warnings of a file and of its tiers; or all errors, of the file if it has any, otherwise of its tiers.
 fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Diagnostics, Failure> {
     let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds);
+    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
     let file = PipelineFile::new(&document, registry, &files);
     let (graph, mut all) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), graph)];

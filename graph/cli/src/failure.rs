@@ -1,11 +1,12 @@
 //! Why a command fails, and with which exit status.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use afterimage_gpu::{GpuError, PostError};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style};
 use afterimage_lab::LabError;
-use afterimage_media::FileError;
+use afterimage_media::{FileError, address_space_limit};
 use afterimage_plan::PlanError;
 
 use crate::terminal::{note, note_styled};
@@ -57,6 +58,14 @@ impl Failure {
     pub(crate) fn hint(mut self, text: impl std::fmt::Display) -> Self {
         if let Self::Error { hint, .. } = &mut self {
             *hint = Some(text.to_string());
+        }
+        self
+    }
+
+    /// Names the file in which the error is.
+    pub(crate) fn at(mut self, file: &Path) -> Self {
+        if let Self::Error { message, .. } = &mut self {
+            *message = format!("{}: {message}", file.display());
         }
         self
     }
@@ -125,6 +134,15 @@ impl From<GpuError> for Failure {
             GpuError::TooLarge { .. } => {
                 Self::user(error).hint("scale it down, or choose another device with `--adapter`")
             }
+            // Without memory, the loader of drivers finds none.
+            GpuError::NoAdapter { wanted: None, .. } => match address_space_limit() {
+                None => Self::machine(error),
+                Some(limit) => {
+                    let mebibytes = limit >> 20;
+                    Self::machine(format!("no graphics adapter: its driver may need more memory than {mebibytes} MiB"))
+                        .hint("this process may use no more (`ulimit -v`)")
+                }
+            },
             GpuError::NoAdapter { wanted: Some(_), .. } | GpuError::Shader(_) => Self::user(error),
             _ => Self::machine(error),
         }

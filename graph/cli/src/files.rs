@@ -1,7 +1,6 @@
 //! Reads pipelines, folders of node kinds, and the files that pipelines name.
 
-use std::cell::{Cell, RefCell};
-use std::collections::BTreeSet;
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,6 +11,7 @@ use afterimage_media::{read_bytes, read_text, real_path};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
+use crate::run_files::RunFiles;
 
 /// The most bytes of a pipeline, a declaration or a shader.
 const MAX_TEXT: u64 = 16 << 20;
@@ -26,30 +26,27 @@ pub(crate) struct Files {
     folders: Vec<PathBuf>,
     /// How many bytes may still be read.
     left: Cell<u64>,
-    /// The files that have been read, without links, and the pipeline itself.
-    used: RefCell<BTreeSet<PathBuf>>,
+    /// Notes the files that are read, as this.
+    run: RunFiles,
+    what: &'static str,
 }
 
 impl Files {
-    /// The files that a pipeline may name.
-    pub(crate) fn of(pipeline: &Path, options: &KindOptions) -> Self {
+    /// The files that a pipeline may name. The run notes them, and the pipeline itself.
+    pub(crate) fn of(pipeline: &Path, options: &KindOptions, run: &RunFiles) -> Self {
+        run.reads(pipeline, "the pipeline");
         // The parent of a bare name is empty, and means the current folder.
         let folder = pipeline.parent().unwrap_or(Path::new(""));
-        let files = Self::new("the folder of the pipeline", folder, &options.allow);
-        files.used.borrow_mut().extend(real_path(pipeline).ok());
-        files
+        let folders = folders(folder, &options.allow);
+        let (own, what) = ("the folder of the pipeline", "a file that the pipeline uses");
+        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what }
     }
 
     /// The files of a folder of kinds. A link may lead out of it.
-    fn of_kinds(folder: &Path, allow: &[PathBuf]) -> Self {
-        Self::new("the folder of `--nodes`", folder, allow)
-    }
-
-    fn new(own: &'static str, folder: &Path, allow: &[PathBuf]) -> Self {
-        // A folder that does not exist permits nothing; that it has no files is reported elsewhere.
-        let folders = [folder].into_iter().chain(allow.iter().map(PathBuf::as_path));
-        let folders = folders.filter_map(|folder| real_path(folder).ok()).collect();
-        Self { own, folders, left: Cell::new(MAX_BYTES), used: RefCell::default() }
+    fn of_kinds(folder: &Path, allow: &[PathBuf], run: &RunFiles) -> Self {
+        let folders = folders(folder, allow);
+        let (own, what) = ("the folder of `--nodes`", "a file of a node kind");
+        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what }
     }
 
     /// The file without links, or why it may not be read.
@@ -65,26 +62,23 @@ impl Files {
     fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
         let bytes = read_bytes(path, self.left.get()).map_err(|error| error.message)?;
         self.left.set(self.left.get() - bytes.len() as u64);
-        self.used.borrow_mut().extend(real_path(path).ok());
+        self.run.reads(path, self.what);
         Ok(bytes.into())
-    }
-
-    /// Refuses an output that replaces the pipeline or a file that it names.
-    pub(crate) fn refuse_output(&self, out: &Path) -> Result<(), Failure> {
-        match real_path(out) {
-            Ok(real) if self.used.borrow().contains(&real) => {
-                Err(Failure::user(format!("{}: this is the pipeline, or a file that it uses", out.display()))
-                    .hint("choose another name for the output"))
-            }
-            _ => Ok(()),
-        }
     }
 
     /// The text of a file of a folder of kinds; `what` names it in the error.
     fn text(&self, path: &Path, what: &str) -> Result<String, Failure> {
         self.permitted(path).map_err(|why| unreadable(path, what, &why))?;
+        self.run.reads(path, self.what);
         text(path, what)
     }
+}
+
+/// The folders whose files may be read, without links. A folder that does not exist permits nothing; that it has no
+/// files is reported elsewhere.
+fn folders(own: &Path, allow: &[PathBuf]) -> Vec<PathBuf> {
+    let all = [own].into_iter().chain(allow.iter().map(PathBuf::as_path));
+    all.filter_map(|folder| real_path(folder).ok()).collect()
 }
 
 impl Loader for Files {
@@ -112,20 +106,20 @@ fn unreadable(path: &Path, what: &str, why: &str) -> Failure {
     Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()))
 }
 
-/// The kinds of the program and of plug-in folders.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions) -> Result<Registry, Failure> {
-    let from_folders = folder_kinds(folders)?;
+/// The kinds of the program and of plug-in folders. The run notes the files of the latter.
+pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions, run: &RunFiles) -> Result<Registry, Failure> {
+    let from_folders = folder_kinds(folders, run)?;
     let mut all = tables.to_vec();
     all.push(&from_folders);
     let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
     Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
 }
 
-/// The kinds of the folders.
-pub(crate) fn folder_kinds(folders: &KindOptions) -> Result<Vec<NodeKind>, Failure> {
+/// The kinds of the folders. The run notes their files.
+pub(crate) fn folder_kinds(folders: &KindOptions, run: &RunFiles) -> Result<Vec<NodeKind>, Failure> {
     let mut kinds = Vec::new();
     for folder in &folders.nodes {
-        kinds.extend(kinds_in(folder, &Files::of_kinds(folder, &folders.allow))?);
+        kinds.extend(kinds_in(folder, &Files::of_kinds(folder, &folders.allow, run))?);
     }
     Ok(kinds)
 }
@@ -191,5 +185,35 @@ fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> 
 
 /// Reads and parses a pipeline file.
 pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
-    Ok(parse(&path.to_string_lossy(), &text(path, "pipeline")?)?)
+    let read = || -> Result<Document, Failure> { Ok(parse(&path.to_string_lossy(), &text(path, "pipeline")?)?) };
+    // Only a file that is no pipeline is one of something else: names can end in anything.
+    read().map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })
+}
+
+/// What a file is instead of a pipeline, by the ending of its name.
+const OTHER_FILES: [(&[&str], &str, &str); 5] = [
+    (
+        &["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff", "dpx", "webp", "avif"],
+        "an image",
+        "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`",
+    ),
+    (
+        &["cube", "spi1d", "spi3d", "clf", "ctf", "3dl", "csp", "vf", "cdl", "cc", "ccc"],
+        "a color file",
+        "a node reads it: `\"look\": ColorLut(source: \"display\", file: \"look.cube\")`, or `Cdl`",
+    ),
+    (
+        &["ini", "fx", "slangp", "slang", "glslp", "glsl", "cgp", "hlsl", "xmp", "lrtemplate", "look", "json", "toml"],
+        "a preset or a shader of another program",
+        "a pipeline is a text that begins with `Pipeline(`; `afterimage nodes` lists the kinds of its nodes",
+    ),
+    (&["wgsl"], "a shader", "a folder with a `node.ron` and its shader is a kind: `--nodes FOLDER`"),
+    (&["mp4", "mov", "mkv", "avi", "webm"], "a film", "save its frames as images: `frame.####.png`"),
+];
+
+/// The error of a file that is something else than a pipeline.
+fn other_file(path: &Path) -> Option<Failure> {
+    let ending = path.extension()?.to_string_lossy().to_lowercase();
+    let (_, what, hint) = OTHER_FILES.iter().find(|(endings, ..)| endings.contains(&ending.as_str()))?;
+    Some(Failure::user(format!("`{}` is {what}, not a pipeline", path.display())).hint(hint))
 }

@@ -16,6 +16,7 @@ mod plan;
 mod progress;
 mod quantize;
 mod render;
+mod run_files;
 mod save;
 mod scaffold;
 mod stress;

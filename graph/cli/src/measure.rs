@@ -1,10 +1,10 @@
 //! `afterimage measure`: time against error.
 
-use afterimage_gpu::Gpu;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline, write_chart};
 use afterimage_lab::plot::is_chart;
+use afterimage_media::sequence::{Input, is_numbered};
 use afterimage_media::write_atomic;
 use afterimage_plan::Options;
 
@@ -15,18 +15,19 @@ use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
+use crate::run_files::RunFiles;
 use crate::terminal::{say_styled, visible};
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
         return Err(Failure::user(format!("`--plot {}` ends neither in `.svg` nor in `.png`", path.display())));
     }
-    let registry = registry(tables, &args.clips.options.kinds)?;
-    let gpu = open(&args.clips.device)?;
+    let run = RunFiles::default();
+    let registry = registry(tables, &args.clips.options.kinds, &run)?;
     let mut options = measure_options(&args.clips)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
-    let report = report(args, &gpu, &registry, &options)?;
+    let report = report(args, &registry, &options, &run)?;
     say_styled(&measure::table(&report));
     write(args, &report)
 }
@@ -55,18 +56,29 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
     })
 }
 
+/// Notes the images that a pipeline is measured on. Names without files are reported when they are read.
+pub(crate) fn note_images(args: &ClipArgs, run: &RunFiles) {
+    let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
+    for file in args.images.iter().map(String::as_str).chain(named) {
+        let frames = args.frames.as_deref().filter(|_| is_numbered(file));
+        let found = Input::find(file, frames);
+        for (_, source) in found.iter().flat_map(Input::sources) {
+            run.reads(&source.path, "an image that is measured");
+        }
+    }
+}
+
 fn report(
     args: &MeasureArgs,
-    gpu: &Gpu,
     registry: &Registry,
     options: &MeasureOptions,
+    run: &RunFiles,
 ) -> Result<MeasureReport, Failure> {
     let path = &args.pipeline;
     let document = read_document(path)?;
-    let files = Files::of(path, &args.clips.options.kinds);
+    let files = Files::of(path, &args.clips.options.kinds, run);
     let file = PipelineFile::new(&document, registry, &files);
     let pipeline = &args.clips.options;
-    args.json.iter().chain(&args.plot).try_for_each(|out| files.refuse_output(out))?;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;
         Ok((visible(&tier), graph))
@@ -77,7 +89,13 @@ fn report(
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,
     };
-    Ok(measure::measure(gpu, registry, &pipeline, options, &Bar::new(0))?)
+    note_images(&args.clips, run);
+    args.json.iter().chain(&args.plot).try_for_each(|out| run.writes(out))?;
+    if let Some(folder) = &args.error_image {
+        run.writes_into(folder, |name| options.clips.may_name_error_image(name))?;
+    }
+    let gpu = open(&args.clips.device)?;
+    Ok(measure::measure(&gpu, registry, &pipeline, options, &Bar::new(0))?)
 }
 
 fn write(args: &MeasureArgs, report: &MeasureReport) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use afterimage_graph::check::kinds_about;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
@@ -11,6 +12,7 @@ use anstyle::{AnsiColor, Style};
 use crate::args::NodesArgs;
 use crate::failure::Failure;
 use crate::files::registry;
+use crate::run_files::RunFiles;
 use crate::scaffold;
 use crate::terminal::{say, say_styled};
 
@@ -18,7 +20,7 @@ const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.kinds)?;
+    let registry = registry(tables, &args.kinds, &RunFiles::default())?;
     match (&args.new, &args.kind) {
         (Some(name), _) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
         (Some(name), _) => say(&scaffold::folder(name, &registry)?),
@@ -32,7 +34,8 @@ fn find<'r>(registry: &'r Registry, name: &str) -> Result<&'r NodeKind, Failure>
     let by_letters = |kind: &&NodeKind| kind.name().eq_ignore_ascii_case(name);
     registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
         let failure = Failure::user(format!("no node kind is called `{name}`"));
-        failure.hint(did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
+        let near = did_you_mean(name, registry.names()).or_else(|| kinds_about(registry, name));
+        failure.hint(near.unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
     })
 }
 

@@ -1,10 +1,9 @@
 //! From a pipeline file to a graph and a plan.
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
-use afterimage_graph::check::{Checker, Facts, Graph, Loader};
-use afterimage_graph::diagnostic::{Diagnostics, Style};
+use afterimage_graph::check::{Checker, FactKind, Facts, Graph, Loader};
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, list, quote};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
@@ -15,6 +14,7 @@ use afterimage_plan::{
 use crate::args::{NoAlias, PipelineOptions, PlanOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document};
+use crate::run_files::RunFiles;
 use crate::terminal::note_styled;
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
@@ -38,8 +38,8 @@ impl<'a> PipelineFile<'a> {
     /// The graph and the warnings.
     pub(crate) fn check(&self, options: &PipelineOptions) -> Result<(Graph, Diagnostics), Failure> {
         let sets = assignments(&options.sets, "--set")?;
-        let (graph, warnings) = self.0.check(options.tier.as_deref(), &sets)?;
-        refuse_unknown_facts(&graph, options)?;
+        let (graph, mut warnings) = self.0.check(options.tier.as_deref(), &sets)?;
+        check_facts(&graph, &self.0.facts(), options, &mut warnings)?;
         Ok((graph, warnings))
     }
 
@@ -50,8 +50,13 @@ impl<'a> PipelineFile<'a> {
 }
 
 /// A checked pipeline file, for commands that need it once; prints the warnings.
-pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
-    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds)).graph(options)
+pub(crate) fn load_graph(
+    path: &Path,
+    registry: &Registry,
+    options: &PipelineOptions,
+    run: &RunFiles,
+) -> Result<Graph, Failure> {
+    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds, run)).graph(options)
 }
 
 /// `name=value` of each use of an option.
@@ -67,23 +72,41 @@ pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure>
     Ok((name.trim().to_owned(), value.trim().to_owned()))
 }
 
-/// Refuses facts that no condition uses: they are typing errors.
-fn refuse_unknown_facts(graph: &Graph, options: &PipelineOptions) -> Result<(), Failure> {
-    let conditions = graph.nodes.iter().filter_map(|node| node.when.as_ref());
-    let used: BTreeSet<&str> = conditions.flat_map(|when| when.facts()).collect();
+/// Refuses facts that the pipeline does not know or takes for another kind of value: they are typing errors. Warns of
+/// facts that it declares and nothing reads.
+fn check_facts(
+    graph: &Graph,
+    declared: &[String],
+    options: &PipelineOptions,
+    warnings: &mut Diagnostics,
+) -> Result<(), Failure> {
+    let read = graph.facts();
     for fact in &options.facts {
-        let (name, _) = split(fact, "--fact")?;
-        if !used.contains(&*name) {
-            return Err(Failure::user(format!("no `when` of this pipeline uses the fact `{name}`")).hint(known(&used)));
+        let (name, value) = split(fact, "--fact")?;
+        let is_number = value.parse::<f64>().is_ok();
+        match read.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind) {
+            Some(FactKind::Flag) if is_number => {
+                let meant = value.parse() != Ok(0.0);
+                return Err(Failure::user(format!("`--fact {fact}`: this fact is `true` or `false`, not a number"))
+                    .hint(format!("write `--fact {name}={meant}`")));
+            }
+            Some(FactKind::Number) if !is_number => {
+                return Err(Failure::user(format!("`--fact {fact}`: this fact is a number")));
+            }
+            Some(_) => {}
+            None if declared.contains(&name) => {
+                let message = format!("no `when` of this pipeline reads the fact {}", quote(&name));
+                warnings.push(Diagnostic::warning("unread-fact", message));
+            }
+            None => {
+                let known: Vec<&str> = read.iter().map(|(name, _)| name.as_str()).collect();
+                let uses = || format!("it uses {}", list(known.iter().copied(), 16));
+                let hint = if known.is_empty() { "it uses no facts".to_owned() } else { uses() };
+                return Err(Failure::user(format!("no `when` of this pipeline uses the fact `{name}`")).hint(hint));
+            }
         }
     }
     Ok(())
-}
-
-/// Which facts a pipeline uses, for a hint.
-fn known(facts: &BTreeSet<&str>) -> String {
-    let names: Vec<&str> = facts.iter().copied().collect();
-    if names.is_empty() { "it uses no facts".into() } else { format!("it uses `{}`", names.join("`, `")) }
 }
 
 /// The facts of the command line.

@@ -11,6 +11,7 @@ use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
+use crate::run_files::RunFiles;
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -30,13 +31,14 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let registry = registry(tables, &args.options.kinds)?;
+    let run = RunFiles::default();
+    let registry = registry(tables, &args.options.kinds, &run)?;
     let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds);
+    let files = Files::of(&args.pipeline, &args.options.kinds, &run);
     let file = PipelineFile::new(&document, &registry, &files);
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
-        (Some(path), _) => load_graph(path, &registry, &args.options)?,
+        (Some(path), _) => load_graph(path, &registry, &args.options, &run)?,
         (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
         (None, None) => return Ok(shown(&this, args.format)),
     };

@@ -1,6 +1,8 @@
 //! Quantization of files. The file's depth and the options of the command line decide it, not the pipeline: what a
 //! `Dither` node does for a display, the writer does for a file, with the same noise and at the depth of the file.
 
+use std::collections::BTreeSet;
+
 use afterimage_graph::check::{Graph, GraphNode, Source};
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::value::Value;
@@ -29,33 +31,56 @@ pub(crate) struct Unquantized {
     pub(crate) notes: Vec<String>,
 }
 
-/// Switches the `Dither` nodes of a pipeline off, and stores what leads to its encoded outputs in floats: of 16 bits
-/// for a file with eight bits, else of 32. So nothing is rounded before the file is written. `is_asked` is whether the
-/// user chose the depth: then it is no news that it replaces that of the pipeline.
-pub(crate) fn unquantized(mut graph: Graph, bits: u32, is_asked: bool) -> Unquantized {
+/// A file that takes an encoded output.
+pub(crate) struct EncodedFile {
+    /// Where the output comes from.
+    pub(crate) source: Source,
+    /// Bits of a channel of the file.
+    pub(crate) bits: u32,
+}
+
+/// Switches the `Dither` nodes of a pipeline off, and stores what leads to the files in floats: of 16 bits for a file
+/// with eight bits, else of 32. So nothing is rounded before the file is written. `is_asked` is whether the user chose
+/// the depth: then it is no news that it replaces that of the pipeline.
+pub(crate) fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: bool) -> Unquantized {
     let (mut noise, mut notes) = (Noise::default(), Vec::new());
-    for node in graph.nodes.iter_mut().filter(|node| node.kind().name() == "Dither" && !node.off) {
+    let needed: Vec<BTreeSet<usize>> = files.iter().map(|file| nodes_before(&graph, file.source)).collect();
+    for (index, node) in graph.nodes.iter_mut().enumerate() {
+        let mut own = files.iter().zip(&needed).filter(|(_, nodes)| nodes.contains(&index)).map(|(file, _)| file.bits);
+        if node.kind().name() != "Dither" || node.off || own.clone().count() == 0 {
+            continue;
+        }
         node.off = true;
         noise = Noise { seed: integer(node, "seed"), animate: flag(node, "animate") };
         let stated = integer(node, "bits");
-        if stated != bits && !is_asked {
+        if !is_asked && let Some(bits) = own.find(|bits| *bits != stated) {
             let name = &node.name;
             notes.push(format!("`{name}` dithers to {stated} bits; the file has {bits}, and its depth decides"));
         }
     }
-    let format = if bits > MAX_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
-    let ends: Vec<Source> = encoded_ends(&graph).collect();
-    ends.into_iter().for_each(|end| store_as(&mut graph, end, format));
+    for EncodedFile { source, bits } in files {
+        let format = if *bits > MAX_HALF_BITS { Format::Rgba32Float } else { Format::Rgba16Float };
+        store_as(&mut graph, *source, format);
+    }
     Unquantized { graph, noise, notes }
+}
+
+/// The nodes that an output needs.
+fn nodes_before(graph: &Graph, end: Source) -> BTreeSet<usize> {
+    let (mut found, mut waiting) = (BTreeSet::new(), vec![end]);
+    while let Some(source) = waiting.pop() {
+        if let Source::Node { node, .. } = source
+            && found.insert(node)
+        {
+            waiting.extend(graph.nodes[node].wires.iter().flatten());
+        }
+    }
+    found
 }
 
 /// Half floats have eleven bits below 1: the rounding to them moves the mean of eight-bit codes by a sixteenth of a
 /// code at most.
 const MAX_HALF_BITS: u32 = 8;
-
-fn encoded_ends(graph: &Graph) -> impl Iterator<Item = Source> {
-    graph.outputs.iter().filter(|output| output.state == ColorState::Encoded).map(|output| output.source)
-}
 
 /// Sets the format of the encoded images from `end` back to the light, and leaves wider ones.
 fn store_as(graph: &mut Graph, end: Source, format: Format) {

@@ -13,20 +13,23 @@ use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, text};
 use crate::pipeline::{assignments, facts};
 use crate::progress::Bar;
+use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
 
 /// Failed cases that are listed for each pipeline and kind without `--all`.
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let from_folders = folder_kinds(&args.options.kinds)?;
+    let run = RunFiles::default();
+    let from_folders = folder_kinds(&args.options.kinds, &run)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
     let registry = stress::registry(&tables).map_err(Failure::user)?;
     if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
         return Err(unknown_case(case));
     }
-    let (subjects, skipped) = subjects(args, &registry, &tables)?;
+    let (subjects, skipped) = subjects(args, &registry, &tables, &run)?;
+    args.json.iter().try_for_each(|out| run.writes(out))?;
     skipped.iter().for_each(|kind| note(kind));
     let gpu = open(&args.device)?;
     let options = StressOptions {
@@ -61,6 +64,7 @@ fn subjects(
     args: &StressArgs,
     registry: &Registry,
     tables: &[&[NodeKind]],
+    run: &RunFiles,
 ) -> Result<(Vec<Subject>, Vec<String>), Failure> {
     let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
     let tier = args.options.tier.as_deref();
@@ -69,8 +73,7 @@ fn subjects(
         let file = path.to_string_lossy();
         let text = text(path, "pipeline")?;
         // A subject may live as long as the program.
-        let files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
-        args.json.iter().try_for_each(|out| files.refuse_output(out))?;
+        let files = Box::leak(Box::new(Files::of(path, &args.options.kinds, run)));
         subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
     }
     if everything {

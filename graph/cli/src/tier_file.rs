@@ -11,6 +11,7 @@ use afterimage_media::real_path;
 use crate::args::measure::TuneArgs;
 use crate::failure::Failure;
 use crate::files::Files;
+use crate::run_files::RunFiles;
 
 /// The figures as text.
 pub(crate) fn figures(measured: &Measured) -> String {
@@ -23,7 +24,7 @@ pub(crate) fn figures(measured: &Measured) -> String {
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
     let text = document(args, "", &[]);
     let document = parse("the tuned pipeline", &text)?;
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
     let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
     // Only the name is checked here; the file itself was checked before.
     match document.tiers.first() {
@@ -37,7 +38,7 @@ pub(crate) fn text(args: &TuneArgs, registry: &Registry, entries: &[String], tun
     let comment = format!("// {}\n// {}\n", figures(&tuned.measured), tuned.conditions);
     let text = document(args, &comment, entries);
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
     let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
     check(&parse(&path.to_string_lossy(), &text)?, registry, &options)?;
     Ok(text)

@@ -10,23 +10,26 @@ use crate::args::measure::{GoalArgs, TuneArgs};
 use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::measure::measure_options;
+use crate::measure::{measure_options, note_images};
 use crate::pipeline::PipelineFile;
 use crate::progress::Bar;
+use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
 use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.clips.options;
-    let registry = registry(tables, &pipeline.kinds)?;
+    let run = RunFiles::default();
+    let registry = registry(tables, &pipeline.kinds, &run)?;
     let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &pipeline.kinds);
+    let files = Files::of(&args.pipeline, &pipeline.kinds, &run);
     let file = PipelineFile::new(&document, &registry, &files);
     let written = file.graph(pipeline)?;
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
-    args.out.iter().chain(&args.state).try_for_each(|out| files.refuse_output(out))?;
+    note_images(&args.clips, &run);
+    args.out.iter().chain(&args.state).try_for_each(|out| run.writes(out))?;
     tier_file::check_name(args, &registry)?;
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips)?;

@@ -14,6 +14,7 @@ use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
 use crate::render;
+use crate::run_files::RunFiles;
 use crate::terminal::note;
 
 /// `afterimage render`: once, or with `--watch` again after each change.
@@ -93,8 +94,9 @@ impl Loader for RecordingLoader {
 /// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
 /// name no others.
 fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let loader = RecordingLoader::new(Files::of(path, &options.kinds));
-    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds), read_document(path)) {
+    let run = RunFiles::default();
+    let loader = RecordingLoader::new(Files::of(path, &options.kinds, &run));
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds, &run), read_document(path)) {
         let file = PipelineFile::new(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });

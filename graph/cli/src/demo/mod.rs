@@ -3,7 +3,7 @@
 mod graph;
 
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels};
-use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind};
@@ -15,21 +15,24 @@ use crate::cameras::{is_eye, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::quantize::unquantized;
+use crate::quantize::{EncodedFile, unquantized};
 use crate::render::choose_output;
+use crate::run_files::RunFiles;
 use crate::save::{FileFormat, SaveOptions, Stated, save};
 use crate::terminal::say;
 use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &KindOptions::default())?;
+    let registry = registry(tables, &KindOptions::default(), &RunFiles::default())?;
     let gpu = open(&args.device)?;
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
+    let run = RunFiles::default();
     let saved = |name: &str, texels: &Texels, stated: Stated, format: FileFormat| {
         let extension = if format == FileFormat::Exr { "exr" } else { "png" };
         let path = args.out.join(format!("{name}.{extension}"));
+        run.writes(&path)?;
         save(&path, texels, stated, &SaveOptions::plain(format))?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
@@ -39,22 +42,28 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let camera = scene(&renderer).map(|scene| scene_camera(&scene, size));
     let mut scene = cached(&gpu, renderer);
     scene.session.render(size, &[], FrameStep::FIRST)?;
-    let output = choose_output(scene.session.plan(), Some("scene"), false)?;
-    saved("scene", &scene.session.output("scene")?, Stated::of(&output), FileFormat::Exr)?;
+    let texels = scene.session.output("scene")?;
+    saved("scene", &texels, stated(&scene.session, "scene"), FileFormat::Exr)?;
     let images = ["scene", "depth", "normal", "motion"].map(|name| scene.session.output_image(name, name));
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
-        let graph = unquantized(graph(&registry, name, text, Vec::new())?, 8, true).graph;
+        let graph = graph(&registry, name, text, Vec::new())?;
+        let GraphOutput { name: output, source, .. } = choose_output(&graph, None, true)?.clone();
+        let graph = unquantized(graph, &[EncodedFile { source, bits: 8 }], true).graph;
         let mut demo = cached(&gpu, graph.clone());
         render(&mut demo.session, &graph, &images, camera.as_ref())?;
         demo.keep_pipelines();
-        let output = choose_output(demo.session.plan(), None, true)?;
-        let texels = demo.session.output(&output.name)?;
-        saved(name, &texels, Stated::of(&output), FileFormat::Png)?;
+        let texels = demo.session.output(&output)?;
+        saved(name, &texels, stated(&demo.session, &output), FileFormat::Png)?;
         tiles.push(texels);
     }
-    let stated = Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0 };
-    saved("contact-sheet", &contact_sheet(&tiles), stated, FileFormat::Png)
+    let sheet = Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0 };
+    saved("contact-sheet", &contact_sheet(&tiles), sheet, FileFormat::Png)
+}
+
+/// What is known about an output beside its texels.
+fn stated(session: &Session, output: &str) -> Stated {
+    Stated::of(session.plan().output(Some(output)).expect("the graph has this output"))
 }
 
 /// Renders the first frame with the images that the graph has inputs for, and with the camera.

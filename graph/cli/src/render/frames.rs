@@ -6,17 +6,20 @@ use std::time::Instant;
 
 use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, Size};
-use afterimage_plan::{Plan, PlanOutput};
+use afterimage_media::Alpha;
+use afterimage_plan::PlanOutput;
 
 use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, readings};
-use super::repairs::Repairs;
+use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
 use super::times::Times;
 use super::write::Rendered;
+use crate::args::AlphaChoice;
 use crate::device::CachedSession;
 use crate::failure::Failure;
+use crate::save::FileFormat;
 use crate::terminal::note;
 
 /// Renders what is read. The device is freed while the last image is written.
@@ -56,7 +59,7 @@ struct Frames<'a> {
 impl Frames<'_> {
     /// An image for each target.
     fn render(&mut self, index: usize, Inputs { pictures, blocks }: Inputs) -> Result<Vec<Rendered>, Failure> {
-        self.say_notes(&pictures);
+        self.say_notes(index, &pictures);
         let start = Instant::now();
         let step = step(self.request, index);
         let session = &mut self.session.session;
@@ -82,10 +85,11 @@ impl Frames<'_> {
         Ok(rendered)
     }
 
-    fn say_notes(&mut self, pictures: &[InputPicture]) {
+    fn say_notes(&mut self, index: usize, pictures: &[InputPicture]) {
         let lacking = pictures.iter().filter(|input| input.lacks_alpha).map(lacking_alpha);
         let notes = pictures.iter().flat_map(|input| &input.picture.notes).map(|text| format!("note: {text}"));
-        for text in lacking.chain(notes) {
+        let dropped = if index == 0 { dropped_alpha(self.request, pictures) } else { None };
+        for text in lacking.chain(notes).chain(dropped) {
             if !self.said.contains(&text) {
                 note(&text);
                 self.said.push(text);
@@ -118,6 +122,22 @@ fn lacking_alpha(input: &InputPicture) -> String {
     )
 }
 
+/// The note about an alpha that no file has: it may be a mask, or coverage that the pipeline does not declare.
+fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<String> {
+    let is_dropped = |target: &&Target| target.saving.format == FileFormat::Png && target.saving.alpha == Alpha::Drop;
+    let target = request.targets.iter().filter(|_| request.args.alpha == AlphaChoice::Auto).find(is_dropped)?;
+    let may_be_coverage = |picture: &&InputPicture| {
+        let input = request.inputs.iter().find(|input| input.name == picture.name);
+        input.is_some_and(|input| input.state != ColorState::Data && !input.needs_alpha)
+    };
+    let input = pictures.iter().filter(may_be_coverage).find(|input| !is_opaque(&input.picture))?;
+    let (input, output) = (input.file.display(), &target.file);
+    Some(format!(
+        "note: `{output}` is opaque: the alpha of `{input}` may be a mask. `--alpha keep` writes alpha, and so does \
+         `alpha: Coverage` of an output"
+    ))
+}
+
 /// The position of a frame of a sequence in time, by its number.
 fn step(request: &Request<'_>, index: usize) -> FrameStep {
     let (jobs, fps) = (&request.jobs, request.args.fps);
@@ -130,11 +150,13 @@ fn step(request: &Request<'_>, index: usize) -> FrameStep {
 
 /// Uploads the images of a frame.
 fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
-    let upload = |InputPicture { name, picture, desc, .. }: &InputPicture| {
-        session.gpu().check_fits(*desc)?;
-        Ok(session.feed(name, *desc, picture.bytes())?)
-    };
-    pictures.iter().map(upload).collect()
+    let mut images = Vec::new();
+    for InputPicture { name, file, picture, desc, .. } in pictures {
+        let fits = session.gpu().check_fits(*desc);
+        fits.map_err(|error| Failure::from(error).at(file))?;
+        images.push(session.feed(name, *desc, picture.bytes())?);
+    }
+    Ok(images)
 }
 
 /// The size of the first image that is no volume; that of the command line without images.
@@ -146,7 +168,7 @@ fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
 
 /// The output for the file, and its texels.
 fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
-    let output = choose_output(session.plan(), target.output.as_deref(), target.saving.format.is_encoded())?;
+    let output = session.plan().output(Some(&target.output)).expect("the graph has this output").clone();
     let texels = session.output(&output.name)?;
     Ok((output, texels))
 }
@@ -156,44 +178,4 @@ fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(Stri
     let times = session.pass_times_once(images, FrameStep::FIRST)?;
     let passes = session.plan().work();
     Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
-}
-
-/// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.
-pub(crate) fn choose_output(plan: &Plan, wanted: Option<&str>, encoded: bool) -> Result<PlanOutput, Failure> {
-    let fits = |output: &&PlanOutput| (output.state == ColorState::Encoded) == encoded;
-    match wanted {
-        None => plan.outputs.iter().find(fits).cloned().ok_or_else(|| no_output(plan, encoded)),
-        Some(name) => {
-            let unknown = || {
-                Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", names(plan)))
-            };
-            let output = plan.output(Some(name)).ok_or_else(unknown)?;
-            if fits(&output) { Ok(output.clone()) } else { Err(wrong_file(output, encoded)) }
-        }
-    }
-}
-
-fn names(plan: &Plan) -> String {
-    let names: Vec<String> = plan.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.state.name())).collect();
-    names.join(", ")
-}
-
-fn wrong_file(output: &PlanOutput, encoded: bool) -> Failure {
-    let name = &output.name;
-    match encoded {
-        true => {
-            Failure::user(format!("output `{name}` is {}, and this file holds encoded pictures", output.state.name()))
-                .hint("write it to an `.exr` file, or add an `Encode` node")
-        }
-        false => Failure::user(format!("output `{name}` is Encoded, and an EXR holds linear light"))
-            .hint("write it to a `.png` file"),
-    }
-}
-
-fn no_output(plan: &Plan, encoded: bool) -> Failure {
-    let (kind, hint) = match encoded {
-        true => ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it"),
-        false => ("linear", "write to a `.png` file, or add an output before the `Encode` node"),
-    };
-    Failure::user(format!("the pipeline has no {kind} output for this file; it has {}", names(plan))).hint(hint)
 }

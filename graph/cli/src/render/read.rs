@@ -1,6 +1,7 @@
 //! The first stage of `render`: images are read.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
@@ -16,6 +17,7 @@ use crate::failure::Failure;
 /// The image of an input, and what its file is worth.
 pub(super) struct InputPicture {
     pub(super) name: String,
+    pub(super) file: PathBuf,
     pub(super) picture: Picture,
     /// What its texels are uploaded as: an image, or a volume.
     pub(super) desc: ImageDesc,
@@ -88,7 +90,7 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
         true => volume(name, picture.desc(), request.args.slices)?,
         false => picture.desc(),
     };
-    Ok(InputPicture { name: name.to_owned(), picture, desc, repairs, lacks_alpha })
+    Ok(InputPicture { name: name.to_owned(), file: source.path.clone(), picture, desc, repairs, lacks_alpha })
 }
 
 /// The volume whose slices an image has one below the other.

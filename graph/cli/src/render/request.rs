@@ -1,6 +1,6 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
@@ -12,7 +12,7 @@ use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
-use crate::quantize::unquantized;
+use crate::quantize::{EncodedFile, unquantized};
 use crate::terminal::note;
 
 /// The inputs and the files of one frame.
@@ -71,14 +71,17 @@ impl<'a> Request<'a> {
         cameras.into_iter().flatten().map(move |(scene, input)| (input.name.clone(), scene_camera(scene, size)))
     }
 
-    /// The graph as it is rendered for the files: without the quantization that the writer does.
-    pub(super) fn prepare(&mut self, graph: Graph) -> Graph {
-        let encoded =
-            self.targets.iter_mut().map(|target| &mut target.saving).filter(|saving| saving.format.is_encoded());
-        let encoded: Vec<_> = encoded.collect();
-        let Some(bits) = encoded.iter().map(|saving| saving.bits).max() else { return graph };
-        let unquantized = unquantized(graph, bits, self.args.depth.is_some());
-        encoded.into_iter().for_each(|saving| saving.noise = unquantized.noise);
+    /// The graph as it is rendered for the files: with their outputs only, and without the quantization that the writer
+    /// does.
+    pub(super) fn prepare(&mut self, mut graph: Graph) -> Graph {
+        graph.outputs.retain(|output| self.targets.iter().any(|target| target.output == output.name));
+        let mut files = Vec::new();
+        for Target { output, saving, .. } in self.targets.iter().filter(|target| target.saving.format.is_encoded()) {
+            let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
+            files.extend(source.map(|source| EncodedFile { source, bits: saving.bits }));
+        }
+        let unquantized = unquantized(graph, &files, self.args.depth.is_some());
+        self.targets.iter_mut().for_each(|target| target.saving.noise = unquantized.noise);
         unquantized.notes.iter().for_each(|text| note(&format!("note: {text}")));
         unquantized.graph
     }
@@ -87,7 +90,7 @@ impl<'a> Request<'a> {
 /// The frames of `--cut`. Each must be a frame of the sequence.
 fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
     let Some(text) = &args.cut else { return Ok(Vec::new()) };
-    let cuts = sequence::parse_frames(text)?;
+    let cuts = sequence::parse_frames("--cut", text)?;
     let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
     match cuts.iter().find(is_missing) {
         None => Ok(cuts),
@@ -99,7 +102,7 @@ fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
 /// The images that are made from these files of inputs. Refuses options without effect: they are mistakes.
 fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Target]) -> Result<Vec<Job>, Failure> {
     let find = |(name, file): (String, String)| {
-        let frames = args.frames.as_deref().filter(|_| is_pattern(&file));
+        let frames = args.frames.as_deref().filter(|_| sequence::is_numbered(&file));
         Ok((name, sequence::Input::find(&file, frames)?))
     };
     let inputs = files.into_iter().map(find).collect::<Result<Vec<_>, Failure>>()?;
@@ -107,7 +110,7 @@ fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Targe
     if args.frames.is_some() && !inputs.iter().any(is_numbered) {
         return Err(idle_frames());
     }
-    let (_, first) = &inputs[0];
+    let (_, first) = inputs.iter().find(|input| is_numbered(input)).unwrap_or(&inputs[0]);
     let out = targets.iter().map(|target| first.outputs(&target.file)).collect::<Result<Vec<_>, _>>()?;
     let of_frame = |index: usize| out.iter().map(|files| files[index].clone()).collect();
     let frames = first.sources().into_iter().enumerate();
@@ -132,7 +135,6 @@ fn job(
 ) -> Result<Job, Failure> {
     let source = |(name, input): &(String, _)| Ok((name.clone(), source_at(input, index, frame, name)?));
     let sources = inputs.iter().map(source).collect::<Result<Vec<_>, Failure>>()?;
-    out.iter().try_for_each(|file| refuse_overwriting(&sources, file))?;
     Ok(Job { sources, frame, out })
 }
 
@@ -145,7 +147,7 @@ fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Fai
     };
     let patterns = targets.iter().map(|target| pattern(&target.file)).collect::<Result<Vec<_>, _>>()?;
     let of_frame = |frame| patterns.iter().map(|pattern| pattern.at(frame)).collect();
-    Ok(sequence::parse_frames(frames)?.into_iter().map(|frame| job(Some(frame), of_frame(frame))).collect())
+    Ok(sequence::parse_frames("--frames", frames)?.into_iter().map(|frame| job(Some(frame), of_frame(frame))).collect())
 }
 
 fn single(file: &str) -> Result<PathBuf, Failure> {
@@ -161,21 +163,6 @@ fn pattern(file: &str) -> Result<sequence::Pattern, Failure> {
         Failure::user(format!("{file}: frames need a numbered output"))
             .hint("write `out.####.png`, or leave `--frames` out")
     })
-}
-
-/// Refuses an output that overwrites an input.
-fn refuse_overwriting(sources: &[(String, Source)], out: &Path) -> Result<(), Failure> {
-    let Ok(target) = std::fs::canonicalize(out) else { return Ok(()) };
-    let same = |source: &&(String, Source)| std::fs::canonicalize(&source.1.path).is_ok_and(|path| path == target);
-    match sources.iter().find(same) {
-        None => Ok(()),
-        Some((name, _)) => Err(Failure::user(format!("{}: this is the image of input `{name}`", out.display()))
-            .hint("choose another name for the output")),
-    }
-}
-
-fn is_pattern(file: &str) -> bool {
-    sequence::Pattern::parse(file.split('#').next().unwrap_or(file)).is_ok_and(|p| p.is_some()) || file.contains('#')
 }
 
 /// The file of an input in one frame; a single image is that of all frames.

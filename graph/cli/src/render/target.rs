@@ -1,5 +1,8 @@
 //! The files that `render` writes, and the output of the pipeline that each of them takes.
 
+use afterimage_graph::check::{Graph, GraphOutput};
+use afterimage_graph::color::Transfer;
+use afterimage_graph::image::ColorState;
 use afterimage_media::Alpha;
 
 use crate::args::{AlphaChoice, RenderArgs};
@@ -8,8 +11,8 @@ use crate::save::{FileFormat, SaveOptions};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
-    /// The name of the output; `None` for the first that fits the file.
-    pub(super) output: Option<String>,
+    /// The name of the output.
+    pub(super) output: String,
     /// The file, with a placeholder for a sequence.
     pub(super) file: String,
     /// How it is written.
@@ -17,7 +20,7 @@ pub(super) struct Target {
 }
 
 /// The files of `-o FILE`, `-o FILE --output NAME` and `--output NAME=FILE`.
-pub(super) fn targets(args: &RenderArgs) -> Result<Vec<Target>, Failure> {
+pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, Failure> {
     let mut named = Vec::new();
     let mut bare = Vec::new();
     for word in &args.outputs {
@@ -35,7 +38,7 @@ pub(super) fn targets(args: &RenderArgs) -> Result<Vec<Target>, Failure> {
     };
     let all: Vec<(Option<String>, String)> = first.into_iter().chain(named).collect();
     different(&all)?;
-    all.into_iter().map(|(output, file)| target(args, output, file)).collect()
+    all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect()
 }
 
 fn no_file(output: &str) -> Failure {
@@ -43,13 +46,10 @@ fn no_file(output: &str) -> Failure {
         .hint(format!("write `--output {output}=FILE` for each output"))
 }
 
-/// Refuses two outputs in one file, and one output in two: the latter would be written twice.
+/// Refuses one output in two files: it would be written twice.
 fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
-    for (index, (output, file)) in all.iter().enumerate() {
+    for (index, (output, _)) in all.iter().enumerate() {
         let before = &all[..index];
-        if before.iter().any(|(_, other)| other == file) {
-            return Err(Failure::user(format!("two outputs go to the file `{file}`")).hint("name a file for each"));
-        }
         if output.is_some() && before.iter().any(|(other, _)| other == output) {
             let output = output.as_deref().unwrap_or_default();
             return Err(Failure::user(format!("two files are named for the output `{output}`")).hint("name one"));
@@ -58,23 +58,67 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
     Ok(())
 }
 
-fn target(args: &RenderArgs, output: Option<String>, file: String) -> Result<Target, Failure> {
-    Ok(Target { output, saving: save_options(args, &file)?, file })
-}
-
-fn save_options(args: &RenderArgs, file: &str) -> Result<SaveOptions, Failure> {
-    let format = FileFormat::of(file).ok_or_else(|| unknown_format(file))?;
-    Ok(SaveOptions {
-        bits: bits(format, args.depth)?,
+fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
+    let format = FileFormat::of(&file).ok_or_else(|| unknown_format(&file))?;
+    let output = choose_output(graph, output, format.is_encoded())?;
+    let color = graph.colors().at(output.source);
+    let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
+    let saving = SaveOptions {
+        bits: bits(format, args.depth, is_hdr)?,
         dither: !args.no_dither,
         alpha: match args.alpha {
-            AlphaChoice::Auto => Alpha::WhereNeeded,
+            AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
             AlphaChoice::Keep => Alpha::Keep,
-            AlphaChoice::Drop => Alpha::Drop,
+            AlphaChoice::Auto | AlphaChoice::Drop => Alpha::Drop,
         },
         quality: args.quality,
         ..SaveOptions::plain(format)
-    })
+    };
+    Ok(Target { output: output.name.clone(), file, saving })
+}
+
+/// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.
+pub(crate) fn choose_output<'g>(
+    graph: &'g Graph,
+    wanted: Option<&str>,
+    encoded: bool,
+) -> Result<&'g GraphOutput, Failure> {
+    let fits = |output: &&GraphOutput| (output.state == ColorState::Encoded) == encoded;
+    let Some(name) = wanted else {
+        return graph.outputs.iter().find(fits).ok_or_else(|| no_output(graph, encoded));
+    };
+    match graph.outputs.iter().find(|output| output.name == name) {
+        None => {
+            Err(Failure::user(format!("the pipeline has no output `{name}`")).hint(format!("it has {}", names(graph))))
+        }
+        Some(output) if fits(&output) => Ok(output),
+        Some(output) => Err(wrong_file(output, encoded)),
+    }
+}
+
+fn names(graph: &Graph) -> String {
+    let names: Vec<String> = graph.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.state.name())).collect();
+    names.join(", ")
+}
+
+fn wrong_file(output: &GraphOutput, encoded: bool) -> Failure {
+    let name = &output.name;
+    match encoded {
+        true => {
+            Failure::user(format!("output `{name}` is {}, and this file holds encoded pictures", output.state.name()))
+                .hint("write it to an `.exr` file, or add an `Encode` node")
+        }
+        false => Failure::user(format!("output `{name}` is Encoded, and an EXR holds linear light"))
+            .hint("write it to a `.png` file"),
+    }
+}
+
+fn no_output(graph: &Graph, encoded: bool) -> Failure {
+    let (kind, hint) = match encoded {
+        true => ("encoded", "write to an `.exr` file, or add an `Encode` node and an output for it"),
+        false => ("linear", "write to a `.png` file, or add an output before the `Encode` node"),
+    };
+    Failure::user(format!("the pipeline has no {kind} output for this file; it has {}", names(graph))).hint(hint)
 }
 
 fn unknown_format(name: &str) -> Failure {
@@ -86,8 +130,8 @@ fn unknown_format(name: &str) -> Failure {
         .hint("`.png`, `.jpg` and `.avif` take an encoded output, `.exr` a linear one")
 }
 
-/// The bits of a channel.
-fn bits(format: FileFormat, asked: Option<u8>) -> Result<u32, Failure> {
+/// The bits of a channel. PQ and HLG need more than eight.
+fn bits(format: FileFormat, asked: Option<u8>, is_hdr: bool) -> Result<u32, Failure> {
     let (name, known): (&str, &[u8]) = match format {
         FileFormat::Png => ("a PNG", &[8, 16]),
         FileFormat::Jpeg => ("a JPEG", &[8]),
@@ -95,7 +139,8 @@ fn bits(format: FileFormat, asked: Option<u8>) -> Result<u32, Failure> {
         FileFormat::Avif => ("an AVIF", &[10]),
         FileFormat::Exr => ("an EXR", &[16, 32]),
     };
-    let bits = asked.unwrap_or(known[0]);
+    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
+    let bits = asked.unwrap_or(default);
     if known.contains(&bits) {
         return Ok(bits.into());
     }

@@ -40,7 +40,8 @@ fn project(args: &ViewArgs, opener: &Opener) -> Result<Box<dyn Project>, Failure
     let Some(path) = &args.pipeline else {
         return Ok(Box::new(TextProject::built_in(FIRST).expect("it is built in")));
     };
-    if path.exists() {
+    // Also a link in a circle, which the project reports.
+    if path.symlink_metadata().is_ok() {
         return Ok(Box::new(opener.project(path)));
     }
     let name = path.to_string_lossy();

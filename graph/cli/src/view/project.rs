@@ -13,6 +13,7 @@ use afterimage_view::{Checked, Project, Wake, saved};
 use crate::args::KindOptions;
 use crate::failure::Failure;
 use crate::files::{Files, LIBRARY, registry, text};
+use crate::run_files::RunFiles;
 use crate::watch::RecordingLoader;
 
 /// A pipeline in a file.
@@ -45,9 +46,9 @@ impl FileProject {
     fn checked(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Failure> {
         let registry = match self.registry.take() {
             Some(known) => known,
-            None => registry(&[&self.kinds], &self.options)?,
+            None => registry(&[&self.kinds], &self.options, &RunFiles::default())?,
         };
-        let loader = RecordingLoader::new(Files::of(&self.path, &self.options));
+        let loader = RecordingLoader::new(Files::of(&self.path, &self.options, &RunFiles::default()));
         let checked = Checked::of(&self.path.to_string_lossy(), text, tier, &registry, &loader);
         // While the file has errors, the files that it named before may be the ones to be corrected.
         self.files.extend(loader.named());
@@ -82,15 +83,16 @@ impl Project for FileProject {
         new_tier: Option<&str>,
         changes: &[Change],
     ) -> Result<String, Diagnostics> {
-        let registry = registry(&[&self.kinds], &self.options).map_err(Failure::into_diagnostics)?;
-        let files = Files::of(&self.path, &self.options);
+        let registry =
+            registry(&[&self.kinds], &self.options, &RunFiles::default()).map_err(Failure::into_diagnostics)?;
+        let files = Files::of(&self.path, &self.options, &RunFiles::default());
         let saver = Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?;
         saved(&saver, tier, new_tier, changes)
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        Files::of(&self.path, &self.options).load(&folder.join(path).to_string_lossy())
+        Files::of(&self.path, &self.options, &RunFiles::default()).load(&folder.join(path).to_string_lossy())
     }
 
     fn write(&mut self, text: &str) -> Result<(), String> {

@@ -8,6 +8,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_media::{Budget, Source, read_within, sequence};
 
+use crate::files::file_name;
 use crate::{LabError, scene};
 
 /// Which images a pipeline is measured on.
@@ -29,6 +30,18 @@ pub struct ClipOptions {
     /// Memory that decoding a file may take.
     pub budget: Budget,
 }
+
+impl ClipOptions {
+    /// Whether an image of errors may have this file name: it begins with the name of a clip.
+    pub fn may_name_error_image(&self, name: &str) -> bool {
+        let scene = self.scene || self.images.is_empty();
+        let clips = self.images.iter().map(|image| short_name(image)).chain(scene.then(|| SCENE.to_owned()));
+        name.ends_with(".png") && clips.map(|clip| file_name(&clip)).any(|clip| name.starts_with(&format!("{clip}-")))
+    }
+}
+
+/// The name of the clip of the built-in scene.
+const SCENE: &str = "built-in scene";
 
 /// The frames of a sequence, or a still image.
 pub(crate) struct Clip {
@@ -79,7 +92,7 @@ pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSo
         if !graph.inputs.iter().any(|known| known.name == *name) {
             return Err(no_such_input(name, &graph.inputs));
         }
-        others.push((name.clone(), sequence::Input::find(file, None)?));
+        others.push((name.clone(), find(options, file)?));
     }
     let mut clips = Vec::new();
     for image in &options.images {
@@ -119,13 +132,8 @@ fn file_clip(
 
 /// The files of an image argument; the frames of the options apply to sequences only.
 fn find(options: &ClipOptions, image: &str) -> Result<sequence::Input, LabError> {
-    let found = sequence::Input::find(image, None);
-    match options.frames.as_deref() {
-        Some(frames) if !matches!(found, Ok(sequence::Input::Single(_))) => {
-            Ok(sequence::Input::find(image, Some(frames))?)
-        }
-        _ => Ok(found?),
-    }
+    let frames = options.frames.as_deref().filter(|_| sequence::is_numbered(image));
+    Ok(sequence::Input::find(image, frames)?)
 }
 
 /// The file's name without its folder and ending.
@@ -141,7 +149,7 @@ impl ClipSource {
     pub(crate) fn name(&self) -> &str {
         match self {
             Self::Files { name, .. } => name,
-            Self::Scene => "built-in scene",
+            Self::Scene => SCENE,
         }
     }
 
@@ -178,8 +186,10 @@ fn file_images(
 ) -> Result<Vec<Vec<InputImage>>, LabError> {
     let frames = inputs.iter().map(|(_, input)| input.sources().len()).max().unwrap_or(1);
     let image = |(name, input): &(String, _), frame| {
-        let picture = read_within(&file_of(name, input, frame)?, budget)?;
-        gpu.check_fits(picture.desc())?;
+        let source = file_of(name, input, frame)?;
+        let picture = read_within(&source, budget)?;
+        let fits = gpu.check_fits(picture.desc());
+        fits.map_err(|error| LabError::request(format!("{}: {error}", source.path.display())))?;
         Ok(input_image(gpu, name, picture.desc(), picture.bytes())?)
     };
     (0..frames).map(|frame| inputs.iter().map(|input| image(input, frame)).collect()).collect()

@@ -11,7 +11,7 @@ use crate::files::leftovers::{ENDING, remove_leftovers};
 use crate::files::rights::{keep_rights, private};
 
 /// Writes `bytes` to `path`. Whatever fails, the file that was there before stays as it was and
-/// nothing half written is left. Through a symbolic link the file behind it is replaced; devices
+/// nothing half written is left. Through a symbolic link the file behind it is replaced or made; devices
 /// and pipes are written to directly, as they cannot be replaced.
 ///
 /// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. What killed runs have
@@ -25,7 +25,34 @@ fn write_with_io_errors(path: &Path, bytes: &[u8]) -> io::Result<()> {
         Ok(meta) if meta.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         Ok(meta) if !meta.is_file() => File::options().write(true).open(path)?.write_all(bytes),
         Ok(meta) => replace(&fs::canonicalize(path)?, bytes, Some(&meta)),
-        Err(_) => replace(path, bytes, None),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => replace(&behind_links(path)?, bytes, None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The path from the root, without links, of the file that [`write_atomic`] replaces or makes. The file need not exist,
+/// also not behind a link.
+///
+/// # Errors
+/// Its folder does not exist or may not be searched, or its links lead in a circle.
+pub fn real_output_path(path: &Path) -> Result<PathBuf, FileError> {
+    behind_links(path).map_err(|error| FileError::writing(path, &error))
+}
+
+fn behind_links(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    loop {
+        match fs::canonicalize(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            // A circle of links ends here.
+            found => return found,
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = fs::canonicalize(folder)?;
+        match fs::read_link(&path) {
+            Ok(target) => path = folder.join(target),
+            Err(_) => return Ok(folder.join(path.file_name().ok_or(io::ErrorKind::IsADirectory)?)),
+        }
     }
 }
 

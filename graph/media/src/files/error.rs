@@ -77,6 +77,8 @@ impl FileError {
                 Self::new(path, Machine, "this program may not write here")
                     .hint("choose another folder, or change its permissions")
             }
+            #[cfg(unix)]
+            _ if error.raw_os_error() == Some(libc::ELOOP) => Self::new(path, Naming, "its links lead in a circle"),
             _ => Self::new(path, Machine, format!("writing failed: {error}")),
         }
     }

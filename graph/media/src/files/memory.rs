@@ -24,6 +24,18 @@ fn machine_memory() -> u64 {
     machine.min(group.unwrap_or(u64::MAX))
 }
 
+/// The bytes of addresses that this process may use, if they are limited (`ulimit -v`). A device's driver is not found
+/// if it does not fit.
+pub fn address_space_limit() -> Option<u64> {
+    address_space(&system_text("/proc/self/limits")?)
+}
+
+/// The line `Max address space  500000000  unlimited  bytes`: the first number is the limit.
+fn address_space(limits: &str) -> Option<u64> {
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
 /// The line `MemTotal: 16316412 kB`, in bytes.
 fn total(text: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
@@ -46,6 +58,14 @@ mod tests {
         assert_eq!(total("MemTotal:       24518456 kB\nMemFree:  1 kB\n"), Some(24_518_456 * 1024));
         assert_eq!(total("MemTotal: much\n"), None);
         assert_eq!(total(""), None);
+    }
+
+    #[test]
+    fn a_limit_of_addresses_is_read_from_the_text_of_the_system() {
+        let line = |soft: &str| format!("Limit  Soft Limit\nMax address space         {soft}   unlimited   bytes\n");
+        assert_eq!(address_space(&line("500000000")), Some(500_000_000));
+        assert_eq!(address_space(&line("unlimited")), None);
+        assert_eq!(address_space(""), None);
     }
 
     #[test]

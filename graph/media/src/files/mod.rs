@@ -14,9 +14,9 @@ mod watch;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-pub use atomic::write_atomic;
+pub use atomic::{real_output_path, write_atomic};
 pub use error::FileError;
-pub use memory::default_budget;
+pub use memory::{address_space_limit, default_budget};
 pub use regular::{read_bytes, read_text, real_path};
 #[cfg(not(target_family = "wasm"))]
 pub use watch::FileWatch;

@@ -26,6 +26,11 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), FileError> {
     Ok((file, meta.len()))
 }
 
+/// Looks whether a file can be opened for reading, without opening it.
+pub(crate) fn check(path: &Path) -> Result<(), FileError> {
+    refuse_special(path, &path.metadata().map_err(|error| FileError::reading(path, &error))?)
+}
+
 /// For reading, without waiting for the other end of a pipe.
 fn options() -> OpenOptions {
     let mut options = OpenOptions::new();

@@ -9,8 +9,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::regular;
 use crate::codec::ErrorKind;
 use crate::{FileError, Source};
+
+/// The most digits of a frame's number. File systems have no longer names.
+const MAX_DIGITS: usize = 255;
 
 /// The files of an input argument.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,6 +68,12 @@ impl Input {
     }
 }
 
+/// Whether a name is that of a sequence: it has a placeholder, and no file has the name itself.
+pub fn is_numbered(name: &str) -> bool {
+    let (file, _) = split_layer(name);
+    !Path::new(file).is_file() && Pattern::parse(file).is_ok_and(|pattern| pattern.is_some())
+}
+
 /// A file name with a place for the frame number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
@@ -92,6 +102,10 @@ impl Pattern {
                 naming(name, "the name has more than one placeholder").hint("keep one run of `#`, or one `%04d`")
             );
         }
+        if found.digits > MAX_DIGITS {
+            let message = format!("the placeholder has {} digits, and at most {MAX_DIGITS} are written", found.digits);
+            return Err(naming(&shortened(name), message).hint("`####` is for numbers up to 9999"));
+        }
         let (before, after) = (before.to_owned(), after.to_owned());
         Ok(Some(Self { folder: folder.into(), before, digits: found.digits, after }))
     }
@@ -104,17 +118,20 @@ impl Pattern {
 
     fn find_all(&self, frames: Option<&str>, layer: Option<String>) -> Result<Vec<(u32, Source)>, FileError> {
         let wanted = match frames {
-            Some(text) => parse_frames(text)?,
+            Some(text) => parse_frames("--frames", text)?,
             None => self.discover()?,
         };
         let source = |frame| Source { path: self.at(frame), layer: layer.clone() };
         let found: Vec<_> = wanted.into_iter().map(|frame| (frame, source(frame))).collect();
-        match found.iter().find(|(_, source)| !source.path.is_file()) {
-            None => Ok(found),
-            Some((frame, source)) => {
-                Err(missing(&source.path, *frame).hint("render it, or choose other frames with `--frames`"))
+        for (frame, source) in &found {
+            match regular::check(&source.path) {
+                Err(error) if error.kind == ErrorKind::Missing => {
+                    return Err(missing(&source.path, *frame).hint("render it, or choose other frames with `--frames`"));
+                }
+                checked => checked?,
             }
         }
+        Ok(found)
     }
 
     /// Every frame on disk, ascending, without a gap.
@@ -201,28 +218,29 @@ fn split_layer(name: &str) -> (&str, Option<String>) {
     }
 }
 
-/// The frames of `1-96`, `1-96x2`, `7`, or several of these with commas, as listed.
-pub fn parse_frames(text: &str) -> Result<Vec<u32>, FileError> {
+/// The frames of `1-96`, `1-96x2`, `7`, or several of these with commas, as listed. `option` is the option that has
+/// the text, for errors.
+pub fn parse_frames(option: &str, text: &str) -> Result<Vec<u32>, FileError> {
     const MOST: usize = 1_000_000;
     let mut frames = Vec::new();
     for range in text.split(',') {
         let (first, last, step) = parse_range(range.trim())
-            .ok_or_else(|| naming_frames(text, format!("`{}` is not a range", range.trim())))?;
+            .ok_or_else(|| naming_frames(option, text, format!("`{}` is not a range", range.trim())))?;
         if last < first {
             let message = format!("`{first}-{last}` runs backwards");
-            return Err(naming_frames(text, message).hint(format!("write `{last}-{first}`")));
+            return Err(naming_frames(option, text, message).hint(format!("write `{last}-{first}`")));
         }
         if step == 0 {
-            return Err(naming_frames(text, "a step of 0 never ends".to_owned()));
+            return Err(naming_frames(option, text, "a step of 0 never ends".to_owned()));
         }
         frames.extend((first..=last).step_by(step as usize).take(MOST + 1));
         if frames.len() > MOST {
-            return Err(naming_frames(text, format!("these are more than {MOST} frames")));
+            return Err(naming_frames(option, text, format!("these are more than {MOST} frames")));
         }
     }
     match first_repeated(&frames) {
         None => Ok(frames),
-        Some(frame) => Err(naming_frames(text, format!("frame {frame} is named twice"))),
+        Some(frame) => Err(naming_frames(option, text, format!("frame {frame} is named twice"))),
     }
 }
 
@@ -245,8 +263,8 @@ fn first_repeated(frames: &[u32]) -> Option<u32> {
     frames.iter().copied().find(|frame| !seen.insert(*frame))
 }
 
-fn naming_frames(text: &str, message: String) -> FileError {
-    naming(&format!("--frames {text}"), message)
+fn naming_frames(option: &str, text: &str, message: String) -> FileError {
+    naming(&format!("{option} {text}"), message)
         .hint("write `1-96`, `1-96x2` for every second one, `7`, or several of these with commas")
 }
 
@@ -256,6 +274,11 @@ fn naming(name: &str, message: impl Into<String>) -> FileError {
 
 fn missing(path: &Path, frame: u32) -> FileError {
     FileError::new(path, ErrorKind::Missing, format!("frame {frame} is missing"))
+}
+
+/// The beginning of a long name.
+fn shortened(name: &str) -> String {
+    name.chars().take(60).chain(['.', '.', '.']).collect()
 }
 
 /// `out.png` as `out.####.png`.

@@ -66,6 +66,25 @@ fn a_link_stays_a_link() {
 
 #[cfg(unix)]
 #[test]
+fn a_link_to_no_file_stays_a_link() {
+    use std::os::unix::fs::symlink;
+    let folder = Folder::new("dangling");
+    symlink("file", folder.file("link")).unwrap();
+    symlink(folder.file("link"), folder.file("to-link")).unwrap();
+    write_atomic(&folder.file("to-link"), b"new").unwrap();
+    assert_eq!(fs::read(folder.file("file")).unwrap(), b"new");
+    assert!(folder.file("link").is_symlink() && folder.file("to-link").is_symlink());
+    symlink("nowhere/file", folder.file("lost")).unwrap();
+    let error = write_atomic(&folder.file("lost"), b"new").unwrap_err();
+    assert_eq!(error.message, "the folder of this output does not exist");
+    symlink("circle", folder.file("circle")).unwrap();
+    let error = write_atomic(&folder.file("circle"), b"new").unwrap_err();
+    assert_eq!((error.message.as_str(), error.exit()), ("its links lead in a circle", 1));
+    assert!(folder.file("lost").is_symlink() && folder.file("circle").is_symlink());
+}
+
+#[cfg(unix)]
+#[test]
 fn a_replaced_file_keeps_its_mode_and_its_owner() {
     use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
     let folder = Folder::new("rights");

@@ -1,5 +1,7 @@
 //! Frame numbers in names.
 
+use std::fs;
+
 use super::{Folder, message_and_hint};
 use crate::sequence::{Input, Pattern, parse_frames};
 use crate::*;
@@ -34,9 +36,9 @@ fn patterns_make_names() {
 
 #[test]
 fn ranges_are_parsed_or_explained() {
-    assert_eq!(parse_frames("1-5").unwrap(), [1, 2, 3, 4, 5]);
-    assert_eq!(parse_frames("1-10x4").unwrap(), [1, 5, 9]);
-    assert_eq!(parse_frames("7, 10-12,3").unwrap(), [7, 10, 11, 12, 3]);
+    assert_eq!(parse_frames("--frames", "1-5").unwrap(), [1, 2, 3, 4, 5]);
+    assert_eq!(parse_frames("--frames", "1-10x4").unwrap(), [1, 5, 9]);
+    assert_eq!(parse_frames("--frames", "7, 10-12,3").unwrap(), [7, 10, 11, 12, 3]);
     let hint = "write `1-96`, `1-96x2` for every second one, `7`, or several of these with commas";
     let table = [
         ("", "`` is not a range", hint),
@@ -50,7 +52,11 @@ fn ranges_are_parsed_or_explained() {
         ("9-1", "`9-1` runs backwards", "write `1-9`"),
     ];
     for (text, message, hint) in table {
-        assert_eq!(message_and_hint(&parse_frames(text).unwrap_err()), format!("{message}; {hint}"), "{text}");
+        assert_eq!(
+            message_and_hint(&parse_frames("--frames", text).unwrap_err()),
+            format!("{message}; {hint}"),
+            "{text}"
+        );
     }
 }
 
@@ -142,4 +148,36 @@ fn inputs_that_make_no_sense_say_so() {
     );
     let error = find(&folder, "nowhere/shot.####.exr", None).unwrap_err();
     assert_eq!(error.message, "there is no such folder");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_frame_that_is_no_file_is_not_missing() {
+    use std::os::unix::fs::symlink;
+    let folder = shots("no-files", &[1]);
+    fs::create_dir(folder.file("shot.0002.exr")).unwrap();
+    symlink("shot.0003.exr", folder.file("shot.0003.exr")).unwrap();
+    symlink("/dev/null", folder.file("shot.0004.exr")).unwrap();
+    symlink("nowhere", folder.file("shot.0005.exr")).unwrap();
+    let message = |frames| find(&folder, "shot.####.exr", Some(frames)).unwrap_err().message;
+    assert_eq!(message("1-2"), "it is a folder");
+    assert_eq!(message("1,3"), "its links lead in a circle");
+    assert_eq!(message("4"), "this is a pipe or a device, not a file");
+    assert_eq!(message("5"), "frame 5 is missing");
+}
+
+#[test]
+fn a_placeholder_has_digits_for_a_name() {
+    let longest = Pattern::parse(&"#".repeat(255)).unwrap().unwrap();
+    assert_eq!(longest.at(7).to_str().unwrap().len(), 255);
+    for name in ["#".repeat(65_536), "#".repeat(256) + ".png", "%999d.png".to_owned()] {
+        let error = Pattern::parse(&name).unwrap_err();
+        assert!(error.message.ends_with("digits, and at most 255 are written"), "{}", error.message);
+        assert!(error.path.to_str().unwrap().len() <= 63);
+    }
+}
+
+#[test]
+fn the_option_with_the_frames_is_named() {
+    assert_eq!(parse_frames("--cut", "a").unwrap_err().path, std::path::Path::new("--cut a"));
 }
