@@ -258,3 +258,33 @@ fn a_member_has_the_width_and_the_kind_of_its_parameter() {
         }
     }
 }
+
+#[test]
+fn errors_of_a_shader_are_found_together_and_suggest_names_of_wgsl() {
+    let shader = "struct Posterize { levels: f32 }\n\
+        fn half_of(a: f32) -> f32 { return lerp(a, 0.0, 0.5); }\n\
+        fn third_of(a: f32) -> f32 { return flooor(a / 3.0); }\n\
+        fn posterize(source: vec4f, params: Posterize) -> vec4f { return sourse * half_of(third_of(params.levels)); }";
+    let reported = folder_kind(("node.ron", DECLARATION), ("posterize.wgsl", shader)).expect_err("wrong names");
+    let reported = reported.to_string();
+    for part in [
+        "WGSL has `mix` for it",
+        "did you mean `floor`?",
+        "did you mean `source`?",
+        "posterize.wgsl:2:36",
+        "posterize.wgsl:3:37",
+        "posterize.wgsl:4:66",
+    ] {
+        assert!(reported.contains(part), "no {part} in {reported}");
+    }
+}
+
+#[test]
+fn errors_of_a_shader_name_types_and_code() {
+    let shader = "struct Posterize { levels: f32 }\n\
+        fn posterize(source: vec4f, params: Posterize) -> vec4f { return source.rgb * params.levels; }";
+    let reported = folder_kind(("node.ron", DECLARATION), ("posterize.wgsl", shader)).expect_err("a wrong type");
+    let reported = reported.to_string();
+    assert!(reported.contains("`vec4<f32>`") && reported.contains("`source.rgb * params.levels`"), "{reported}");
+    assert!(!reported.contains("Some("), "{reported}");
+}

@@ -11,18 +11,66 @@ pub struct ShaderError {
     pub column: u32,
     /// What is wrong.
     pub message: String,
+    /// Remarks at places, that of the error included.
+    pub labels: Vec<ShaderLabel>,
+    /// What to do about it.
+    pub help: Option<String>,
+    /// Further errors of the same module.
+    pub others: Vec<ShaderError>,
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file's name.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The byte in the line, from 1.
+    pub column: u32,
+}
+
+/// A remark at a place of a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShaderLabel {
+    /// The place.
+    pub place: Place,
+    /// What is there.
+    pub text: String,
 }
 
 impl ShaderError {
     /// An error at a line and a column, both counted from 1; 0 if unknown.
     pub fn new(file: &str, (line, column): (u32, u32), message: impl Into<String>) -> Self {
-        Self { file: file.into(), line, column, message: message.into() }
+        Self {
+            file: file.into(),
+            line,
+            column,
+            message: message.into(),
+            labels: Vec::new(),
+            help: None,
+            others: Vec::new(),
+        }
+    }
+
+    pub(crate) fn first_line(&self) -> String {
+        format!("{}:{}:{}: {}", self.file, self.line, self.column.max(1), self.message)
     }
 }
 
 impl std::fmt::Display for ShaderError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}:{}:{}: {}", self.file, self.line, self.column.max(1), self.message)
+        f.write_str(&self.first_line())?;
+        for ShaderLabel { place: Place { file, line, column }, text } in &self.labels {
+            write!(f, "\n  {file}:{line}:{column}: {text}")?;
+        }
+        if let Some(help) = &self.help {
+            write!(f, "\n  help: {help}")?;
+        }
+        for other in &self.others {
+            write!(f, "\n{other}")?;
+        }
+        Ok(())
     }
 }
 

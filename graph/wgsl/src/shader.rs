@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
-use crate::error::ShaderError;
+use crate::error::{Place, ShaderError, ShaderLabel};
 use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
 
@@ -122,15 +122,24 @@ impl Shader {
         self.reflect().is_ok_and(|reflection| reflection.heavy.iter().any(|name| name == function))
     }
 
-    /// Adds an error in the file to diagnostics, with an excerpt if it is in this file and not in one that it imports.
+    /// Adds an error in the file, and those that were found with it, to diagnostics. Each has an excerpt if it is in
+    /// this file and not in one that it imports.
     pub fn report(&self, error: &ShaderError, diagnostics: &mut Diagnostics) {
-        if error.file == self.file() {
-            diagnostics.add_source(self.file(), self.text());
+        diagnostics.add_source(self.file(), self.text());
+        for error in std::iter::once(error).chain(&error.others) {
+            let place = Place { file: error.file.clone(), line: error.line, column: error.column };
+            let remark = error.labels.iter().find(|label| label.place == place).map_or("", |label| &label.text);
+            let mut diagnostic = match diagnostics.locate(&place.file, place.line, place.column) {
+                Some(at) => Diagnostic::error("shader", &*error.message).at(&at, remark),
+                None => Diagnostic::error("shader", error.first_line()),
+            };
+            for ShaderLabel { place: other, text } in error.labels.iter().filter(|label| label.place != place) {
+                if let Some(there) = diagnostics.locate(&other.file, other.line, other.column) {
+                    diagnostic = diagnostic.also(&there, &**text);
+                }
+            }
+            diagnostics.push(diagnostic.maybe_help(error.help.clone()));
         }
-        diagnostics.push(match diagnostics.locate(&error.file, error.line, error.column) {
-            Some(place) => Diagnostic::error("shader", error.message.clone()).at(&place, ""),
-            None => Diagnostic::error("shader", error.to_string()),
-        });
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::Change;
+use afterimage_graph::check::{Change, Graph};
 use afterimage_graph::value::Value;
 
 /// Something in the graph that has a control.
@@ -20,6 +20,14 @@ impl Target {
     pub fn name(&self) -> &str {
         match self {
             Self::Parameter(name) | Self::Node(name) => name,
+        }
+    }
+
+    /// The value that the text of a graph gives it.
+    pub fn written(&self, graph: &Graph) -> Option<Value> {
+        match self {
+            Self::Parameter(name) => Some(graph.value(graph.parameter(name).ok()?).clone()),
+            Self::Node(name) => Some(Value::Bool(!graph.node(name)?.1.off)),
         }
     }
 

@@ -166,7 +166,7 @@ impl Model {
 
     /// The value in the text.
     pub fn written(&self, target: &Target) -> Option<Value> {
-        reading::written_value(self.graph.as_deref()?, target)
+        target.written(self.graph.as_deref()?)
     }
 
     /// Whether a node runs, as far as the file and the user say.

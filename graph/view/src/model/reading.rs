@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Facts, Graph};
+use afterimage_graph::check::{Change, Facts};
 use afterimage_graph::value::Value;
 
 use super::chains::Chains;
@@ -93,10 +93,10 @@ impl Model {
         let values: Vec<(Target, Value)> =
             self.changes.iter().map(|(target, value)| (target.clone(), value.clone())).collect();
         for (target, value) in values {
-            let written = written_value(&now, &target);
+            let written = target.written(&now);
             if written.as_ref() == Some(&value) {
                 self.changes.forget(&target);
-            } else if written != written_value(&before, &target) {
+            } else if written != target.written(&before) {
                 conflicting.push(target);
             }
         }
@@ -162,13 +162,5 @@ impl Model {
         self.reload();
         self.chains.reset_values(&self.changes);
         Ok(())
-    }
-}
-
-/// The value that a graph's text gives a target.
-pub(super) fn written_value(graph: &Graph, target: &Target) -> Option<Value> {
-    match target {
-        Target::Parameter(name) => Some(graph.value(graph.parameter(name).ok()?).clone()),
-        Target::Node(name) => Some(Value::Bool(!graph.node(name)?.1.off)),
     }
 }

@@ -3,14 +3,9 @@
 use egui::{Context, Id, Modal, RichText};
 
 use super::Viewer;
+use super::pending::Pending;
 use super::theme::DIM;
 use crate::model::{Conflict, Project, Resolution, Target};
-
-/// What waits for an answer about unsaved changes.
-pub(super) enum Pending {
-    Close,
-    Open(Box<dyn Project>),
-}
 
 impl Viewer {
     /// Closes the window, or asks first if changes would be lost.

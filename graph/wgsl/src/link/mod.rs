@@ -22,5 +22,5 @@ pub use instance::Instance;
 pub(crate) use linker::Declared;
 pub use linker::{Linked, Linker};
 pub(crate) use source_map::GENERATED;
-pub use source_map::{Place, SourceMap};
+pub use source_map::SourceMap;
 pub(crate) use work::check_work;

@@ -2,21 +2,10 @@
 
 use afterimage_base::Shared;
 
-use crate::error::{ShaderError, position};
+use crate::error::{Place, ShaderError, position};
 
 /// The name of the file that generated text belongs to.
 pub(crate) const GENERATED: &str = "(generated)";
-
-/// A place in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
-    /// The file's name.
-    pub file: String,
-    /// The line, from 1.
-    pub line: u32,
-    /// The byte in the line, from 1.
-    pub column: u32,
-}
 
 /// Bytes of the module that come from successive bytes of a file.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +60,11 @@ impl SourceMap {
         let away = (byte - segment.at as usize).min((segment.length as usize).saturating_sub(1));
         let (line, column) = position(text, segment.source as usize + away);
         Some(Place { file: name.to_string(), line, column })
+    }
+
+    /// The texts of the files that are not of the framework.
+    pub(crate) fn author_texts(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().filter(|file| !file.is_framework).map(|file| &*file.text)
     }
 
     fn segment_of(&self, byte: usize) -> Option<&Segment> {

@@ -1,0 +1,250 @@
+//! Errors of naga in the words of an author: places in the author's files, names of types, the code of an expression,
+//! and names that may have been meant.
+
+use naga::common::wgsl::TypeContext as _;
+use naga::front::wgsl::ParseError;
+use naga::valid::ValidationError;
+use naga::{Module, Span, WithSpan};
+
+use afterimage_base::diagnostic::{did_you_mean, quote};
+
+use crate::error::{ShaderError, ShaderLabel};
+use crate::link::SourceMap;
+use crate::token::{Token, TokenKind, tokens};
+
+const TOO_DEEP: &str = "brackets, types or statements are nested too deeply for the parser";
+
+/// Errors of one module that are reported together.
+const MAX_ERRORS: usize = 5;
+
+/// Names of GLSL and HLSL, and what WGSL calls them.
+const OTHER_LANGUAGES: &[(&str, &str)] = &[
+    ("atan2f", "atan2"),
+    ("ddx", "dpdx"),
+    ("ddy", "dpdy"),
+    ("dFdx", "dpdx"),
+    ("dFdy", "dpdy"),
+    ("float2", "vec2f"),
+    ("float3", "vec3f"),
+    ("float4", "vec4f"),
+    ("frac", "fract"),
+    ("half", "f32"),
+    ("inversesqrt", "inverseSqrt"),
+    ("ivec2", "vec2i"),
+    ("lerp", "mix"),
+    ("mod", "%"),
+    ("mul", "*"),
+    ("rsqrt", "inverseSqrt"),
+    ("uvec2", "vec2u"),
+];
+
+/// Parses a module. If functions have errors that do not depend on each other, the first few are reported.
+pub(crate) fn parse(source: &str, map: &SourceMap) -> Result<Module, ShaderError> {
+    let error = match naga::front::wgsl::parse_str(source) {
+        Ok(module) => return Ok(module),
+        Err(error) => error,
+    };
+    let mut byte = author_byte(map, &error);
+    let mut first = parse_error(source, map, &error, byte);
+    let mut text = source.to_owned();
+    while first.others.len() + 1 < MAX_ERRORS {
+        let Some(at) = byte else { break };
+        let Some(without_body) = without_function_body(&text, at) else { break };
+        text = without_body;
+        let Err(error) = naga::front::wgsl::parse_str(&text) else { break };
+        byte = author_byte(map, &error);
+        if byte == Some(at) {
+            break;
+        }
+        first.others.push(parse_error(source, map, &error, byte));
+    }
+    Err(first)
+}
+
+/// What a declaration of the library requires is named before the author's expression, which is the place to show.
+fn author_byte(map: &SourceMap, error: &ParseError) -> Option<usize> {
+    map.of_author(error.labels().filter_map(|(span, _)| first_byte(span)))
+}
+
+fn parse_error(source: &str, map: &SourceMap, error: &ParseError, byte: Option<usize>) -> ShaderError {
+    // naga has no place for this one.
+    let is_too_deep = byte.is_none() && error.message().starts_with("internal");
+    let message = if is_too_deep { TOO_DEEP } else { error.message() };
+    let mut shown = error_at(map, byte, message.to_owned());
+    shown.labels = labels(map, error.labels(), message);
+    let unknown = error.labels().next().filter(|_| message.starts_with("no definition in scope"));
+    let unknown = unknown.and_then(|(span, _)| source.get(span.to_range()?));
+    let notes: Vec<&str> = error.notes().collect();
+    shown.help = unknown.and_then(|name| suggestion(name, map)).or((!notes.is_empty()).then(|| notes.join("; ")));
+    shown
+}
+
+/// A validator's error: the narrowest of its places says most.
+pub(crate) fn validation_error(
+    source: &str,
+    map: &SourceMap,
+    module: &Module,
+    error: &WithSpan<ValidationError>,
+) -> ShaderError {
+    let spans = error.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), *span)));
+    let narrowest = spans.filter(|(length, _)| *length > 0).min_by_key(|(length, _)| *length);
+    let cause = root_cause(error.as_inner());
+    let message = without_handles(&cause, |handle, follows_type| {
+        let described = error.spans().find(|(_, what)| what.ends_with(handle));
+        match described {
+            Some((span, what)) if !what.contains("Type") => code_at(source, *span),
+            Some(_) => type_name(module, handle),
+            None if follows_type => type_name(module, handle),
+            None => None,
+        }
+    });
+    error_at(map, narrowest.and_then(|(_, span)| first_byte(span)), message)
+}
+
+pub(crate) fn error_at(map: &SourceMap, byte: Option<usize>, mut message: String) -> ShaderError {
+    // naga's sentences begin with a capital letter, ours do not; names stay as they are.
+    let is_sentence = message.chars().nth(1).is_some_and(|second| second.is_ascii_lowercase() || second == ' ');
+    if let Some(first) = message.get_mut(..1).filter(|_| is_sentence) {
+        first.make_ascii_lowercase();
+    }
+    map.error(byte, message)
+}
+
+pub(crate) fn first_byte(span: Span) -> Option<usize> {
+    span.to_range().map(|range| range.start)
+}
+
+/// The parser's remarks, without those that repeat the message.
+fn labels<'e>(map: &SourceMap, labels: impl Iterator<Item = (Span, &'e str)>, message: &str) -> Vec<ShaderLabel> {
+    let mut found = Vec::new();
+    for (span, text) in labels {
+        let place = first_byte(span).and_then(|byte| map.locate(byte));
+        if let Some(place) = place.filter(|_| !text.is_empty() && !message.contains(text)) {
+            found.push(ShaderLabel { place, text: text.to_owned() });
+        }
+    }
+    found
+}
+
+fn suggestion(unknown: &str, map: &SourceMap) -> Option<String> {
+    if let Some((_, name)) = OTHER_LANGUAGES.iter().find(|(other, _)| *other == unknown) {
+        return Some(format!("WGSL has {} for it", quote(name)));
+    }
+    let builtin = naga::keywords::wgsl::BUILTIN_IDENTIFIERS.iter().copied();
+    let mut names: Vec<&str> = Vec::new();
+    for text in map.author_texts() {
+        let tokens = tokens(text).unwrap_or_default();
+        names.extend(tokens.iter().filter(|token| token.kind == TokenKind::Name).map(|token| token.of(text)));
+    }
+    did_you_mean(unknown, names.into_iter().filter(|name| *name != unknown).chain(builtin))
+}
+
+fn root_cause(error: &dyn std::error::Error) -> String {
+    let mut parts = vec![error.to_string()];
+    let mut source = error.source();
+    while let Some(inner) = source {
+        parts.push(inner.to_string());
+        source = inner.source();
+    }
+    // "Function [10] is invalid" and the like only lead to what is said last.
+    let last = parts.len() - 1;
+    let says_more = |(at, part): &(usize, String)| *at == last || !part.ends_with("is invalid");
+    parts.into_iter().enumerate().filter(says_more).map(|(_, part)| part).collect::<Vec<_>>().join(": ")
+}
+
+/// The message with the validator's numbers, such as `[7]` and `Some([7])`, replaced by what `name` has for them, or
+/// left out. The second argument of `name` says whether the number follows the word "type".
+fn without_handles(message: &str, name: impl Fn(&str, bool) -> Option<String>) -> String {
+    let mut rest = message;
+    let mut plain = String::new();
+    while let Some(start) = rest.find('[') {
+        let after = &rest[start + 1..];
+        let digits = after.find(|c: char| !c.is_ascii_digit()).unwrap_or(after.len());
+        if digits == 0 || !after[digits..].starts_with(']') {
+            plain.push_str(&rest[..=start]);
+            rest = after;
+            continue;
+        }
+        let handle = &rest[start..start + digits + 2];
+        let is_some = rest[..start].ends_with("Some(");
+        plain.push_str(rest[..start].trim_end_matches("Some("));
+        rest = &after[digits + 1..];
+        rest = rest.strip_prefix(')').filter(|_| is_some).unwrap_or(rest);
+        match name(handle, plain.trim_end().to_lowercase().ends_with("type")) {
+            Some(name) => plain.push_str(&quote(&name)),
+            None => plain.truncate(plain.trim_end().len()),
+        }
+    }
+    plain + rest
+}
+
+fn type_name(module: &Module, handle: &str) -> Option<String> {
+    let (ty, _) = module.types.iter().find(|(ty, _)| format!("{ty:?}") == handle)?;
+    Some(module.types.type_to_string(ty))
+}
+
+/// The code of an expression, if it is short.
+fn code_at(source: &str, span: Span) -> Option<String> {
+    const MAX_LENGTH: usize = 40;
+    let code = source.get(span.to_range()?)?;
+    (!code.is_empty() && code.len() <= MAX_LENGTH && !code.contains('\n')).then(|| code.to_owned())
+}
+
+/// The module in which the function around a byte only returns a zero, with all bytes outside of its body in their
+/// places; `None` if no function is there or its body cannot be told.
+fn without_function_body(text: &str, byte: usize) -> Option<String> {
+    let tokens = tokens(text).ok()?;
+    let is_fn = |token: &Token| token.kind == TokenKind::Name && token.of(text) == "fn";
+    let starts: Vec<usize> = (0..tokens.len()).filter(|at| is_fn(&tokens[*at])).collect();
+    let first = *starts.iter().rfind(|at| tokens[**at].start as usize <= byte)?;
+    let open = first + tokens[first..].iter().position(|token| token.is('{'))?;
+    let mut depth = 0;
+    let mut close = None;
+    for (at, token) in tokens.iter().enumerate().skip(open) {
+        depth += i32::from(token.is('{')) - i32::from(token.is('}'));
+        if depth == 0 {
+            close = Some(at);
+            break;
+        }
+    }
+    let (body, end) = (tokens[open].end as usize, tokens[close?].start as usize);
+    let signature = &text[tokens[first].start as usize..tokens[open].start as usize];
+    let zero = match signature.rsplit_once("->") {
+        Some((_, returned)) if returned.contains('@') => return None,
+        Some((_, returned)) => format!("return {}();", returned.trim()),
+        None => String::new(),
+    };
+    let is_in_body = (body..=end).contains(&byte);
+    (is_in_body && zero.len() <= end - body)
+        .then(|| format!("{}{zero:<width$}{}", &text[..body], &text[end..], width = end - body))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_the_validator_become_names() {
+        let name = |handle: &str, follows_type: bool| match handle {
+            "[7]" => Some(if follows_type { "vec3<f32>" } else { "a + b" }.to_owned()),
+            _ => None,
+        };
+        for (message, plain) in [
+            ("type Some([7]) of [7]", "type `vec3<f32>` of `a + b`"),
+            ("Expression [12] is wrong, [x] is not", "Expression is wrong, [x] is not"),
+            ("Argument 3 of [", "Argument 3 of ["),
+        ] {
+            assert_eq!(without_handles(message, name), plain);
+        }
+    }
+
+    #[test]
+    fn a_function_without_its_body_has_its_length() {
+        let text = "fn f(a: f32) -> f32 { return wrong(a) + 1.0; } fn g() { let x = 1; }";
+        let blank = without_function_body(text, text.find("wrong").expect("it is there")).expect("a function");
+        assert_eq!(blank.len(), text.len());
+        assert!(naga::front::wgsl::parse_str(&blank).is_ok(), "{blank}");
+        assert_eq!(without_function_body(text, 3), None, "a signature is no body");
+        assert_eq!(without_function_body("const A = 1;", 3), None);
+    }
+}
