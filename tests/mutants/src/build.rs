@@ -27,6 +27,14 @@ pub(crate) const PURE: [(&str, &str); 4] = [
 pub(crate) const WITH_GPU: [(&str, &str); 3] =
     [("afterimage-plan", "graph/plan"), ("afterimage-gpu", "graph/gpu"), ("afterimage-tests", "tests")];
 
+/// The crates of the list `pure`, each of whose faults its own tests must notice.
+pub(crate) const FOUR: [(&str, &str); 4] = [
+    ("afterimage-wgsl", "graph/wgsl"),
+    ("afterimage-graph", "graph"),
+    ("afterimage-plan", "graph/plan"),
+    ("afterimage-media", "graph/media"),
+];
+
 /// A test program, the crate that it belongs to, and the folder in which it runs.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Program {

@@ -45,11 +45,14 @@ impl Fault {
 
     /// The fault as a mutant of its crate.
     pub(crate) fn mutant(&self) -> Mutant {
-        let package = if self.file.starts_with("graph/gpu/") { "afterimage-gpu" } else { "afterimage-plan" };
+        let package = match self.file.strip_prefix("graph/").and_then(|path| path.split_once('/')) {
+            Some((name @ ("gpu" | "media" | "plan" | "wgsl"), _)) => format!("afterimage-{name}"),
+            _ => "afterimage-graph".to_owned(),
+        };
         Mutant {
             name: self.name.clone(),
             file: self.file.clone(),
-            package: package.to_owned(),
+            package,
             genre: "Fault".to_owned(),
             replacement: String::new(),
             span: Span { start: Place { line: 1, column: 1 } },
@@ -65,7 +68,7 @@ mod tests {
     #[test]
     fn the_lists_name_what_the_code_has() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        for (list, count) in [("planner", 9), ("gpu", 100)] {
+        for (list, count) in [("planner", 9), ("gpu", 100), ("pure", 60)] {
             let faults = read(&root.join(format!("tests/mutants/{list}.txt")).to_string_lossy());
             assert!(faults.len() >= count, "{list}: {} faults", faults.len());
             for fault in faults {

@@ -20,7 +20,7 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use build::{Crates, PURE, Program, Tree, WITH_GPU};
+use build::{Crates, FOUR, PURE, Program, Tree, WITH_GPU};
 use list::Mutant;
 use report::Report;
 use run::{Test, on_all_cores, outcome, summary, traced};
@@ -36,26 +36,30 @@ fn main() {
         std::fs::create_dir_all(&folder).expect("the folder can be made");
         folder
     };
-    let of_list = |list: &str| folder(if list == "gpu" { "gpu" } else { "pure" });
+    let of_list = |list: &str| folder(if matches!(list, "gpu" | "pure") { list } else { "sample" });
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["sample", from, count] => {
-            weave(&folder("pure"), number(from), number(count));
-            run_woven(&folder("pure"), from);
+            weave(&folder("sample"), number(from), number(count));
+            run_woven(&folder("sample"), from);
         }
-        ["weave", from, count] => weave(&folder("pure"), number(from), number(count)),
+        ["weave", from, count] => weave(&folder("sample"), number(from), number(count)),
         ["run", name] => run_woven(&of_list(name), name),
-        ["seed", list @ ("planner" | "gpu")] => seed(&of_list(list), list),
-        ["faults", list @ ("planner" | "gpu")] => {
+        ["seed", list @ ("planner" | "gpu" | "pure")] => seed(&of_list(list), list),
+        ["faults", list @ ("planner" | "gpu" | "pure")] => {
             seed(&of_list(list), list);
             run_woven(&of_list(list), list);
         }
-        _ => panic!("`sample|weave FIRST COUNT`, `faults|seed planner|gpu`, or `run FIRST|planner|gpu`"),
+        _ => panic!("`sample|weave FIRST COUNT`, `faults|seed planner|gpu|pure`, or `run FIRST|planner|gpu|pure`"),
     }
 }
 
 /// The crates that a list of faults is seeded into, and whose tests run.
 fn crates(list: &str) -> &'static Crates {
-    if list == "gpu" { &WITH_GPU } else { &PURE }
+    match list {
+        "gpu" => &WITH_GPU,
+        "pure" => &FOUR,
+        _ => &PURE,
+    }
 }
 
 fn number(word: &str) -> usize {
@@ -109,12 +113,12 @@ fn run_woven(folder: &Path, name: &str) {
     let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample or a list");
     let tests = traced(&programs, folder);
     let results = folder.join(format!("results-{name}.tsv"));
-    run(&sample, &refused, &tests, &results);
+    run(&sample, &refused, &tests, &results, name == "pure");
     print!("{}", Report::read(&results, &sample));
 }
 
 /// Runs the mutants that the table of results does not have yet, several at a time.
-fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &Path) {
+fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &Path, own_tests_only: bool) {
     print!("{}", summary(tests));
     let known = std::fs::read_to_string(results).unwrap_or_default();
     let is_new = |mutant: &Mutant| !known.lines().any(|line| line.split('\t').next() == Some(&mutant.name));
@@ -124,7 +128,7 @@ fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &
         let (number, mutant) = (open[at], &mutants[open[at]]);
         let outcome = match refused.contains(&number) {
             true => "refused".to_owned(),
-            false => outcome(number, &mutant.package, tests),
+            false => outcome(number, &mutant.package, tests, own_tests_only),
         };
         println!("{number} {}\t{outcome}", mutant.name);
         let mut known = known.lock().expect("no thread panics with it");
