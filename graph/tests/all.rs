@@ -17,3 +17,5 @@ mod posterize;
 mod release;
 /// Changed values, written into the text of a file.
 mod save;
+/// Which of several changes of a value counts.
+mod settings;

@@ -16,6 +16,7 @@ mod machine;
 mod model;
 mod odd;
 mod pipelines;
+mod pixels;
 mod plan_cache;
 mod planned;
 mod printing;
@@ -25,4 +26,6 @@ mod shown;
 mod skipped;
 mod stability;
 mod stages;
+#[path = "../../../tests/support/sweep.rs"]
+mod sweep;
 mod switches;

@@ -3,9 +3,13 @@
 use afterimage_graph::prelude::*;
 use afterimage_plan::contract;
 
+use super::sweep;
+
 #[test]
 fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
-    contract(afterimage_nodes::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+    let all = afterimage_nodes::ALL;
+    let kinds: Vec<NodeKind> = sweep::part(0..all.len()).map(|at| all[at].clone()).collect();
+    contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
 
 static SHARED: Shader = Shader::new(

@@ -143,7 +143,7 @@ impl<'p> Machine<'p> {
         let images: BTreeSet<ImageId> =
             passes.iter().flat_map(|planned| planned.pass.resources()).filter_map(Resource::image).collect();
         let places: Vec<(Range<u64>, ImageId)> =
-            images.into_iter().filter_map(|image| Some((self.memory(image)?, image))).collect();
+            images.into_iter().filter_map(|image| Some((memory(self.plan, image)?, image))).collect();
         for (at, (range, image)) in places.iter().enumerate() {
             if let Some((_, other)) = places[..at].iter().find(|(other, _)| meet(other, range)) {
                 return Err(format!("{image:?} and {other:?} are used at once in one memory"));
@@ -160,20 +160,9 @@ impl<'p> Machine<'p> {
         Ok(())
     }
 
-    /// The bytes of an image in the heap, or its texture of the pool; `None` if its memory is its own.
-    fn memory(&self, image: ImageId) -> Option<Range<u64>> {
-        let planned = self.plan.image(image);
-        let start = match self.plan.options.alias {
-            Alias::None => return None,
-            Alias::Pool => return planned.slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
-            Alias::Placed => planned.offset?,
-        };
-        Some(start..start + planned.requirement?.bytes)
-    }
-
     /// Gives an image its memory, which a barrier must have separated from all that had a part of it.
     fn take_memory(&mut self, image: ImageId, batch: &Batch) -> Result<(), String> {
-        let Some(range) = self.memory(image) else { return Ok(()) };
+        let Some(range) = memory(self.plan, image) else { return Ok(()) };
         if range.end > self.plan.memory.placed && self.plan.options.alias == Alias::Placed {
             return Err(format!("{image:?} lies beyond the heap"));
         }
@@ -349,4 +338,15 @@ fn halved(function: &str, source: Term) -> Term {
 
 fn meet(one: &Range<u64>, other: &Range<u64>) -> bool {
     one.start < other.end && other.start < one.end
+}
+
+/// The bytes of an image in the heap, or its texture of the pool; `None` if its memory is its own.
+pub fn memory(plan: &Plan, image: ImageId) -> Option<Range<u64>> {
+    let planned = plan.image(image);
+    let start = match plan.options.alias {
+        Alias::None => return None,
+        Alias::Pool => return planned.slot.map(|slot| u64::from(slot)..u64::from(slot) + 1),
+        Alias::Placed => planned.offset?,
+    };
+    Some(start..start + planned.requirement?.bytes)
 }

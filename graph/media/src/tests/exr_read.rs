@@ -99,6 +99,16 @@ fn a_suffix_picks_a_layer_or_a_channel() {
 }
 
 #[test]
+fn channels_are_known_in_any_case_and_by_their_whole_names() {
+    let folder = Folder::new("names");
+    for names in [["r", "g", "b", "a"], ["red", "green", "blue", "alpha"], ["Red", "GREEN", "B", "Alpha"]] {
+        let channels: Vec<_> = names.into_iter().zip([10.0, 20.0, 30.0, 0.0]).map(|(n, v)| (n, v, HALF)).collect();
+        let path = write(&folder, plain(), vec![part("", (0, 0), &channels)]);
+        assert_eq!(read(&Source::file(path)).unwrap().pixel(0, 0), [10.0, 20.0, 30.0, 0.0], "{names:?}");
+    }
+}
+
+#[test]
 fn parts_count_as_layers() {
     let folder = Folder::new("parts");
     let rgb = [("R", 10.0, HALF), ("G", 20.0, HALF), ("B", 30.0, HALF)];

@@ -122,6 +122,17 @@ fn attributes_that_would_contradict_the_file_are_left_out() {
     assert_eq!(back.pixel(1, 1)[0], f16::from_f32(odd.pixel(1, 1)[0]).to_f32());
 }
 
+/// OpenEXR refuses a file with a negative one.
+#[test]
+fn no_screen_window_has_a_negative_width() {
+    for (width, written) in [(-2.0, 0.0), (f32::NAN, 0.0), (0.0, 0.0), (1.5, 1.5)] {
+        let mut picture = picture(2, 2);
+        picture.meta.layer.screen_window_width = width;
+        let back = Folder::new("screen-window").read(&encoded(&picture, &ExrOptions::default())).unwrap();
+        assert_eq!(back.meta.layer.screen_window_width, written, "{width}");
+    }
+}
+
 /// `acesImageContainerFlag` and `colorInteropID` name the primaries of the input, and `cryptomatte/*` its channels. The
 /// written file has other ones.
 #[test]

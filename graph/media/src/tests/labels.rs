@@ -106,6 +106,19 @@ fn hdr_files_state_the_display_and_the_light_of_their_pixels() {
     assert!((level[1] - (203.0 + 950.0) / 2.0).abs() < 0.2, "MaxFALL {}", level[1]);
 }
 
+/// The mean is over pixels, whether they have an alpha or not.
+#[test]
+fn alpha_does_not_change_the_light_level() {
+    let values = [pq(200.0), pq(100.0), pq(1.0), 0.5, pq(4.0), pq(600.0), pq(4.0), 0.25];
+    for alpha in [Alpha::Keep, Alpha::Drop] {
+        let color = Some(color(Chromaticities::REC2020, Transfer::Pq));
+        let options = PngOptions { depth: PngDepth::Sixteen, alpha, color, ..PngOptions::default() };
+        let file = encode_png((2, 1), EncodedPixels::Float(&values), &options).unwrap();
+        let level: Vec<f64> = words(&chunk(&file, "cLLI").unwrap()).iter().map(|word| f64::from(*word) / 1e4).collect();
+        assert!((level[0] - 600.0).abs() < 0.2 && (level[1] - 400.0).abs() < 0.2, "{alpha:?}: {level:?}");
+    }
+}
+
 #[test]
 fn the_light_level_of_hlg_is_that_of_its_display() {
     // BT.2408: 75 % is 203 cd/m2 on a display with a peak of 1000, and 100 % is the peak.
@@ -156,6 +169,36 @@ fn what_is_written_is_read_back_as_light() {
     }
 }
 
+/// The file without the chunks of that name.
+fn without(file: &[u8], name: &str) -> Vec<u8> {
+    let mut kept = file[..8].to_vec();
+    let mut rest = &file[8..];
+    while rest.len() >= 12 {
+        let (chunk, after) = rest.split_at(12 + u32::from_be_bytes(rest[..4].try_into().unwrap()) as usize);
+        if &chunk[4..8] != name.as_bytes() {
+            kept.extend_from_slice(chunk);
+        }
+        rest = after;
+    }
+    kept
+}
+
+/// Only with the primaries of sRGB does a gamma of 1/2.2 stand for its curve.
+#[test]
+fn a_gamma_with_wide_primaries_is_a_power() {
+    let folder = Folder::new("labels-gamma");
+    let gamma = Transfer::Gamma(Decimal::new(2.2));
+    for (primaries, _) in SPACES {
+        let file = without(&file(color(primaries, gamma), &[0.1, 0.1, 0.1, 1.0]), "cICP");
+        assert_eq!(words(&chunk(&file, "gAMA").unwrap()), [45455]);
+        let is_srgb = primaries == Chromaticities::REC709;
+        let back = folder.read(&file).unwrap();
+        let expected = if is_srgb { light(Transfer::Srgb, 0.1) } else { light(gamma, 0.1) };
+        let found = f64::from(back.pixel(0, 0)[1]);
+        assert!((found / expected - 1.0).abs() < 5e-4, "{:?}: {found} is not {expected}", primaries.name());
+    }
+}
+
 #[test]
 fn the_peak_of_hlg_is_read_from_the_file() {
     let folder = Folder::new("labels-hlg");
@@ -198,6 +241,18 @@ fn colors_that_no_chunk_states_are_refused() {
     assert_eq!(acescg(Transfer::Pq).unwrap_err().kind, ErrorKind::Unsupported);
     assert!(chunk(&acescg(Transfer::Linear).unwrap(), "cHRM").is_some());
     assert!(chunk(&acescg(Transfer::Srgb).unwrap(), "iCCP").is_some());
+}
+
+/// `cHRM` has no negative numbers, and AP0 has a blue below 0.
+#[test]
+fn negative_primaries_are_stated_by_a_profile() {
+    for transfer in [Transfer::Linear, Transfer::Gamma(Decimal::new(2.6))] {
+        let file = file(color(Chromaticities::ACES_AP0, transfer), &[0.5, 0.25, 0.75, 1.0]);
+        let has = |name: &str| chunk(&file, name).is_some();
+        assert_eq!([has("iCCP"), has("cHRM"), has("gAMA")], [true, false, false], "{transfer:?}");
+        let stated = Folder::new("labels-ap0").read(&file).unwrap().stated.unwrap().primaries;
+        assert!(stated.blue.y.get() < -0.05, "{stated:?}");
+    }
 }
 
 #[test]

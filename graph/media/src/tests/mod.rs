@@ -15,6 +15,7 @@ mod hostile;
 mod icc;
 mod jpeg;
 mod labels;
+mod oracles;
 mod png;
 mod sequence;
 mod watch;
