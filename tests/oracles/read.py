@@ -36,7 +36,7 @@ def xyz(xy):
 
 
 def lab(space, curve, signal):
-    """CIE L*a*b* of signals for a reader that is adapted to D50."""
+    """CIE L*a*b* of signals for a reader that is adapted to D50, and which of them are colors that 8 bits can hold."""
     *primaries, white = SPACES[space]
     columns = numpy.stack([numpy.array([x, y, 1.0 - x - y]) for x, y in primaries], axis=1)
     matrix = columns * numpy.linalg.solve(columns, xyz(white))
@@ -44,7 +44,8 @@ def lab(space, curve, signal):
     adapted = numpy.linalg.inv(BRADFORD) @ numpy.diag(cones) @ BRADFORD @ matrix
     ratio = light(curve, signal) @ adapted.T / D50
     f = numpy.where(ratio > 216 / 24389, numpy.cbrt(ratio), (24389 / 27 * ratio + 16) / 116)
-    return numpy.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+    found = numpy.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+    return found, (ratio.min(axis=1) >= 0) & (numpy.abs(found[:, 1:]).max(axis=1) < 120)
 
 
 def profile_fault(profile, space, curve, codes):
@@ -60,8 +61,7 @@ def profile_fault(profile, space, curve, codes):
     found = numpy.asarray(ImageCms.applyTransform(picture, transform))[0].astype(float)
     found[:, 0] *= 100 / 255
     found[:, 1:] = (found[:, 1:] + 128) % 256 - 128
-    wanted = lab(space, curve, codes / 255)
-    inside = numpy.abs(wanted[:, 1:]).max(axis=1) < 120
+    wanted, inside = lab(space, curve, codes / 255)
     off = numpy.abs(found - wanted)[inside].max()
     return None if off < 1.2 else f"LittleCMS: {off:.2f} of L*a*b* off"
 

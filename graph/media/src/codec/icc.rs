@@ -37,7 +37,13 @@ pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
     profile.red_trc = Some(curve.clone());
     profile.green_trc = Some(curve.clone());
     profile.blue_trc = Some(curve);
-    profile.description = Some(text(&description(color)));
+    let mut description = description(color);
+    // The encoder puts tags one behind the other. Readers such as libpng warn of one that does not begin at a multiple
+    // of 4 (ICC.1:2022, 7.3.1), and a letter has two bytes.
+    if !description.len().is_multiple_of(2) {
+        description.push(' ');
+    }
+    profile.description = Some(text(&description));
     profile.copyright = Some(text("No copyright, use freely"));
     Some(with_fixed_date(profile.encode().expect("a matrix profile can be encoded")))
 }

@@ -74,6 +74,9 @@ fn profiles_have_a_fixed_date_and_lengths_that_readers_accept() {
             let profile = icc::write(&Colorimetry::new(primaries, transfer)).unwrap();
             let stated = u32::from_be_bytes(profile[..4].try_into().unwrap()) as usize;
             assert_eq!((stated, profile.len() % 4), (profile.len(), 0), "{primaries:?}, {transfer:?}");
+            let tags = u32::from_be_bytes(profile[128..132].try_into().unwrap()) as usize;
+            let starts = (0..tags).map(|tag| u32::from_be_bytes(profile[136 + 12 * tag..][..4].try_into().unwrap()));
+            assert!(starts.into_iter().all(|start| start.is_multiple_of(4)), "{primaries:?}, {transfer:?}");
             assert_eq!(profile[24..36], [7, 234, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0], "1 January 2026, 0:00");
         }
     }
