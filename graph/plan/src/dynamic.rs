@@ -36,7 +36,8 @@ struct DynamicNode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeedsPlan;
 
-/// What the dynamic nodes of a plan have recorded with, while the plan is being made.
+/// What is needed to record the dynamic nodes again, until the plan is finished and the places of their uniforms are
+/// known.
 pub(crate) struct DynamicRecords {
     settings: BTreeMap<usize, NodeSetting>,
     identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
@@ -44,8 +45,8 @@ pub(crate) struct DynamicRecords {
 }
 
 impl DynamicRecords {
-    /// Those of a recording that no stage has changed yet. `identities` are nodes with outputs that equal
-    /// their fallbacks.
+    /// Copies the images and buffers of a recording that no stage has changed yet. `identities` are nodes with outputs
+    /// that equal their fallbacks.
     pub(crate) fn new(
         settings: BTreeMap<usize, NodeSetting>,
         identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
@@ -60,7 +61,7 @@ impl DynamicRecords {
     }
 
     /// The nodes, with the places of their uniforms in the finished plan.
-    pub(crate) fn nodes(mut self, graph: &Graph, request: &PlanRequest<'_>, plan: &Plan) -> DynamicNodes {
+    pub(crate) fn into_nodes(mut self, graph: &Graph, request: &PlanRequest<'_>, plan: &Plan) -> DynamicNodes {
         let frame = FrameSetting::new(request);
         let mut nodes = BTreeMap::new();
         for (index, setting) in self.settings {

@@ -28,13 +28,13 @@ pub fn plan(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError>
     Ok(plan_dynamic(graph, request)?.0)
 }
 
-/// Makes a plan to look at and not to run: tables that nodes compute have their sizes, and zeros in the place of their
-/// texels. A table takes a tenth of a second and more, and all else of most plans less than a hundredth.
+/// Makes a plan for inspection, which must not run: tables that nodes compute have their sizes but hold zeros. To
+/// compute one table takes 0.1 s or more; all other stages of most plans together take less than 0.01 s.
 ///
 /// # Errors
 /// As [`plan`].
 pub fn plan_without_tables(graph: &Graph, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
-    Ok(plan_computing(graph, request, 0)?.0)
+    Ok(plan_with_tables_up_to(graph, request, 0)?.0)
 }
 
 /// Makes the plan of a graph, and what it takes to change its [dynamic](PlanRequest::dynamic) parameters while it runs.
@@ -42,22 +42,24 @@ pub fn plan_without_tables(graph: &Graph, request: &PlanRequest<'_>) -> Result<P
 /// # Errors
 /// As [`plan`].
 pub fn plan_dynamic(graph: &Graph, request: &PlanRequest<'_>) -> Result<(Plan, DynamicNodes), PlanError> {
-    plan_computing(graph, request, MAX_COMPUTED_BYTES)
+    plan_with_tables_up_to(graph, request, MAX_COMPUTED_BYTES)
 }
 
-/// The same, with zeros in the place of computed tables of more than `max_computed_bytes`.
-fn plan_computing(
+/// Runs the stages. Computed tables of more than `max_computed_bytes` hold zeros.
+fn plan_with_tables_up_to(
     graph: &Graph,
     request: &PlanRequest<'_>,
     max_computed_bytes: u64,
 ) -> Result<(Plan, DynamicNodes), PlanError> {
     let specialized = specialize(graph, request)?;
     let mut builder = record(graph, request, &specialized, max_computed_bytes)?;
-    let settings = std::mem::take(&mut builder.dynamic);
-    let records = DynamicRecords::new(settings, specialized.identities, &builder.recording);
+    // The stages below change the recording, but dynamic nodes are recorded again into what it is now.
+    let dynamic_nodes = std::mem::take(&mut builder.dynamic);
+    let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
     sanitize(&mut builder);
     fusion(&mut builder, request);
+    // From here on the options are those that this device can follow.
     let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
     let schedule = schedule(passes, &images, builder.recording.buffers.len(), &options);
     let memory = memory(&mut images, &schedule, &builder, request, options.alias);
@@ -82,6 +84,6 @@ fn plan_computing(
         options,
     };
     plan.rectangles = rectangles(graph, request, &plan);
-    let dynamic = records.nodes(graph, request, &plan);
+    let dynamic = dynamic_records.into_nodes(graph, request, &plan);
     Ok((plan, dynamic))
 }

@@ -25,11 +25,11 @@ pub(crate) struct Parsed {
 
 /// Reads a whole file.
 pub(crate) fn read(file: &Arc<str>, text: &str) -> Parsed {
-    let parsed = Parser::new(file, text, Balance::default()).whole();
+    let parsed = Parser::new(file, text, Balance::default()).parse();
     if parsed.errors.is_empty() {
         return parsed;
     }
-    Parser::new(file, text, Balance::of(file, text)).whole()
+    Parser::new(file, text, Balance::of(file, text)).parse()
 }
 
 /// Whether there is nothing but space and comments.
@@ -84,7 +84,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    fn whole(mut self) -> Parsed {
+    fn parse(mut self) -> Parsed {
         let tree = self.item();
         if self.next.kind != Kind::End && !self.has_misfit && !tree.value.is_broken() {
             let name = match &tree.value {
@@ -203,7 +203,7 @@ impl<'a> Parser<'a> {
         let mut entries = Vec::new();
         let mut follows_error = false;
         let mut is_partial = false;
-        while !self.closes(bracket, entries.last()) {
+        while !self.eat_end(bracket, entries.last()) {
             match self.entry(bracket, follows_error) {
                 Some(entry) => entries.push(entry),
                 None => is_partial = true,
@@ -214,14 +214,15 @@ impl<'a> Parser<'a> {
         let is_partial = is_partial || self.lossy > self.open.len();
         self.lossy = self.lossy.min(self.open.len());
         match bracket {
-            Bracket::Round => self.round(name, Group { entries, is_partial }),
+            Bracket::Round => self.struct_or_tuple(name, Group { entries, is_partial }),
             Bracket::Square => self.list(&open, Group { entries, is_partial }),
             Bracket::Curly => Self::map(Group { entries, is_partial }),
         }
     }
 
-    /// Whether the innermost group ends here; its closing bracket is read then.
-    fn closes(&mut self, bracket: Bracket, last: Option<&Entry>) -> bool {
+    /// Whether the innermost group ends here. Its closing bracket is read, or reported as missing; closing brackets
+    /// that close nothing are reported and skipped.
+    fn eat_end(&mut self, bracket: Bracket, last: Option<&Entry>) -> bool {
         self.needs_no_comma = false;
         loop {
             match self.next.kind {
@@ -248,7 +249,7 @@ impl<'a> Parser<'a> {
             return None;
         }
         let first = self.item();
-        if self.takes_colon(bracket, &first) {
+        if self.eat_colon(bracket, &first) {
             let value = self.item();
             return (!first.value.is_broken()).then_some(Entry { key: Some(first), value, follows_error });
         }
@@ -259,13 +260,13 @@ impl<'a> Parser<'a> {
     }
 
     /// Whether a value follows its key `first`; the colon is read, or reported as missing.
-    fn takes_colon(&mut self, bracket: Bracket, first: &Item) -> bool {
+    fn eat_colon(&mut self, bracket: Bracket, first: &Item) -> bool {
         if self.next.kind == Kind::Colon {
             self.advance();
             return true;
         }
         let is_key = match bracket {
-            // Its opening quote is missing.
+            // The opening quote of the key is missing: its closing one begins a string that is not closed.
             _ if self.next.kind == Kind::BrokenText => {
                 self.needs_no_comma = true;
                 false
@@ -306,7 +307,7 @@ fn plain_word(word: &str) -> Tree {
     }
 }
 
-/// The number that is written so.
+/// Decodes a number; `None` if it is none that RON knows.
 fn number(written: &str) -> Option<Tree> {
     plain_number(written).or_else(|| match ron::from_str::<i64>(written) {
         Ok(whole) => Some(Tree::Int(whole)),
@@ -314,7 +315,7 @@ fn number(written: &str) -> Option<Tree> {
     })
 }
 
-/// The text that is written so, quotes included.
+/// Decodes a string with its quotes; `None` if it has an unknown escape.
 fn text(written: &str) -> Option<Tree> {
     match plain_text(written) {
         Some(plain) => Some(Tree::Text(plain.to_owned())),
@@ -322,18 +323,18 @@ fn text(written: &str) -> Option<Tree> {
     }
 }
 
-/// A name without the sign of raw names.
+/// A name without the `r#` of a raw one.
 fn plain_name(word: &str) -> &str {
     word.strip_prefix("r#").unwrap_or(word)
 }
 
-/// What is between quotes and needs no decoding.
+/// What is between the quotes, if it needs no decoding.
 fn plain_text(written: &str) -> Option<&str> {
     let inside = written.strip_prefix('"')?.strip_suffix('"')?;
     (!inside.contains(['\\', '"'])).then_some(inside)
 }
 
-/// A decimal number as everybody writes it.
+/// A plain decimal number: digits, and perhaps a sign and a point. `ron` is slower.
 fn plain_number(written: &str) -> Option<Tree> {
     let digits = written.strip_prefix('-').unwrap_or(written);
     let are_digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());

@@ -8,7 +8,7 @@ use afterimage_base::diagnostic::{Location, Spanned};
 
 impl Parser<'_> {
     /// `( ... )`: fields if any entry has a name, values otherwise.
-    pub(super) fn round(&mut self, name: Option<Spanned<String>>, group: Group<Entry>) -> Tree {
+    pub(super) fn struct_or_tuple(&mut self, name: Option<Spanned<String>>, group: Group<Entry>) -> Tree {
         let Group { entries, mut is_partial } = group;
         let has_names = entries.iter().any(|entry| entry.key.is_some());
         if !has_names && !entries.is_empty() {

@@ -64,15 +64,15 @@ impl Stage {
         }
     }
 
-    /// Renders and draws a frame, `passed` seconds after the last one, and submits it.
+    /// Renders and draws a frame, `elapsed` seconds after the last one, and submits it.
     ///
     /// What draws the interface stops the program on a lost device: ask [`Model::has_device`] before.
-    pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, passed: f64) -> egui::FullOutput {
+    pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, elapsed: f64) -> egui::FullOutput {
         let begin = Instant::now();
         input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();
-        self.viewer.render(&mut encoder, passed);
+        self.viewer.render(&mut encoder, elapsed);
         let mut output = self.ctx.run_ui(input, |ui| self.viewer.show(ui));
         let jobs = self.ctx.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
         let screen = ScreenDescriptor { size_in_pixels: target.size, pixels_per_point: output.pixels_per_point };
@@ -87,7 +87,7 @@ impl Stage {
         gpu.queue.submit([encoder.finish()]);
         let free = std::mem::take(&mut output.textures_delta.free);
         free.iter().for_each(|id| self.renderer.free_texture(id));
-        self.viewer.submitted(&self.ctx, self.own_ms);
+        self.viewer.after_submit(&self.ctx, self.own_ms);
         self.own_ms = begin.elapsed().as_secs_f64() * 1e3;
         output
     }

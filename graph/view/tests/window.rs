@@ -34,7 +34,7 @@ fn keys_do_what_the_sheet_says() {
     }
     window.key(Key::R, Modifiers::NONE);
     assert_eq!(window.stage.viewer.model.compared(), Some(&CompareWith::Reference));
-    for (key, mode) in [(Key::B, Comparison::CompareWith), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)]
+    for (key, mode) in [(Key::B, Comparison::SideBySide), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)]
     {
         window.key(key, Modifiers::NONE);
         assert_eq!(window.stage.viewer.picture.comparison, mode);
@@ -233,7 +233,7 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
         }
     }
     window.stage.viewer.model.set_compared(Some(CompareWith::Pipeline("caracal".into())));
-    window.stage.viewer.picture.comparison = Comparison::CompareWith;
+    window.stage.viewer.picture.comparison = Comparison::SideBySide;
     (0..4).for_each(|_| window.frame(Vec::new()));
     let both = decoded(&exported(&mut window, ExportKind::Picture));
     assert_eq!((both.width, both.height), (2 * SIZE.width, SIZE.height));

@@ -7,7 +7,7 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, PortType, Registry};
 
-use super::wiring::{NODE, Wires, alone};
+use super::wiring::{NODE, WireOptions, pipeline_text};
 
 /// Overrides of parameters: `node.parameter` and its value, as `--set` takes them.
 pub type Overrides = Vec<(String, String)>;
@@ -104,7 +104,7 @@ impl Subject {
     /// # Errors
     /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
     pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Result<Self, String> {
-        Self::with_or_without_file(registry, kind, Wires { bare, file: CUBE, ..Wires::default() }, signed)
+        Self::with_or_without_file(registry, kind, WireOptions { bare, file: CUBE, ..WireOptions::default() }, signed)
     }
 
     /// A kind as it is used most: with its optional images, without optional values, and only its main output is read.
@@ -113,26 +113,26 @@ impl Subject {
     /// # Errors
     /// As [`kind`](Self::kind).
     pub fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
-        let wires = Wires { typical: true, file: TYPICAL_CUBE, ..Wires::default() };
-        Self::with_or_without_file(registry, kind, wires, false)
+        let wiring = WireOptions { typical: true, file: TYPICAL_CUBE, ..WireOptions::default() };
+        Self::with_or_without_file(registry, kind, wiring, false)
     }
 
     fn with_or_without_file(
         registry: &Registry,
         kind: &NodeKind,
-        wires: Wires<'static>,
+        wiring: WireOptions<'static>,
         signed: bool,
     ) -> Result<Self, String> {
-        let subject = Self::wired(registry, kind, wires, signed)?;
+        let subject = Self::wired(registry, kind, wiring, signed)?;
         // A kind whose files are not tables runs without a file.
         match subject.graph(registry, &Overrides::new()) {
             Ok(_) => Ok(subject),
-            Err(_) => Self::wired(registry, kind, Wires { file: "", ..wires }, signed),
+            Err(_) => Self::wired(registry, kind, WireOptions { file: "", ..wiring }, signed),
         }
     }
 
-    fn wired(registry: &Registry, kind: &NodeKind, wires: Wires<'static>, signed: bool) -> Result<Self, String> {
-        let bare = wires.bare;
+    fn wired(registry: &Registry, kind: &NodeKind, wiring: WireOptions<'static>, signed: bool) -> Result<Self, String> {
+        let bare = wiring.bare;
         let name = kind.name();
         let (title, flag) = match (bare, signed) {
             (false, false) => ("", ""),
@@ -141,7 +141,7 @@ impl Subject {
             (true, true) => (" (bare, signed)", " --bare --signed"),
         };
         let document = |forced: bool| {
-            let text = alone(registry, kind, Wires { forced, ..wires })?;
+            let text = pipeline_text(registry, kind, WireOptions { forced, ..wiring })?;
             Ok::<_, String>(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
         };
         Ok(Self {

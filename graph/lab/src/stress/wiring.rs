@@ -10,7 +10,8 @@ pub const NODE: &str = "it";
 /// The most nodes between an image and a port; a longer chain is a cycle.
 const MAX_LENGTH: usize = 6;
 
-struct Wiring<'r> {
+/// The sections of the pipeline that is being written.
+struct PipelineWriter<'r> {
     registry: &'r Registry,
     inputs: String,
     nodes: String,
@@ -19,7 +20,7 @@ struct Wiring<'r> {
 
 /// How a kind is wired.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Wires<'f> {
+pub(crate) struct WireOptions<'f> {
     /// Whether optional inputs stay without a wire.
     pub(crate) bare: bool,
     /// Whether it is wired as it is used most: without optional values, and only its main output is read.
@@ -30,37 +31,37 @@ pub(crate) struct Wires<'f> {
     pub(crate) file: &'f str,
 }
 
-/// The pipeline that runs a kind on its own.
+/// The text of a pipeline that runs a kind on its own.
 ///
 /// # Errors
 /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
-pub(crate) fn alone(registry: &Registry, kind: &NodeKind, wires: Wires<'_>) -> Result<String, String> {
-    let Wires { bare, typical, forced, file } = wires;
-    let mut wiring = Wiring { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
+pub(crate) fn pipeline_text(registry: &Registry, kind: &NodeKind, options: WireOptions<'_>) -> Result<String, String> {
+    let WireOptions { bare, typical, forced, file } = options;
+    let mut writer = PipelineWriter { registry, inputs: String::new(), nodes: String::new(), outputs: String::new() };
     let mut fields = String::new();
-    let is_left = |port: &Input| port.optional && (bare || typical && port.ty == PortType::Value);
-    for port in kind.inputs().iter().filter(|port| !is_left(port)) {
-        let wire = wiring.feed(port, &port.name, 0).ok_or_else(|| unmade(port))?;
+    let is_unwired = |port: &Input| port.optional && (bare || typical && port.ty == PortType::Value);
+    for port in kind.inputs().iter().filter(|port| !is_unwired(port)) {
+        let wire = writer.feed(port, &port.name, 0).ok_or_else(|| no_maker(port))?;
         let _ = write!(fields, "{}: \"{wire}\", ", port.name);
     }
     for param in kind.params().iter().filter(|param| param.ty == afterimage_graph::value::Type::File) {
         let _ = write!(fields, "{}: \"{file}\", ", param.name);
     }
-    let _ = writeln!(wiring.nodes, "        \"{NODE}\": {}({}),", kind.name(), fields.trim_end_matches(", "));
+    let _ = writeln!(writer.nodes, "        \"{NODE}\": {}({}),", kind.name(), fields.trim_end_matches(", "));
     for port in kind.outputs().iter().filter(|port| !typical || is_main(kind, port)) {
-        wiring.show(port).ok_or_else(|| unread(port))?;
+        writer.show(port).ok_or_else(|| no_reader(port))?;
         if forced && port.ty == PortType::Image {
-            let _ = writeln!(wiring.outputs, "        \"{}-before\": \"{NODE}.{}@previous\",", port.name, port.name);
+            let _ = writeln!(writer.outputs, "        \"{}-before\": \"{NODE}.{}@previous\",", port.name, port.name);
         }
     }
-    let Wiring { inputs, nodes, outputs, .. } = wiring;
+    let PipelineWriter { inputs, nodes, outputs, .. } = writer;
     Ok(format!(
         "Pipeline(\n    inputs: {{\n{inputs}    }},\n    nodes: {{\n{nodes}    }},\n    \
          outputs: {{\n{outputs}    }},\n)\n"
     ))
 }
 
-impl Wiring<'_> {
+impl PipelineWriter<'_> {
     /// Adds what a port needs; returns the wire.
     fn feed(&mut self, port: &Input, name: &str, depth: usize) -> Option<String> {
         if port.ty == PortType::Image {
@@ -154,8 +155,8 @@ fn maker<'r>(registry: &'r Registry, port: &Input) -> Option<(&'r NodeKind, &'r 
     declared.or_else(|| preferred(registry, port.ty, &|kind, output| is_main(kind, output) && fits(output)))
 }
 
-/// A kind with such an output. Values come from metering kinds that follow other kinds; everything else is preferably
-/// made from images directly.
+/// A kind with such an output. For values preferably one that follows other kinds, as those that meter do; for
+/// everything else preferably one that needs only images.
 fn preferred<'r>(
     registry: &'r Registry,
     ty: PortType,
@@ -180,7 +181,7 @@ fn reader<'r>(registry: &'r Registry, table: &Output) -> Option<(&'r NodeKind, &
 }
 
 /// Why an input cannot be made, and what to do.
-fn unmade(port: &Input) -> String {
+fn no_maker(port: &Input) -> String {
     let ty = port.ty.name();
     let what = match &port.content {
         Some(content) => format!("an output of the type {ty} and the content `{content}`"),
@@ -190,7 +191,7 @@ fn unmade(port: &Input) -> String {
 }
 
 /// Why an output cannot be shown, and what to do.
-fn unread(port: &Output) -> String {
+fn no_reader(port: &Output) -> String {
     let what = match &port.content {
         Some(content) => format!("register a kind whose input of the type Table has the content `{content}`"),
         None => "declare its `content`, and register a kind with an input of that content".into(),

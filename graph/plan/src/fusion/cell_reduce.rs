@@ -34,7 +34,7 @@ fn reducer<'a>(
     number: usize,
 ) -> Option<(ByCells, &'a KernelCall, ImageId)> {
     let [kernel] = graph.get(number)?.kernels.as_slice() else { return None };
-    if graph.is_bound(number) {
+    if graph.is_pinned(number) {
         return None;
     }
     let by = kernel.by_cells?;

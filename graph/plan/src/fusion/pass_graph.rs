@@ -33,7 +33,7 @@ impl PassGraph {
         graph
     }
 
-    /// How many numbers there are, of passes that are there and of those that were joined.
+    /// How many numbers there are: of the passes that are left, and of those that are part of others now.
     pub(crate) fn len(&self) -> usize {
         self.passes.len()
     }
@@ -43,14 +43,14 @@ impl PassGraph {
         self.passes[number].as_ref()
     }
 
-    /// The pass of that number and its result, if it is one of kernel functions that may run later.
-    pub(crate) fn functions(&self, number: usize) -> Option<(&Pass, ImageId)> {
+    /// The pass of that number and its result, if it consists of kernel functions and may run later.
+    pub(crate) fn function_pass(&self, number: usize) -> Option<(&Pass, ImageId)> {
         let pass = self.get(number)?;
-        Some((pass, pass.function_result()?)).filter(|_| !self.is_bound(number))
+        Some((pass, pass.function_result()?)).filter(|_| !self.is_pinned(number))
     }
 
     /// Whether a pass reads an image that a later pass draws into again, so that it must not run later.
-    pub(crate) fn is_bound(&self, number: usize) -> bool {
+    pub(crate) fn is_pinned(&self, number: usize) -> bool {
         let reads = self.get(number).filter(|_| !self.redrawn.is_empty()).map(Pass::reads).unwrap_or_default();
         let is_redrawn = |resource: &Resource| resource.image().is_some_and(|image| self.redrawn.contains(&image));
         reads.into_iter().filter(is_redrawn).any(|resource| self.writers(resource).any(|writer| writer > number))

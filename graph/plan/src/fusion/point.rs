@@ -11,13 +11,15 @@ use crate::plan::Fused;
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, PassKind, Recording, Resource};
 
-/// With more bindings than this in one pass, a small device refuses it.
-const MAX_TEXTURES: usize = 12;
-/// Readers that a light pass is copied into, at most.
+/// Resources that a pass reads, at most: small devices refuse more bindings.
+const MAX_BINDINGS: usize = 12;
+/// Readers into which a light pass is copied, at most.
 const MAX_COPIES: usize = 4;
 /// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler.
 const MAX_KERNELS: usize = 64;
 
+/// Fuses until no pass can become part of its readers. A pass that changes puts those that make its images back on the
+/// stack.
 pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
     let mut graph = PassGraph::new(builder);
     let mut pending: Vec<usize> = (0..graph.len()).rev().collect();
@@ -25,11 +27,11 @@ pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
         let readers = pixel_readers(&graph, &builder.recording, caps, number);
         let Some((last, others)) = readers.split_last() else { continue };
         let producer = graph.take(number).expect("a producer was found");
-        // Copies for all but the last, so that a long chain is not copied at every link.
+        // The last reader takes the pass itself: a long chain would otherwise be copied at every link.
         let copies: Vec<Pass> = others.iter().map(|_| producer.clone()).collect();
         for (reader, producer) in others.iter().zip(copies).chain([(last, producer)]) {
             builder.fused.push(merge(&mut graph, &builder.recording, producer, *reader));
-            // Two readers of one image may have become one: whoever makes that image may follow.
+            // Two readers of one image may have become one, so the pass that makes it can perhaps be fused now.
             let reads = graph.get(*reader).map(Pass::reads).unwrap_or_default();
             pending.extend(reads.into_iter().flat_map(|resource| graph.writers(resource).collect::<Vec<_>>()));
         }
@@ -39,30 +41,30 @@ pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
 
 /// The passes that this one can become part of: all that read its result, or none.
 fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: usize) -> Vec<usize> {
-    let Some((pass, result)) = graph.functions(number) else { return Vec::new() };
+    let Some((pass, result)) = graph.function_pass(number) else { return Vec::new() };
     let image = recording.image(result);
     if image.origin != Origin::Transient || graph.is_kept(result) {
         return Vec::new();
     }
     // An image may have thousands of readers, and this is asked whenever one of them changes.
     let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MAX_COPIES + 1).collect();
-    let takes = |reader: &usize| {
-        let Some((reader, reader_result)) = graph.functions(*reader) else { return false };
-        let only_pixels =
+    let can_absorb = |reader: &usize| {
+        let Some((reader, reader_result)) = graph.function_pass(*reader) else { return false };
+        let reads_only_own_pixel =
             reader.args().all(|arg| arg == Arg::Pixel(result) || arg.read() != Some(Resource::Image(result)));
         let same_size = recording.image(reader_result).desc.size == image.desc.size;
-        only_pixels
+        reads_only_own_pixel
             && same_size
-            && fit_together(pass, reader)
+            && is_within_limits(pass, reader)
             && fit_one_module([pass, reader].into_iter(), recording, caps)
     };
-    let few = readers.len() == 1 || readers.len() <= MAX_COPIES && is_light(pass);
-    if few && readers.iter().all(takes) { readers } else { Vec::new() }
+    let is_worthwhile = readers.len() == 1 || readers.len() <= MAX_COPIES && is_light(pass);
+    if is_worthwhile && readers.iter().all(can_absorb) { readers } else { Vec::new() }
 }
 
-fn fit_together(producer: &Pass, reader: &Pass) -> bool {
+fn is_within_limits(producer: &Pass, reader: &Pass) -> bool {
     let kernels = producer.kernels.len() + reader.kernels.len();
-    kernels <= MAX_KERNELS && bindings(producer) + bindings(reader) <= MAX_TEXTURES
+    kernels <= MAX_KERNELS && bindings(producer) + bindings(reader) <= MAX_BINDINGS
 }
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
@@ -78,17 +80,17 @@ fn bindings(pass: &Pass) -> usize {
 }
 
 fn merge(graph: &mut PassGraph, recording: &Recording, producer: Pass, reader_number: usize) -> Fused {
-    let between = producer.function_result().expect("only passes of functions are fused");
+    let intermediate = producer.function_result().expect("only passes of functions are fused");
     let reader = graph.take(reader_number).expect("a reader was found");
     let result = reader.function_result().expect("only passes of functions are fused");
     let Pass { mut nodes, label, mut kernels, .. } = producer;
-    let before = kernels.len();
-    let joint = Some(Arg::Pixel(between));
-    kernels.extend(reader.kernels.into_iter().map(|kernel| kernel.moved(before, joint, Arg::Kernel(before - 1))));
+    // The reader's kernels follow those of the producer, and take the result of its last one in place of the pixel.
+    let (earlier, pixel) = (kernels.len(), Some(Arg::Pixel(intermediate)));
+    kernels.extend(reader.kernels.into_iter().map(|kernel| kernel.moved(earlier, pixel, Arg::Kernel(earlier - 1))));
     nodes.extend(reader.nodes);
     nodes.dedup();
     let label = format!("{label} + {}", reader.label);
     graph.put(reader_number, Pass::of_functions(nodes.clone(), label, kernels, result));
-    let image = recording.image(between);
+    let image = recording.image(intermediate);
     Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() }
 }

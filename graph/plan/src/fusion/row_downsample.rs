@@ -50,7 +50,7 @@ struct Halving {
 impl Halving {
     /// The halving of that number, if it can and should be done by rows.
     fn find(graph: &PassGraph, recording: &Recording, number: usize, always: bool) -> Option<Self> {
-        let (pass, result) = graph.functions(number)?;
+        let (pass, result) = graph.function_pass(number)?;
         let [kernel] = pass.kernels.as_slice() else { return None };
         let by = kernel.by_rows.filter(|_| !graph.is_output(result))?;
         let source = kernel.textures().next()?;

@@ -26,16 +26,17 @@ pub(super) fn fuse_warps(builder: &mut PlanBuilder, caps: &Caps) {
 
 /// The only reader of a warp's result, if it reads it by taps alone.
 fn warp_reader(graph: &PassGraph, recording: &Recording, caps: &Caps, number: usize) -> Option<usize> {
-    let (producer, between) = graph.functions(number)?;
-    let image = recording.image(between);
-    let is_between = image.origin == Origin::Transient && !graph.is_kept(between);
-    if !is_between || !producer.kernels.iter().all(|kernel| kernel.warp.is_some()) {
+    let (producer, intermediate) = graph.function_pass(number)?;
+    let image = recording.image(intermediate);
+    let is_intermediate = image.origin == Origin::Transient && !graph.is_kept(intermediate);
+    if !is_intermediate || !producer.kernels.iter().all(|kernel| kernel.warp.is_some()) {
         return None;
     }
-    let mut readers = graph.readers(Resource::Image(between));
+    let mut readers = graph.readers(Resource::Image(intermediate));
     let reader = readers.next().filter(|_| readers.next().is_none())?;
-    let (taker, result) = graph.functions(reader)?;
-    let reads = |kernel: &&KernelCall| kernel.args.iter().any(|arg| arg.value.read() == Some(Resource::Image(between)));
+    let (taker, result) = graph.function_pass(reader)?;
+    let reads =
+        |kernel: &&KernelCall| kernel.args.iter().any(|arg| arg.value.read() == Some(Resource::Image(intermediate)));
     let only_taps = taker.kernels.iter().filter(reads).all(|kernel| kernel.warp == Some(WarpPart::Tap));
     let taps = taker.kernels.iter().filter(reads).count() * taps(producer);
     let same_size = recording.image(result).desc.size == image.desc.size;
@@ -49,14 +50,14 @@ fn taps(pass: &Pass) -> usize {
 
 /// The reader with the producer's kernels in place of each of its taps.
 fn merge(recording: &Recording, producer: &Pass, reader: Pass) -> (Pass, Fused) {
-    let between = producer.function_result().expect("only passes of functions are fused");
+    let intermediate = producer.function_result().expect("only passes of functions are fused");
     let result = reader.function_result().expect("only passes of functions are fused");
     let mut kernels: Vec<KernelCall> = Vec::new();
     // The new place of each of the reader's kernels.
     let mut places = Vec::new();
     for kernel in reader.kernels {
         let kernel = renumbered(kernel, &places);
-        if kernel.accepts(Arg::Texture(between)) {
+        if kernel.accepts(Arg::Texture(intermediate)) {
             let at = kernel.arg("at").expect("a tap has a place");
             let earlier = kernels.len();
             kernels.extend(producer.kernels.iter().map(|kernel| kernel.clone().moved(earlier, Some(Arg::Point), at)));
@@ -69,7 +70,7 @@ fn merge(recording: &Recording, producer: &Pass, reader: Pass) -> (Pass, Fused) 
     nodes.extend(reader.nodes);
     nodes.dedup();
     let label = format!("{} + {}", producer.label, reader.label);
-    let image = recording.image(between);
+    let image = recording.image(intermediate);
     let fused = Fused { image: image.label.clone(), nodes: nodes.clone(), bytes_saved: 2 * image.desc.bytes() };
     (Pass::of_functions(nodes, label, kernels, result), fused)
 }

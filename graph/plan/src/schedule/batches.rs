@@ -5,6 +5,9 @@ use std::collections::BTreeSet;
 use super::profile::Profile;
 use super::schedule_graph::ScheduleGraph;
 
+/// The passes of each batch, in the order of the batches.
+pub(super) type Batches = Vec<Vec<usize>>;
+
 /// After this many ready passes that do not fit, a batch is closed: it keeps the search linear.
 const MISSES: usize = 16;
 
@@ -13,12 +16,12 @@ const MISSES: usize = 16;
 ///
 /// The budget is at least the peak of the order. Passes are pulled forward only where the bytes that live longer for it
 /// fit, so the result never needs more than the budget.
-pub(crate) fn within(graph: &ScheduleGraph, order: &[usize], budget: u64) -> Vec<Vec<usize>> {
-    let mut state = Within::new(graph, order, budget);
+pub(crate) fn group_within_budget(graph: &ScheduleGraph, order: &[usize], budget: u64) -> Batches {
+    let mut state = BatchBuilder::new(graph, order, budget);
     std::iter::from_fn(|| (!state.ready.is_empty()).then(|| state.batch())).collect()
 }
 
-struct Within<'a> {
+struct BatchBuilder<'a> {
     graph: &'a ScheduleGraph,
     order: &'a [usize],
     budget: i64,
@@ -36,7 +39,7 @@ struct Within<'a> {
     places: Vec<Vec<usize>>,
 }
 
-impl<'a> Within<'a> {
+impl<'a> BatchBuilder<'a> {
     fn new(graph: &'a ScheduleGraph, order: &'a [usize], budget: u64) -> Self {
         let waiting: Vec<usize> = graph.before.iter().map(Vec::len).collect();
         let mut place = vec![0; order.len()];
@@ -136,8 +139,9 @@ impl<'a> Within<'a> {
     }
 }
 
-/// The fewest batches that there can be, with each pass as early, as late, or as cheap as it can be.
-pub(crate) fn fewest(graph: &ScheduleGraph) -> Vec<Vec<Vec<usize>>> {
+/// Three schedules with the fewest batches that there can be: each pass as early as possible, as late as possible, or
+/// where it frees most memory.
+pub(crate) fn fewest_batches(graph: &ScheduleGraph) -> Vec<Batches> {
     let latest = latest(graph);
     let soon = by_batch(&earliest(graph));
     let lazy = lazy(graph, &latest);
@@ -161,7 +165,7 @@ fn latest(graph: &ScheduleGraph) -> Vec<usize> {
     batch
 }
 
-fn by_batch(batch_of: &[usize]) -> Vec<Vec<usize>> {
+fn by_batch(batch_of: &[usize]) -> Batches {
     let count = batch_of.iter().max().map_or(0, |last| last + 1);
     let mut batches = vec![Vec::new(); count];
     batch_of.iter().enumerate().for_each(|(pass, batch)| batches[*batch].push(pass));
@@ -169,7 +173,7 @@ fn by_batch(batch_of: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// A pass runs at once if it frees at least what it brings to life, at the last moment otherwise.
-fn lazy(graph: &ScheduleGraph, latest: &[usize]) -> Vec<Vec<usize>> {
+fn lazy(graph: &ScheduleGraph, latest: &[usize]) -> Batches {
     let count = latest.iter().max().map_or(0, |last| last + 1);
     let mut due = by_batch(latest);
     let mut waiting: Vec<usize> = graph.before.iter().map(Vec::len).collect();

@@ -8,7 +8,7 @@ use std::collections::BinaryHeap;
 use super::schedule_graph::ScheduleGraph;
 
 /// The order of recording first, then the others, none twice.
-pub(crate) fn candidates(graph: &ScheduleGraph) -> Vec<Vec<usize>> {
+pub(crate) fn candidate_orders(graph: &ScheduleGraph) -> Vec<Vec<usize>> {
     let backwards = graph.reversed();
     let recorded: Vec<usize> = (0..graph.len()).collect();
     let mut orders = vec![recorded, greedy(graph, false), reverse(greedy(&backwards, true)), demanded(graph)];

@@ -3,18 +3,18 @@
 //! Several orders are tried, each is grouped into batches, and the best is kept. The order of recording is among them,
 //! so the result is never worse than it, and it wins among equals, so that small edits of a file move little.
 
-use super::batches::{fewest, within};
-use super::list_scheduling::candidates;
+use super::batches::{Batches, fewest_batches, group_within_budget};
+use super::list_scheduling::candidate_orders;
 use super::schedule_graph::ScheduleGraph;
 use crate::options::Options;
 
-/// The most orders of the same peak that are grouped into batches.
-const GROUPED: usize = 4;
+/// Orders of the same peak that are grouped into batches, at most.
+const MAX_GROUPED_ORDERS: usize = 4;
 /// How often the orders that grouping has made are grouped again, at most.
-const ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 4;
 
 /// The best of the schedules that are tried, as batches of passes.
-pub(super) fn choose(graph: &ScheduleGraph, options: &Options) -> Vec<Vec<usize>> {
+pub(super) fn choose(graph: &ScheduleGraph, options: &Options) -> Batches {
     let schedules = schedules(graph);
     if options.serial {
         let orders = schedules.iter().map(|schedule| schedule.concat());
@@ -29,17 +29,19 @@ pub(super) fn choose(graph: &ScheduleGraph, options: &Options) -> Vec<Vec<usize>
     best.unwrap_or_default()
 }
 
-/// The orders of the smallest peak, grouped into batches, and after them the fewest batches that there can be. Grouping
-/// pulls passes forward, and what these free may lower the peak: then the new orders are grouped again, within less.
-fn schedules(graph: &ScheduleGraph) -> Vec<Vec<Vec<usize>>> {
-    let fewest = fewest(graph);
-    let listed = candidates(graph).into_iter();
-    let mut orders = least(graph, listed.chain(fewest.iter().map(|schedule| schedule.concat())).collect());
+/// The orders of the smallest peak of live bytes, grouped into batches, and after them the schedules with the fewest
+/// batches. Grouping pulls passes forward. If what these free lowers the peak, the new orders are grouped again with
+/// the lower peak as their budget.
+fn schedules(graph: &ScheduleGraph) -> Vec<Batches> {
+    let fewest = fewest_batches(graph);
+    let orders = candidate_orders(graph).into_iter().chain(fewest.iter().map(|schedule| schedule.concat()));
+    let mut orders = of_smallest_peak(graph, orders.collect());
     let mut schedules = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let before = orders.first().map(|(peak, _)| *peak);
-        let grouped: Vec<Vec<Vec<usize>>> = orders.iter().map(|(peak, order)| within(graph, order, *peak)).collect();
-        orders = least(graph, grouped.iter().map(|schedule| schedule.concat()).collect());
+        let grouped: Vec<Batches> =
+            orders.iter().map(|(peak, order)| group_within_budget(graph, order, *peak)).collect();
+        orders = of_smallest_peak(graph, grouped.iter().map(|schedule| schedule.concat()).collect());
         schedules.extend(grouped);
         if orders.first().map(|(peak, _)| *peak) >= before {
             break;
@@ -49,11 +51,11 @@ fn schedules(graph: &ScheduleGraph) -> Vec<Vec<Vec<usize>>> {
     schedules
 }
 
-/// The orders whose peak is the smallest, a few at most, with it.
-fn least(graph: &ScheduleGraph, orders: Vec<Vec<usize>>) -> Vec<(u64, Vec<usize>)> {
+/// The orders whose peak is the smallest, with this peak; at most [`MAX_GROUPED_ORDERS`].
+fn of_smallest_peak(graph: &ScheduleGraph, orders: Vec<Vec<usize>>) -> Vec<(u64, Vec<usize>)> {
     let mut orders: Vec<(u64, Vec<usize>)> = orders.into_iter().map(|order| (graph.peak(&order), order)).collect();
-    let least = orders.iter().map(|(peak, _)| *peak).min().unwrap_or(0);
-    orders.retain(|(peak, _)| *peak == least);
-    orders.truncate(GROUPED);
+    let smallest = orders.iter().map(|(peak, _)| *peak).min().unwrap_or(0);
+    orders.retain(|(peak, _)| *peak == smallest);
+    orders.truncate(MAX_GROUPED_ORDERS);
     orders
 }

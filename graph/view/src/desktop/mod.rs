@@ -194,7 +194,7 @@ impl Shown {
         if !self.stage.viewer.model.has_device() {
             return self.replace_lost_device();
         }
-        let passed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
+        let elapsed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
         let Some(frame) = self.surface.next(self.stage.viewer.model.gpu()) else {
             self.redraw_at = Some(Instant::now() + POLL_INTERVAL);
             return Ok(());
@@ -207,7 +207,7 @@ impl Shown {
         let gpu = self.stage.viewer.model.gpu().clone();
         self.stage.viewer.picture.headroom = self.surface.headroom();
         let stage = &mut self.stage;
-        let output = self.surface.draw(&frame.texture, |view| stage.frame(input, Target { view, size }, passed), &gpu);
+        let output = self.surface.draw(&frame.texture, |view| stage.frame(input, Target { view, size }, elapsed), &gpu);
         self.window.pre_present_notify();
         self.stage.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);

@@ -48,10 +48,10 @@ impl PlayClock {
         self.was_sought
     }
 
-    /// The moment of the next frame, `passed` seconds after the last one; `None` if it is the same as before.
-    pub fn advance(&mut self, passed: f64) -> Option<Moment> {
+    /// The moment of the next frame, `elapsed` seconds after the last one; `None` if it is the same as before.
+    pub fn advance(&mut self, elapsed: f64) -> Option<Moment> {
         let dt = match (self.is_playing, std::mem::take(&mut self.step)) {
-            (true, _) => passed.clamp(0.0, MAX_LENGTH),
+            (true, _) => elapsed.clamp(0.0, MAX_LENGTH),
             (false, true) => STEP,
             (false, false) if self.cut => 0.0,
             (false, false) => return None,

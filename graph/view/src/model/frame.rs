@@ -18,9 +18,9 @@ pub enum Rendered {
 }
 
 impl Model {
-    /// Records the next frame, `passed` seconds after the last call, if time runs or something has changed.
-    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
-        let advanced = self.clock.advance(passed);
+    /// Records the next frame, `elapsed` seconds after the last call, if time runs or something has changed.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {
+        let advanced = self.clock.advance(elapsed);
         let is_changing = self.chains.shown.iter().chain(&self.chains.inspected).any(Chain::is_changing);
         let must_run = self.is_stale || is_changing || self.is_measuring();
         if self.graph.is_none() || advanced.is_none() && !must_run {

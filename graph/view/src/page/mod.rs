@@ -180,10 +180,10 @@ impl eframe::App for Page {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         self.open_dropped(ui);
         let now = ui.input(|input| input.time);
-        let passed = now - std::mem::replace(&mut self.last, now);
+        let elapsed = now - std::mem::replace(&mut self.last, now);
         let gpu = self.viewer.model.gpu().clone();
         let mut encoder = gpu.encoder();
-        let rendered = self.viewer.render(&mut encoder, passed);
+        let rendered = self.viewer.render(&mut encoder, elapsed);
         gpu.queue.submit([encoder.finish()]);
         if rendered != Rendered::Same {
             // The next frame is wanted once this one is finished, so that frames never queue up.
@@ -191,7 +191,7 @@ impl eframe::App for Page {
             gpu.queue.on_submitted_work_done(move || ctx.request_repaint());
         }
         self.viewer.show(ui);
-        self.viewer.submitted(ui.ctx(), 0.0);
+        self.viewer.after_submit(ui.ctx(), 0.0);
         if let Some(Err(error)) = self.viewer.take_export().map(|exported| files::download(&exported)) {
             self.viewer.tell(ui.ctx(), format!("Nothing is exported: {error:?}"));
         }

@@ -3,11 +3,11 @@
 use afterimage_gpu::{Texels, texture_format, wgpu};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
-use super::readback::Arriving;
+use super::readback::Readback;
 
 /// An image on its way from the device.
 pub struct Copied {
-    arriving: Arriving,
+    readback: Readback,
     desc: ImageDesc,
 }
 
@@ -22,23 +22,23 @@ impl Copied {
         let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format())?;
         let size = wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() };
         let desc = ImageDesc::new(Size::new(size.width, size.height)).format(format);
-        let arriving = Arriving::new(device, u64::from(pitch(&desc)) * u64::from(size.height));
+        let readback = Readback::new(device, u64::from(pitch(&desc)) * u64::from(size.height));
         let (bytes_per_row, rows_per_image) = (Some(pitch(&desc)), Some(size.height));
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image };
         let origin = wgpu::Origin3d { z: slice, ..wgpu::Origin3d::ZERO };
         let from = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-        encoder.copy_texture_to_buffer(from, wgpu::TexelCopyBufferInfo { buffer: &arriving.buffer, layout }, size);
-        Some(Self { arriving, desc })
+        encoder.copy_texture_to_buffer(from, wgpu::TexelCopyBufferInfo { buffer: &readback.buffer, layout }, size);
+        Some(Self { readback, desc })
     }
 
-    /// Asks for the bytes; call it after the commands are submitted.
-    pub fn ask(&mut self) {
-        self.arriving.ask();
+    /// Requests the bytes; call it after the commands are submitted.
+    pub fn request(&mut self) {
+        self.readback.request();
     }
 
     /// The texels, once they have arrived.
     pub fn texels(&self) -> Option<Texels> {
-        let padded = self.arriving.bytes()?;
+        let padded = self.readback.bytes()?;
         let row = self.desc.size.width as usize * self.desc.format.bytes() as usize;
         let bytes = padded.chunks_exact(pitch(&self.desc) as usize).flat_map(|line| &line[..row]).copied().collect();
         Some(Texels { desc: self.desc, bytes })

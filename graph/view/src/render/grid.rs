@@ -5,7 +5,7 @@ use half::f16;
 
 use super::device::{self, onto};
 use super::picture::{GRID_FORMAT, Painter, Placement, Shown};
-use super::readback::Arriving;
+use super::readback::Readback;
 
 /// Columns and rows of the grid. A row is a multiple of the alignment of copies.
 pub const GRID: [u32; 2] = [256, 144];
@@ -15,7 +15,7 @@ const TEXEL: u32 = 8;
 /// Reads a grid of the picture, a few frames late.
 pub struct Grid {
     target: wgpu::Texture,
-    under_way: Option<Arriving>,
+    pending: Option<Readback>,
 }
 
 impl Grid {
@@ -23,10 +23,10 @@ impl Grid {
     pub fn new(device: &wgpu::Device) -> Self {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
         let target = device::image(device, "grid of the scopes", GRID, GRID_FORMAT, usage);
-        Self { target, under_way: None }
+        Self { target, pending: None }
     }
 
-    /// Samples an image, unless an earlier grid is still on its way.
+    /// Samples an image, unless an earlier grid has not arrived yet.
     pub fn record(
         &mut self,
         device: &wgpu::Device,
@@ -35,7 +35,7 @@ impl Grid {
         image: &wgpu::Texture,
         slice: u32,
     ) {
-        if self.under_way.is_some() {
+        if self.pending.is_some() {
             return;
         }
         let mut placement: Placement = bytemuck::Zeroable::zeroed();
@@ -46,28 +46,28 @@ impl Grid {
         let mut pass = onto(encoder, "grid of the scopes", &view);
         drawn.draw(&mut pass);
         drop(pass);
-        let arriving = Arriving::new(device, u64::from(GRID[0] * GRID[1] * TEXEL));
+        let readback = Readback::new(device, u64::from(GRID[0] * GRID[1] * TEXEL));
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
             bytes_per_row: Some(GRID[0] * TEXEL),
             rows_per_image: Some(GRID[1]),
         };
-        let to = wgpu::TexelCopyBufferInfo { buffer: &arriving.buffer, layout };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &readback.buffer, layout };
         encoder.copy_texture_to_buffer(self.target.as_image_copy(), to, self.target.size());
-        self.under_way = Some(arriving);
+        self.pending = Some(readback);
     }
 
-    /// Asks for the grid that was sampled; call it after the commands are submitted.
-    pub fn ask(&mut self) {
-        if let Some(arriving) = &mut self.under_way {
-            arriving.ask();
+    /// Requests the grid that was sampled; call it after the commands are submitted.
+    pub fn request(&mut self) {
+        if let Some(readback) = &mut self.pending {
+            readback.request();
         }
     }
 
     /// The numbers, row by row, once they have arrived.
     pub fn take(&mut self) -> Option<Vec<[f32; 4]>> {
-        let bytes = self.under_way.as_ref()?.bytes()?;
-        self.under_way = None;
+        let bytes = self.pending.as_ref()?.bytes()?;
+        self.pending = None;
         let texels = bytes.chunks_exact(TEXEL as usize);
         Some(
             texels

@@ -3,7 +3,7 @@
 use afterimage_gpu::{Texels, wgpu};
 use afterimage_graph::image::{ImageDesc, Size};
 
-use super::readback::Arriving;
+use super::readback::Readback;
 
 /// A texel to be read.
 pub struct TexelRequest<'t> {
@@ -29,7 +29,7 @@ const STRIDE: u64 = 16;
 /// Reads texels, a few frames late.
 #[derive(Default)]
 pub struct Probe {
-    under_way: Option<(Arriving, Vec<(String, ImageDesc)>)>,
+    pending: Option<(Readback, Vec<(String, ImageDesc)>)>,
 }
 
 impl Probe {
@@ -42,28 +42,28 @@ impl Probe {
         place: [f32; 2],
         texels: &[TexelRequest<'_>],
     ) {
-        if self.under_way.is_some() || texels.is_empty() {
+        if self.pending.is_some() || texels.is_empty() {
             return;
         }
-        let arriving = Arriving::new(device, texels.len() as u64 * STRIDE);
+        let readback = Readback::new(device, texels.len() as u64 * STRIDE);
         for (index, texel) in texels.iter().enumerate() {
-            copy_texel(encoder, texel, place, &arriving.buffer, index as u64 * STRIDE);
+            copy_texel(encoder, texel, place, &readback.buffer, index as u64 * STRIDE);
         }
         let names = texels.iter().map(|texel| (texel.name.clone(), texel.desc)).collect();
-        self.under_way = Some((arriving, names));
+        self.pending = Some((readback, names));
     }
 
-    /// Asks for the texels that were copied; call it after the commands are submitted.
-    pub fn ask(&mut self) {
-        if let Some((arriving, _)) = &mut self.under_way {
-            arriving.ask();
+    /// Requests the texels that were copied; call it after the commands are submitted.
+    pub fn request(&mut self) {
+        if let Some((readback, _)) = &mut self.pending {
+            readback.request();
         }
     }
 
     /// The texels, once they have arrived.
     pub fn take(&mut self) -> Option<Vec<Reading>> {
-        let bytes = self.under_way.as_ref()?.0.bytes()?;
-        let (_, names) = self.under_way.take()?;
+        let bytes = self.pending.as_ref()?.0.bytes()?;
+        let (_, names) = self.pending.take()?;
         let stride = STRIDE as usize;
         let decoded = names.into_iter().zip(bytes.chunks_exact(stride)).map(|((name, desc), bytes)| {
             let desc = desc.sized(Size::new(1, 1));

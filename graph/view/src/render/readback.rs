@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use afterimage_gpu::wgpu;
 
-/// A buffer on its way to the host: filled by commands, asked for after they are submitted, then read.
-pub(super) struct Arriving {
+/// A buffer that commands fill, that is mapped after they are submitted, and that is read once it has arrived.
+pub(super) struct Readback {
     pub(super) buffer: wgpu::Buffer,
     has_arrived: Arc<AtomicBool>,
-    is_asked: bool,
+    is_requested: bool,
 }
 
-impl Arriving {
+impl Readback {
     /// A buffer for that many bytes.
     pub(super) fn new(device: &wgpu::Device, bytes: u64) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -21,12 +21,12 @@ impl Arriving {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        Self { buffer, has_arrived: Arc::default(), is_asked: false }
+        Self { buffer, has_arrived: Arc::default(), is_requested: false }
     }
 
-    /// Asks for the bytes once; call it after the commands that fill the buffer are submitted.
-    pub(super) fn ask(&mut self) {
-        if !std::mem::replace(&mut self.is_asked, true) {
+    /// Maps the buffer, once; call it after the commands that fill it are submitted.
+    pub(super) fn request(&mut self) {
+        if !std::mem::replace(&mut self.is_requested, true) {
             let has_arrived = self.has_arrived.clone();
             self.buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
                 has_arrived.store(mapped.is_ok(), Ordering::Release);

@@ -76,7 +76,7 @@ impl Viewer {
     /// Takes what has arrived.
     pub(super) fn finish_export(&mut self, ctx: &Context) {
         let Some(pending) = &mut self.exporter.pending else { return };
-        pending.copied.ask();
+        pending.copied.request();
         let Some(texels) = pending.copied.texels() else { return ctx.request_repaint() };
         let encoded = pending.encode(&texels);
         let Some(PendingExport { name, .. }) = self.exporter.pending.take() else { return };

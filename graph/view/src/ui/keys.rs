@@ -68,7 +68,7 @@ impl Viewer {
         if pressed(Key::Num1) {
             self.picture.zoom = Some(1.0);
         }
-        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::CompareWith), (Key::D, Comparison::Difference)];
+        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::SideBySide), (Key::D, Comparison::Difference)];
         for (key, mode) in modes {
             if pressed(key) {
                 self.picture.comparison = mode;

@@ -101,7 +101,7 @@ impl Viewer {
         });
         if let Some(resolution) = resolution {
             self.model.resolve(resolution);
-            self.unsaved = None;
+            self.save_error = None;
         }
     }
 }

@@ -53,8 +53,8 @@ pub struct Viewer {
     pub picture: PictureView,
     /// The tab below the picture; `None` while it is closed.
     pub tab: Option<Tab>,
-    /// The tab that was open before a problem opened the messages.
-    interrupted: Option<Option<Tab>>,
+    /// The value of `tab` before a problem opened the messages, to go back to once it is solved.
+    tab_before_problem: Option<Option<Tab>>,
     /// Whether the last frame had a problem.
     had_problem: bool,
     /// Whether the scopes are shown.
@@ -67,7 +67,7 @@ pub struct Viewer {
     /// What waits until the user has answered whether to save.
     pending: Option<Pending>,
     is_leaving: bool,
-    /// Whether the panels have been shown.
+    /// Whether the panels have been shown: nothing is rendered before, so that the window appears at once.
     was_shown: bool,
     painter: Painter,
     parameters: Parameters,
@@ -81,7 +81,7 @@ pub struct Viewer {
     /// A message to the user, and when it was shown first.
     message: Option<(String, f64)>,
     /// Why the last attempt to save wrote nothing.
-    unsaved: Option<String>,
+    save_error: Option<String>,
     /// The name of a tier that is being typed.
     tier_name: String,
 }
@@ -97,7 +97,7 @@ impl Viewer {
             model,
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
-            interrupted: None,
+            tab_before_problem: None,
             had_problem: false,
             shows_scopes: true,
             shows_probe: false,
@@ -116,7 +116,7 @@ impl Viewer {
             probe: ProbePanel::default(),
             exporter: Exporter::default(),
             message: None,
-            unsaved: None,
+            save_error: None,
             tier_name: String::new(),
         }
     }
@@ -133,16 +133,16 @@ impl Viewer {
         theme::apply(ctx);
     }
 
-    /// Records what the pipelines render, `passed` seconds after the last frame.
-    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, passed: f64) -> Rendered {
+    /// Records what the pipelines render, `elapsed` seconds after the last frame.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {
         if !std::mem::replace(&mut self.was_shown, true) {
             return Rendered::Later;
         }
         self.model.follow_files(self.text.typed());
         self.model.set_probes(self.shows_probe);
-        let rendered = self.model.render(encoder, passed);
+        let rendered = self.model.render(encoder, elapsed);
         self.update_messages_tab();
-        self.read(encoder);
+        self.record_readbacks(encoder);
         self.record_export(encoder);
         rendered
     }
@@ -152,17 +152,17 @@ impl Viewer {
         let has_problem = self.model.problem().is_some();
         let had_problem = std::mem::replace(&mut self.had_problem, has_problem);
         if has_problem && !had_problem && self.tab != Some(Tab::Text) {
-            self.interrupted = Some(self.tab.replace(Tab::Messages));
+            self.tab_before_problem = Some(self.tab.replace(Tab::Messages));
         }
-        if let Some(before) = self.interrupted.take_if(|_| !has_problem)
+        if let Some(before) = self.tab_before_problem.take_if(|_| !has_problem)
             && self.tab == Some(Tab::Messages)
         {
             self.tab = before;
         }
     }
 
-    /// Records what scopes and probe read.
-    fn read(&mut self, encoder: &mut wgpu::CommandEncoder) {
+    /// Records the copies that the scopes and the probe read.
+    fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let Some(subject) = Subject::of(&self.model) else { return };
         if self.shows_scopes || subject.is_data() {
             let device = &self.model.gpu().device;
@@ -173,11 +173,11 @@ impl Viewer {
         }
     }
 
-    /// Takes what has arrived; call it after the commands are submitted. `own_ms` is what the last frame of the viewer
-    /// took of the processor.
-    pub fn submitted(&mut self, ctx: &egui::Context, own_ms: f64) {
-        self.grid.ask();
-        self.probe.ask();
+    /// Requests the copies that `render` has recorded, and shows those that have arrived; call it after the commands
+    /// are submitted. `own_ms` is the CPU time of the viewer's last frame.
+    pub fn after_submit(&mut self, ctx: &egui::Context, own_ms: f64) {
+        self.grid.request();
+        self.probe.request();
         // Mapped buffers arrive while the device is polled, and nothing waits for them.
         let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
         let is_light = Subject::of(&self.model).is_some_and(|subject| subject.is_light());
@@ -207,13 +207,13 @@ impl Viewer {
 
     fn panels(&mut self, ui: &mut Ui) {
         Panel::top("top").show(ui, |ui| self.top_bar(ui));
-        self.bottom(ui);
+        self.bottom_panel(ui);
         Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
             ui.add_space(4.0);
             self.parameters.show(ui, &mut self.model);
         });
         if self.shows_scopes || self.shows_probe {
-            Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.side(ui));
+            Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.right_panel(ui));
         }
         Panel::bottom("picture bar").show(ui, |ui| {
             self.picture_bar(ui);
@@ -224,7 +224,7 @@ impl Viewer {
         }
     }
 
-    fn side(&mut self, ui: &mut Ui) {
+    fn right_panel(&mut self, ui: &mut Ui) {
         ui.take_available_width();
         match (self.shows_scopes, self.shows_probe) {
             (true, true) => {
@@ -243,7 +243,7 @@ impl Viewer {
         self.probe.show(ui, self.picture.probed, self.picture.is_pinned, size);
     }
 
-    fn bottom(&mut self, ui: &mut Ui) {
+    fn bottom_panel(&mut self, ui: &mut Ui) {
         if self.tab != Some(Tab::Text) {
             self.text.apply(&mut self.model);
         }
@@ -257,7 +257,7 @@ impl Viewer {
                     Tab::Text => self.show_text(ui),
                     Tab::Cost => self.cost.show(ui, &mut self.model),
                     Tab::Messages => {
-                        if let Some(line) = text::messages(ui, &self.model, self.unsaved.as_deref()) {
+                        if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
                             self.text.go_to(line);
                             self.tab = Some(Tab::Text);
                         }
@@ -271,9 +271,9 @@ impl Viewer {
 
     /// The text, with what is wrong beside it.
     fn show_text(&mut self, ui: &mut Ui) {
-        if self.model.problem().is_some() || !self.model.warnings().is_empty() || self.unsaved.is_some() {
+        if self.model.problem().is_some() || !self.model.warnings().is_empty() || self.save_error.is_some() {
             Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, self.unsaved.as_deref()) {
+                if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
                     self.text.go_to(line);
                 }
             });
@@ -285,7 +285,7 @@ impl Viewer {
         ui.horizontal(|ui| {
             let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
             for (name, tab) in tabs {
-                let is_wrong = tab == Tab::Messages && (self.model.problem().is_some() || self.unsaved.is_some());
+                let is_wrong = tab == Tab::Messages && (self.model.problem().is_some() || self.save_error.is_some());
                 let text = RichText::new(name);
                 let text = if is_wrong { text.color(theme::ERROR) } else { text };
                 if ui.selectable_label(self.tab == Some(tab), text).clicked() {
@@ -314,7 +314,7 @@ impl Viewer {
         self.message.take_if(|(_, since)| now - *since > MESSAGE_SECONDS);
         let Some((text, _)) = &self.message else { return };
         let anchor = egui::Align2::CENTER_BOTTOM;
-        egui::Area::new("said".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
+        egui::Area::new("message".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| match text.contains('\n') {
                 // Excerpts of a text are aligned by their letters.
                 true => ui.monospace(text),

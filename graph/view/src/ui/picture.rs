@@ -14,7 +14,8 @@ pub enum Comparison {
     /// The other begins at a line that can be moved.
     #[default]
     Wipe,
-    CompareWith,
+    /// The other stands to the right, at the same zoom.
+    SideBySide,
     /// Their difference, enlarged eight times.
     Difference,
 }
@@ -171,7 +172,7 @@ impl PictureView {
 
     /// Where pictures are shown: two halves side by side, or everything.
     fn areas(&self, area: Rect, compares: bool) -> Vec<Rect> {
-        if compares && self.comparison == Comparison::CompareWith {
+        if compares && self.comparison == Comparison::SideBySide {
             let (left, right) = area.split_left_right_at_fraction(0.5);
             return vec![left.with_max_x(left.max.x - 1.0), right.with_min_x(right.min.x + 1.0)];
         }
@@ -205,10 +206,10 @@ impl PictureView {
     /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
     pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
         let other = if model.tap().is_some() { None } else { model.compared_picture() };
-        let is_beside = other.is_some() && self.comparison == Comparison::CompareWith;
-        let compared = other.filter(|_| !is_beside);
+        let is_side_by_side = other.is_some() && self.comparison == Comparison::SideBySide;
+        let compared = other.filter(|_| !is_side_by_side);
         let [width, height] = [subject.image.width(), subject.image.height()];
-        let images = [Some(&subject.image), other.filter(|_| is_beside)];
+        let images = [Some(&subject.image), other.filter(|_| is_side_by_side)];
         let part = |(index, image): (usize, &'m wgpu::Texture)| {
             let left = index as u32 * width;
             let wipe = (width as f32 * self.wipe).round();

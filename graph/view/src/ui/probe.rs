@@ -34,10 +34,11 @@ impl ProbePanel {
         }
     }
 
-    /// Asks for what was copied; call it after the commands are submitted.
-    pub(super) fn ask(&mut self) {
-        self.stored.ask();
-        self.exact.ask();
+    /// Requests the texels that were copied, and takes those that have arrived; call it after the commands are
+    /// submitted.
+    pub(super) fn request(&mut self) {
+        self.stored.request();
+        self.exact.request();
         self.readings = self.stored.take().unwrap_or(std::mem::take(&mut self.readings));
         self.references = self.exact.take().unwrap_or(std::mem::take(&mut self.references));
     }

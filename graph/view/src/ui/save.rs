@@ -10,7 +10,7 @@ impl Viewer {
     pub(super) fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
         self.text.apply(&mut self.model);
         let saved = self.model.save(new_tier);
-        self.unsaved = saved.err().map(|problem| format!("Nothing is saved: {problem}"));
+        self.save_error = saved.err().map(|problem| format!("Nothing is saved: {problem}"));
         let name = self.model.project().name();
         let waiting = self.model.changes().len();
         let done = if waiting == 0 {
@@ -18,7 +18,7 @@ impl Viewer {
         } else {
             format!("The text of {name} is saved with its errors. {waiting} changed values wait until it has none.")
         };
-        self.tell(ctx, self.unsaved.clone().unwrap_or(done));
+        self.tell(ctx, self.save_error.clone().unwrap_or(done));
     }
 
     /// The button and its menu.

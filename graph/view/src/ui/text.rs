@@ -121,17 +121,17 @@ fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Opti
 }
 
 /// Shows what is wrong; a click on a location gives its line.
-/// `unsaved` is why nothing could be saved.
-pub(super) fn messages(ui: &mut Ui, model: &Model, unsaved: Option<&str>) -> Option<usize> {
+/// `save_error` is why nothing could be saved.
+pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> Option<usize> {
     let mut line = None;
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
-        if let Some(text) = unsaved {
+        if let Some(text) = save_error {
             ui.label(RichText::new(text).monospace().color(ERROR));
         }
         match model.problem() {
             Some(Problem::Pipeline(errors)) => line = list(ui, model, errors),
             Some(other) => drop(ui.label(RichText::new(other.to_string()).monospace().color(ERROR))),
-            None if model.warnings().is_empty() && unsaved.is_none() => {
+            None if model.warnings().is_empty() && save_error.is_none() => {
                 ui.label(RichText::new("Nothing is wrong.").color(DIM));
             }
             None => {}

@@ -7,6 +7,9 @@ use super::picture::Comparison;
 use super::theme::{ACCENT, DIM};
 use crate::model::{CompareWith, TextProject};
 
+/// The length of the time bar where no sequence of images has one.
+const TIME_BAR_SECONDS: f64 = 40.0;
+
 impl Viewer {
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
@@ -76,7 +79,7 @@ impl Viewer {
         let present = self.model.compared().cloned();
         let mut chosen = present.clone();
         let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
-        ComboBox::from_id_salt("beside").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("compare with").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut chosen, None, "nothing");
             for compared in self.comparable() {
                 let name = compared.name();
@@ -89,7 +92,7 @@ impl Viewer {
         if self.model.compared().is_some() {
             let modes = [
                 ("Wipe", Comparison::Wipe),
-                ("Beside", Comparison::CompareWith),
+                ("Side by side", Comparison::SideBySide),
                 ("Difference", Comparison::Difference),
             ];
             // An intermediate image is shown alone.
@@ -130,7 +133,9 @@ impl Viewer {
             }
             view.channel = channel;
             ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
-                .on_hover_text("Makes the picture brighter to look at, and nothing else. A double click types.");
+                .on_hover_text(
+                    "Makes the picture brighter to look at, and nothing else. Double-click to type a number.",
+                );
             ui.separator();
             ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
             ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
@@ -159,7 +164,7 @@ impl Viewer {
                 clock.cut();
             }
             let mut time = clock.time;
-            let seconds = length.map_or(40.0, |(frames, fps)| (frames as f64 - 1.0) / fps);
+            let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
             ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
             let mut shown = time.rem_euclid(seconds.max(1e-3));
             if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
@@ -169,7 +174,7 @@ impl Viewer {
             ui.label(RichText::new(format!("{:7.2} s", clock.time)).monospace());
             if clock.is_cut_shown() {
                 ui.label(RichText::new("without history").color(ACCENT).small())
-                    .on_hover_text("The frame was gone to: adaptation and other histories begin with it.");
+                    .on_hover_text("The time was set: adaptation and other histories begin with this frame.");
             }
         });
     }

@@ -6,7 +6,7 @@ use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Xy};
 use exr::block::reader::Reader;
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{Chromaticities as Attribute, IntegerBounds, SampleType};
+use exr::meta::attribute::{Chromaticities as ExrChromaticities, IntegerBounds, SampleType};
 use exr::meta::header::Header;
 
 use super::decode::{BATCH_BYTES, Placement, decode_blocks};
@@ -23,12 +23,12 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
     let reader = open(reader)?;
     let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
-    let stated = stated_primaries(&header, &choice)?;
-    let color = stated.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
+    let primaries = stated_primaries(&header, &choice)?;
+    let color = primaries.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
-    let bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
-    budget.check((display.size.0 as u64, display.size.1 as u64), bytes, bytes_in_work(&header))?;
+    let sample_bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
+    budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
     let placement = Placement { choice, display, data: header.data_window(), color };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
@@ -36,8 +36,8 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
     let notes = notes(&header, &placement);
-    let meta = metadata(&header, &choice, stated.as_ref());
-    let stated = stated.map(|primaries| stated_color(&header, primaries));
+    let meta = metadata(&header, &choice, primaries.as_ref());
+    let stated = primaries.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
 }
 
@@ -52,7 +52,7 @@ pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<Metered<R>>, 
     for header in reader.headers() {
         check_header(header)?;
     }
-    // The file begins with a table of eight bytes for each block.
+    // The headers are followed by a table with the offset of each block, in eight bytes.
     let blocks: u64 = reader.headers().iter().map(|header| header.chunk_count as u64).sum();
     if blocks.saturating_mul(8) > length {
         return Err(CodecError::cut_short());
@@ -86,8 +86,9 @@ fn block_bytes(header: &Header) -> u64 {
     (header.channels.bytes_per_pixel as u64).saturating_mul(width).saturating_mul(height)
 }
 
-/// Bytes that blocks take while they are decoded: as stored, as the decompressor leaves them, and as samples.
-fn bytes_in_work(header: &Header) -> u64 {
+/// Bytes that the blocks of a batch take while they are decoded: as stored, as the decompressor leaves them, and as
+/// samples.
+fn working_bytes(header: &Header) -> u64 {
     3 * block_bytes(header).max(BATCH_BYTES as u64)
 }
 
@@ -98,28 +99,29 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
+/// The primaries that the file states; `None` if it states none, and for gray and data, which need none.
 fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
     let is_gray = choice.slots[0] == choice.slots[1];
     if !choice.is_color || is_gray {
         return Ok(None);
     }
-    let Some(stated) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
-    let stated = primaries(&stated).ok_or_else(|| {
+    let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
+    let primaries = from_attribute(&attribute).ok_or_else(|| {
         unsupported("its `chromaticities` attribute describes no color space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
-    Ok(Some(stated))
+    Ok(Some(primaries))
 }
 
-fn primaries(stated: &Attribute) -> Option<Chromaticities> {
-    let points = [stated.red, stated.green, stated.blue, stated.white];
+fn from_attribute(attribute: &ExrChromaticities) -> Option<Chromaticities> {
+    let points = [attribute.red, attribute.green, attribute.blue, attribute.white];
     let numbers: Vec<f64> = points.iter().flat_map(|xy| [xy.0.into(), xy.1.into()]).collect();
     Chromaticities::from_numbers(numbers.try_into().expect("four points have eight numbers"))
 }
 
-pub(super) fn attribute(primaries: &Chromaticities) -> Attribute {
+pub(super) fn to_attribute(primaries: &Chromaticities) -> ExrChromaticities {
     let [red, green, blue, white] = primaries.points().map(point);
-    Attribute { red, green, blue, white }
+    ExrChromaticities { red, green, blue, white }
 }
 
 pub(super) fn point(xy: Xy) -> Vec2<f32> {
@@ -142,14 +144,15 @@ fn adapted(xy: Vec2<f32>, white: Xy) -> Option<Vec2<f32>> {
     at.is_finite().then(|| point(Xy::new(at.x / sum, at.y / sum)))
 }
 
-fn metadata(header: &Header, choice: &Choice, stated: Option<&Chromaticities>) -> Metadata {
+/// The attributes of the file, as they hold for pixels that [`decode`] has converted to Rec.709.
+fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>) -> Metadata {
     let mut image = header.shared_attributes.clone();
     if choice.is_color && image.chromaticities.is_some() {
-        image.chromaticities = Some(attribute(&Chromaticities::REC709));
+        image.chromaticities = Some(to_attribute(&Chromaticities::REC709));
     }
     let mut layer = header.own_attributes.clone();
-    if let Some(stated) = stated {
-        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, stated.white));
+    if let Some(primaries) = primaries {
+        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white));
     }
     Metadata { image, layer }
 }
@@ -167,7 +170,7 @@ fn notes(header: &Header, placement: &Placement) -> Vec<String> {
 }
 
 fn contains(outer: IntegerBounds, inner: IntegerBounds) -> bool {
-    let (a, b) = (outer.end(), inner.end());
-    let start = inner.position.0 >= outer.position.0 && inner.position.1 >= outer.position.1;
-    start && b.0 <= a.0 && b.1 <= a.1
+    let (inner_end, outer_end) = (inner.end(), outer.end());
+    let begins_inside = inner.position.0 >= outer.position.0 && inner.position.1 >= outer.position.1;
+    begins_inside && inner_end.0 <= outer_end.0 && inner_end.1 <= outer_end.1
 }

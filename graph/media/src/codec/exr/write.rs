@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::explain;
 use super::label::describes_old_pixels;
-use super::read::{attribute, point};
+use super::read::{point, to_attribute};
 use crate::codec::limits::check_size;
 use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
@@ -136,7 +136,7 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
         image.pixel_aspect = 1.0;
     }
     if let Some(color) = &options.color {
-        image.chromaticities = Some(attribute(&color.primaries));
+        image.chromaticities = Some(to_attribute(&color.primaries));
     }
     image.other.retain(|name, value| is_kept(name) && is_writable(name, value));
     image
