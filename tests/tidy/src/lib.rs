@@ -10,6 +10,7 @@
 //! | [`functions`] | how long are the functions? |
 //! | [`words`] | does a word occur that the glossary replaces? |
 //! | [`places`] | does the code have the functions and files that a document names? |
+//! | [`documents`] | does everything exist that a document links to and names? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
@@ -17,6 +18,7 @@
 //! | [`lines`] | how much code is there? |
 
 pub mod cycles;
+pub mod documents;
 pub mod files;
 pub mod functions;
 pub mod imports;

@@ -4,7 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{files, layers, licenses, opens, packages, places, unsafes, words};
+use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, unsafes, words};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -76,4 +76,14 @@ fn places_that_documents_name_exist() {
     let named = text.matches("` in `").count();
     assert!(named > 60, "only {named} functions are named");
     assert_none(&places::violations(&root, &text));
+}
+
+#[test]
+fn links_and_names_of_documents_exist() {
+    let workspace = Workspace::this();
+    let (documents, known) = (documents::all(&workspace), documents::words_of_code(&workspace));
+    assert!(documents.len() > 30, "only {} documents are found", documents.len());
+    let links = documents.iter().flat_map(|document| documents::broken_links(&workspace, document));
+    let names = documents.iter().flat_map(|document| documents::unknown_names(&workspace, document, &known));
+    assert_none(&links.chain(names).collect::<Vec<_>>());
 }

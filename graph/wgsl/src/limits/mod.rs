@@ -1,7 +1,7 @@
 //! Limits of untrusted shaders: the files of node kinds in folders.
 //!
-//! A short text can take a parser or a driver any amount of time, memory or stack. Each limit has its place here, and a
-//! row in `nodes/README.md`.
+//! A short text can take a parser or a driver any amount of time, memory or stack. Each limit has its place here, and
+//! `nodes/README.md` lists it.
 
 mod cost;
 mod memory;

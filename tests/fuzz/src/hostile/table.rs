@@ -55,13 +55,15 @@ impl Row {
     }
 
     fn markdown(&self) -> String {
-        let counts: String = self.counts.iter().map(|count| format!(" {count} |")).collect();
         let Budget { seconds, megabytes } = self.budget;
         format!(
-            "| `{}`: {} | {} |{counts} {:.1} of {seconds:.0} | {} of {megabytes} |\n",
+            "| `{}`: {} | {} | {} | {} | {} | {:.1} of {seconds:.0} | {} of {megabytes} |\n",
             self.name,
             self.what,
             self.cases(),
+            self.counts[Verdict::Good as usize],
+            self.counts[Verdict::Refused as usize],
+            self.faults(),
             self.most_seconds,
             self.most_megabytes
         )
@@ -70,7 +72,7 @@ impl Row {
 
 /// The rows as Markdown.
 pub(crate) fn markdown(rows: &[Row]) -> String {
-    let head = "| input | cases | ok | clean error | abort | panic | hang | over budget | unclean | seconds | MB |\n\
-                | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+    let head = "| input | cases | ok | clean error | faults | seconds | MB |\n\
+                | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n";
     head.to_owned() + &rows.iter().map(Row::markdown).collect::<String>()
 }
