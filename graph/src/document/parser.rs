@@ -1,13 +1,12 @@
 //! From tokens to a tree, past errors.
 //!
-//! After an error the parser goes on at the next comma or closing bracket, so that every error of a file is reported
+//! After an error the parser continues at the next comma or closing bracket, so that every error of a file is reported
 //! and none twice. A file without errors is read once. A file with errors is read again with the [`Balance`] of its
 //! brackets, which distinguishes a missing bracket from one too many.
 
 use std::sync::Arc;
 
-use super::balance::{Balance, Misfit};
-use super::bracket::Bracket;
+use super::bracket::{Balance, Bracket};
 use super::quotes::is_foreign_quote;
 use super::syntax;
 use super::token::{Kind, Lexer, Token};
@@ -68,7 +67,6 @@ impl<'a> Parser<'a> {
     fn new(file: &'a Arc<str>, text: &'a str, balance: Balance) -> Self {
         let mut lexer = Lexer::new(file, text);
         let (next, second) = (lexer.next(), lexer.next());
-        let open = Vec::new();
         Self {
             file,
             text,
@@ -76,7 +74,7 @@ impl<'a> Parser<'a> {
             next,
             second,
             end: 0,
-            open,
+            open: Vec::new(),
             lossy: 0,
             balance,
             needs_no_comma: false,
@@ -133,7 +131,7 @@ impl<'a> Parser<'a> {
         if !token.begins_value() {
             // At the end of the file, brackets that are open are what is reported.
             if !has_stray && (token.kind != Kind::End || self.open.is_empty()) {
-                self.report(syntax::no_value(&self.next_location(), self.found()));
+                self.expected(syntax::no_value(&self.next_location(), self.found()));
             }
             return Spanned::new(Tree::Broken, self.location(token.start, token.start));
         }
@@ -164,8 +162,8 @@ impl<'a> Parser<'a> {
             }
             self.advance();
         } else {
-            self.report(syntax::no_parenthesis(&self.location(self.end, self.end), &name.value));
-            self.balance.found_extra(Bracket::Round);
+            self.expected(syntax::no_parenthesis(&self.location(self.end, self.end), &name.value));
+            self.balance.add(Bracket::Round, -1);
             self.has_misfit = true;
         }
         self.group(open, Bracket::Round, Some(name))
@@ -229,13 +227,13 @@ impl<'a> Parser<'a> {
                 Kind::End => self.end_of_file(),
                 Kind::Close(close) if close == bracket => self.advance(),
                 Kind::Close(close) => {
-                    if self.misfit(bracket, close, last.is_some_and(|entry| entry.key.is_some())) == Misfit::Extra {
+                    if !self.unexpected_close(bracket, close, last.is_some_and(|entry| entry.key.is_some())) {
                         self.needs_no_comma = true;
                         self.separator(bracket);
                         continue;
                     }
                 }
-                _ if self.is_left_open(bracket) => self.unclosed(bracket),
+                _ if self.is_left_open(bracket) => self.expected_close(bracket),
                 _ => return false,
             }
             return true;
@@ -245,7 +243,7 @@ impl<'a> Parser<'a> {
     /// An entry; `None` where none can be read.
     fn entry(&mut self, bracket: Bracket, follows_error: bool) -> Option<Entry> {
         if self.next.kind == Kind::Comma {
-            self.report(syntax::no_entry(&self.next_location(), self.found()));
+            self.expected(syntax::no_entry(&self.next_location(), self.found()));
             return None;
         }
         let first = self.item();
@@ -278,12 +276,11 @@ impl<'a> Parser<'a> {
         if !is_key || self.next.kind == Kind::End {
             return false;
         }
-        self.report(syntax::no_colon(&self.next_location(), self.found()));
+        self.expected(syntax::no_colon(&self.next_location(), self.found()));
         while self.next.kind == Kind::Stray {
             self.advance();
         }
         // What has a colon of its own is the next entry.
-        self.needs_no_comma = true;
         self.next.begins_value() && self.second.kind != Kind::Colon
     }
 

@@ -146,24 +146,24 @@ pub(super) fn value_with_parenthesis(location: &Location, value: &str) -> Diagno
 }
 
 /// A bracket that is closed by one of another kind.
-pub(super) fn wrong_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
-    let (opened, wanted, found) = (open.1.open(), open.1.close(), close.1.close());
-    error(format!("`{opened}` is closed by `{found}`"), close.0, format!("write `{wanted}` in place of `{found}`"))
-        .also(open.0, format!("`{opened}` is opened here"))
+pub(super) fn wrong_close(open: &Location, inner: Bracket, at: &Location, close: Bracket) -> Diagnostic {
+    let (opened, fitting, found) = (inner.open(), inner.close(), close.close());
+    error(format!("`{opened}` is closed by `{found}`"), at, format!("write `{fitting}` in place of `{found}`"))
+        .also(open, format!("`{opened}` is opened here"))
 }
 
 /// A closing bracket without an opening one, inside of an open one.
-pub(super) fn extra_close(open: (&Location, Bracket), close: (&Location, Bracket)) -> Diagnostic {
-    let (opened, found) = (open.1.open(), close.1.close());
-    error(format!("`{found}` closes nothing"), close.0, format!("delete the `{found}`"))
-        .also(open.0, format!("only `{opened}` is open here"))
+pub(super) fn extra_close(open: &Location, inner: Bracket, at: &Location, close: Bracket) -> Diagnostic {
+    let (opened, found) = (inner.open(), close.close());
+    error(format!("`{found}` closes nothing"), at, format!("delete the `{found}`"))
+        .also(open, format!("only `{opened}` is open here"))
 }
 
 /// A bracket that is not closed where something begins that cannot be inside of it.
-pub(super) fn unclosed(open: (&Location, Bracket), next: &Location) -> Diagnostic {
-    let (opened, close) = (open.1.open(), open.1.close());
+pub(super) fn unclosed(open: &Location, inner: Bracket, next: &Location) -> Diagnostic {
+    let (opened, close) = (inner.open(), inner.close());
     let message = format!("`{opened}` is not closed");
-    error(message, open.0, format!("close it with `{close}`")).also(next, format!("`{close}` is missing before this"))
+    error(message, open, format!("close it with `{close}`")).also(next, format!("`{close}` is missing before this"))
 }
 
 /// Brackets that are open at the end of the file, the outermost first.
@@ -171,11 +171,11 @@ pub(super) fn unclosed_at_end(open: &[(Location, Bracket)]) -> Option<Diagnostic
     let ((location, inner), outer) = open.split_last()?;
     let closes: String = open.iter().rev().map(|(_, bracket)| bracket.close()).collect();
     let message = format!("`{}` is not closed: the file ends too early", inner.open());
-    let diagnostic = error(message, location, format!("end the file with `{closes}`"));
-    let label = |diagnostic: Diagnostic, (location, bracket): &(Location, Bracket)| {
-        diagnostic.also(location, format!("`{}` is not closed either", bracket.open()))
-    };
-    Some(outer.iter().fold(diagnostic, label))
+    let mut diagnostic = error(message, location, format!("end the file with `{closes}`"));
+    for (location, bracket) in outer {
+        diagnostic = diagnostic.also(location, format!("`{}` is not closed either", bracket.open()));
+    }
+    Some(diagnostic)
 }
 
 /// What follows the one value of a file, which may have a name.

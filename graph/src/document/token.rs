@@ -255,13 +255,17 @@ impl<'a> Lexer<'a> {
 
 /// A token of one character.
 fn sign(c: char) -> Option<Kind> {
-    let open = Bracket::ALL.into_iter().find(|bracket| bracket.open() == c).map(Kind::Open);
-    let close = Bracket::ALL.into_iter().find(|bracket| bracket.close() == c).map(Kind::Close);
-    match c {
-        ',' => Some(Kind::Comma),
-        ':' => Some(Kind::Colon),
-        _ => open.or(close),
-    }
+    Some(match c {
+        ',' => Kind::Comma,
+        ':' => Kind::Colon,
+        '(' => Kind::Open(Bracket::Round),
+        '[' => Kind::Open(Bracket::Square),
+        '{' => Kind::Open(Bracket::Curly),
+        ')' => Kind::Close(Bracket::Round),
+        ']' => Kind::Close(Bracket::Square),
+        '}' => Kind::Close(Bracket::Curly),
+        _ => return None,
+    })
 }
 
 /// Whether a sign or a point begins a number.
