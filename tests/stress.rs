@@ -18,7 +18,6 @@ fn quick() -> StressOptions {
         quick: true,
         unsanitized: false,
         options: Options::default(),
-        known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
     }
 }
 

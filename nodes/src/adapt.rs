@@ -39,6 +39,7 @@ impl Node for Adapt {
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")
             .content("exposure")];
+    const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }

@@ -87,6 +87,7 @@ impl Node for AutoExposure {
         "Stops, metered mean, lux, and 1 once they are valid.",
     )
     .content("exposure")];
+    const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {

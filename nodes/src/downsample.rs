@@ -112,6 +112,7 @@ impl Node for Downsample {
         Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
         Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
+    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")

@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::antialiasing;
+
 static SHADER: Shader = shader!("fxaa");
 
 choices! {
@@ -51,10 +53,9 @@ impl Fxaa {
 }
 
 impl Node for Fxaa {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image, after the tone curve.")
-        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with smooth edges.").or_input("source")];
+    const INPUTS: &'static [Input] = antialiasing::INPUTS;
+    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
+    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
@@ -63,7 +64,7 @@ impl Node for Fxaa {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let is_light = pass.color("source").state == ColorState::DisplayLinear;
+        let is_light = antialiasing::is_light(pass);
         pass.function(&SHADER, self.function(is_light)).read("source", source).write("result", desc);
     }
 }

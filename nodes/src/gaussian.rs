@@ -135,6 +135,7 @@ impl Node for Gaussian {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
+    const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur().changes_nothing()
@@ -153,6 +154,7 @@ impl Node for GaussianPyramid {
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
             .or_input("source")];
+    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur().changes_nothing()

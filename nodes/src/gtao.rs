@@ -1,10 +1,9 @@
 //! Gtao: ambient occlusion from depth.
 
-use afterimage_graph::node::CAMERA;
 use afterimage_graph::prelude::*;
 
 use crate::surface::{self, NormalSpace};
-use crate::visibility::{self, OcclusionSize};
+use crate::visibility::{self, Occlusion, OcclusionSize};
 
 static SHADER: Shader = shader!("gtao");
 
@@ -45,41 +44,10 @@ params! {
     }
 }
 
-impl Gtao {
-    /// The visibility of each pixel.
-    fn visibility(&self, pass: &mut Recorder<'_>, size: Size) -> ImageId {
-        let depth = surface::at_size(pass, "depth", size);
-        let normal = pass.wired("normal").then(|| surface::at_size(pass, "normal", size));
-        let found = visibility::image(pass, "gtao_visibility", self.size.of(size));
-        let name = if normal.is_some() { "gtao_visibility_normals" } else { "gtao_visibility" };
-        let call = pass.function(&SHADER, name).read("depth", depth).set("is_world", self.space.is_world());
-        let call = call.set("stride", self.size.stride()).set("most", f64::from(self.largest) * f64::from(size.height));
-        match normal {
-            Some(normal) => call.read("normal", normal).write_to(found),
-            None => call.write_to(found),
-        }
-        visibility::smoothed(pass, found, depth, (self.denoise, self.size))
-    }
-}
-
 impl Node for Gtao {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
-        Input::block("camera", &CAMERA, "The camera."),
-        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
-            .accepts(&[ColorState::Data])
-            .optional(),
-        Input::image("albedo", "The share of light that surfaces reflect.").accepts(&[ColorState::Data]).optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The light that reaches the camera.").or_input("source"),
-        Output::image(
-            "occlusion",
-            OutputState::Always(ColorState::Data),
-            "1 minus the visibility, in x; 0 in the others.",
-        ),
-    ];
+    const INPUTS: &'static [Input] = visibility::INPUTS;
+    const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
+    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
@@ -90,8 +58,14 @@ impl Node for Gtao {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = surface::size_of(pass, "source");
-        let visibility = self.visibility(pass, size);
-        visibility::show(pass, visibility, size);
+        let longest = f64::from(self.largest) * f64::from(surface::size_of(pass, "source").height);
+        let occlusion = Occlusion {
+            shader: &SHADER,
+            functions: ["gtao_visibility", "gtao_visibility_normals"],
+            size: self.size,
+            denoise: self.denoise,
+            space: self.space,
+        };
+        occlusion.record(pass, &[("most", longest)]);
     }
 }

@@ -38,6 +38,7 @@ impl Node for LensFlare {
         ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The flares, of the size of the source.")];
+    const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let has_ghosts = self.ghosts > 0 && self.ghost_strength > 0.0;

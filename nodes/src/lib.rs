@@ -30,6 +30,7 @@ macro_rules! shader {
 
 mod aces2_output;
 mod adapt;
+mod antialiasing;
 mod auto_exposure;
 mod bake;
 mod baked_grade;

@@ -66,6 +66,7 @@ impl Node for Resolve {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image of one sample in each pixel.")
             .or_input("otherwise")];
+    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -125,6 +125,7 @@ impl Node for ShadowMask {
             "The share of the light that is blocked, in x; 0 in the others.",
         ),
     ];
+    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::antialiasing;
+
 static SHADER: Shader = shader!("smaa");
 
 choices! {
@@ -49,10 +51,8 @@ impl SmaaSearch {
 }
 
 impl Node for Smaa {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image, after the tone curve.")
-        .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with smooth edges.").or_input("source")];
+    const INPUTS: &'static [Input] = antialiasing::INPUTS;
+    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
@@ -61,7 +61,7 @@ impl Node for Smaa {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let is_light = pass.color("source").state == ColorState::DisplayLinear;
+        let is_light = antialiasing::is_light(pass);
         // Flags and shares between 0 and 1.
         let [edges, weights] = ["edges", "weights"].map(|name| pass.transient(name, desc.format(Format::Rgba8Unorm)));
         let find = if is_light { "smaa_edges_light" } else { "smaa_edges" };

@@ -1,10 +1,9 @@
 //! Ssao: ambient occlusion from depth by points in a hemisphere.
 
-use afterimage_graph::node::CAMERA;
 use afterimage_graph::prelude::*;
 
-use crate::surface::{self, NormalSpace};
-use crate::visibility::{self, OcclusionSize};
+use crate::surface::NormalSpace;
+use crate::visibility::{self, Occlusion, OcclusionSize};
 
 static SHADER: Shader = shader!("ssao");
 
@@ -39,41 +38,10 @@ params! {
     }
 }
 
-impl Ssao {
-    /// The visibility of each pixel.
-    fn visibility(&self, pass: &mut Recorder<'_>, size: Size) -> ImageId {
-        let depth = surface::at_size(pass, "depth", size);
-        let normal = pass.wired("normal").then(|| surface::at_size(pass, "normal", size));
-        let found = visibility::image(pass, "ssao", self.size.of(size));
-        let name = if normal.is_some() { "ssao_normals" } else { "ssao" };
-        let call = pass.function(&SHADER, name).read("depth", depth);
-        let call = call.set("stride", self.size.stride()).set("is_world", self.space.is_world());
-        match normal {
-            Some(normal) => call.read("normal", normal).write_to(found),
-            None => call.write_to(found),
-        }
-        visibility::smoothed(pass, found, depth, (self.denoise, self.size))
-    }
-}
-
 impl Node for Ssao {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
-        Input::block("camera", &CAMERA, "The camera."),
-        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
-            .accepts(&[ColorState::Data])
-            .optional(),
-        Input::image("albedo", "The share of light that surfaces reflect.").accepts(&[ColorState::Data]).optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The light that reaches the camera.").or_input("source"),
-        Output::image(
-            "occlusion",
-            OutputState::Always(ColorState::Data),
-            "1 minus the visibility, in x; 0 in the others.",
-        ),
-    ];
+    const INPUTS: &'static [Input] = visibility::INPUTS;
+    const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
+    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
@@ -84,8 +52,13 @@ impl Node for Ssao {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = surface::size_of(pass, "source");
-        let visibility = self.visibility(pass, size);
-        visibility::show(pass, visibility, size);
+        let occlusion = Occlusion {
+            shader: &SHADER,
+            functions: ["ssao", "ssao_normals"],
+            size: self.size,
+            denoise: self.denoise,
+            space: self.space,
+        };
+        occlusion.record(pass, &[]);
     }
 }

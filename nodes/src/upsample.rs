@@ -96,6 +96,10 @@ impl Node for Upsample {
         inputs.is_zero("source")
     }
 
+    fn promises(&self) -> Promises {
+        Promises { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Promises::DEFAULT }
+    }
+
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
         let used = if self.is_finest_alone() && !pass.is_dynamic("spread") { &levels[..1] } else { &levels[..] };

@@ -27,13 +27,13 @@ pub(super) const ALL: &[Planted] = &[
     planted::<FalseIdentity>("gray", "skipped as an identity"),
     planted::<PowerOfNegative>("wide", "not finite"),
     planted::<CountsTooFar>("gray", "panics"),
-    planted::<dark_edges::Gaussian>("white", "a constant becomes another"),
-    planted::<uneven::Saturation>("white", "a constant image does not stay constant"),
-    planted::<cut_off::Gaussian>("firefly", "the sum of"),
-    planted::<leaning::Saturation>("firefly", "a symmetric image does not stay symmetric"),
-    planted::<falling::Contrast>("ramp", "more light becomes less"),
-    planted::<restless::Adapt>("time-backwards", "after 3 frames"),
-    planted::<restless::Adapt>("time-huge", "after 2 frames"),
+    planted::<dark_edges::DarkEdges>("white", "a constant becomes another"),
+    planted::<uneven::Uneven>("white", "a constant image does not stay constant"),
+    planted::<cut_off::CutOff>("firefly", "the sum of"),
+    planted::<leaning::Leaning>("firefly", "a symmetric image does not stay symmetric"),
+    planted::<falling::Falling>("ramp", "more light becomes less"),
+    planted::<restless::Restless>("time-backwards", "after 3 frames"),
+    planted::<restless::Restless>("time-huge", "after 2 frames"),
     planted::<DrawsOtherwise>("ramp", "when drawn"),
     planted::<SharesPrivately>("edge", "when not fused"),
 ];
@@ -41,12 +41,13 @@ pub(super) const ALL: &[Planted] = &[
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
 const RESULT: &[Output] = &[Output::image("result", OutputState::same("source"), "Light.").or_input("source")];
 
-/// A kind of one function that is named after its shader's text.
+/// A kind of one function that is named after its shader's text, with a promise beyond the usual ones.
 macro_rules! faulty {
-    ($kind:ident, $function:literal, $outputs:expr, $fallback:expr, $wgsl:literal) => {
+    ($kind:ident, $function:literal, $outputs:expr, $fallback:expr, $wgsl:literal $(, $promise:ident)?) => {
         impl Node for $kind {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
+            const PROMISES: Promises = Promises { $($promise: true,)? ..Promises::DEFAULT };
 
             fn is_identity(&self, _: &InputValues) -> bool {
                 let is_neutral: fn(&Self) -> bool = $fallback;

@@ -39,7 +39,6 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         quick: args.quick,
         unsanitized: args.unsanitized,
         options: Options::default(),
-        known_kinds: afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect(),
     };
     let report = stress::stress(&gpu, &registry, &subjects, &options, &Bar::new(subjects.len() as u64));
     if let Some(path) = &args.json {

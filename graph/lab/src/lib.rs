@@ -8,8 +8,9 @@
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
-//! registries: this crate parses no command line. It names built-in kinds in [`scene`], whose pipeline makes the
-//! built-in scene, and in the table of what kinds promise to `stress`.
+//! registries: this crate parses no command line. It has no table of node kinds: what the results of a kind keep is
+//! declared by [`Node::promises`](afterimage_graph::node::Node::promises). Two kinds are named: `DemoScene`, which
+//! [`scene`] renders, and `Dither`, which [`measure`] switches off before the output that it compares.
 
 #![allow(
     missing_docs,

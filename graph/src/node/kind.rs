@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::color::ColorChange;
 use super::ports::{Fallback, Input, Output, Signature};
+use super::promises::Promises;
 use super::recorder::Recorder;
 use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
@@ -91,6 +92,11 @@ pub trait DynNode: Send + Sync + 'static {
     /// What the node does to the colorimetry of its image.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
+    }
+
+    /// What the results keep of the images.
+    fn promises(&self) -> Promises {
+        Promises::NONE
     }
 
     /// Describes the passes of the node.

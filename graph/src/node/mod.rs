@@ -12,6 +12,7 @@ mod kernel;
 mod kind;
 mod pass;
 mod ports;
+mod promises;
 mod recorder;
 mod registry;
 mod resource;
@@ -30,6 +31,7 @@ pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpP
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
+pub use promises::Promises;
 pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, NodeColors, Recorder, RecorderContext, Recording,
     Replay, WarpPass,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::color::ColorChange;
 use super::kind::{DynNode, InputValues, Kind, NodeKind};
 use super::ports::{Input, Output};
+use super::promises::Promises;
 use super::recorder::Recorder;
 use super::values::UniformValues;
 use afterimage_base::Shared;
@@ -32,6 +33,8 @@ pub trait Node: Params {
     const INPUTS: &'static [Input];
     /// The output ports, the main one first, each with its fallback.
     const OUTPUTS: &'static [Output];
+    /// What the results keep of the images, for `afterimage stress`.
+    const PROMISES: Promises = Promises::DEFAULT;
 
     /// Whether every output equals its fallback at the present values and arrivals: the node is then skipped. The
     /// fallback must be bit-identical to the result of running the node, or more accurate.
@@ -71,6 +74,11 @@ pub trait Node: Params {
         ColorChange::Keep
     }
 
+    /// What the results keep of the images at the present values.
+    fn promises(&self) -> Promises {
+        Self::PROMISES
+    }
+
     /// Describes the passes of the node.
     fn record(&self, pass: &mut Recorder<'_>);
 }
@@ -97,6 +105,9 @@ impl<N: Node> DynNode for N {
     }
     fn color(&self) -> ColorChange {
         Node::color(self)
+    }
+    fn promises(&self) -> Promises {
+        Node::promises(self)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         Node::record(self, pass);

@@ -1,4 +1,4 @@
-//! Kinds with the names of built-in kinds, whose promises they break.
+//! Kinds that declare promises which they break.
 
 use afterimage_graph::prelude::*;
 
@@ -10,29 +10,30 @@ pub(super) mod dark_edges {
 
     params! {
         /// Lets the dark in at the border.
-        pub struct Gaussian {}
+        pub struct DarkEdges {}
     }
 
-    impl Node for Gaussian {
+    impl Node for DarkEdges {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
+        const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
-                "gaussian.wgsl",
+                "dark_edges.wgsl",
                 "#import sampling
-fn gaussian_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
+fn dark_edges_inside(source: texture_2d<f32>, p: vec2i) -> vec4f {
     let is_inside = p.x >= 0 && p.x < i32(textureDimensions(source).x);
     return select(vec4f(0.0), texel(source, p), is_inside);
 }
-fn gaussian(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
-    let sides = gaussian_inside(source, at.pixel - vec2i(1, 0)) + gaussian_inside(source, at.pixel + vec2i(1, 0));
+fn dark_edges(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let sides = dark_edges_inside(source, at.pixel - vec2i(1, 0)) + dark_edges_inside(source, at.pixel + vec2i(1, 0));
     return 0.5 * texel(source, at.pixel) + 0.25 * sides;
 }",
             );
             let source = pass.image("source");
             let desc = ImageDesc::new(pass.desc(source).size);
-            pass.function(&SHADER, "gaussian").write("result", desc);
+            pass.function(&SHADER, "dark_edges").write("result", desc);
         }
     }
 }
@@ -43,14 +44,15 @@ pub(super) mod cut_off {
 
     params! {
         /// Loses what a firefly shines.
-        pub struct Gaussian {}
+        pub struct CutOff {}
     }
     faulty!(
-        Gaussian,
-        "gaussian",
+        CutOff,
+        "cut_off",
         RESULT,
         |_| false,
-        "fn gaussian(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }"
+        "fn cut_off(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }",
+        keeps_sum
     );
 }
 
@@ -60,14 +62,14 @@ pub(super) mod uneven {
 
     params! {
         /// Darker to the right.
-        pub struct Saturation {}
+        pub struct Uneven {}
     }
     faulty!(
-        Saturation,
-        "saturation",
+        Uneven,
+        "uneven",
         RESULT,
         |_| false,
-        "fn saturation(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
+        "fn uneven(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
     );
 }
 
@@ -77,24 +79,24 @@ pub(super) mod leaning {
 
     params! {
         /// Mixes in the pixel to the left.
-        pub struct Saturation {}
+        pub struct Leaning {}
     }
 
-    impl Node for Saturation {
+    impl Node for Leaning {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
-                "saturation.wgsl",
+                "leaning.wgsl",
                 "#import sampling
-fn saturation(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+fn leaning(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
     return mix(texel(source, at.pixel), texel(source, at.pixel - vec2i(1, 0)), 0.25);
 }",
             );
             let source = pass.image("source");
             let desc = ImageDesc::new(pass.desc(source).size);
-            pass.function(&SHADER, "saturation").write("result", desc);
+            pass.function(&SHADER, "leaning").write("result", desc);
         }
     }
 }
@@ -105,48 +107,50 @@ pub(super) mod falling {
 
     params! {
         /// Falls above middle gray.
-        pub struct Contrast {}
+        pub struct Falling {}
     }
     faulty!(
-        Contrast,
-        "contrast",
+        Falling,
+        "falling",
         RESULT,
         |_| false,
-        "fn contrast(source: vec4f) -> vec4f {
+        "fn falling(source: vec4f) -> vec4f {
     return vec4f(source.rgb / (1.0 + source.rgb * source.rgb), source.a);
-}"
+}",
+        monotone
     );
 }
 
 pub(super) mod restless {
-    //! Adaptation that trusts the clock.
+    //! Restlessation that trusts the clock.
     use super::*;
 
     params! {
         /// Follows the light of one pixel by a step that it does not look at.
-        pub struct Adapt {}
+        pub struct Restless {}
     }
 
-    impl Node for Adapt {
+    impl Node for Restless {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
+        const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
-                "adapt.wgsl",
+                "restless.wgsl",
                 "#import point
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read_write> result: vec4f;
 @group(0) @binding(2) var<uniform> frame: Frame;
 @compute @workgroup_size(1)
-fn adapt() {
+fn restless() {
     let wanted = log2(max(textureLoad(source, vec2i(0), 0).g, 1e-4));
     let share = select(frame.dt * 3.0, 1.0, frame.reset == 1u);
     result = vec4f(mix(result.x, wanted, min(share, 0.5 + f32(frame.reset))), 0.0, 0.0, 1.0);
 }",
             );
             let result = pass.output_value("result", BufferLife::Persistent);
-            pass.compute(&SHADER, "adapt").buffer("result", result).dispatch([1, 1, 1]);
+            pass.compute(&SHADER, "restless").buffer("result", result).dispatch([1, 1, 1]);
         }
     }
 }

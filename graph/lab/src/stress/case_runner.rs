@@ -23,8 +23,6 @@ pub struct StressOptions {
     /// Whether images are not sanitized. Then stress must fail.
     pub unsanitized: bool,
     pub options: Options,
-    /// The kinds whose promises are known. Of other kinds neither constancy nor symmetry is expected.
-    pub known_kinds: Vec<&'static str>,
 }
 
 impl StressOptions {
@@ -53,6 +51,6 @@ impl CaseRunner<'_> {
 }
 
 /// What is wrong with an output on its own.
-pub(crate) fn judge(shown: &OutputPixels, may_be_negative: bool) -> Vec<String> {
-    finite(shown).into_iter().chain(in_range(shown, may_be_negative)).collect()
+pub(crate) fn judge(shown: &OutputPixels, non_negative: bool) -> Vec<String> {
+    finite(shown).into_iter().chain(in_range(shown, non_negative)).collect()
 }

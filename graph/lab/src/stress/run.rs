@@ -2,11 +2,11 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{Promises, Registry};
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
-use super::promises::Promises;
+use super::promises::promises;
 use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, Shot};
 use super::report::Tally;
 use super::settings::{Change, sweep};
@@ -188,11 +188,11 @@ impl CaseRunner<'_> {
                 return None;
             }
         };
-        let promises = Promises::of(graph, &self.options.known_kinds);
+        let promises = promises(graph);
         let mut exact = None;
         for (index, image) in images.iter().enumerate() {
             let mut wrong: Vec<String> =
-                ran.frames[index].iter().flat_map(|shown| judge(shown, promises.negative)).collect();
+                ran.frames[index].iter().flat_map(|shown| judge(shown, promises.non_negative)).collect();
             let mut broken = self.broken(&ran.frames[index], *image, size, &promises);
             if !broken.is_empty() && self.renderer.filters_coarsely {
                 let ran = exact.get_or_insert_with(|| self.renderer.run(&mut configuration.exact(), request));
@@ -256,7 +256,7 @@ impl CaseRunner<'_> {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
-        let cuts = !Promises::of(&graph, &self.options.known_kinds).negative;
+        let cuts = promises(&graph).non_negative;
         let wanted = |out: &OutputPixels| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
             let pairs = skipped.frames[index]

@@ -2,10 +2,11 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
+use afterimage_graph::node::Promises;
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::promises::Promises;
+use super::promises::promises;
 use super::render::{OutputPixels, RenderRequest, Shot};
 use super::subject::Overrides;
 use super::verdicts::{Tolerance, different};
@@ -103,7 +104,7 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     if !configuration.has_histories(runner.subject, graph, SIZE) {
         return;
     }
-    let promises = Promises::of(graph, &runner.options.known_kinds);
+    let promises = promises(graph);
     let is_slow = runner.options.quick && runner.is_heavy && runner.options.case.is_none();
     let is_wanted = |sequence: &&Sequence| {
         runner.options.accepts(sequence.name)
@@ -120,7 +121,7 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
             shorten(&mut shots, runner.is_heavy);
         }
         let Some(frames) = run(runner, graph, sequence.name, &shots) else { continue };
-        let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, false)).take(1).collect();
+        let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
         if let Some(wanted) = sequence.wanted.as_ref().filter(|wanted| wanted.always || applies(runner, &promises)) {
             let Some(others) = run(runner, graph, sequence.name, &(wanted.shots)()) else { continue };
             wrong.extend(last(&frames, &others, wanted, runner.subject.is_kind));
@@ -149,7 +150,7 @@ fn shorten(shots: &mut Vec<Shot>, is_heavy: bool) {
 
 /// Whether the first output of the subject is the exposure itself.
 fn applies(runner: &CaseRunner<'_>, promises: &Promises) -> bool {
-    promises.follows && runner.subject.shows_value
+    promises.is_exposure && promises.settles && runner.subject.shows_value
 }
 
 fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -> Option<Vec<Vec<OutputPixels>>> {

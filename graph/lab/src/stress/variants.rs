@@ -5,7 +5,7 @@ use afterimage_plan::{Alias, Caps, Options};
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::promises::Promises;
+use super::promises::promises;
 use super::render::{Configuration, RenderRequest, Rendered, Shot};
 use super::settings::Change;
 use super::subject::Overrides;
@@ -84,9 +84,9 @@ fn one(
     // The still images have already reported a failure of the first variant.
     let Ok(wanted) = runner.renderer.run(plain, request) else { return };
     // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
-    let signed = Promises::of(&graph, &runner.options.known_kinds).negative;
+    let non_negative = promises(&graph).non_negative;
     let mut wrong: Vec<Vec<String>> =
-        wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, signed)).collect()).collect();
+        wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, non_negative)).collect()).collect();
     for (name, configuration) in others.iter_mut() {
         match runner.renderer.run(configuration, request) {
             Ok(ran) => {

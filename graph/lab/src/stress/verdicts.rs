@@ -1,9 +1,9 @@
 //! What is wrong with an output.
 
 use afterimage_graph::image::{ColorState, Signedness, Size};
+use afterimage_graph::node::Promises;
 
 use super::images::{Extreme, sanitized};
-use super::promises::Promises;
 use super::render::OutputPixels;
 
 /// The largest finite half float.
@@ -60,17 +60,17 @@ fn has_luminance(pixel: &[f32; 4]) -> bool {
 }
 
 /// Colors are in the range of their state. Scene light may have negative components of a luminance that is not.
-pub(crate) fn in_range(shown: &OutputPixels, may_be_negative: bool) -> Option<String> {
+pub(crate) fn in_range(shown: &OutputPixels, non_negative: bool) -> Option<String> {
     let signedness = shown.state.signedness();
     if signedness == Signedness::Signed || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
         return None;
     }
     let is_extended = signedness == Signedness::Extended;
-    let low = if may_be_negative || is_extended { -MAX_HALF } else { 0.0 };
+    let low = if non_negative && !is_extended { 0.0 } else { -MAX_HALF };
     let high = shown.limit.unwrap_or(MAX_HALF);
     // One rounding of a 32-bit float above the limit is still at the limit.
     let high = high * (1.0 + 1e-6);
-    let is_dark = |pixel: &[f32; 4]| is_extended && !may_be_negative && !has_luminance(pixel);
+    let is_dark = |pixel: &[f32; 4]| is_extended && non_negative && !has_luminance(pixel);
     let outside =
         |pixel: &[f32; 4]| is_dark(pixel) || pixel[..3].iter().any(|x| !(low..=high).contains(&f64::from(*x)));
     let index = shown.pixels.iter().position(outside)?;
@@ -99,10 +99,11 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
     let given = sanitized(&image.pixels(size), size, shown.state.signedness());
     let checks = [
         (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
-        (promises.keeps && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
+        (promises.keeps_constant && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
         (promises.symmetric && is_symmetric(&given, size)).then(|| ("symmetric", symmetric(shown))),
-        (promises.rises && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
-        (promises.spreads && shown.size == size && is_inside(shown, &given)).then(|| ("energy", spread(shown, &given))),
+        (promises.monotone && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
+        (promises.keeps_sum && shown.size == size && is_inside(shown, &given))
+            .then(|| ("energy", spread(shown, &given))),
     ];
     checks.into_iter().flatten().collect()
 }
@@ -169,7 +170,7 @@ mod tests {
     use afterimage_graph::image::{ColorState, Size};
 
     use super::super::images::Extreme;
-    use super::super::promises::Promises;
+    use super::super::promises::ALL;
     use super::super::render::OutputPixels;
     use super::{Tolerance, different, finite, in_range, promised};
 
@@ -184,10 +185,10 @@ mod tests {
         assert_eq!(finite(&picture(&[0.0, 1.0], 2)), None);
         let told = finite(&picture(&[0.0, 1.0, 1.0, f32::NAN], 2));
         assert_eq!(told.as_deref(), Some("not finite: [NaN, NaN, NaN, 1.0] at (1, 1) of `result`"));
-        assert_eq!(in_range(&picture(&[0.0, 1.0], 2), false), None);
-        assert!(in_range(&picture(&[0.0, 1.1], 2), false).is_some());
-        assert!(in_range(&picture(&[-0.1, 1.0], 2), false).is_some_and(|told| told.contains("(0, 0)")));
-        assert_eq!(in_range(&picture(&[-0.1, 1.0], 2), true), None);
+        assert_eq!(in_range(&picture(&[0.0, 1.0], 2), true), None);
+        assert!(in_range(&picture(&[0.0, 1.1], 2), true).is_some());
+        assert!(in_range(&picture(&[-0.1, 1.0], 2), true).is_some_and(|told| told.contains("(0, 0)")));
+        assert_eq!(in_range(&picture(&[-0.1, 1.0], 2), false), None);
         let (a, b) = (picture(&[0.5, 0.25], 2), picture(&[0.5, 0.2502], 2));
         assert_eq!(different(&a, &b, Tolerance::HALF), None);
         assert!(different(&a, &b, Tolerance::NONE).is_some());
@@ -195,19 +196,10 @@ mod tests {
 
     #[test]
     fn promises_are_held_to() {
-        let all = Promises {
-            constant: true,
-            keeps: true,
-            symmetric: true,
-            spreads: true,
-            rises: true,
-            negative: false,
-            follows: false,
-        };
         let size = Size::new(5, 3);
         let told = |name: &str, values: &[f32]| {
             let image = Extreme::named(name).expect("an image of that name");
-            let looked_at = promised(&picture(values, 5), image, size, &all);
+            let looked_at = promised(&picture(values, 5), image, size, &ALL);
             looked_at.into_iter().filter_map(|(_, wrong)| wrong).collect::<Vec<_>>()
         };
         assert_eq!(told("white", &[1.0; 15]), Vec::<String>::new());
