@@ -62,7 +62,7 @@ fn said(describe: impl FnOnce(&mut Recorder<'_>)) -> String {
         frame_size: Size::new(64, 32),
         caps: &caps,
         exact: false,
-        wanted: &[true],
+        used_outputs: &[true],
         colors: NodeColors::default(),
     };
     let mut recorder = Recorder::new(context, &mut recording);

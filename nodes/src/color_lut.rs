@@ -127,7 +127,7 @@ struct ProcessPass {
     images: Vec<TableImage>,
 }
 
-/// What the pass of a process depends on, beside the file.
+/// What the pass of a process depends on, besides the file.
 #[derive(Clone, Copy, PartialEq)]
 struct ProcessKey {
     conversion: Conversion,

@@ -49,19 +49,6 @@ impl DepthOfField {
         let diameter = focal * focal / f64::from(self.f_stop) / (1000.0 * f64::from(self.focus) - focal);
         0.5 * f64::from(self.amount) * diameter / f64::from(self.sensor) * height
     }
-
-    /// A pass from the image that the argument names, of this size.
-    fn step(
-        &self,
-        pass: &mut Recorder<'_>,
-        (argument, image): (&'static str, ImageId),
-        ([result, function], desc): ([&'static str; 2], ImageDesc),
-        numbers: Numbers,
-    ) -> ImageId {
-        let made = pass.transient(result, desc);
-        numbers.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
-        made
-    }
 }
 
 /// What the shader gets besides the parameters.
@@ -77,6 +64,21 @@ impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
         let pass = pass.set("strength", self.strength).set("most", self.most).set("tile", self.tile);
         pass.set("rotation", self.rotation)
+    }
+
+    /// Adds a pass that reads `image` as `argument` and makes the image `result`.
+    fn step(
+        self,
+        pass: &mut Recorder<'_>,
+        function: &'static str,
+        argument: &'static str,
+        image: ImageId,
+        result: &'static str,
+        desc: ImageDesc,
+    ) -> ImageId {
+        let made = pass.transient(result, desc);
+        self.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
+        made
     }
 }
 
@@ -101,13 +103,12 @@ impl Node for DepthOfField {
         let rotation = f64::from(self.rotation).to_radians();
         let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
-        let circle = self.step(pass, ("depth", depth), (["circle", "depth_of_field_circle"], desc), numbers);
+        let circle = numbers.step(pass, "depth_of_field_circle", "depth", depth, "circle", desc);
         let tiles = surface::tiles(desc.size, tile);
         let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = self.step(pass, ("circle", circle), (["rows", "depth_of_field_rows"], rows), numbers);
-        let each = self.step(pass, ("rows", rows), (["tiles", "depth_of_field_tiles"], ImageDesc::new(tiles)), numbers);
-        let around =
-            self.step(pass, ("tiles", each), (["around", "depth_of_field_around"], ImageDesc::new(tiles)), numbers);
+        let rows = numbers.step(pass, "depth_of_field_rows", "circle", circle, "rows", rows);
+        let each = numbers.step(pass, "depth_of_field_tiles", "rows", rows, "tiles", ImageDesc::new(tiles));
+        let around = numbers.step(pass, "depth_of_field_around", "tiles", each, "around", ImageDesc::new(tiles));
         let function = if self.blades >= 3 { "depth_of_field_polygon" } else { "depth_of_field" };
         let last = pass.function(&SHADER, function).read("source", source);
         numbers.set(last.read("circle", circle).read("around", around)).write("result", desc);

@@ -22,7 +22,7 @@ params! {
     /// Smooths the steps of edges in a finished image, from its colors alone: FXAA.
     ///
     /// Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found by its contrast, followed
-    /// to both of its ends, and each pixel beside it is read between the two sides of the edge. Place it last, before
+    /// to both of its ends, and each pixel next to it is read between the two sides of the edge. Place it last, before
     /// grain and dither: noise makes edges. Text and fine patterns lose sharpness; `subpixel` says how much. Alpha is
     /// filtered like color. Brightness is the luminance of encoded colors, and the square root of that of
     /// display-linear ones.

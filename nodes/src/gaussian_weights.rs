@@ -14,7 +14,6 @@ pub(crate) struct GaussianWeights {
 const NO_BLUR: f32 = 0.2;
 
 impl GaussianWeights {
-    /// A copy.
     pub(crate) const COPY: Self = Self { radius: 0, falloff: 0.0, scale: 1.0 };
 
     /// The kernel of standard deviation `sigma` up to `reach` sigmas. `None` if a blur changes nothing.

@@ -5,9 +5,9 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("heat_haze");
 
 params! {
-    /// Wavers as hot air does, where a mask says that the air is hot.
+    /// Wavers as hot air does, where a mask states that the air is hot.
     ///
-    /// The light of a pixel comes from a place beside it, by two octaves of noise that rise through the image with the
+    /// The light of a pixel comes from a place next to it, by two octaves of noise that rise through the image with the
     /// time of the frame. The x of `mask` is the share of `strength` at a place of the result, from 0 to 1; it may have
     /// any size, and is filtered. Without a mask the whole image wavers. It is a warp: with a `LensDistortion` or a
     /// `ChromaticAberration` before or after it, it is one pass. Beyond the border the border is read. Every 4096 cells

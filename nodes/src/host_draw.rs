@@ -17,7 +17,7 @@ params! {
     /// Color and depth that the host draws, with one sample in each pixel.
     ///
     /// The plan makes the images and clears them, and the host records the draws: `Post::encode_drawing` takes them by
-    /// the name of the node, and `Post::draw_targets` says what its pipelines are made for. `format` is that of the
+    /// the name of the node, and `Post::draw_targets` states what its pipelines are made for. `format` is that of the
     /// color, `Rgba16Float` without it. Numbers that are not finite are limited where the images are read.
     pub struct Draw {
         /// Pixels across; 0 for those of the frame.

@@ -53,6 +53,21 @@ impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
         pass.set("scale", self.scale).set("most", self.most).set("tile", self.tile)
     }
+
+    /// Adds a pass that reads `image` as `argument` and makes the image `result`.
+    fn step(
+        self,
+        pass: &mut Recorder<'_>,
+        function: &'static str,
+        argument: &'static str,
+        image: ImageId,
+        result: &'static str,
+        desc: ImageDesc,
+    ) -> ImageId {
+        let made = pass.transient_signed(result, desc);
+        self.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
+        made
+    }
 }
 
 impl MotionBlur {
@@ -66,18 +81,6 @@ impl MotionBlur {
         let motion = pass.image("motion");
         let motion = pass.desc(motion).size;
         [half * width / f64::from(motion.width), half * height / f64::from(motion.height)]
-    }
-
-    /// A pass from the image that the argument names, of this size.
-    fn step(
-        pass: &mut Recorder<'_>,
-        (argument, image): (&'static str, ImageId),
-        ([result, function], desc): ([&'static str; 2], ImageDesc),
-        numbers: Numbers,
-    ) -> ImageId {
-        let made = pass.transient_signed(result, desc);
-        numbers.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
-        made
     }
 
     /// Half of the path of each pixel, and its depth.
@@ -132,10 +135,9 @@ impl Node for MotionBlur {
         let path = Self::path(pass, desc, numbers);
         let tiles = surface::tiles(desc.size, tile);
         let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = Self::step(pass, ("path", path), (["rows", "motion_blur_rows"], rows), numbers);
-        let each = Self::step(pass, ("rows", rows), (["tiles", "motion_blur_tiles"], ImageDesc::new(tiles)), numbers);
-        let around =
-            Self::step(pass, ("tiles", each), (["around", "motion_blur_around"], ImageDesc::new(tiles)), numbers);
+        let rows = numbers.step(pass, "motion_blur_rows", "path", path, "rows", rows);
+        let each = numbers.step(pass, "motion_blur_tiles", "rows", rows, "tiles", ImageDesc::new(tiles));
+        let around = numbers.step(pass, "motion_blur_around", "tiles", each, "around", ImageDesc::new(tiles));
         let last = pass.function(&SHADER, "motion_blur").read("source", source);
         numbers.set(last.read("path", path).read("around", around)).write("result", desc);
     }

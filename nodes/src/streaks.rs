@@ -50,7 +50,6 @@ impl Streaks {
         (0..passes).map(|pass| TAPS.pow(pass) as i32)
     }
 
-    /// The tail to one side.
     fn tail(&self, pass: &mut Recorder<'_>, source: ImageId, side: i32) -> ImageId {
         let desc = ImageDesc::new(pass.desc(source).size);
         let (axis, extent) = match self.axis {

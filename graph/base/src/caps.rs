@@ -27,7 +27,7 @@ pub struct Caps {
     pub max_buffer: u64,
     /// Storage images in one pass.
     pub max_storage_images: u32,
-    /// Uniform buffers in one pass, beside that of the frame's time and number.
+    /// Uniform buffers in one pass, besides that of the frame's time and number.
     pub max_uniform_buffers: u32,
     /// The same in a pass that is fused of others: fewer where a driver fails with more.
     pub max_fused_uniform_buffers: u32,

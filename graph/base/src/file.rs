@@ -31,10 +31,10 @@ const MOST: usize = 4;
 
 impl FileBytes {
     /// What `read` makes of the bytes. The result is kept with them, so that a file is not read again for each new
-    /// value of another parameter: the next caller whose `is_wanted` accepts a result of that type gets the same. The
+    /// value of another parameter: the next caller whose `accepts` accepts a result of that type gets the same. The
     /// last few are kept, of all types.
-    pub fn read<T: Any + Send + Sync>(&self, is_wanted: impl Fn(&T) -> bool, read: impl FnOnce(&[u8]) -> T) -> Arc<T> {
-        let is_known = |kept: &&Arc<Kept>| kept.downcast_ref().is_some_and(&is_wanted);
+    pub fn read<T: Any + Send + Sync>(&self, accepts: impl Fn(&T) -> bool, read: impl FnOnce(&[u8]) -> T) -> Arc<T> {
+        let is_known = |kept: &&Arc<Kept>| kept.downcast_ref().is_some_and(&accepts);
         let known = self.kept().iter().find(is_known).cloned();
         if let Some(known) = known.and_then(|known| known.downcast().ok()) {
             return known;

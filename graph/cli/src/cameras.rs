@@ -47,7 +47,7 @@ impl CameraFile {
         serde_json::from_str(&text).map_err(|error| wrong(&error))
     }
 
-    /// The block. What the file does not say of the frame before is as in `before`, or as in this frame.
+    /// The block. What the file does not state of the frame before is as in `before`, or as in this frame.
     pub(crate) fn data(&self, before: Option<&Self>) -> Result<BlockData, String> {
         let before = before.unwrap_or(self);
         let camera = Camera {

@@ -91,7 +91,6 @@ impl Failure {
         diagnostics
     }
 
-    /// Prints it.
     pub(crate) fn print(&self) {
         match self {
             Self::Error { message, hint: Some(hint), .. } => note(&format!("error: {message}\n  hint: {hint}")),

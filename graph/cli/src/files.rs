@@ -127,7 +127,7 @@ pub(crate) fn folder_kinds(folders: &KindOptions, run: &RunFiles) -> Result<Vec<
 /// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
 fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
     if folder.join("node.ron").is_file() {
-        // What is beside the folder needs a permission.
+        // What is next to the folder needs a permission.
         let parent = real_path(folder).ok().and_then(|folder| Some(folder.parent()?.to_owned()));
         let library = parent.filter(|parent| files.permitted(&parent.join(LIBRARY)).is_ok());
         let library = library.map_or(Ok(Vec::new()), |parent| library_in(&parent, files))?;
@@ -145,7 +145,7 @@ fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
     folders.iter().map(|folder| folder_node(folder, &library, files)).collect()
 }
 
-/// The name of the folder with the files that kinds beside it share.
+/// The name of the folder with the files that kinds next to it share.
 pub(crate) const LIBRARY: &str = "lib";
 
 /// A `.wgsl` file: its path and its text.

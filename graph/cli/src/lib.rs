@@ -55,7 +55,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
             return ExitCode::from(u8::from(!is_help));
         }
     };
-    // Pipelines with passes that a host fills can be looked at, and an error says that nobody fills them here.
+    // Pipelines with passes that a host fills can be looked at, and an error states that nobody fills them here.
     let host = host_kinds(tables);
     let known = [tables, &[&host]].concat();
     let result = match &arguments.command {

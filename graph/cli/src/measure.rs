@@ -32,7 +32,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     write(args, &report)
 }
 
-/// How a pipeline is measured, as the arguments of `measure` and `tune` say it.
+/// How a pipeline is measured, as the arguments of `measure` and `tune` state it.
 pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure> {
     let inputs = assignments(&args.inputs, "--input")?;
     let clips = ClipOptions {

@@ -128,7 +128,6 @@ pub(crate) fn fact_list(texts: &[String]) -> Result<Facts, Failure> {
     Ok(facts)
 }
 
-/// The planner's options.
 pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     let alias = match options.no_alias {
         None => Alias::Placed,

@@ -15,7 +15,6 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// The seed of a frame.
     pub(crate) fn seed(self, frame: usize) -> u32 {
         // Numbers of frames wrap like those on the device.
         if self.animate { self.seed.wrapping_add(frame as u32) } else { self.seed }

@@ -92,7 +92,7 @@ impl SaveOptions {
     }
 }
 
-/// What is known about an image beside its texels.
+/// What is known about an image besides its texels.
 pub(crate) struct Stated {
     pub(crate) state: ColorState,
     pub(crate) colorimetry: Colorimetry,

@@ -15,7 +15,7 @@ pub struct Decoded {
     pub content: Result<LutFile, LutError>,
     /// Whether the content changes nothing.
     pub is_identity: bool,
-    /// The textures of a table in 32 bits, and in half floats, once they are wanted.
+    /// The textures of a table in 32 bits, and in half floats, once they are requested.
     images: [OnceLock<Vec<TableImage>>; 2],
 }
 
@@ -26,8 +26,8 @@ impl Decoded {
     /// That of a file; `layout` is that of a PNG. Without a file the table that changes nothing.
     pub fn of(file: &FileValue, layout: PngLayout) -> Arc<Self> {
         let Some(bytes) = &file.bytes else { return NO_FILE.clone() };
-        let is_wanted = |known: &Self| known.layout == layout;
-        bytes.read(is_wanted, |bytes| Self::new(layout, parse_lut_file(bytes, layout)))
+        let accepts = |known: &Self| known.layout == layout;
+        bytes.read(accepts, |bytes| Self::new(layout, parse_lut_file(bytes, layout)))
     }
 
     fn new(layout: PngLayout, content: Result<LutFile, LutError>) -> Self {

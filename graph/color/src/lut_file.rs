@@ -8,7 +8,6 @@ use crate::process::Process;
 /// The content of a color file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LutFile {
-    /// A table.
     Table(Lut),
     /// Steps in a row.
     Process(Process),

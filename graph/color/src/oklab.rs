@@ -59,8 +59,8 @@ impl Lab {
     /// This lightness and amount of chroma, with a share of another color's hue.
     pub fn with_hue_of(self, other: Self, share: f64) -> Self {
         let amount = self.chroma.length();
-        let wanted = other.chroma * (amount / other.chroma.length().max(1e-20));
-        let mixed = self.chroma.lerp(wanted, share);
+        let target = other.chroma * (amount / other.chroma.length().max(1e-20));
+        let mixed = self.chroma.lerp(target, share);
         Self { chroma: mixed * (amount / mixed.length().max(1e-20)), ..self }
     }
 
@@ -102,9 +102,9 @@ mod tests {
     #[test]
     fn the_published_example_of_red() {
         let red = Lab::of(DVec3::X);
-        let wanted = [0.6279554, 0.2248631, 0.1258463];
+        let expected = [0.6279554, 0.2248631, 0.1258463];
         let found = [red.lightness, red.chroma.x, red.chroma.y];
-        assert!(found.iter().zip(wanted).all(|(x, y)| (x - y).abs() < 1e-6), "{found:?}");
+        assert!(found.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-6), "{found:?}");
     }
 
     #[test]

@@ -2,11 +2,11 @@
 //!
 //! - [`codec`]: bytes to a [`Picture`] and back, without a file system.
 //! - [`files`]: named files, layers, numbered sequences, atomic writes. Everything that the program reads goes
-//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size. `FileWatch` says
+//!   through [`read_bytes`], [`read_text`] and [`files::read`]: regular files of a bounded size. `FileWatch` states
 //!   when they change.
 //!
 //! No file can stop the program: headers are checked against [`limits`] and a [`Budget`] before anything is allocated,
-//! panics of decoders become errors, and each error says what the user can do.
+//! panics of decoders become errors, and each error states what the user can do.
 
 pub mod codec;
 pub mod files;

@@ -19,21 +19,21 @@ use crate::fusion::{row_kernel, row_pass};
 /// Returns what could not be checked, one sentence each.
 ///
 /// # Errors
-/// All complaints, one sentence each, with the kind's name in front.
+/// All violations, one sentence each, with the kind's name in front.
 pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
-    let (skipped, mut complaints) = match afterimage_graph::node::contract(kinds) {
+    let (skipped, mut violations) = match afterimage_graph::node::contract(kinds) {
         Ok(skipped) => (skipped, Vec::new()),
-        Err(complaints) => (Vec::new(), complaints),
+        Err(violations) => (Vec::new(), violations),
     };
     for kind in kinds {
-        for complaint in of_modules(kind) {
-            let complaint = format!("`{}`: {complaint}", kind.name());
-            if !complaints.contains(&complaint) {
-                complaints.push(complaint);
+        for violation in of_modules(kind) {
+            let violation = format!("`{}`: {violation}", kind.name());
+            if !violations.contains(&violation) {
+                violations.push(violation);
             }
         }
     }
-    if complaints.is_empty() { Ok(skipped) } else { Err(complaints) }
+    if violations.is_empty() { Ok(skipped) } else { Err(violations) }
 }
 
 /// The WGSL of every module that the contract composes from these kinds without immediates, for validators other than
@@ -43,7 +43,7 @@ pub fn modules(kinds: &[NodeKind]) -> BTreeSet<String> {
 }
 
 fn of_modules(kind: &NodeKind) -> Vec<String> {
-    of_kind(kind).complaints
+    of_kind(kind).violations
 }
 
 fn of_kind(kind: &NodeKind) -> Modules {
@@ -97,7 +97,7 @@ struct Modules {
     sources: BTreeSet<String>,
     /// Those of the sources without immediates, which not every device has.
     plain: BTreeSet<String>,
-    complaints: Vec<String>,
+    violations: Vec<String>,
 }
 
 impl Modules {
@@ -132,7 +132,7 @@ impl Modules {
                 },
                 Err(error) => Some(format!("is no module: {error}")),
             };
-            self.complaints.extend(fault.map(|fault| format!("the pass `{}`{form} {fault}", pass.label)));
+            self.violations.extend(fault.map(|fault| format!("the pass `{}`{form} {fault}", pass.label)));
         }
     }
 }

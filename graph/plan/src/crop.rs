@@ -101,9 +101,9 @@ mod tests {
         let reflection = CROP.reflect().expect("the shader is valid");
         let floats = |numbers: &[f32]| UniformValue::Floats(numbers.to_vec());
         let values = [("first", floats(&[3.0, 4.0])), ("size", floats(&[5.0, 6.0])), ("factor", floats(&[1.75]))];
-        let wanted = reflection.pack("Crop", &values).expect("the struct has these numbers");
+        let expected = reflection.pack("Crop", &values).expect("the struct has these numbers");
         let input =
             RectangleInput { name: "in".into(), image: ImageId(0), part: Part::Rectangle, scale: 0.5, places: vec![] };
-        assert_eq!(input.uniform([3, 4], [5, 6], 3.5).as_slice(), wanted.as_slice());
+        assert_eq!(input.uniform([3, 4], [5, 6], 3.5).as_slice(), expected.as_slice());
     }
 }

@@ -15,7 +15,7 @@
 //! | `barriers` | states the transitions and aliasing barriers before each batch |
 //! | `codegen` | lays out uniforms, counts workgroups, and writes the shader of a pass when asked |
 //!
-//! No stage uses another one: each gets what the one before has made. Beside them are [`verify`], which checks a
+//! No stage uses another one: each gets what the one before has made. Next to them are [`verify`], which checks a
 //! finished plan and shares no code with the stages, and the report: text, JSON, Graphviz, SVG, hash and difference.
 //!
 //! A [`Plan`] is never altered. Where its images lie when the heap of the previous plan is kept is a value of its own,

@@ -50,7 +50,7 @@ pub struct PlanCache {
 /// The parts of a request that a plan depends on.
 pub struct PlanKey {
     given: HostInputs,
-    /// What each node's condition says.
+    /// What each node's condition states.
     answers: Vec<bool>,
     caps: Caps,
     options: Options,

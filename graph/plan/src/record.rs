@@ -211,7 +211,7 @@ impl<'a> RecordAttempt<'a> {
             values,
             inputs,
             outputs: self.colors.of_node(index).to_vec(),
-            wanted: self.specialized.wanted[index].clone(),
+            used_outputs: self.specialized.used_outputs[index].clone(),
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
@@ -369,7 +369,7 @@ fn context<'a>(frame: &'a FrameSetting, setting: &'a NodeSetting, instance: &'a 
         frame_size: frame.size,
         caps: &frame.caps,
         exact: frame.exact,
-        wanted: &setting.wanted,
+        used_outputs: &setting.used_outputs,
         colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
     }
 }

@@ -1,4 +1,4 @@
-//! What a plan is made for, beside the graph.
+//! What a plan is made for, besides the graph.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use crate::options::Options;
 
-/// What a plan is made for, beside the graph: the frame, the scene and the device.
+/// What a plan is made for, besides the graph: the frame, the scene and the device.
 pub struct PlanRequest<'a> {
     /// What the host gives in a frame.
     pub given: HostInputs,
-    /// What the host says of the scene.
+    /// What the host states of the scene.
     pub facts: Facts,
     /// What the device can do.
     pub caps: Caps,

@@ -3,7 +3,7 @@
 //!
 //! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
 //! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
-//! and the device cannot filter what is not sanitized. So does a kernel that reads numbers beside it which may be
+//! and the device cannot filter what is not sanitized. So does a kernel that reads numbers besides it which may be
 //! negative where the host image may not: all textures of a pass are sampled alike.
 
 use std::collections::BTreeSet;

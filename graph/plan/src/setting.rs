@@ -1,4 +1,4 @@
-//! What nodes record with, beside their parameters.
+//! What nodes record with, besides their parameters.
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Size};
@@ -6,7 +6,7 @@ use afterimage_graph::node::{ImageColor, InputValue};
 
 use crate::request::PlanRequest;
 
-/// What a node records with, beside its parameters.
+/// What a node records with, besides its parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeSetting {
     pub(crate) name: String,
@@ -15,7 +15,7 @@ pub(crate) struct NodeSetting {
     pub(crate) values: Vec<InputValue>,
     pub(crate) inputs: Vec<Option<ImageColor>>,
     pub(crate) outputs: Vec<Option<ImageColor>>,
-    pub(crate) wanted: Vec<bool>,
+    pub(crate) used_outputs: Vec<bool>,
 }
 
 /// What all nodes record with.

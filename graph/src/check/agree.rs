@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::Source;
-use super::build::{Builder, Feed, NodeDraft, Wire, input_type};
+use super::build::{Feed, GraphBuilder, NodeDraft, Wire, input_type};
 use super::suggest::{OnWire, between, either, path};
 use crate::document::{InputEntry, OutputEntry};
 use crate::node::{HostBlock, Input, OutputState, PortType};
@@ -11,7 +11,7 @@ use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::Value;
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Checks every wire.
     pub(super) fn agree(&mut self) {
         self.find_states();
@@ -69,23 +69,28 @@ impl Builder<'_> {
 
     fn states_of(&self, node: usize) -> Vec<Option<Option<ColorState>>> {
         let draft = &self.drafts[node];
-        let follow = |name: &str| {
-            let port = draft.kind.inputs().iter().position(|port| port.name == name)?;
-            let state = self.state(draft.wires[port].as_ref()?)?;
-            let takes = &draft.kind.inputs()[port].states;
-            // The port reports a state that it refuses; nothing that follows from it is reported.
-            Some(state.filter(|state| takes.is_empty() || takes.contains(state)))
-        };
-        let state = |gives: &OutputState| match gives {
-            OutputState::Always(state) => Some(Some(*state)),
-            OutputState::Same(name) => follow(name),
-            OutputState::Chosen(param) => match chosen_state(draft, param) {
-                Some(state) => Some(Some(state)),
-                None => follow(&draft.kind.inputs().first()?.name),
-            },
-            OutputState::Nothing => Some(None),
-        };
-        draft.kind.outputs().iter().map(|output| state(&output.state)).collect()
+        let mut states = Vec::new();
+        for output in draft.kind.outputs() {
+            states.push(match &output.state {
+                OutputState::Always(state) => Some(Some(*state)),
+                OutputState::Same(name) => self.state_at(draft, name),
+                OutputState::Chosen(param) => match (chosen_state(draft, param), draft.kind.inputs().first()) {
+                    (Some(state), _) => Some(Some(state)),
+                    (None, first) => first.and_then(|first| self.state_at(draft, &first.name)),
+                },
+                OutputState::Nothing => Some(None),
+            });
+        }
+        states
+    }
+
+    /// The state of what arrives at an input. One that the port refuses is reported there, and nothing that follows
+    /// from it is.
+    fn state_at(&self, draft: &NodeDraft, input: &str) -> Option<Option<ColorState>> {
+        let port = draft.kind.inputs().iter().position(|port| port.name == input)?;
+        let state = self.state(draft.wires[port].as_ref()?)?;
+        let accepted = &draft.kind.inputs()[port].states;
+        Some(state.filter(|state| accepted.is_empty() || accepted.contains(state)))
     }
 
     fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
@@ -108,14 +113,15 @@ impl Builder<'_> {
     }
 
     /// A block is of the type that the port declares.
-    fn agree_on_block(&mut self, wire: &Wire, wanted: &HostBlock, reader: &str) {
+    fn agree_on_block(&mut self, wire: &Wire, expected: &HostBlock, reader: &str) {
         let Some(Source::Input(input)) = wire.source else { return };
         let Some(found) = self.host_input(input).and_then(|input| input.block.clone()) else { return };
-        if found.value != wanted.name {
-            let message = format!("{reader} accepts a {}, but {} is a {}", wanted.name, self.maker(wire), found.value);
-            let (accepts, gives) = (format!("accepts a {}", wanted.name), format!("gives a {}", found.value));
+        if found.value != expected.name {
+            let message =
+                format!("{reader} accepts a {}, but {} is a {}", expected.name, self.maker(wire), found.value);
+            let (accepts, gives) = (format!("accepts a {}", expected.name), format!("gives a {}", found.value));
             let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives);
-            self.report(diagnostic.help(format!("declare an input of the type {}", quote(wanted.name))));
+            self.report(diagnostic.help(format!("declare an input of the type {}", quote(expected.name))));
         }
     }
 
@@ -128,73 +134,73 @@ impl Builder<'_> {
             return self.agree_on_host_volume(wire, port, reader);
         };
         let found = self.drafts[node].kind.outputs()[output].content.clone();
-        let (Some(found), Some(wanted)) = (found, &port.content) else { return };
-        if found == *wanted {
+        let (Some(found), Some(expected)) = (found, &port.content) else { return };
+        if found == *expected {
             return;
         }
         let between = self.registry.iter().find(|kind| {
             let takes = kind.inputs().iter().any(|input| input.content.as_ref() == Some(&found));
-            takes && kind.outputs().iter().any(|output| output.content.as_ref() == Some(wanted))
+            takes && kind.outputs().iter().any(|output| output.content.as_ref() == Some(expected))
         });
         let help = match between {
             Some(kind) => format!("put a node {} between them", quote(kind.name())),
-            None => format!("wire it to a node that gives {}", quote(wanted)),
+            None => format!("wire it to a node that gives {}", quote(expected)),
         };
-        let message = format!("{reader} accepts {}, but {} is {}", quote(wanted), self.maker(wire), quote(&found));
-        let (accepts, gives) = (format!("accepts {}", quote(wanted)), format!("gives {}", quote(&found)));
+        let message = format!("{reader} accepts {}, but {} is {}", quote(expected), self.maker(wire), quote(&found));
+        let (accepts, gives) = (format!("accepts {}", quote(expected)), format!("gives {}", quote(&found)));
         let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
         self.report(diagnostic);
     }
 
     /// Nobody knows what the numbers of a host's volume are, so none fits a port that states what it wants.
     fn agree_on_host_volume(&mut self, wire: &Wire, port: &Input, reader: &str) {
-        let (PortType::Volume, Some(wanted)) = (port.ty, &port.content) else { return };
-        let message = format!("{reader} accepts {}, but {} is a volume of the host", quote(wanted), self.maker(wire));
-        let accepts = format!("accepts {}", quote(wanted));
+        let (PortType::Volume, Some(expected)) = (port.ty, &port.content) else { return };
+        let message = format!("{reader} accepts {}, but {} is a volume of the host", quote(expected), self.maker(wire));
+        let accepts = format!("accepts {}", quote(expected));
         let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, "gives a volume");
-        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(wanted))));
+        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(expected))));
     }
 
     fn type_conflict(
         &self,
         wire: &Wire,
         found: OnWire,
-        wanted: PortType,
+        expected: PortType,
         states: &[ColorState],
         reader: &str,
     ) -> Diagnostic {
-        let message = format!("{reader} accepts {}, but {} is {}", a(wanted), self.maker(wire), a(found.ty));
+        let message = format!("{reader} accepts {}, but {} is {}", a(expected), self.maker(wire), a(found.ty));
         let fits = |state: Option<ColorState>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
-        let nodes = path(self.registry, found, |next| next.ty == wanted && fits(next.state));
-        let help = self.other_output(wire, wanted).or_else(|| nodes.map(|nodes| between(&nodes)));
-        let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(wanted)));
+        let nodes = path(self.registry, found, |next| next.ty == expected && fits(next.state));
+        let help = self.other_output(wire, expected).or_else(|| nodes.map(|nodes| between(&nodes)));
+        let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(expected)));
         self.ends(
             Diagnostic::error("type-conflict", message),
             wire,
-            &format!("accepts {}", a(wanted)),
+            &format!("accepts {}", a(expected)),
             &format!("gives {}", a(found.ty)),
         )
         .help(help)
     }
 
     /// An output of the same node that would fit.
-    fn other_output(&self, wire: &Wire, wanted: PortType) -> Option<String> {
+    fn other_output(&self, wire: &Wire, expected: PortType) -> Option<String> {
         let Some(Source::Node { node, .. }) = wire.source else { return None };
         let draft = &self.drafts[node];
-        let output = draft.kind.outputs().iter().find(|output| output.ty == wanted)?;
+        let output = draft.kind.outputs().iter().find(|output| output.ty == expected)?;
         let name = &draft.name.value;
-        Some(format!("`\"{name}.{}\"` is {}", output.name, a(wanted)))
+        Some(format!("`\"{name}.{}\"` is {}", output.name, a(expected)))
     }
 
-    fn state_conflict(&self, wire: &Wire, found: OnWire, wanted: &[ColorState], reader: &str) -> Diagnostic {
+    fn state_conflict(&self, wire: &Wire, found: OnWire, expected: &[ColorState], reader: &str) -> Diagnostic {
         let state = found.state.map_or("nothing", ColorState::name);
-        let message = format!("{reader} accepts {}, but {} is {}", either(wanted), self.maker(wire), quote(state));
-        let takes = format!("accepts {}", either(wanted));
+        let message = format!("{reader} accepts {}, but {} is {}", either(expected), self.maker(wire), quote(state));
+        let takes = format!("accepts {}", either(expected));
         let nodes =
-            path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| wanted.contains(&s)));
+            path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| expected.contains(&s)));
         let otherwise = || match wire.source {
             Some(Source::Input(_)) => {
-                format!("wire it to an image that is {}, or correct the type of the input", either(wanted))
+                format!("wire it to an image that is {}, or correct the type of the input", either(expected))
             }
             _ => format!("wire it to an image from before it became {}", quote(state)),
         };
@@ -249,10 +255,10 @@ impl Builder<'_> {
                     _ => None,
                 })
                 .collect();
-            for (entry, asked) in wired {
+            for (entry, text) in wired {
                 let ty = input_type(&entry);
                 let InputEntry { name: input, state, block, .. } = entry;
-                let Some(wire) = self.connected(parent, &asked) else { continue };
+                let Some(wire) = self.connected(parent, &text) else { continue };
                 let reader = format!("the input {} of {}", quote(&input.value), quote(&self.scopes[scope].name.value));
                 if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
                     self.agree_on(&wire, &Input::block("", block, ""), &reader);

@@ -1,7 +1,7 @@
 //! The errors of a pipeline beyond the [limits](super::limits).
 
 use super::Condition;
-use super::build::Builder;
+use super::build::GraphBuilder;
 use super::files::join;
 use super::limits::{
     MAX_CONDITION, MAX_FACTS, MAX_FILE_BYTES, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TEXT, MAX_TIERS,
@@ -12,7 +12,7 @@ use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean};
 /// Errors after which names are no longer listed and suggested: each hint looks at all of them.
 const MAX_HINTS: usize = 100;
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
         let has_room = self.drafts.len() + self.scopes.len() <= MAX_NODES;

@@ -14,7 +14,7 @@ use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
 
 /// The check in progress.
-pub(super) struct Builder<'a> {
+pub(super) struct GraphBuilder<'a> {
     pub(super) registry: &'a Registry,
     pub(super) files: &'a Files<'a>,
     /// Paths of the documents whose problems have been reported.
@@ -29,7 +29,8 @@ pub(super) struct Builder<'a> {
     pub(super) counted: Counted,
 }
 
-/// A node in the making.
+/// A node that is being built.
+#[derive(Clone)]
 pub(super) struct NodeDraft {
     pub(super) name: Spanned<String>,
     pub(super) kind: NodeKind,
@@ -39,7 +40,7 @@ pub(super) struct NodeDraft {
     /// Where each value was written; `None` for defaults.
     pub(super) written: Vec<Option<Location>>,
     /// What the file wires to each input.
-    pub(super) asked: Vec<Option<Spanned<String>>>,
+    pub(super) wire_texts: Vec<Option<Spanned<String>>>,
     /// What each input is really wired to.
     pub(super) wires: Vec<Option<Wire>>,
     pub(super) when: Option<Condition>,
@@ -110,7 +111,7 @@ pub(super) struct Change {
     pub(super) tier: Option<String>,
 }
 
-impl<'a> Builder<'a> {
+impl<'a> GraphBuilder<'a> {
     pub(super) fn new(registry: &'a Registry, files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
         Self {
             registry,

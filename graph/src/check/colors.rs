@@ -50,8 +50,8 @@ impl Graph {
         self.colors_along(&Some)
     }
 
-    /// The meaning of all images along the wires in use: `resolve` says where a wire begins once nodes are replaced by
-    /// their fallbacks; `None` for an image that is black, or nothing.
+    /// The meaning of all images along the wires in use: `resolve` states where a wire begins once nodes are replaced
+    /// by their fallbacks; `None` for an image that is black, or nothing.
     pub fn colors_along(&self, resolve: &dyn Fn(Source) -> Option<Source>) -> ImageColors {
         let mut flow = Flow::new(self, resolve);
         flow.find_displays();

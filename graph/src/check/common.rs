@@ -1,13 +1,13 @@
 //! What every node takes besides its ports and parameters: `when`, `format` and `label`.
 
-use super::build::Builder;
+use super::build::GraphBuilder;
 use super::condition::{Condition, FactKind};
 use super::limits::MAX_NAME;
 use crate::document::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 use afterimage_base::image::Format;
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
         let Tree::Text(text) = &item.value else {
             if item.value.is_broken() {

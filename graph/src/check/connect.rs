@@ -1,7 +1,7 @@
 //! Wires: from `"node.port@previous:2"` to the source that is meant.
 
 use super::Source;
-use super::build::{Builder, Feed, Named, Wire, input_type};
+use super::build::{Feed, GraphBuilder, Named, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
 use crate::document::OutputEntry;
 use crate::node::PortType;
@@ -22,14 +22,14 @@ struct Found {
     declared: Option<ColorState>,
 }
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Finds the source of every wire.
     pub(super) fn connect(&mut self) {
         for node in 0..self.drafts.len() {
             let scope = self.drafts[node].scope;
-            for port in 0..self.drafts[node].asked.len() {
-                let asked = self.drafts[node].asked[port].clone();
-                self.drafts[node].wires[port] = asked.and_then(|asked| self.connected(scope, &asked));
+            for port in 0..self.drafts[node].wire_texts.len() {
+                let text = self.drafts[node].wire_texts[port].clone();
+                self.drafts[node].wires[port] = text.and_then(|text| self.connected(scope, &text));
             }
         }
         for output in self.scopes[0].outputs.clone() {
@@ -56,48 +56,48 @@ impl Builder<'_> {
     }
 
     /// The wire of a text; `None` once its error has been reported.
-    pub(super) fn connected(&mut self, scope: usize, asked: &Spanned<String>) -> Option<Wire> {
-        let found = self.follow(scope, asked, 0)?;
-        self.previous_is_possible(found.source, asked)?;
-        Some(Wire { source: found.source, location: asked.location.clone(), declared: found.declared })
+    pub(super) fn connected(&mut self, scope: usize, text: &Spanned<String>) -> Option<Wire> {
+        let found = self.follow(scope, text, 0)?;
+        self.previous_is_possible(found.source, text)?;
+        Some(Wire { source: found.source, location: text.location.clone(), declared: found.declared })
     }
 
-    fn follow(&mut self, scope: usize, asked: &Spanned<String>, depth: usize) -> Option<Found> {
-        let wire = match WireText::parse(&asked.value) {
+    fn follow(&mut self, scope: usize, text: &Spanned<String>, depth: usize) -> Option<Found> {
+        let wire = match WireText::parse(&text.value) {
             Ok(wire) => wire,
             Err((message, help)) => {
-                self.report(Diagnostic::error("bad-wire", message).at(&asked.location, "").help(help));
+                self.report(Diagnostic::error("bad-wire", message).at(&text.location, "").help(help));
                 return None;
             }
         };
         if depth > 2 * MAX_DEPTH + 2 {
-            let message = format!("the wire {} leads through pipelines back to itself", quote(&asked.value));
+            let message = format!("the wire {} leads through pipelines back to itself", quote(&text.value));
             self.report(
                 Diagnostic::error("cycle", message)
-                    .at(&asked.location, "")
+                    .at(&text.location, "")
                     .help("wire it to a node that makes an image"),
             );
             return None;
         }
         let found = match self.scopes[scope].names.get(wire.node).copied() {
             Some(Named::Broken) => return None,
-            Some(Named::Node(node)) => self.node_output(node, &wire, asked)?,
-            Some(Named::Input(input)) => self.input(scope, input, &wire, asked, depth)?,
-            Some(Named::Scope(inner)) => self.inner_output(inner, &wire, asked, depth)?,
+            Some(Named::Node(node)) => self.node_output(node, &wire, text)?,
+            Some(Named::Input(input)) => self.input(scope, input, &wire, text, depth)?,
+            Some(Named::Scope(inner)) => self.inner_output(inner, &wire, text, depth)?,
             None => {
-                self.report_unknown(scope, &wire, asked);
+                self.report_unknown(scope, &wire, text);
                 return None;
             }
         };
-        self.earlier(found, wire.previous, asked)
+        self.earlier(found, wire.previous, text)
     }
 
-    fn report_unknown(&mut self, scope: usize, wire: &WireText<'_>, asked: &Spanned<String>) {
+    fn report_unknown(&mut self, scope: usize, wire: &WireText<'_>, text: &Spanned<String>) {
         if self.scopes[scope].is_partial {
             return;
         }
         let message = format!("no input or node is called {}", quote(wire.node));
-        let diagnostic = Diagnostic::error("unknown-name", message).at(&asked.location, "");
+        let diagnostic = Diagnostic::error("unknown-name", message).at(&text.location, "");
         if self.has_many_errors() {
             return self.report(diagnostic);
         }
@@ -110,7 +110,7 @@ impl Builder<'_> {
         self.report(diagnostic);
     }
 
-    fn node_output(&mut self, node: usize, wire: &WireText<'_>, asked: &Spanned<String>) -> Option<Found> {
+    fn node_output(&mut self, node: usize, wire: &WireText<'_>, text: &Spanned<String>) -> Option<Found> {
         let outputs = self.drafts[node].kind.outputs();
         let output = match wire.port {
             None => Some(0),
@@ -121,7 +121,7 @@ impl Builder<'_> {
             let names = || outputs.iter().map(|output| &*output.name);
             let message = format!("{} has no output {}", quote(kind.name()), quote(wire.port.unwrap_or_default()));
             let diagnostic = Diagnostic::error("unknown-output", message)
-                .at(&asked.location, "")
+                .at(&text.location, "")
                 .also(&self.drafts[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)))
                 .maybe_help(wire.port.and_then(|port| self.near(port, names())));
@@ -136,13 +136,13 @@ impl Builder<'_> {
         scope: usize,
         input: usize,
         wire: &WireText<'_>,
-        asked: &Spanned<String>,
+        text: &Spanned<String>,
         depth: usize,
     ) -> Option<Found> {
         if let Some(port) = wire.port {
             let message = format!("{} is an input and has no output {}", quote(wire.node), quote(port));
             let help = format!("write `\"{}\"`", wire.node);
-            self.report(Diagnostic::error("unknown-output", message).at(&asked.location, "").help(help));
+            self.report(Diagnostic::error("unknown-output", message).at(&text.location, "").help(help));
             return None;
         }
         let (entry, feed) = &self.scopes[scope].inputs[input];
@@ -163,7 +163,7 @@ impl Builder<'_> {
         &mut self,
         inner: usize,
         wire: &WireText<'_>,
-        asked: &Spanned<String>,
+        text: &Spanned<String>,
         depth: usize,
     ) -> Option<Found> {
         let outputs = &self.scopes[inner].outputs;
@@ -176,7 +176,7 @@ impl Builder<'_> {
             let help = format!("its outputs are {}", list(names.iter().copied(), 8));
             let message =
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
-            let diagnostic = Diagnostic::error("unknown-output", message).at(&asked.location, "");
+            let diagnostic = Diagnostic::error("unknown-output", message).at(&text.location, "");
             let near = wire.port.and_then(|port| self.near(port, names.iter().copied()));
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
             self.report(diagnostic.maybe_help(near));
@@ -186,7 +186,7 @@ impl Builder<'_> {
     }
 
     /// The same source, `frames` earlier.
-    fn earlier(&mut self, found: Found, frames: u32, asked: &Spanned<String>) -> Option<Found> {
+    fn earlier(&mut self, found: Found, frames: u32, text: &Spanned<String>) -> Option<Found> {
         let source = match found.source {
             Some(Source::Node { node, output, previous }) if frames + previous <= MAX_PREVIOUS => {
                 Source::Node { node, output, previous: previous + frames }
@@ -199,7 +199,7 @@ impl Builder<'_> {
                         .help("only what a node makes is kept: put a node between"),
                     Source::Node { .. } => too_far_back(),
                 };
-                self.report(diagnostic.at(&asked.location, ""));
+                self.report(diagnostic.at(&text.location, ""));
                 return None;
             }
         };
@@ -207,15 +207,15 @@ impl Builder<'_> {
     }
 
     /// Only images are kept from frame to frame.
-    fn previous_is_possible(&mut self, source: Option<Source>, asked: &Spanned<String>) -> Option<()> {
+    fn previous_is_possible(&mut self, source: Option<Source>, text: &Spanned<String>) -> Option<()> {
         let Some(source @ Source::Node { node, previous: 1.., .. }) = source else { return Some(()) };
         let ty = self.port_type(source);
         if matches!(ty, PortType::Image | PortType::Volume) {
             return Some(());
         }
-        let message = format!("{} is a {}, which is not kept from frame to frame", quote(&asked.value), ty.name());
+        let message = format!("{} is a {}, which is not kept from frame to frame", quote(&text.value), ty.name());
         let diagnostic = Diagnostic::error("bad-previous", message)
-            .at(&asked.location, "")
+            .at(&text.location, "")
             .also(&self.drafts[node].kind_location, format!("this gives a {}", ty.name()))
             .help("only images have a previous frame; kinds that adapt keep what they need by themselves");
         self.report(diagnostic);

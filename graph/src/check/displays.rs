@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::Graph;
-use super::build::Builder;
+use super::build::GraphBuilder;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Reports the nodes whose results do not suit a display after them.
     pub(super) fn agree_on_displays(&mut self, graph: &Graph) {
         let colors = graph.colors();

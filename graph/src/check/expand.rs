@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Condition;
-use super::build::{Builder, Change, Feed, Named, Scope};
+use super::build::{Change, Feed, GraphBuilder, Named, Scope};
 use super::files::join;
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
@@ -20,7 +20,7 @@ struct Around {
     label: Option<String>,
 }
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
         let name = Spanned::new(String::new(), document.location.clone());

@@ -197,8 +197,8 @@ impl Graph {
 
     /// The facts that conditions ask for, by name, and what each is taken for.
     pub fn facts(&self) -> Vec<(String, FactKind)> {
-        let asked = self.nodes.iter().filter_map(|node| node.when.as_ref()).flat_map(Condition::uses);
-        let all: BTreeSet<(String, FactKind)> = asked.map(|(name, kind)| (name.to_owned(), kind)).collect();
+        let used = self.nodes.iter().filter_map(|node| node.when.as_ref()).flat_map(Condition::uses);
+        let all: BTreeSet<(String, FactKind)> = used.map(|(name, kind)| (name.to_owned(), kind)).collect();
         all.into_iter().collect()
     }
 

@@ -2,13 +2,13 @@
 
 use std::rc::Rc;
 
-use super::build::Builder;
+use super::build::GraphBuilder;
 use super::files::{Named, join, unreadable};
 use super::limits::MAX_DEPTH;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// The document of a file that another one names; its problems are reported the first time. `None` where an error
     /// has been reported.
     pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
@@ -62,25 +62,25 @@ impl Builder<'_> {
     }
 
     /// The document of the requested tier. Its overrides are applied once the nodes are known.
-    pub(super) fn tier(&mut self, document: Document, asked: Option<&str>) -> Document {
-        let Some(asked) = asked else { return document };
-        let Some((_, tier)) = document.tiers.iter().find(|(name, _)| name.value == asked) else {
+    pub(super) fn tier(&mut self, document: Document, name: Option<&str>) -> Document {
+        let Some(name) = name else { return document };
+        let Some((_, tier)) = document.tiers.iter().find(|(known, _)| known.value == name) else {
             let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
             let help = match document.tiers.len() {
                 0 => "it has no tiers at all".to_owned(),
                 _ => format!("its tiers are {}", list(names(), 8)),
             };
             self.report(
-                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(asked)))
+                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(name)))
                     .at(&document.location, "")
                     .help(help)
-                    .maybe_help(did_you_mean(asked, names())),
+                    .maybe_help(did_you_mean(name, names())),
             );
             return document;
         };
         match tier {
             Tier::Settings(_) => {
-                self.tier = Some(asked.to_owned());
+                self.tier = Some(name.to_owned());
                 document
             }
             Tier::File(named) => {

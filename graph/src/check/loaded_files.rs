@@ -50,14 +50,14 @@ impl LoadedFiles {
     /// The paths of files that the document and the files so far name and that are not loaded, in all tiers. Paths are
     /// joined to the folder of the file that names them. Each call checks the document.
     pub fn missing(&self, document: &Document, registry: &Registry) -> BTreeSet<String> {
-        let asked = RecordingLoader { files: self, missing: RefCell::default() };
-        let checker = Checker::new(document, registry, &asked);
+        let loader = RecordingLoader { files: self, missing: RefCell::default() };
+        let checker = Checker::new(document, registry, &loader);
         // Errors are those of the check that the host makes when it has all files.
         let tiers = checker.tiers();
         for tier in std::iter::once(None).chain(tiers.iter().map(|tier| Some(tier.as_str()))) {
             drop(checker.check(tier, &[]));
         }
-        asked.missing.into_inner()
+        loader.missing.into_inner()
     }
 }
 

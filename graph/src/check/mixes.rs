@@ -1,7 +1,7 @@
 //! Images that a node mixes must have one color state and one colorimetry.
 
 use super::Graph;
-use super::build::Builder;
+use super::build::GraphBuilder;
 use crate::node::{ImageColor, Input};
 use afterimage_base::color::Colorimetry;
 use afterimage_base::diagnostic::{Diagnostic, Location, quote};
@@ -13,7 +13,7 @@ struct Mix {
     second: (usize, ImageColor),
 }
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Reports the nodes whose inputs accept the same states, so that their images are mixed, and get images that a sum
     /// has no meaning for.
     pub(super) fn agree_on_colors(&mut self, graph: &Graph) {
@@ -44,17 +44,18 @@ impl Builder<'_> {
 
 fn mixes(graph: &Graph) -> Vec<Mix> {
     let colors = graph.colors();
-    let of_node = |node: usize| {
-        let wired = graph.nodes[node].kind().inputs().iter().zip(&graph.nodes[node].wires).enumerate();
+    let mut mixes = Vec::new();
+    for (node, found) in graph.nodes.iter().enumerate() {
+        let wired = found.kind().inputs().iter().zip(&found.wires).enumerate();
         let known = wired.filter_map(|(index, (port, wire))| Some((index, port, colors.at((*wire)?)?)));
         let pictures: Vec<(usize, &Input, ImageColor)> = known.filter(|(.., color)| color.is_picture()).collect();
-        let (first, port, color) = *pictures.first()?;
-        let accepts_the_same = |other: &Input| !port.states.is_empty() && other.states == port.states;
-        let mut others = pictures[1..].iter().filter(|(_, other, _)| accepts_the_same(other));
-        let (second, _, wrong) = others.find(|(.., other)| !color.mixes_with(other))?;
-        Some(Mix { node, first: (first, color), second: (*second, *wrong) })
-    };
-    (0..graph.nodes.len()).filter_map(of_node).collect()
+        let [(first, port, color), others @ ..] = pictures.as_slice() else { continue };
+        let second = others.iter().find(|(_, other, found)| {
+            !port.states.is_empty() && other.states == port.states && !color.mixes_with(found)
+        });
+        mixes.extend(second.map(|(second, _, wrong)| Mix { node, first: (*first, *color), second: (*second, *wrong) }));
+    }
+    mixes
 }
 
 /// `DisplayLinear`, in Rec2020.

@@ -63,7 +63,7 @@ pub use options::{CheckOptions, Loader, NoFiles};
 pub use save::{Change, Saver};
 pub use suggest::kinds_about;
 
-use build::Builder;
+use build::GraphBuilder;
 use files::Files;
 
 /// Checks a document at its tiers and with overrides. Every file that it names is read and parsed once.
@@ -121,8 +121,8 @@ impl<'a> Checker<'a> {
         if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
     }
 
-    fn builder(&self) -> Builder<'_> {
-        Builder::new(self.registry, &self.files, self.document.problems.clone())
+    fn builder(&self) -> GraphBuilder<'_> {
+        GraphBuilder::new(self.registry, &self.files, self.document.problems.clone())
     }
 }
 

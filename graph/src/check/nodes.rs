@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::build::{Builder, Named, NodeDraft};
+use super::build::{GraphBuilder, Named, NodeDraft};
 use super::files::{COMMAND_LINE, join, unreadable};
 use super::suggest::{kinds_near, known_kinds};
 use super::{Condition, GraphNode};
@@ -17,7 +17,7 @@ pub(super) const PIPELINE: &str = "Pipeline";
 /// Fields that every node has, besides its ports and parameters.
 pub(super) const COMMON: [&str; 3] = ["when", "format", "label"];
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// A node of a kind.
     pub(super) fn node(&mut self, scope: usize, entry: &NodeEntry) -> Named {
         let fields = self.unique(&entry.fields.entries);
@@ -61,7 +61,7 @@ impl Builder<'_> {
     fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
         let kind = draft.kind.clone();
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
-            draft.asked[port] = self.wire(&name.value, item);
+            draft.wire_texts[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
             if let Some(param) = kind.former_param(&name.value) {
                 return self.report(renamed(name, &param.name));
@@ -161,7 +161,7 @@ impl Builder<'_> {
         Ok(match (param.ty, &item.value) {
             (Type::Bool, Tree::Bool(flag)) => Value::Bool(*flag),
             (Type::Int, Tree::Int(whole)) => Value::Int(*whole),
-            (Type::Float, Tree::Int(_) | Tree::Float(_)) => Value::Float(number(item).unwrap_or_default()),
+            (Type::Float, Tree::Int(_) | Tree::Float(_)) => Value::Float(item.value.number().unwrap_or_default()),
             (Type::Vector(n), Tree::Tuple(None, items)) => vector(kind, param, n, items, &item.location)?,
             (Type::Choice(choices), Tree::Name(name)) => match choices.iter().find(|choice| choice.name == name) {
                 Some(choice) => Value::Choice(choice.name),
@@ -200,7 +200,6 @@ impl Builder<'_> {
         instances
     }
 
-    /// The node in the graph.
     pub(super) fn graph_node(&self, draft: &NodeDraft, instance: NodeInstance) -> GraphNode {
         let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
         GraphNode {
@@ -225,7 +224,7 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         scope,
         values: kind.params().iter().map(|param| param.default.clone()).collect(),
         written: vec![None; kind.params().len()],
-        asked: vec![None; kind.inputs().len()],
+        wire_texts: vec![None; kind.inputs().len()],
         wires: vec![None; kind.inputs().len()],
         when: None,
         off: false,
@@ -251,14 +250,6 @@ fn refused(draft: &NodeDraft, why: &str) -> Diagnostic {
     Diagnostic::error("unusable", message).at(file.unwrap_or(&draft.kind_location), "")
 }
 
-fn number(item: &Item) -> Option<f64> {
-    match item.value {
-        Tree::Int(whole) => Some(whole as f64),
-        Tree::Float(number) => Some(number),
-        _ => None,
-    }
-}
-
 fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &Location) -> Result<Value, Diagnostic> {
     if items.len() != n {
         let message =
@@ -267,7 +258,7 @@ fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &L
     }
     let mut numbers = [0.0; 4];
     for (slot, item) in numbers.iter_mut().zip(items) {
-        *slot = number(item).ok_or_else(|| {
+        *slot = item.value.number().ok_or_else(|| {
             let message = format!("{} of {} takes {n} numbers", quote(&param.name), quote(kind.name()));
             let seen = format!("this is {}", item.value.describe());
             Diagnostic::error("wrong-type", message).at(&item.location, seen).help(about(param))

@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use super::build::Builder;
+use super::build::GraphBuilder;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 /// Labels of a cycle; a longer cycle is reported by the names of its nodes.
 const MAX_LABELS: usize = 8;
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Reports every cycle of nodes that read each other in the same frame.
     pub(super) fn order(&mut self) {
         let graph = self.same_frame();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::build::{Builder, Change, Named, NodeDraft, Scope};
+use super::build::{Change, GraphBuilder, Named, Scope};
 use super::files::COMMAND_LINE;
 use super::nodes::{COMMON, with_point};
 use crate::document::{Item, Override, Tree, read_tree, renamed};
@@ -14,7 +14,7 @@ enum Target {
     Scope(usize),
 }
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Takes the changes of the command line as if they stood in a file, one a line.
     pub(super) fn command_line(&mut self, sets: &[(String, String)]) {
         if sets.is_empty() {
@@ -124,7 +124,7 @@ impl Builder<'_> {
     }
 
     fn node_setting(&mut self, node: usize, field: &str, setting: &Override, is_made: bool) {
-        let mut draft = self.drafts[node].copy();
+        let mut draft = self.drafts[node].clone();
         if self.change_field(&mut draft, field, &setting.value) {
             if is_made {
                 self.drafts[node] = draft;
@@ -167,28 +167,6 @@ impl Builder<'_> {
                 let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
                 self.report(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
             }
-        }
-    }
-}
-
-impl NodeDraft {
-    fn copy(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            kind: self.kind.clone(),
-            kind_location: self.kind_location.clone(),
-            scope: self.scope,
-            values: self.values.clone(),
-            written: self.written.clone(),
-            asked: self.asked.clone(),
-            wires: self.wires.clone(),
-            when: self.when.clone(),
-            off: self.off,
-            switched: self.switched.clone(),
-            format: self.format,
-            label: self.label.clone(),
-            states: self.states.clone(),
-            is_partial: self.is_partial,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! What nobody needs: warnings, since a file in the making is full of it.
 
 use super::Source;
-use super::build::{Builder, Feed};
+use super::build::{Feed, GraphBuilder};
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Warns of nodes that no output needs and of inputs that nothing reads, in the checked file only.
     pub(super) fn report_unneeded(&mut self) {
         // With a node missing, everything before it would look unneeded.

@@ -78,16 +78,11 @@ fn set_flag(flag: &mut bool, option: &Spanned<String>, value: &Item) -> Option<D
 
 /// Sets an option that is a factor.
 fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Option<Diagnostic> {
-    let given = match value.value {
-        Tree::Int(given) => given as f64,
-        Tree::Float(given) => given,
-        Tree::Broken => return None,
-        _ => f64::NAN,
-    };
-    if !(MIN_FACTOR..=MAX_FACTOR).contains(&given) {
-        return Some(wrong_option(option, value, "a number above 0, from 1e-30 to 1e30"));
+    match value.value.number() {
+        Some(given) if (MIN_FACTOR..=MAX_FACTOR).contains(&given) => *factor = given,
+        _ if value.value.is_broken() => {}
+        _ => return Some(wrong_option(option, value, "a number above 0, from 1e-30 to 1e30")),
     }
-    *factor = given;
     None
 }
 
@@ -95,7 +90,7 @@ fn set_factor(factor: &mut f64, option: &Spanned<String>, value: &Item) -> Optio
 const MIN_FACTOR: f64 = 1e-30;
 const MAX_FACTOR: f64 = 1e30;
 
-fn wrong_option(option: &Spanned<String>, value: &Item, wanted: &str) -> Diagnostic {
-    Diagnostic::error("wrong-type", format!("{} is {wanted}", quote(&option.value)))
+fn wrong_option(option: &Spanned<String>, value: &Item, expected: &str) -> Diagnostic {
+    Diagnostic::error("wrong-type", format!("{} is {expected}", quote(&option.value)))
         .at(&value.location, format!("this is {}", value.value.describe()))
 }

@@ -1,8 +1,8 @@
 //! Documents: RON text becomes a structure in which everything has a location.
 //!
 //! [`parse`] reads the sections of a `Pipeline( ... )` and keeps the location of every key, kind, port, parameter and
-//! value. It goes on after errors, so that all errors of a file are reported. Whether names, types and wires are valid
-//! is checked by the next step, [`check`](crate::check::check).
+//! value. It continues after errors, so that all errors of a file are reported. Whether names, types and wires are
+//! valid is checked by the next step, [`check`](crate::check::check).
 //!
 //! ```
 //! let text = r#"Pipeline(

@@ -19,7 +19,7 @@ pub const MAX_FILE: usize = 4 << 20;
 
 /// Reads a pipeline file. The name is the one that messages show, and that files named in it are relative to.
 ///
-/// Reading goes on after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
+/// Reading continues after a syntax error: the document holds what could be read, [`Document::problems`] the errors.
 ///
 /// # Errors
 /// When the text holds no `Pipeline( ... )`.
@@ -243,12 +243,12 @@ impl Reader {
         self.unique(named, what)
     }
 
-    fn text(&mut self, item: Item, what: &str, wanted: &str) -> Option<Spanned<String>> {
+    fn text(&mut self, item: Item, what: &str, expected: &str) -> Option<Spanned<String>> {
         match item.value {
             Tree::Text(text) => Some(Spanned::new(text, item.location)),
             Tree::Broken => None,
             other => {
-                let message = format!("{what} is {wanted}, not {}", other.describe());
+                let message = format!("{what} is {expected}, not {}", other.describe());
                 self.problems.push(Diagnostic::error("wrong-shape", message).at(&item.location, ""));
                 None
             }
@@ -279,11 +279,11 @@ impl Reader {
         &mut self,
         entries: Vec<(Spanned<String>, Item)>,
         one: &str,
-        wanted: &str,
+        expected: &str,
     ) -> Vec<(Spanned<String>, Spanned<String>)> {
         let text = |(name, value): (Spanned<String>, Item)| {
             let what = format!("{one} {}", quote(&name.value));
-            self.text(value, &what, wanted).map(|text| (name, text))
+            self.text(value, &what, expected).map(|text| (name, text))
         };
         entries.into_iter().filter_map(text).collect()
     }

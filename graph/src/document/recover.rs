@@ -1,6 +1,6 @@
 //! Recovery after errors.
 //!
-//! [`Parser::expected`] reports what is missing and goes on as if it were there; [`Parser::unexpected`] reports the
+//! [`Parser::expected`] reports what is missing and continues as if it were there; [`Parser::unexpected`] reports the
 //! next token and skips it. Which of them a bracket calls for is decided by the number of brackets in the file
 //! ([`Balance`](super::bracket::Balance)) and by the lines on which they stand.
 
@@ -22,7 +22,7 @@ enum Misfit {
 }
 
 impl Parser<'_> {
-    /// Reports that something is missing before the next token, and goes on as if it were there.
+    /// Reports that something is missing before the next token, and continues as if it were there.
     pub(super) fn expected(&mut self, error: Diagnostic) {
         self.report(error);
         self.needs_no_comma = true;

@@ -99,7 +99,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Our reader goes on where `ron` stops, and finds an error exactly where `ron` does.
+    /// Our reader continues where `ron` stops, and finds an error exactly where `ron` does.
     #[test]
     fn what_is_an_error_is_what_ron_refuses(
         changes in proptest::collection::vec((any::<Index>(), any::<Index>(), 0..4_u8), 0..3),

@@ -1,6 +1,6 @@
 //! RON text as tokens.
 //!
-//! The lexer skips space and comments. It reports what cannot be a token and goes on after it: a text that is not
+//! The lexer skips space and comments. It reports what cannot be a token and continues after it: a text that is not
 //! closed ends on its line, so that the next line is read as it is meant.
 
 use std::sync::Arc;

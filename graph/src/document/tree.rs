@@ -69,6 +69,15 @@ impl Tree {
         }
     }
 
+    /// A number, whole or not.
+    pub(crate) fn number(&self) -> Option<f64> {
+        match *self {
+            Self::Int(whole) => Some(whole as f64),
+            Self::Float(number) => Some(number),
+            _ => None,
+        }
+    }
+
     /// Whether it could not be read.
     pub(crate) fn is_broken(&self) -> bool {
         *self == Self::Broken

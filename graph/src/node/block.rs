@@ -1,6 +1,6 @@
 //! Host blocks: structs of numbers that the host gives for each frame, such as its camera.
 
-use afterimage_wgsl::{Member, ScalarKind, StructLayout};
+use afterimage_wgsl::{ScalarKind, StructLayout};
 
 /// The declaration of a host block: its shader has a struct of the same name with the same members.
 #[derive(Debug, PartialEq)]
@@ -75,16 +75,14 @@ impl HostBlock {
 
     /// Whether a struct of a shader has these members at these places.
     pub fn fits(&self, layout: &StructLayout) -> bool {
-        let same = |((offset, field), member): ((usize, &BlockField), &Member)| {
-            let numbers = (member.width * member.count) as usize;
-            let is_matrix = member.count > 1;
-            member.name == field.name
-                && member.offset as usize == offset
-                && member.scalar == ScalarKind::Float
-                && numbers == field.ty.numbers()
-                && is_matrix == (field.ty == FieldType::Matrix4)
-        };
-        layout.members.len() == self.fields.len() && self.layout().zip(&layout.members).all(same)
+        layout.members.len() == self.fields.len()
+            && self.layout().zip(&layout.members).all(|((offset, field), member)| {
+                member.name == field.name
+                    && member.offset as usize == offset
+                    && member.scalar == ScalarKind::Float
+                    && (member.width * member.count) as usize == field.ty.numbers()
+                    && (member.count > 1) == (field.ty == FieldType::Matrix4)
+            })
     }
 
     /// Bytes of the struct in a uniform buffer.
@@ -129,8 +127,8 @@ impl BlockData {
             return Err(format!("`{}` has no member `{name}`: its members are {}", self.block.name, names.join(", ")));
         };
         if numbers.len() != field.ty.numbers() {
-            let wanted = field.ty.numbers();
-            return Err(format!("`{}.{name}` takes {wanted} numbers, not {}", self.block.name, numbers.len()));
+            let expected = field.ty.numbers();
+            return Err(format!("`{}.{name}` takes {expected} numbers, not {}", self.block.name, numbers.len()));
         }
         if let Some(wrong) = numbers.iter().find(|number| !number.is_finite()) {
             return Err(format!("`{}.{name}` takes finite numbers, not {wrong}", self.block.name));

@@ -64,7 +64,7 @@ pub struct ColorAttachment {
     pub target: Subresource,
     /// What it holds at first.
     pub load: Load<[f64; 4]>,
-    /// How fragments are combined with what it holds. For passes that a host fills, its pipelines say.
+    /// How fragments are combined with what it holds. For passes that a host fills, its pipelines state.
     pub blend: Blend,
     /// The channels that are written; likewise.
     pub writes: WriteMask,
@@ -84,7 +84,7 @@ pub struct DepthAttachment {
 pub struct DepthTest {
     /// What the attachment holds at first.
     pub load: Load<f32>,
-    /// How a fragment's depth must compare to the one that is there. For passes that a host fills, its pipelines say.
+    /// How a fragment's depth must compare to the one that is there. For passes that a host fills, its pipelines state.
     pub compare: Compare,
     /// Whether fragments that pass the test replace the depth.
     pub write: bool,

@@ -62,7 +62,7 @@ pub struct IndirectDraws {
 pub struct VertexBuffer {
     /// The buffer.
     pub buffer: BufferId,
-    /// Whether it goes on with each instance, and not with each vertex.
+    /// Whether it continues with each instance, and not with each vertex.
     pub per_instance: bool,
     /// The formats of successive locations.
     pub formats: Vec<VertexFormat>,

@@ -41,7 +41,6 @@ pub trait Kind: Send + Sync + 'static {
     fn name(&self) -> &str;
     /// What it does, for the manual.
     fn doc(&self) -> &str;
-    /// The parameters.
     fn params(&self) -> &[Param];
     /// The input ports.
     fn inputs(&self) -> &[Input];
@@ -60,13 +59,13 @@ pub trait DynNode: Send + Sync + 'static {
         false
     }
 
-    /// Whether every output equals its fallback at these arrivals.
+    /// Whether every output equals its fallback at these input values.
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let _ = inputs;
         false
     }
 
-    /// Whether the named output equals its fallback at these arrivals.
+    /// Whether the named output equals its fallback at these input values.
     fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let _ = output;
         self.is_identity(inputs)

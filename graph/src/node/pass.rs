@@ -144,7 +144,7 @@ impl Pass {
         self.kernels.iter().map(|kernel| &*kernel.shader)
     }
 
-    /// Uniform buffers that it binds, beside that of the frame's time and number.
+    /// Uniform buffers that it binds, besides that of the frame's time and number.
     pub fn uniform_buffers(&self) -> usize {
         let has_own_entry = matches!(self.kind, PassKind::Compute | PassKind::CellReduce(_) | PassKind::Drawing(_));
         if has_own_entry { uniform_buffers(self.kernels.iter()) } else { Self::joined_uniform_buffers([self]) }

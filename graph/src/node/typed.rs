@@ -27,7 +27,7 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
     fn set_value(&mut self, index: usize, value: &Value) -> Option<()>;
 }
 
-/// A node kind with typed parameters: what a node author implements, beside `params!`.
+/// A node kind with typed parameters: what a node author implements, besides `params!`.
 pub trait Node: Params {
     /// The input ports.
     const INPUTS: &'static [Input];
@@ -36,7 +36,7 @@ pub trait Node: Params {
     /// What the results keep of the images, for `afterimage stress`.
     const PROMISES: Promises = Promises::DEFAULT;
 
-    /// Whether every output equals its fallback at the present values and arrivals: the node is then skipped. The
+    /// Whether every output equals its fallback at the present values and input values: the node is then skipped. The
     /// fallback must be bit-identical to the result of running the node, or more accurate.
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let _ = inputs;

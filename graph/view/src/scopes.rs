@@ -1,4 +1,4 @@
-//! Scopes: what a coarse grid of the picture says about its light and its colors.
+//! Scopes: what a coarse grid of the picture states about its light and its colors.
 
 /// Columns of a histogram and of a waveform.
 pub const COLUMNS: usize = 256;
@@ -27,7 +27,7 @@ pub struct Scopes {
 }
 
 impl Scopes {
-    /// The scopes of a grid of `width` columns. `is_light` says whether the numbers are light, and not signals.
+    /// The scopes of a grid of `width` columns. `is_light` states whether the numbers are light, and not signals.
     pub fn of(pixels: &[[f32; 4]], width: usize, is_light: bool) -> Self {
         let mut scopes = Self {
             histogram: std::array::from_fn(|_| vec![0; COLUMNS]),

@@ -67,8 +67,8 @@ impl Waits {
         count
     }
 
-    /// The first barrier that not every invocation reaches, in a block that all enter. `left` says whether one may have
-    /// left the function before.
+    /// The first barrier that not every invocation reaches, in a block that all enter. `left` states whether one may
+    /// have left the function before.
     fn misplaced(&self, block: &Block, left: &mut bool) -> Option<(Span, &'static str)> {
         for (statement, span) in block.span_iter() {
             if self.own(statement) > 0 && *left {

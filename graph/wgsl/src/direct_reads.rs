@@ -17,8 +17,8 @@ pub(crate) fn filtering(module: &Module) -> Vec<&String> {
 }
 
 /// Whether a function itself has such an expression.
-pub(crate) fn has(function: &Function, wanted: fn(&Expression) -> bool) -> bool {
-    function.expressions.iter().any(|(_, expression)| wanted(expression))
+pub(crate) fn has(function: &Function, matches: fn(&Expression) -> bool) -> bool {
+    function.expressions.iter().any(|(_, expression)| matches(expression))
 }
 
 fn is_sample(expression: &Expression) -> bool {

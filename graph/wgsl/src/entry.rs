@@ -5,7 +5,6 @@ use naga::{Binding, Module, ScalarKind as NagaKind, ShaderStage, TypeInner};
 /// An entry point of a module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
-    /// Its name.
     pub name: String,
     /// Where it runs.
     pub stage: EntryStage,
@@ -20,11 +19,8 @@ pub struct EntryPoint {
 /// Where an entry point runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntryStage {
-    /// `@compute`.
     Compute,
-    /// `@vertex`.
     Vertex,
-    /// `@fragment`.
     Fragment,
     /// Anything else: not allowed.
     Other,
@@ -33,7 +29,6 @@ pub enum EntryStage {
 /// A value with a `@location`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Located {
-    /// The location.
     pub location: u32,
     /// The kind of its numbers.
     pub number: NumberKind,

@@ -3,7 +3,6 @@
 /// An error in a shader, at the author's file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShaderError {
-    /// The file.
     pub file: String,
     /// The line, from 1.
     pub line: u32,

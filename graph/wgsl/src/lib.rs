@@ -1,5 +1,7 @@
 //! Shaders as values: files of WGSL, what they declare, and the linker that puts them together.
 
+#![allow(missing_docs, reason = "no host uses this crate, and authors of nodes only `Shader` and `Library` of it")]
+
 mod arithmetic;
 mod barriers;
 mod direct_reads;

@@ -76,10 +76,10 @@ fn leaves(function: &Function, block: &Block, is_own: bool) -> bool {
 }
 
 /// The first such statement, however deep.
-fn find(block: &Block, wanted: &dyn Fn(&Statement) -> bool) -> Option<Span> {
+fn find(block: &Block, matches: &dyn Fn(&Statement) -> bool) -> Option<Span> {
     block.span_iter().find_map(|(statement, span)| match statement {
-        statement if wanted(statement) => Some(*span),
-        statement => blocks(statement).into_iter().find_map(|block| find(block, wanted)),
+        statement if matches(statement) => Some(*span),
+        statement => blocks(statement).into_iter().find_map(|block| find(block, matches)),
     })
 }
 

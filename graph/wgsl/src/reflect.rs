@@ -36,7 +36,6 @@ pub struct Reflection {
 /// A kernel function.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Its name.
     pub name: String,
     /// Names and types of its arguments.
     pub args: Vec<(String, ArgType)>,
@@ -53,7 +52,6 @@ pub enum ArgType {
     Multisampled,
     /// A 3-D texture.
     Volume,
-    /// A sampler.
     Sampler,
     /// The place of the pixel: `Point` of the framework's library.
     Point,
@@ -81,7 +79,6 @@ pub enum ScalarKind {
 /// A member of a uniform struct.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// Its name.
     pub name: String,
     /// Bytes from the start of the struct.
     pub offset: u32,
@@ -98,24 +95,18 @@ pub struct Member {
 /// A uniform struct's layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StructLayout {
-    /// Its name.
     pub name: String,
     /// Bytes in all.
     pub size: u32,
-    /// Its members.
     pub members: Vec<Member>,
 }
 
 /// A bound variable of a whole kernel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Global {
-    /// Its name.
     pub name: String,
-    /// `@group`.
     pub group: u32,
-    /// `@binding`.
     pub binding: u32,
-    /// What it is.
     pub kind: GlobalKind,
 }
 
@@ -130,7 +121,6 @@ pub enum GlobalKind {
     Texture(bool),
     /// A storage texture that is written; a volume if true.
     StorageTexture(bool),
-    /// A sampler.
     Sampler,
     /// A storage buffer; written too if true.
     Buffer(bool),
@@ -159,7 +149,6 @@ impl Reflection {
         }
     }
 
-    /// The struct of that name.
     pub fn layout(&self, name: &str) -> Option<&StructLayout> {
         self.structs.iter().find(|s| s.name == name)
     }

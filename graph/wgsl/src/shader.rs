@@ -9,7 +9,7 @@ use crate::error::{Place, ShaderError, ShaderLabel};
 use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
 
-/// One file of WGSL, with the library that it may import beside the framework's.
+/// One file of WGSL, with the library that it may import besides the framework's.
 pub struct Shader {
     source: Source,
     unchecked: bool,

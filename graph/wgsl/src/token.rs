@@ -33,7 +33,6 @@ impl Token {
         &text[self.start as usize..self.end as usize]
     }
 
-    /// Whether it is that sign.
     pub(crate) fn is(&self, sign: char) -> bool {
         self.kind == TokenKind::Sign(sign)
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use naga::{Block, Function, Handle, Module, Statement};
 
-/// The blocks in a statement.
 pub(crate) fn blocks(statement: &Statement) -> Vec<&Block> {
     match statement {
         Statement::Block(block) => vec![block],

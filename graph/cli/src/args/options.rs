@@ -26,7 +26,7 @@ pub(crate) struct PipelineOptions {
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
-    /// imports, also from a folder `lib` beside it
+    /// imports, also from a folder `lib` next to it
     #[arg(long, value_name = "DIR")]
     pub(crate) nodes: Vec<PathBuf>,
     /// A folder whose files, and those below it, a pipeline may name; by default only those of its own folder and below

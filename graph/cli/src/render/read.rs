@@ -72,7 +72,7 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
     Ok(inputs)
 }
 
-/// The camera of a frame. What its file does not say of the frame before is what the last file says.
+/// The camera of a frame. What its file does not state of the frame before is what the last file states.
 fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<BlockData, Failure> {
     let file = CameraFile::read(source)?;
     let data = file.data(before.get(name));

@@ -7,7 +7,6 @@ use serde::Serialize;
 /// Numbers of pixels with values that no image can show. Each pixel counts once, for the first that holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Repairs {
-    /// With a NaN.
     pub(crate) nan: u64,
     /// With an infinity.
     pub(crate) infinite: u64,

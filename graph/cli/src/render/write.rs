@@ -21,7 +21,6 @@ pub(super) struct Rendered {
     pub(super) meta: Option<Metadata>,
     /// Of its job.
     pub(super) index: usize,
-    /// Of its target.
     pub(super) target: usize,
 }
 

@@ -35,7 +35,6 @@ pub struct GamutParams {
 }
 
 impl GamutParams {
-    /// J of the focus.
     pub(super) fn focus(&self, cusp_j: f64) -> f64 {
         let blend = (CUSP_MID_BLEND - cusp_j / self.limit_j).min(1.0);
         cusp_j + (self.mid_j - cusp_j) * blend

@@ -75,12 +75,12 @@ fn corners(display: Model, peak: f64) -> Vec<(f64, DVec3)> {
 
 /// The hues of the source's corners where they have the J of the peak.
 fn source_corner_hues(source: Model, limit_j: f64, brightest: f64) -> Vec<f64> {
-    let wanted = source.achromatic(limit_j);
+    let target = source.achromatic(limit_j);
     let hue = |corner: &DVec3| {
         let (mut low, mut high) = (0.0, brightest);
         while high - low > 1e-3 {
             let middle = 0.5 * (low + high);
-            if source.response(middle * *corner).x < wanted { low = middle } else { high = middle }
+            if source.response(middle * *corner).x < target { low = middle } else { high = middle }
         }
         source.to_jmh(high * *corner).degrees()
     };
@@ -137,13 +137,13 @@ fn cusp_at(display: Model, corners: &[(f64, DVec3)], hue: f64) -> [f64; 2] {
         if next == 0 { (corners[count - 1].0 - 360.0, corners[count - 1].1) } else { corners[next - 1] };
     let to = corners[next % count].1;
     // Angles from the lower corner grow along the edge, also across 0 degrees.
-    let wanted = hue - low_hue;
+    let target = hue - low_hue;
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..40 {
         let middle = 0.5 * (low + high);
         let found = (display.to_jmh(from.lerp(to, middle)).degrees() - low_hue).rem_euclid(360.0);
         // Just before the lower corner the angle is nearly 360.
-        if found > wanted && found < 300.0 { high = middle } else { low = middle }
+        if found > target && found < 300.0 { high = middle } else { low = middle }
     }
     let cusp = display.to_jmh(from.lerp(to, 0.5 * (low + high)));
     [cusp.j, cusp.m]

@@ -56,7 +56,7 @@ impl<'a> Depths<'a> {
     }
 }
 
-/// Refuses attributes beside these and those of every process node.
+/// Refuses attributes besides these and those of every process node.
 pub(super) fn only(node: Node<'_, '_>, attributes: &[&str], names: &[&str]) -> Result<(), LutError> {
     let attributes = [&["id", "name", "inBitDepth", "outBitDepth"], attributes].concat();
     xml::only(node, &attributes, &[&["Description"], names].concat())

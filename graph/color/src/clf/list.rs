@@ -15,7 +15,7 @@ const MAX_NODES: usize = 64;
 /// Maximum number of 3-D tables, each of which is a texture of one pass.
 const MAX_CUBES: usize = 4;
 
-/// Names of the elements beside process nodes.
+/// Names of the elements besides process nodes.
 const METADATA: [&str; 5] = ["Description", "InputDescriptor", "OutputDescriptor", "Info", "Id"];
 
 /// Names of the process nodes.

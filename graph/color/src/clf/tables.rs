@@ -59,8 +59,8 @@ fn curve_dim(array: Node<'_, '_>) -> Result<(usize, usize), LutError> {
     match numbers.as_slice() {
         [Some(size), Some(components @ (1 | 3))] if (2..=MAX_CURVE).contains(size) => Ok((*size, *components)),
         _ => {
-            let wanted = format!("`N 1` or `N 3`, with N from 2 to {MAX_CURVE}");
-            Err(error(array, format!("`dim` of a 1-D table is {wanted}, not `{}`", short(dim))))
+            let expected = format!("`N 1` or `N 3`, with N from 2 to {MAX_CURVE}");
+            Err(error(array, format!("`dim` of a 1-D table is {expected}, not `{}`", short(dim))))
         }
     }
 }
@@ -126,8 +126,8 @@ fn cube_dim(array: Node<'_, '_>) -> Result<usize, LutError> {
     match numbers.as_slice() {
         [Some(r), Some(g), Some(b), Some(3)] if r == g && g == b && (2..=MAX_CUBE).contains(r) => Ok(*r),
         _ => {
-            let wanted = format!("`N N N 3`, with N from 2 to {MAX_CUBE}");
-            Err(error(array, format!("`dim` of a 3-D table is {wanted}, not `{}`", short(dim))))
+            let expected = format!("`N N N 3`, with N from 2 to {MAX_CUBE}");
+            Err(error(array, format!("`dim` of a 3-D table is {expected}, not `{}`", short(dim))))
         }
     }
 }

@@ -50,8 +50,8 @@ pub(crate) fn numbers<const N: usize>(number: usize, text: &str, what: &str) -> 
     }
 }
 
-fn count(number: usize, what: &str, wanted: usize, found: usize) -> LutError {
-    LutError::new(number, format!("{what} has {wanted} numbers, not {found}"))
+fn count(number: usize, what: &str, expected: usize, found: usize) -> LutError {
+    LutError::new(number, format!("{what} has {expected} numbers, not {found}"))
 }
 
 fn finite(number: usize, word: &str) -> Result<f32, LutError> {

@@ -52,7 +52,6 @@ impl Logarithm {
         self.scale * (self.a * x + self.b).max(SMALLEST).log2() + self.shift
     }
 
-    /// The inverse.
     pub fn inverse(&self) -> Antilog {
         let end = if self.end > -LIMIT { self.slope * self.end + self.offset } else { self.end };
         Antilog {

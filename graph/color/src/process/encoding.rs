@@ -9,7 +9,6 @@ use super::{Hlg, LIMIT, Logarithm, Power, Step};
 pub enum Encoding {
     /// None.
     Linear,
-    /// A logarithm.
     Log(Logarithm),
     /// From light to numbers, and back. Both for 0 to 1.
     Display([Power; 2]),

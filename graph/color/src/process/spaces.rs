@@ -25,7 +25,6 @@ choices! {
         AcesCct,
         /// ARRI LogC3 at EI 800, ARRI Wide Gamut 3.
         LogC3,
-        /// sRGB.
         Srgb,
         /// Display P3: the function of sRGB, the primaries of P3 with D65.
         DisplayP3,

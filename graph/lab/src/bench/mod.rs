@@ -54,7 +54,7 @@ pub fn bench<E: From<LabError>>(
     Ok(Bench { gpu, session, images, frames: 0, options }.report(name, first_frame)?)
 }
 
-/// From the text to the first frame, without the driver's pipelines and with them; the second session goes on.
+/// From the text to the first frame, without the driver's pipelines and with them; the second session is returned.
 fn starts<E: From<LabError>>(
     gpu: &Gpu,
     load: &dyn Fn() -> Result<Graph, E>,
@@ -158,17 +158,17 @@ fn share(bytes: u64, milliseconds: f64, copy_gbps: f64) -> f64 {
 }
 
 fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
-    let report = |(index, ms): (usize, &f64)| {
+    let mut reports = Vec::new();
+    for (index, (planned, ms)) in plan.passes.iter().zip(times).enumerate() {
         let bytes = plan.bytes_moved_by(index);
-        let pass = &plan.passes[index].pass;
-        PassReport {
-            name: pass.label.clone(),
-            nodes: pass.nodes.clone(),
-            stage: if plan.passes[index].stage == Stage::Compute { "compute" } else { "fragment" },
+        reports.push(PassReport {
+            name: planned.pass.label.clone(),
+            nodes: planned.pass.nodes.clone(),
+            stage: if planned.stage == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
             bytes,
             share: share(bytes, *ms, copy_gbps),
-        }
-    };
-    times.iter().enumerate().map(report).collect()
+        });
+    }
+    reports
 }

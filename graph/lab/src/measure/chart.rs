@@ -41,7 +41,7 @@ struct Chart<'a> {
     up: LogAxis,
 }
 
-/// Writes the chart as SVG or PNG, as the file's extension says.
+/// Writes the chart as SVG or PNG, as the file's extension states.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -63,7 +63,7 @@ impl Clip {
         &self.images[frame.min(self.images.len() - 1)]
     }
 
-    /// The clip with its image repeated for as many frames as the options say.
+    /// The clip with its image repeated for as many frames as the options state.
     pub(crate) fn repeated(mut self, options: &ClipOptions) -> Self {
         self.steps = steps(options.walk as usize, options.fps);
         self
@@ -171,12 +171,12 @@ impl ClipSource {
 }
 
 fn steps(frames: usize, fps: f32) -> Vec<FrameStep> {
-    let step = |frame: usize| FrameStep {
-        time: frame as f32 / fps,
-        dt: if frame == 0 { 0.0 } else { 1.0 / fps },
-        reset: frame == 0,
-    };
-    (0..frames).map(step).collect()
+    let mut steps = Vec::new();
+    for frame in 0..frames {
+        let reset = frame == 0;
+        steps.push(FrameStep { time: frame as f32 / fps, dt: if reset { 0.0 } else { 1.0 / fps }, reset });
+    }
+    steps
 }
 
 fn file_images(

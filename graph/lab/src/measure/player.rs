@@ -17,7 +17,6 @@ const SAMPLES: (u32, u32) = (50, 7);
 /// What a frame of a variant costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// The time of the frame.
     pub time: FrameTime,
     /// The most bytes that transient images hold at once.
     pub bytes: u64,

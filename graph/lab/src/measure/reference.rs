@@ -34,9 +34,9 @@ impl Figures {
 }
 
 /// The output to compare: the named one, the first encoded one, or the first.
-pub(crate) fn output<'g>(graph: &'g Graph, wanted: Option<&str>) -> Result<&'g GraphOutput, LabError> {
+pub(crate) fn output<'g>(graph: &'g Graph, name: Option<&str>) -> Result<&'g GraphOutput, LabError> {
     let encoded = graph.outputs.iter().find(|output| output.state == ColorState::Encoded);
-    match wanted {
+    match name {
         None => {
             encoded.or(graph.outputs.first()).ok_or_else(|| LabError::request("the pipeline has no output to compare"))
         }

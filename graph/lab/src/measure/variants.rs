@@ -20,7 +20,6 @@ pub struct Pipeline {
     pub tiers: Vec<(String, Graph)>,
 }
 
-/// The kind of a variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VariantKind {
     /// The variant that all others are compared with.
@@ -251,11 +250,13 @@ pub(crate) fn variants(pipeline: &Pipeline) -> Result<Vec<Variant>, LabError> {
 /// The variants of one switch: each valid value except the written one.
 fn switched(switch: &Switch, kind: VariantKind, written: &Graph) -> Vec<Variant> {
     let others = switch.choices.iter().enumerate().filter(|(_, choice)| **choice != switch.written);
-    let variant = |(at, choice): (usize, &SwitchValue)| {
+    let mut variants = Vec::new();
+    for (index, choice) in others {
         let mut graph = written.clone();
-        switch.apply(&mut graph, at);
-        verify(&graph).ok()?;
-        Some(Variant { name: format!("{}={}", switch.key, choice.text()?), kind, graph })
-    };
-    others.filter_map(variant).collect()
+        switch.apply(&mut graph, index);
+        if let (Ok(()), Some(text)) = (verify(&graph), choice.text()) {
+            variants.push(Variant { name: format!("{}={text}", switch.key), kind, graph });
+        }
+    }
+    variants
 }

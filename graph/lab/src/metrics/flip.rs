@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::color::{XYZ, lab, srgb_decode, white};
@@ -66,13 +66,14 @@ impl Seen {
     }
 
     fn difference(&self, other: &Self) -> Vec<f32> {
-        let largest = largest_color_difference();
-        let pixel = |at: usize| {
+        let [green, blue] = [DVec3::Y, DVec3::Z].map(|rgb| hunt(lab(XYZ * rgb)));
+        let largest = distance(green, blue).powf(COLOR_EXPONENT);
+        let pixels = (0..self.colors.len()).into_par_iter().map(|at| {
             let color = color_difference(self.colors[at], other.colors[at], largest);
             let feature = feature_difference(self.features[at], other.features[at]);
             color.powf(1.0 - feature) as f32
-        };
-        (0..self.colors.len()).into_par_iter().map(pixel).collect()
+        });
+        pixels.collect()
     }
 }
 
@@ -93,33 +94,34 @@ const WIDEST: f64 = 0.04;
 
 /// The opponent planes blurred as the eye does, in CIELAB adjusted for the Hunt effect.
 fn blurred(planes: &[Plane; 3], pixels_per_degree: f64) -> Vec<[f64; 3]> {
-    let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
-    let filter = |plane: &Plane, gaussians: &[(f64, f64)]| -> Vec<f32> {
-        let deviation = |width: f64| (width / (2.0 * PI * PI)).sqrt() * pixels_per_degree;
-        let mass = |(strength, width): (f64, f64)| {
-            let sum: f64 = offsets(radius).map(|x| (-(x / deviation(width)).powi(2) / 2.0).exp()).sum();
-            strength * (PI / width).sqrt() * sum * sum
-        };
-        let all: f64 = gaussians.iter().map(|g| mass(*g)).sum();
-        let mut result = vec![0.0; plane.data.len()];
-        for gaussian_of in gaussians {
-            let kernel = gaussian(deviation(gaussian_of.1), radius);
-            let share = (mass(*gaussian_of) / all) as f32;
-            let part = plane.convolved(&kernel, &kernel).data;
-            result.iter_mut().zip(part).for_each(|(to, part)| *to += share * part);
-        }
-        result
-    };
-    let [y, cx, cz] = [0, 1, 2].map(|c| filter(&planes[c], SENSITIVITY[c]));
+    let [y, cx, cz] = [0, 1, 2].map(|c| filtered(&planes[c], SENSITIVITY[c], pixels_per_degree));
     let to_light = XYZ.inverse();
-    let color = |at: usize| hunt(seen_color(&to_light, [y[at], cx[at], cz[at]].map(f64::from)));
-    (0..y.len()).into_par_iter().map(color).collect()
+    let colors = (0..y.len()).into_par_iter().map(|at| {
+        // Brought back to what a screen can show.
+        let xyz = xyz_of_opponent([y[at], cx[at], cz[at]].map(f64::from));
+        hunt(lab(XYZ * (to_light * xyz).clamp(DVec3::ZERO, DVec3::ONE)))
+    });
+    colors.collect()
 }
 
-/// CIELAB of an opponent color, brought back to what a screen can show.
-fn seen_color(to_light: &DMat3, color: [f64; 3]) -> [f64; 3] {
-    let light = (*to_light * xyz_of_opponent(color)).clamp(DVec3::ZERO, DVec3::ONE);
-    lab(XYZ * light)
+/// A plane after a weighted sum of Gaussians, whose weights are their masses.
+fn filtered(plane: &Plane, gaussians: &[(f64, f64)], pixels_per_degree: f64) -> Vec<f32> {
+    let deviation = |width: f64| (width / (2.0 * PI * PI)).sqrt() * pixels_per_degree;
+    let radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as usize;
+    let mut masses = Vec::new();
+    for (strength, width) in gaussians {
+        let sum: f64 = offsets(radius).map(|x| (-(x / deviation(*width)).powi(2) / 2.0).exp()).sum();
+        masses.push(strength * (PI / width).sqrt() * sum * sum);
+    }
+    let all: f64 = masses.iter().sum();
+    let mut result = vec![0.0; plane.data.len()];
+    for ((_, width), mass) in gaussians.iter().zip(&masses) {
+        let kernel = gaussian(deviation(*width), radius);
+        let share = (mass / all) as f32;
+        let part = plane.convolved(&kernel, &kernel).data;
+        result.iter_mut().zip(part).for_each(|(to, part)| *to += share * part);
+    }
+    result
 }
 
 /// Colors look more vivid where it is brighter.
@@ -132,12 +134,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Between full green and full blue.
-fn largest_color_difference() -> f64 {
-    let [green, blue] = [DVec3::Y, DVec3::Z].map(|rgb| hunt(lab(XYZ * rgb)));
-    distance(green, blue).powf(COLOR_EXPONENT)
-}
-
+/// `largest` is the difference between full green and full blue.
 fn color_difference(a: [f64; 3], b: [f64; 3], largest: f64) -> f64 {
     let difference = distance(a, b).powf(COLOR_EXPONENT);
     let knee = KNEE * largest;

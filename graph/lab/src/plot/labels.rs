@@ -47,9 +47,9 @@ impl Labels {
         ];
         let width = LETTER * size * text.chars().count() as f64;
         for (x, y, anchor) in places {
-            let wanted = extent((x, y), anchor, width, size);
-            if inside(wanted, self.bounds) && !self.taken.iter().any(|taken| meet(*taken, wanted)) {
-                self.taken.push(wanted);
+            let label = extent((x, y), anchor, width, size);
+            if inside(label, self.bounds) && !self.taken.iter().any(|taken| meet(*taken, label)) {
+                self.taken.push(label);
                 return Some(Spot { at: (x, y), anchor });
             }
         }

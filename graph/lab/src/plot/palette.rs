@@ -2,7 +2,7 @@
 
 /// Titles and names.
 pub const INK: &str = "#1c2128";
-/// Text beside the axes.
+/// Text next to the axes.
 pub const SOFT: &str = "#6b7480";
 /// Lines of the grid.
 pub const GRID: &str = "#e3e6ea";

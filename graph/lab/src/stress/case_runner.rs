@@ -28,7 +28,7 @@ pub struct StressOptions {
 impl StressOptions {
     /// Whether a case of this name is run.
     pub(crate) fn accepts(&self, case: &str) -> bool {
-        self.case.as_ref().is_none_or(|wanted| wanted == case)
+        self.case.as_ref().is_none_or(|chosen| chosen == case)
     }
 }
 

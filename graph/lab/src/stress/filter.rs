@@ -16,7 +16,7 @@ const SIDE: u32 = 61;
 /// many devices have, are off by up to 1/512.
 const FINE: f32 = 1.0 / 4096.0;
 
-/// Whether the device weights texels so coarsely that light beside a bright texel is visibly off.
+/// Whether the device weights texels so coarsely that light next to a bright texel is visibly off.
 pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
     let mut renderer = Renderer::new(gpu, true, Options::default());
     largest_error(&mut renderer, registry).is_some_and(|error| error > FINE)
@@ -32,7 +32,7 @@ fn largest_error(renderer: &mut Renderer, registry: &Registry) -> Option<f32> {
     let mut configuration = renderer.configure(|_, _| {}, true);
     let ran = renderer.run(&mut configuration, request).ok()?;
     let shown: &OutputPixels = ran.frames.first()?.first()?;
-    let wanted = |index: usize| (index as f32 + 0.5) / SIDE as f32;
-    let errors = shown.pixels.iter().enumerate().map(|(index, pixel)| (pixel[0] - wanted(index)).abs());
+    let expected = |index: usize| (index as f32 + 0.5) / SIDE as f32;
+    let errors = shown.pixels.iter().enumerate().map(|(index, pixel)| (pixel[0] - expected(index)).abs());
     Some(errors.fold(0.0, f32::max))
 }

@@ -144,14 +144,15 @@ impl Extreme {
 /// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
 /// no neighbor of the pixel shares become the lower median of the finite neighbors; then all is limited.
 pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness) -> Vec<[f32; 4]> {
-    let clean = |(index, pixel): (usize, &[f32; 4])| {
-        if pixel.iter().all(|x| x.is_finite()) {
-            return limited(*pixel, signedness);
+    let mut clean = pixels.to_vec();
+    for (index, pixel) in clean.iter_mut().enumerate() {
+        if !pixel.iter().all(|x| x.is_finite()) {
+            let near = neighbors(pixels, size, index);
+            *pixel = [0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c])));
         }
-        let near = neighbors(pixels, size, index);
-        limited([0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c]))), signedness)
-    };
-    pixels.iter().enumerate().map(clean).collect()
+        *pixel = limited(*pixel, signedness);
+    }
+    clean
 }
 
 /// Samples after sanitizing: each by itself, because its neighbors may show other surfaces.

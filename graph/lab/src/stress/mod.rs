@@ -41,7 +41,7 @@ pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
 }
 
 /// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without
-/// optional inputs if it has any. Beside them, the kinds that cannot run alone, each with the reason and with what
+/// optional inputs if it has any. In addition, the kinds that cannot run alone, each with the reason and with what
 /// makes it reachable.
 pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Subject>, Vec<String>) {
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, PostError, Session, Texels, input_image,
-};
+use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
@@ -115,10 +113,11 @@ impl Renderer {
         configuration: &mut Configuration,
         request: RenderRequest<'_>,
     ) -> Result<Rendered, String> {
-        let rendered =
+        let mut rendered =
             catch_panic(|| self.render(configuration, request)).unwrap_or_else(|panic| Err(format!("panics: {panic}")));
-        let refused = |error: String| Err(format!("the device refuses it: {}", one_line(&error)));
-        let rendered = self.errors.take_first().map_or(rendered, refused);
+        if let Some(error) = self.errors.take_first() {
+            rendered = Err(format!("the device refuses it: {}", one_line(&error)));
+        }
         if rendered.is_err() {
             // The next cases get a new executor, so that this error cannot affect them.
             configuration.session = None;
@@ -129,24 +128,25 @@ impl Renderer {
     fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {
         let RenderRequest { subject, graph, size, shots, together } = request;
         let plan = configuration.plan(subject, graph, size)?;
-        let (half, finite) = (configuration.half, configuration.unsanitized);
-        let line = |error: PostError| one_line(&error.to_string());
-        let frame = |shot: &Shot| -> Result<FrameInputs, PostError> {
-            let image = |(name, image): &(String, _)| {
+        let mut frames: Vec<FrameInputs> = Vec::new();
+        for shot in shots {
+            let mut images = Vec::new();
+            for (name, image) in &plan.inputs {
                 let planned = plan.image(*image);
                 // The planned format may be another one than that of the image.
-                let desc = planned.desc.format(if half { Format::Rgba16Float } else { Format::Rgba32Float });
-                let desc = if desc.volume { desc } else { desc.sized(size) };
-                let image = self.image(*shot, desc, planned.signedness)?;
-                Ok(InputImage { finite, ..image.named(name) })
-            };
-            let images = plan.inputs.iter().map(image).collect::<Result<_, PostError>>()?;
-            Ok((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }))
-        };
-        let frames = shots.iter().map(frame).collect::<Result<Vec<FrameInputs>, _>>().map_err(line)?;
+                let mut desc = planned.desc.format(configuration.format());
+                if !desc.volume {
+                    desc = desc.sized(size);
+                }
+                let image =
+                    self.image(*shot, desc, planned.signedness).map_err(|error| one_line(&error.to_string()))?;
+                images.push(InputImage { finite: configuration.unsanitized, ..image.named(name) });
+            }
+            frames.push((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }));
+        }
         let session = configuration.session(subject, graph);
-        session.load(size, &frames[0].0).map_err(line)?;
-        let texels = session.render_all(&frames, together).map_err(line)?;
+        session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
+        let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
@@ -164,24 +164,21 @@ impl Renderer {
         let rows = Size::new(size.width, size.height * samples * size.depth);
         let mut pixels = shot.image.pixels(rows);
         if let Some(signedness) = signedness {
+            if half {
+                pixels.iter_mut().flatten().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
+            }
             let slice = Size::new(size.width, size.height);
-            let clean = |part: &[[f32; 4]]| match samples {
-                1 => sanitized(part, slice, signedness),
-                _ => sanitized_samples(part, signedness),
+            let slices = pixels.chunks(slice.texels() as usize);
+            pixels = match samples {
+                1 => slices.flat_map(|pixels| sanitized(pixels, slice, signedness)).collect(),
+                _ => sanitized_samples(&pixels, signedness),
             };
-            pixels = stored(&pixels, half).chunks(slice.texels() as usize).flat_map(clean).collect();
         }
         let make = if half { Texels::from_floats_as_half } else { Texels::from_floats };
         let texels = make(rows.width, rows.height, &pixels);
         let made = input_image(&self.gpu, "", desc, &texels.bytes)?;
         Ok(self.images.entry(key).or_insert(made).clone())
     }
-}
-
-/// The pixels as an image of floats or half floats holds them.
-fn stored(pixels: &[[f32; 4]], half: bool) -> Vec<[f32; 4]> {
-    let as_half = |pixel: &[f32; 4]| pixel.map(|x| half::f16::from_f32(x).to_f32());
-    if half { pixels.iter().map(as_half).collect() } else { pixels.to_vec() }
 }
 
 impl Configuration {
@@ -194,6 +191,10 @@ impl Configuration {
     /// The longest side that an image can have.
     pub(crate) fn longest_side(&self) -> u32 {
         self.gpu.caps.max_side
+    }
+
+    fn format(&self) -> Format {
+        if self.half { Format::Rgba16Float } else { Format::Rgba32Float }
     }
 
     /// Texels of all images that a frame of this size needs; 0 if it cannot be planned.
@@ -213,16 +214,17 @@ impl Configuration {
     }
 
     fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
-        let format = if self.half { Format::Rgba16Float } else { Format::Rgba32Float };
-        let given = GivenImage { desc: ImageDesc::new(size).format(format), finite: self.unsanitized };
-        let wanted = || graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
+        let given = GivenImage { desc: ImageDesc::new(size).format(self.format()), finite: self.unsanitized };
+        let inputs = || graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
         let options = self.options;
         let session = self.session(subject, graph);
-        for input in wanted() {
-            input.block.into_iter().for_each(|block| session.set_block(&input.name, plausible(block)));
+        for input in inputs() {
+            if let Some(block) = input.block {
+                session.set_block(&input.name, plausible(block));
+            }
         }
         session.change(graph.clone(), options);
-        session.post().plan_for(HostInputs::everything(size, wanted(), given)).map_err(|error| error.to_string())
+        session.post().plan_for(HostInputs::everything(size, inputs(), given)).map_err(|error| error.to_string())
     }
 }
 
@@ -244,17 +246,17 @@ fn one_line(text: &str) -> String {
 }
 
 fn outputs(plan: &Plan, graph: &Graph, texels: Vec<Texels>) -> Vec<OutputPixels> {
-    let output = |((output, wanted), texels): ((&_, &afterimage_graph::check::GraphOutput), Texels)| {
-        let output: &afterimage_plan::PlanOutput = output;
-        OutputPixels {
+    let mut all = Vec::new();
+    for ((output, declared), texels) in plan.outputs.iter().zip(&graph.outputs).zip(texels) {
+        all.push(OutputPixels {
             name: output.name.clone(),
             state: output.state,
-            limit: limit(plan, graph, wanted.source),
+            limit: limit(plan, graph, declared.source),
             size: texels.desc.size,
             pixels: texels.to_floats(),
-        }
-    };
-    plan.outputs.iter().zip(&graph.outputs).zip(texels).map(output).collect()
+        });
+    }
+    all
 }
 
 /// The largest color of an image after the tone curve, if the node that makes it always gives that state: its
@@ -264,9 +266,10 @@ fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let node = &graph.nodes[node];
     let gives = &node.kind().outputs()[output].state;
     let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
-    let runs = !plan.skipped.iter().any(|skipped| skipped.node == node.name);
+    if !is_limited || plan.skipped.iter().any(|skipped| skipped.node == node.name) {
+        return None;
+    }
     match node.instance.value("peak") {
-        _ if !(is_limited && runs) => None,
         Some(Value::Float(peak)) => Some(*peak),
         _ => Some(1.0),
     }

@@ -43,9 +43,9 @@ impl StressOptions {
         let is_default = change.overrides.is_empty();
         let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
         let some: &[&str] = if is_heavy && !is_default { &HEAVY_IMAGES } else { &PAIR_IMAGES };
-        let is_wanted = |image: &&Extreme| all || is_signed || some.contains(&image.name);
+        let is_chosen = |image: &&Extreme| all || is_signed || some.contains(&image.name);
         let fits = |image: &&Extreme| self.accepts(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
-        ALL.iter().filter(is_wanted).filter(fits).copied().collect()
+        ALL.iter().filter(is_chosen).filter(fits).copied().collect()
     }
 
     fn sizes(&self, is_heavy: bool) -> Vec<Size> {
@@ -146,8 +146,8 @@ impl CaseRunner<'_> {
 
     fn sizes(&mut self, configuration: &mut Configuration, graph: &Graph) {
         let images = |names: Option<&[&str]>| -> Vec<Extreme> {
-            let is_wanted = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
-            ALL.iter().filter(is_wanted).filter(|image| self.options.accepts(image.name)).copied().collect()
+            let is_chosen = |image: &&Extreme| names.is_none_or(|names| names.contains(&image.name));
+            ALL.iter().filter(is_chosen).filter(|image| self.options.accepts(image.name)).copied().collect()
         };
         let is_slow = self.options.quick && self.is_heavy;
         let (all, long) = (images(is_slow.then_some(&HEAVY_IMAGES)), images(Some(&LONG_IMAGES)));
@@ -257,16 +257,16 @@ impl CaseRunner<'_> {
             _ => return,
         };
         let cuts = promises(&graph).non_negative;
-        let wanted = |out: &OutputPixels| if cuts { without_negatives(out) } else { out.clone() };
         for (index, image) in images.iter().enumerate() {
-            let pairs = skipped.frames[index]
-                .iter()
-                .filter_map(|out| Some((named(&ran.frames[index], &out.name)?, wanted(out))));
-            let wrong = pairs.filter_map(|(ran, out)| {
-                let ran = if cuts { without_negatives(ran) } else { ran.clone() };
-                different(&ran, &out, Tolerance::HALF)
-            });
-            let wrong = wrong.map(|what| format!("skipped as an identity, but it gives {what}")).collect();
+            let mut wrong = Vec::new();
+            for skipped in &skipped.frames[index] {
+                let Some(ran) = named(&ran.frames[index], &skipped.name) else { continue };
+                let difference = match cuts {
+                    true => different(&without_negatives(ran), &without_negatives(skipped), Tolerance::HALF),
+                    false => different(ran, skipped, Tolerance::HALF),
+                };
+                wrong.extend(difference.map(|what| format!("skipped as an identity, but it gives {what}")));
+            }
             self.tally.judged("neutral");
             self.count(overrides, size, image.name, wrong);
         }

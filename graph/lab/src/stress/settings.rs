@@ -12,6 +12,13 @@ struct Axis {
     neutral: Option<Value>,
 }
 
+impl Axis {
+    /// The override with a value, as pipeline files write it.
+    fn at(&self, value: &Value) -> (String, String) {
+        (self.name.clone(), value.to_string())
+    }
+}
+
 /// Overrides to test together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change {
@@ -24,21 +31,22 @@ pub(crate) struct Change {
 /// extremes.
 pub(crate) fn sweep(subject: &Subject, graph: &Graph, pairs: usize) -> Vec<Change> {
     let axes = axes(subject, graph);
-    let one = |axis: &Axis, value: &Value| (axis.name.clone(), as_text(value));
-    let single = |overrides: Overrides| Change { overrides, is_single: true };
-    let mut changes = vec![single(Overrides::new())];
+    let mut changes = vec![Change { overrides: Overrides::new(), is_single: true }];
     for axis in &axes {
-        changes.extend(axis.ends.iter().chain(&axis.neutral).map(|value| single(vec![one(axis, value)])));
+        for value in axis.ends.iter().chain(&axis.neutral) {
+            changes.push(Change { overrides: vec![axis.at(value)], is_single: true });
+        }
     }
-    let neutral: Overrides = axes.iter().filter_map(|axis| Some(one(axis, axis.neutral.as_ref()?))).collect();
+    let neutral: Overrides = axes.iter().filter_map(|axis| Some(axis.at(axis.neutral.as_ref()?))).collect();
     if neutral.len() > 1 {
-        changes.push(single(neutral));
+        changes.push(Change { overrides: neutral, is_single: true });
     }
     let mut all = Vec::new();
     for (index, first) in axes.iter().enumerate() {
         for second in &axes[index + 1..] {
-            let both = |a| second.ends.iter().map(move |b| vec![one(first, a), one(second, b)]);
-            all.extend(first.ends.iter().flat_map(both));
+            for a in &first.ends {
+                all.extend(second.ends.iter().map(|b| vec![first.at(a), second.at(b)]));
+            }
         }
     }
     let step = all.len().div_ceil(pairs.max(1)).max(1);
@@ -62,35 +70,29 @@ fn axes(subject: &Subject, graph: &Graph) -> Vec<Axis> {
 
 /// The extreme values of a parameter.
 fn ends(param: &Param) -> Vec<Value> {
-    let vector = |n: usize, at: &dyn Fn(usize) -> f64| {
-        let mut all = [0.0; 4];
-        all.iter_mut().take(n).enumerate().for_each(|(index, x)| *x = at(index));
-        Value::Vector(all, n)
-    };
     match (param.ty, param.domain) {
         (Type::Bool, _) => vec![Value::Bool(false), Value::Bool(true)],
         (Type::Choice(choices), _) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
         (Type::Int, Some((low, high))) => vec![Value::Int(low as i64), Value::Int(high as i64)],
         (Type::Float, Some((low, high))) => vec![Value::Float(low), Value::Float(high)],
         (Type::Vector(n), Some((low, high))) => {
-            vec![vector(n, &|_| low), vector(n, &|_| high), vector(n, &|index| if index == 0 { low } else { high })]
+            let vectors = [[low; 4], [high; 4], [low, high, high, high]];
+            let of_length = |x: [f64; 4]| std::array::from_fn(|index| if index < n { x[index] } else { 0.0 });
+            vectors.map(|numbers| Value::Vector(of_length(numbers), n)).into()
         }
         (Type::Text | Type::File | Type::Int | Type::Float | Type::Vector(_), _) => Vec::new(),
     }
 }
 
-/// A value as pipeline files write it.
-fn as_text(value: &Value) -> String {
-    value.to_string()
-}
-
 /// Overrides as arguments of the command line.
 pub(crate) fn arguments(overrides: &Overrides) -> String {
-    let word = |(name, value): &(String, String)| {
+    let mut words = String::new();
+    for (name, value) in overrides {
         let set = format!("{name}={value}");
-        if set.contains([' ', '(', '"', '/']) { format!(" --set '{set}'") } else { format!(" --set {set}") }
-    };
-    overrides.iter().map(word).collect()
+        let quote = if set.contains([' ', '(', '"', '/']) { "'" } else { "" };
+        words += &format!(" --set {quote}{set}{quote}");
+    }
+    words
 }
 
 #[cfg(test)]
@@ -114,9 +116,10 @@ mod tests {
         let graph = subject.graph(&registry, &Vec::new()).expect("defaults are right");
         let all: Vec<String> = sweep(&subject, &graph, 3).iter().map(|change| arguments(&change.overrides)).collect();
         assert_eq!(all[0], "");
-        for wanted in [" --set it.amount=0.0", " --set it.amount=8.0", " --set it.pivot=16.0", " --set it.form=Linear"]
+        for expected in
+            [" --set it.amount=0.0", " --set it.amount=8.0", " --set it.pivot=16.0", " --set it.form=Linear"]
         {
-            assert!(all.iter().any(|words| words == wanted), "{all:?}");
+            assert!(all.iter().any(|words| words == expected), "{all:?}");
         }
         assert_eq!(all.iter().filter(|words| words.matches("--set").count() == 2).count(), 3);
     }

@@ -25,7 +25,6 @@ pub struct Subject {
     tier: Option<String>,
     /// Reads the files that the pipeline names.
     loader: &'static dyn Loader,
-    /// Whether it is one kind.
     pub(crate) is_kind: bool,
     /// Whether it is a kind whose main output is a value.
     pub(crate) shows_value: bool,

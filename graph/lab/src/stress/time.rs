@@ -20,20 +20,20 @@ const FEWER: usize = 10;
 const STEP: f32 = 1.0 / 60.0;
 const SIZE: Size = Size { width: 17, height: 13, depth: 1 };
 /// The tolerance of settled adaptation, in stops.
-const SETTLED: Tolerance = Tolerance { share: 2e-3, beside: 4e-3 };
+const SETTLED: Tolerance = Tolerance { relative: 2e-3, absolute: 4e-3 };
 /// The tolerance of 32-bit rounding between two equal frames.
-const STILL: Tolerance = Tolerance { share: 1e-5, beside: 1e-5 };
+const STILL: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 
 /// A sequence with a name for `--case`.
 struct Sequence {
     name: &'static str,
     shots: fn() -> Vec<Shot>,
     /// The frames whose last one its last one must equal.
-    wanted: Option<Wanted>,
+    expected: Option<ExpectedFrame>,
 }
 
 /// What the last frame must equal.
-struct Wanted {
+struct ExpectedFrame {
     shots: fn() -> Vec<Shot>,
     tolerance: Tolerance,
     /// Whether it is required of every graph, not only of those that follow the brightness.
@@ -56,33 +56,45 @@ const SEQUENCES: [Sequence; 7] = [
     Sequence {
         name: "time-zero",
         shots: || vec![first("gray"), stepped("bright", 0.0)],
-        wanted: Some(Wanted { shots: || vec![first("gray"), stepped("gray", 0.0)], tolerance: STILL, always: false }),
+        expected: Some(ExpectedFrame {
+            shots: || vec![first("gray"), stepped("gray", 0.0)],
+            tolerance: STILL,
+            always: false,
+        }),
     },
     Sequence {
         name: "time-backwards",
         shots: || vec![first("gray"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
-        wanted: Some(Wanted { shots: || vec![first("gray"), stepped("gray", 0.0)], tolerance: STILL, always: false }),
+        expected: Some(ExpectedFrame {
+            shots: || vec![first("gray"), stepped("gray", 0.0)],
+            tolerance: STILL,
+            always: false,
+        }),
     },
-    Sequence { name: "time-tiny", shots: || vec![first("gray"), stepped("bright", 1e-6)], wanted: None },
+    Sequence { name: "time-tiny", shots: || vec![first("gray"), stepped("bright", 1e-6)], expected: None },
     Sequence {
         name: "time-huge",
         shots: || vec![first("gray"), stepped("bright", 1e6)],
-        wanted: Some(Wanted { shots: || vec![first("bright"), shot("bright")], tolerance: SETTLED, always: false }),
+        expected: Some(ExpectedFrame {
+            shots: || vec![first("bright"), shot("bright")],
+            tolerance: SETTLED,
+            always: false,
+        }),
     },
     Sequence {
         name: LONG,
         shots: || [first("gray")].into_iter().chain(vec![shot("bright"); FRAMES]).collect(),
-        wanted: Some(Wanted { shots: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
+        expected: Some(ExpectedFrame { shots: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
     },
     Sequence {
         name: "cut",
         shots: || vec![first("edge"), shot("all-inf"), first("gray")],
-        wanted: Some(Wanted { shots: || vec![first("gray"); 3], tolerance: Tolerance::NONE, always: true }),
+        expected: Some(ExpectedFrame { shots: || vec![first("gray"); 3], tolerance: Tolerance::NONE, always: true }),
     },
     Sequence {
         name: "bad-frame",
         shots: || vec![first("gray"), shot("all-nan"), shot("nan"), shot("bright")],
-        wanted: Some(Wanted {
+        expected: Some(ExpectedFrame {
             shots: || {
                 let clean = |name| Shot { sanitized: true, ..shot(name) };
                 vec![first("gray"), clean("all-nan"), clean("nan"), shot("bright")]
@@ -106,12 +118,12 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     }
     let promises = promises(graph);
     let is_slow = runner.options.quick && runner.is_heavy && runner.options.case.is_none();
-    let is_wanted = |sequence: &&Sequence| {
+    let is_chosen = |sequence: &&Sequence| {
         runner.options.accepts(sequence.name)
-            && (!is_slow || sequence.wanted.as_ref().is_some_and(|wanted| wanted.always))
+            && (!is_slow || sequence.expected.as_ref().is_some_and(|expected| expected.always))
     };
-    let wanted: Vec<&Sequence> = SEQUENCES.iter().filter(is_wanted).collect();
-    for sequence in wanted {
+    let chosen: Vec<&Sequence> = SEQUENCES.iter().filter(is_chosen).collect();
+    for sequence in chosen {
         // A new configuration for each sequence: noise depends on the number of the frame.
         let mut shots = (sequence.shots)();
         if sequence.name == LONG {
@@ -122,9 +134,11 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
         }
         let Some(frames) = run(runner, graph, sequence.name, &shots) else { continue };
         let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
-        if let Some(wanted) = sequence.wanted.as_ref().filter(|wanted| wanted.always || applies(runner, &promises)) {
-            let Some(others) = run(runner, graph, sequence.name, &(wanted.shots)()) else { continue };
-            wrong.extend(last(&frames, &others, wanted, runner.subject.is_kind));
+        if let Some(expected) =
+            sequence.expected.as_ref().filter(|expected| expected.always || applies(runner, &promises))
+        {
+            let Some(others) = run(runner, graph, sequence.name, &(expected.shots)()) else { continue };
+            wrong.extend(last(&frames, &others, expected, runner.subject.is_kind));
             runner.tally.judged(sequence.name);
         }
         if sequence.name == LONG && applies(runner, &promises) {
@@ -167,13 +181,18 @@ fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -
 
 /// What is wrong with the last frame. Of a metering kind only the stops count: its other values follow the image at
 /// once.
-fn last(frames: &[Vec<OutputPixels>], wanted: &[Vec<OutputPixels>], rule: &Wanted, is_kind: bool) -> Option<String> {
-    let (frame, wanted) = (frames.last()?, wanted.last()?);
+fn last(
+    frames: &[Vec<OutputPixels>],
+    expected: &[Vec<OutputPixels>],
+    rule: &ExpectedFrame,
+    is_kind: bool,
+) -> Option<String> {
+    let (frame, expected) = (frames.last()?, expected.last()?);
     let only_stops = |shown: &OutputPixels| match rule.always || !is_kind {
         true => shown.clone(),
         false => OutputPixels { pixels: vec![[shown.pixels[0][0], 0.0, 0.0, 0.0]], ..shown.clone() },
     };
-    let pairs = frame.iter().zip(wanted).map(|(a, b)| (only_stops(a), only_stops(b)));
+    let pairs = frame.iter().zip(expected).map(|(a, b)| (only_stops(a), only_stops(b)));
     let mut wrong = pairs.filter_map(|(a, b)| different(&a, &b, rule.tolerance));
     wrong.next().map(|what| format!("after {} frames: {what}", frames.len()))
 }

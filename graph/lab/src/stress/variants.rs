@@ -31,7 +31,7 @@ const SIZES: [(u32, u32); 2] = [(37, 23), (1, 1)];
 /// Intermediates are in 32 bits, so differences come from 32-bit rounding; an encoded output may differ by one code.
 fn tolerance(state: ColorState) -> Tolerance {
     let code = 1.01 / 255.0;
-    Tolerance { share: 2e-3, beside: if state == ColorState::Encoded { code } else { 1e-3 } }
+    Tolerance { relative: 2e-3, absolute: if state == ColorState::Encoded { code } else { 1e-3 } }
 }
 
 /// Compares all variants at the defaults and at every choice and integer: these change the shaders.
@@ -57,8 +57,8 @@ pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
         (None, quick) => SIZES.iter().take(if quick { 1 } else { 2 }).map(|(w, h)| Size::new(*w, *h)).collect(),
     };
     let only_defaults = runner.options.quick || runner.is_heavy;
-    let is_wanted = |change: &&Change| is_compiled(change) && (change.overrides.is_empty() || !only_defaults);
-    for change in changes.iter().filter(is_wanted) {
+    let is_chosen = |change: &&Change| is_compiled(change) && (change.overrides.is_empty() || !only_defaults);
+    for change in changes.iter().filter(is_chosen) {
         for size in &sizes {
             one(runner, &mut plain, &mut others, &change.overrides, *size, &images);
         }
@@ -82,16 +82,19 @@ fn one(
     let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
     let request = RenderRequest { subject: runner.subject, graph: &graph, size, shots: &shots, together: true };
     // The still images have already reported a failure of the first variant.
-    let Ok(wanted) = runner.renderer.run(plain, request) else { return };
+    let Ok(expected) = runner.renderer.run(plain, request) else { return };
     // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
     let non_negative = promises(&graph).non_negative;
-    let mut wrong: Vec<Vec<String>> =
-        wanted.frames.iter().map(|frame| frame.iter().flat_map(|shown| judge(shown, non_negative)).collect()).collect();
+    let mut wrong: Vec<Vec<String>> = expected
+        .frames
+        .iter()
+        .map(|frame| frame.iter().flat_map(|shown| judge(shown, non_negative)).collect())
+        .collect();
     for (name, configuration) in others.iter_mut() {
         match runner.renderer.run(configuration, request) {
             Ok(ran) => {
                 images.iter().for_each(|_| runner.tally.judged(name));
-                differences(&ran, &wanted).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
+                differences(&ran, &expected).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
             }
             Err(why) => wrong[0].push(format!("{name}: {why}")),
         }
@@ -102,9 +105,9 @@ fn one(
 }
 
 /// The first difference of each output of each frame.
-fn differences<'r>(ran: &'r Rendered, wanted: &'r Rendered) -> impl Iterator<Item = (usize, String)> + 'r {
-    ran.frames.iter().zip(&wanted.frames).enumerate().flat_map(|(index, (frame, wanted))| {
-        let pairs = frame.iter().zip(wanted);
+fn differences<'r>(ran: &'r Rendered, expected: &'r Rendered) -> impl Iterator<Item = (usize, String)> + 'r {
+    ran.frames.iter().zip(&expected.frames).enumerate().flat_map(|(index, (frame, expected))| {
+        let pairs = frame.iter().zip(expected);
         pairs.filter_map(move |(a, b)| Some((index, different(a, b, tolerance(a.state).leaking(a))?)))
     })
 }

@@ -15,16 +15,16 @@ const MIN_NORMAL_HALF: f64 = 6.2e-5;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tolerance {
     /// Relative to the larger one.
-    pub(crate) share: f64,
+    pub(crate) relative: f64,
     /// Absolute, added to the relative part.
-    pub(crate) beside: f64,
+    pub(crate) absolute: f64,
 }
 
 impl Tolerance {
     /// No difference.
-    pub(crate) const NONE: Self = Self { share: 0.0, beside: 0.0 };
+    pub(crate) const NONE: Self = Self { relative: 0.0, absolute: 0.0 };
     /// Four units in the last place of a half float.
-    pub(crate) const HALF: Self = Self { share: 4.0 / 1024.0, beside: MIN_NORMAL_HALF };
+    pub(crate) const HALF: Self = Self { relative: 4.0 / 1024.0, absolute: MIN_NORMAL_HALF };
 
     /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and
     /// not in the same way for every texture path, so a tap between two texels weights them slightly differently.
@@ -32,12 +32,12 @@ impl Tolerance {
         const LEAK: f64 = 2e-6;
         let brightest =
             shown.pixels.iter().flat_map(|pixel| &pixel[..3]).fold(0.0_f64, |most, x| most.max(f64::from(*x)));
-        Self { beside: self.beside + LEAK * brightest, ..self }
+        Self { absolute: self.absolute + LEAK * brightest, ..self }
     }
 
     fn accepts(self, a: f32, b: f32) -> bool {
         let (a, b) = (f64::from(a), f64::from(b));
-        a == b || (a - b).abs() <= self.share * a.abs().max(b.abs()) + self.beside
+        a == b || (a - b).abs() <= self.relative * a.abs().max(b.abs()) + self.absolute
     }
 }
 

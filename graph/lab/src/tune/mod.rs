@@ -51,13 +51,13 @@ pub struct Tuned {
 /// continues from it.
 ///
 /// # Errors
-/// No choice meets the goal; and everything that a measurement reports.
+/// No choice meets the target; and everything that a measurement reports.
 pub fn tune(
     gpu: &Gpu,
     registry: &Registry,
     pipeline: &TunePipeline,
     options: &MeasureOptions,
-    goal: TuneTarget,
+    target: TuneTarget,
     state: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
@@ -65,17 +65,17 @@ pub fn tune(
     let space = candidates.space()?;
     let mut state = SearchState::open(state, candidates.identity(pipeline, &space)?)?;
     let (choice, measured) =
-        search(&space, goal, &mut |choice| candidates.measured(&space, choice, &mut state, progress))?;
-    if !goal.is_met(&measured) {
-        return Err(unreachable_goal(goal, &measured));
+        search(&space, target, &mut |choice| candidates.measured(&space, choice, &mut state, progress))?;
+    if !target.is_met(&measured) {
+        return Err(unreachable_target(target, &measured));
     }
     let graph = space.graph(&pipeline.written, &choice);
     Ok(Tuned { graph, measured, conditions: candidates.conditions(), choices: state.len() })
 }
 
-fn unreachable_goal(goal: TuneTarget, best: &Measured) -> LabError {
+fn unreachable_target(target: TuneTarget, best: &Measured) -> LabError {
     let reached = format!("the closest choice takes {:.3} ms and has an error of {:.3} codes", best.ms, best.p999);
-    LabError::request(format!("no choice of the quality switches stays {goal}: {reached}")).hint(match goal {
+    LabError::request(format!("no choice of the quality switches stays {target}: {reached}")).hint(match target {
         TuneTarget::Budget(_) => "allow more time, or change what the pipeline does: fewer levels, a smaller image",
         TuneTarget::Error(_) => "allow more error; what is left comes from half-float intermediates",
     })

@@ -67,7 +67,7 @@ impl TuneTarget {
     /// smaller limited one.
     fn prefers(self, a: &Measured, b: &Measured) -> bool {
         match (self.is_met(a), self.is_met(b)) {
-            (true, true) => self.wanted(a) < self.wanted(b),
+            (true, true) => self.minimized(a) < self.minimized(b),
             (false, false) => self.limited(a) < self.limited(b),
             (a, _) => a,
         }
@@ -84,7 +84,7 @@ impl TuneTarget {
     }
 
     /// The figure to minimize within the limit, and the one that decides between equals.
-    fn wanted(self, measured: &Measured) -> (Ordered, Ordered) {
+    fn minimized(self, measured: &Measured) -> (Ordered, Ordered) {
         let (ms, error) = measured.point();
         match self {
             Self::Budget(_) => (Ordered(error), Ordered(ms)),
@@ -94,7 +94,7 @@ impl TuneTarget {
 
     /// The figure that the limit is about, and the one that decides between equals.
     fn limited(self, measured: &Measured) -> (Ordered, Ordered) {
-        let (first, second) = self.wanted(measured);
+        let (first, second) = self.minimized(measured);
         (second, first)
     }
 }
@@ -124,31 +124,31 @@ type Evaluate<'o> = dyn FnMut(&[usize]) -> Result<Measured, LabError> + 'o;
 type Candidate = (Vec<usize>, Measured);
 
 /// The best choice that the search finds.
-pub(super) fn search(space: &Space, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
-    search_sizes(&space.sizes(), goal, evaluate)
+pub(super) fn search(space: &Space, target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+    search_sizes(&space.sizes(), target, evaluate)
 }
 
 /// The search over switches with these numbers of choices.
-fn search_sizes(sizes: &[usize], goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+fn search_sizes(sizes: &[usize], target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     let mut found = Vec::new();
-    descend(sizes, goal, evaluate, &mut found)?;
-    let mut best = best_of(&found, goal);
+    descend(sizes, target, evaluate, &mut found)?;
+    let mut best = best_of(&found, target);
     loop {
         let mut near = vec![best.clone()];
         for choice in neighbors(&best.0, sizes) {
             let measured = evaluate(&choice)?;
             near.push((choice, measured));
         }
-        let better = best_of(&near, goal);
-        if !goal.gains(&better.1, &best.1) {
-            return refine(best, goal, evaluate);
+        let better = best_of(&near, target);
+        if !target.gains(&better.1, &best.1) {
+            return refine(best, target, evaluate);
         }
         best = better;
     }
 }
 
 /// The choice without steps that save nothing: each switch becomes more accurate while that costs no time.
-fn refine(best: Candidate, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+fn refine(best: Candidate, target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     let mut best = best;
     // All these steps together may cost no more than the least saving of one step.
     let most = best.1.ms / (1.0 - MIN_SAVING);
@@ -157,7 +157,7 @@ fn refine(best: Candidate, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Res
             let mut choice = best.0.clone();
             choice[switch] = at;
             let measured = evaluate(&choice)?;
-            if measured.ms <= most && measured.point().1 <= best.1.point().1 && goal.is_met(&measured) {
+            if measured.ms <= most && measured.point().1 <= best.1.point().1 && target.is_met(&measured) {
                 best = (choice, measured);
                 break;
             }
@@ -166,18 +166,18 @@ fn refine(best: Candidate, goal: TuneTarget, evaluate: &mut Evaluate<'_>) -> Res
     Ok(best)
 }
 
-/// Steps from the most accurate choice to faster ones, until the goal is reached or no step saves time. All choices
+/// Steps from the most accurate choice to faster ones, until the target is reached or no step saves time. All choices
 /// are kept.
 fn descend(
     sizes: &[usize],
-    goal: TuneTarget,
+    target: TuneTarget,
     evaluate: &mut Evaluate<'_>,
     found: &mut Vec<Candidate>,
 ) -> Result<(), LabError> {
     let exact = vec![0; sizes.len()];
     let mut here = (exact.clone(), evaluate(&exact)?);
     found.push(here.clone());
-    while !matches!(goal, TuneTarget::Budget(ms) if here.1.ms <= ms) {
+    while !matches!(target, TuneTarget::Budget(ms) if here.1.ms <= ms) {
         let mut steps = Vec::new();
         for choice in neighbors(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
             let measured = evaluate(&choice)?;
@@ -186,7 +186,7 @@ fn descend(
         found.extend(steps.iter().cloned());
         let allowed = |(_, m): &&Candidate| {
             let saves = m.ms < here.1.ms * (1.0 - MIN_SAVING);
-            saves && !matches!(goal, TuneTarget::Error(codes) if m.p999 > codes)
+            saves && !matches!(target, TuneTarget::Error(codes) if m.p999 > codes)
         };
         let gain = |(_, m): &Candidate| (here.1.ms - m.ms) / (m.point().1 - here.1.point().1).max(MIN_ERROR);
         let Some(next) = first_largest(steps.iter().filter(allowed), gain) else { return Ok(()) };
@@ -196,11 +196,11 @@ fn descend(
 }
 
 /// The best of the Pareto-optimal choices; the first of equal ones.
-fn best_of(all: &[Candidate], goal: TuneTarget) -> Candidate {
+fn best_of(all: &[Candidate], target: TuneTarget) -> Candidate {
     let on_front = |a: &&Candidate| !all.iter().any(|b| beats(b.1.point(), a.1.point()));
     let mut front = all.iter().filter(on_front);
     let first = front.next().expect("of some candidates, at least one is on the front");
-    front.fold(first, |best, next| if goal.prefers(&next.1, &best.1) { next } else { best }).clone()
+    front.fold(first, |best, next| if target.prefers(&next.1, &best.1) { next } else { best }).clone()
 }
 
 fn first_largest<'c>(
@@ -250,14 +250,14 @@ mod tests {
         (0..12).map(|i| vec![i / 4, i / 2 % 2, i % 2]).collect()
     }
 
-    fn best_by_trying_all(goal: TuneTarget) -> Measured {
+    fn best_by_trying_all(target: TuneTarget) -> Measured {
         let all: Vec<Candidate> = every_choice().into_iter().map(|choice| (choice.clone(), figures(&choice))).collect();
-        best_of(&all, goal).1
+        best_of(&all, target).1
     }
 
     #[test]
     fn finds_what_trying_everything_finds() {
-        for goal in [
+        for target in [
             TuneTarget::Budget(8.0),
             TuneTarget::Budget(6.5),
             TuneTarget::Budget(4.6),
@@ -266,17 +266,17 @@ mod tests {
             TuneTarget::Error(0.4),
             TuneTarget::Error(5.0),
         ] {
-            let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
-            assert!(goal.is_met(&found), "{goal}: {choice:?}");
-            assert_eq!(found, best_by_trying_all(goal), "{goal}: {choice:?}");
+            let (choice, found) = search_sizes(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
+            assert!(target.is_met(&found), "{target}: {choice:?}");
+            assert_eq!(found, best_by_trying_all(target), "{target}: {choice:?}");
         }
     }
 
     #[test]
     fn comes_closest_where_the_goal_cannot_be_met() {
-        let goal = TuneTarget::Budget(1.0);
-        let (choice, found) = search_sizes(&SIZES, goal, &mut |choice| Ok(figures(choice))).unwrap();
-        assert!(!goal.is_met(&found));
+        let target = TuneTarget::Budget(1.0);
+        let (choice, found) = search_sizes(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
+        assert!(!target.is_met(&found));
         assert_eq!(choice, [2, 1, 1]);
     }
 

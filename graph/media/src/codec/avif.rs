@@ -49,7 +49,7 @@ pub fn encode_avif(size: (u32, u32), pixels: EncodedPixels<'_>, options: &AvifOp
     let color = &options.color;
     let codes = Codes::of(color)?;
     let rgb = Quantizer { bits: BITS, dither: options.dither, channels: 3 }.codes(size, pixels)?;
-    let level = LightLevel::of(&rgb, (3, BITS), color);
+    let level = LightLevel::of(&rgb, 3, BITS, color);
     let payload = encode(size, &rgb, &codes, options)?;
     let mut file = Aviffy::new();
     file.set_width(size.0).set_height(size.1).set_bit_depth(BITS as u8);

@@ -43,7 +43,6 @@ impl CodecError {
         self
     }
 
-    /// The error of a reader.
     pub(crate) fn reading(error: &io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::UnexpectedEof => Self::cut_short(),

@@ -14,7 +14,7 @@ pub(crate) struct LightLevel {
 
 impl LightLevel {
     /// The light level of HDR codes; `None` for SDR, and for HLG without a stated peak.
-    pub(crate) fn of(codes: &[u16], (channels, bits): (usize, u32), color: &Colorimetry) -> Option<Self> {
+    pub(crate) fn of(codes: &[u16], channels: usize, bits: u32, color: &Colorimetry) -> Option<Self> {
         let nits = Nits::new(bits, color)?;
         // Sums of fixed groups in a fixed order, so that equal codes give equal bytes.
         let groups: Vec<(f32, f64)> =

@@ -18,7 +18,7 @@ pub(crate) const MAX_HDR_HEADER: u64 = 64 << 10;
 /// Largest headers of an EXR file, in bytes. Names of objects (Cryptomatte) can take some MiB.
 pub(crate) const MAX_EXR_HEADER: u64 = 32 << 20;
 
-/// Most bytes of what a PNG has beside its pixels: an ICC profile takes a few KiB, or some MiB for a printer.
+/// Most bytes of what a PNG has besides its pixels: an ICC profile takes a few KiB, or some MiB for a printer.
 pub(crate) const MAX_PNG_EXTRAS: usize = 16 << 20;
 
 /// How many bytes it may take to decode an image: the picture, and what the decoder needs at the same time.
@@ -26,11 +26,11 @@ pub(crate) const MAX_PNG_EXTRAS: usize = 16 << 20;
 pub struct Budget(pub u64);
 
 impl Budget {
-    /// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, whose decoder needs `beside` bytes
+    /// Accepts a picture of `width` × `height` RGBA pixels with `bytes` per channel, whose decoder needs `extra` bytes
     /// more, or returns the reason why not.
-    pub(crate) fn check(self, size: (u64, u64), bytes: u64, beside: u64) -> Result<(), CodecError> {
+    pub(crate) fn check(self, size: (u64, u64), bytes: u64, extra: u64) -> Result<(), CodecError> {
         check_sides(size)?;
-        let needed = (size.0 * size.1 * 4 * bytes).saturating_add(beside);
+        let needed = (size.0 * size.1 * 4 * bytes).saturating_add(extra);
         if needed <= self.0 {
             return Ok(());
         }

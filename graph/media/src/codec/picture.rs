@@ -1,4 +1,4 @@
-//! A picture in memory, and what its file said about it.
+//! A picture in memory, and what its file stated about it.
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{Format, ImageDesc, Size};
@@ -26,8 +26,8 @@ pub struct Picture {
     pub pixels: Pixels,
     /// The attributes of the file, to be written out again.
     pub meta: Metadata,
-    /// What the file says about its colors; `None` if it says nothing. The numbers are converted to linear Rec.709 in
-    /// any case, and negative ones are colors outside of Rec.709.
+    /// What the file states about its colors; `None` if it states nothing. The numbers are converted to linear Rec.709
+    /// in any case, and negative ones are colors outside of Rec.709.
     pub stated: Option<Colorimetry>,
     /// What was ignored or assumed while reading, as sentences for the user.
     pub notes: Vec<String>,

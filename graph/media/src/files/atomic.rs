@@ -1,4 +1,4 @@
-//! Output files are written whole or not at all: beside the destination first, then renamed.
+//! Output files are written whole or not at all: next to the destination first, then renamed.
 
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, Write};

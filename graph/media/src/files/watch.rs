@@ -39,7 +39,7 @@ type Stamp = (PathBuf, Option<SystemTime>, u64);
 
 impl FileWatch {
     /// Watches nothing yet. `wake` is called on another thread when the system reports a change of what is watched, or
-    /// of a file beside it.
+    /// of a file next to it.
     pub fn new(wake: impl Fn() + Send + 'static) -> Self {
         let (report, reports) = channel();
         let handler = move |event: notify::Result<Event>| {
@@ -134,7 +134,7 @@ fn folder_of(place: &Path) -> &Path {
     place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether a change is complete. Where the system says when a writer closes a file, what is before that may be half a
+/// Whether a change is complete. Where the system states when a writer closes a file, what is before that may be half a
 /// file.
 fn is_whole(kind: EventKind) -> bool {
     match kind {

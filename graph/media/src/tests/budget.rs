@@ -14,8 +14,8 @@ fn png(depth: PngDepth) -> Vec<u8> {
     encode_png((16, 9), EncodedPixels::Byte(&codes), &options).unwrap()
 }
 
-/// The pixels, and what the decoder has beside them: all codes of a PNG, three floats a pixel of a Radiance file, three
-/// batches of 16 MiB of an EXR.
+/// The pixels, and what the decoder has besides them: all codes of a PNG, three floats a pixel of a Radiance file,
+/// three batches of 16 MiB of an EXR.
 #[test]
 fn each_format_needs_what_its_header_says() {
     let folder = Folder::new("budget");

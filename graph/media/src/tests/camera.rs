@@ -49,7 +49,7 @@ fn orthographic() -> DMat4 {
     )
 }
 
-/// Points of the world lie where the file says, in front of a camera that looks along -z.
+/// Points of the world lie where the file states, in front of a camera that looks along -z.
 fn check(stated: &LayerAttributes, depth_at: impl Fn(f64) -> f64) {
     let StatedCamera { view, projection } = of_attributes(stated).unwrap_or_else(|error| panic!("{error}"));
     let to_ndc = stated.world_to_normalized_device.expect("the test states it").map(f64::from);
@@ -62,9 +62,9 @@ fn check(stated: &LayerAttributes, depth_at: impl Fn(f64) -> f64) {
         let clip = matrix(projection) * seen;
         assert!(clip.w > 0.0, "{place} lies in front");
         let found = [clip.x / clip.w / 2.0 + 0.5, 0.5 - clip.y / clip.w / 2.0, clip.z / clip.w];
-        let wanted = [x / w, y / w, depth_at(-seen.z)];
-        let is_near = found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-5);
-        assert!(is_near && seen.z < 0.0, "{place}: {found:?} is not {wanted:?}");
+        let expected = [x / w, y / w, depth_at(-seen.z)];
+        let is_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-5);
+        assert!(is_near && seen.z < 0.0, "{place}: {found:?} is not {expected:?}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! What files say about their colors: chunks of PNG and attributes of EXR, for all transfer functions and primaries.
+//! What files state about their colors: chunks of PNG and attributes of EXR, for all transfer functions and primaries.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer, Xy};
 
@@ -154,8 +154,8 @@ fn what_is_written_is_read_back_as_light() {
             let what = format!("{:?}, {transfer:?}", primaries.name());
             assert_eq!(back.stated.map(|stated| stated.primaries), Some(primaries), "{what}");
             let is_same = match (back.stated.unwrap().transfer, transfer) {
-                (Transfer::Gamma(found), Transfer::Gamma(wanted)) => (found.get() - wanted.get()).abs() < 1e-4,
-                (found, wanted) => found == wanted,
+                (Transfer::Gamma(found), Transfer::Gamma(expected)) => (found.get() - expected.get()).abs() < 1e-4,
+                (found, expected) => found == expected,
             };
             assert!(is_same, "{what}: {:?}", back.stated);
             let expected = light(transfer, 0.6);

@@ -12,7 +12,7 @@ use super::in_workgroup::compose_in_workgroup;
 use super::module::{CodeOptions, Composed, PassCode};
 use super::row_downsample::compose_row_downsample;
 
-/// The module of a pass. `desc_of` describes its images; `sample_mode_of` says how each is sampled, and the strictest
+/// The module of a pass. `desc_of` describes its images; `sample_mode_of` states how each is sampled, and the strictest
 /// of a pass's textures holds for all of its taps.
 ///
 /// # Errors

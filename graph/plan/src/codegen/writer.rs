@@ -158,15 +158,13 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     fn call(&mut self, index: usize) {
         let kernel = &self.code.pass.kernels[index];
         let types = types_of(kernel);
-        let mut arg = |(position, arg): (usize, &Argument)| {
+        let mut args = Vec::new();
+        for (position, arg) in kernel.args.iter().enumerate() {
             let texture = types.get(position).map_or(TEXTURE, |(_, ty)| texture_type(ty));
             let text = self.arg(index, arg, texture);
-            match arg.value {
-                Arg::Pixel(_) | Arg::Kernel(_) if kernel.shader.is_untrusted() => computed(&text),
-                _ => text,
-            }
-        };
-        let args: Vec<String> = kernel.args.iter().enumerate().map(&mut arg).collect();
+            let is_computed = kernel.shader.is_untrusted() && matches!(arg.value, Arg::Pixel(_) | Arg::Kernel(_));
+            args.push(if is_computed { computed(&text) } else { text });
+        }
         let steps = match self.code.pass.kind {
             PassKind::Workgroup(_) => limits::WORKGROUP_LOOP_STEPS,
             _ => limits::LOOP_STEPS,

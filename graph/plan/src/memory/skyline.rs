@@ -1,6 +1,6 @@
 //! Another placement: always at the lowest point of the skyline that the placed blocks make over time.
 //!
-//! The lowest stretch of the skyline takes a block that lives within it, by a rank that says which goes first; where
+//! The lowest stretch of the skyline takes a block that lives within it, by a rank that states which goes first; where
 //! none does, the stretch is filled up to its lower neighbor. That loses nothing: no block that is left lives within
 //! it.
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::options::Alias;
 use crate::request::Requirement;
 
-/// An image with everything that the plan says about it.
+/// An image with everything that the plan states about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedImage {
     /// `node.port`, for people.

@@ -1,4 +1,4 @@
-//! The plan: a value that says everything about a frame, equal for equal inputs.
+//! The plan: a value that states everything about a frame, equal for equal inputs.
 
 mod barrier;
 mod image;
@@ -22,9 +22,7 @@ use names::unique;
 /// A pipeline made ready for one frame size, one set of facts and one device. It is never altered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The images, by [`ImageId`].
     pub images: Vec<PlannedImage>,
-    /// The buffers, by [`BufferId`](afterimage_graph::node::BufferId).
     pub buffers: Vec<VirtualBuffer>,
     /// The passes in the order of execution.
     pub passes: Vec<PlannedPass>,
@@ -105,7 +103,6 @@ impl Plan {
         }
     }
 
-    /// The image with that id.
     pub fn image(&self, id: ImageId) -> &PlannedImage {
         &self.images[id.0 as usize]
     }

@@ -11,7 +11,7 @@ pub struct ScheduledPass {
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
-    /// Its place in the order of recording, which says what each read must see.
+    /// Its place in the order of recording, which states what each read must see.
     pub recorded: usize,
 }
 
@@ -25,7 +25,7 @@ pub struct PlannedPass {
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
-    /// Its place in the order of recording, which says what each read must see.
+    /// Its place in the order of recording, which states what each read must see.
     pub recorded: usize,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],

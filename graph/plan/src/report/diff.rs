@@ -12,7 +12,7 @@ pub struct PlanDiff {
     pub added: Vec<String>,
     /// Passes that only the first has, in the order of execution.
     pub removed: Vec<String>,
-    /// Images that both have, with what each says of them, where size or format differ.
+    /// Images that both have, with what each states of them, where size or format differ.
     pub resized: Vec<(String, String, String)>,
     /// How many passes each has.
     pub passes: (u64, u64),

@@ -102,9 +102,9 @@ mod tests {
                     changed.for_each(|number| *number += value);
                 }
                 for before in 0..=count {
-                    let wanted = numbers[..before].iter().flatten().max().copied();
+                    let expected = numbers[..before].iter().flatten().max().copied();
                     let found = Some(profile.most_before(before)).filter(|most| *most > i64::MIN / 8);
-                    assert_eq!(found, wanted, "the most of the first {before} of {numbers:?}");
+                    assert_eq!(found, expected, "the most of the first {before} of {numbers:?}");
                 }
             }
         }

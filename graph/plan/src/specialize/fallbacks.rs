@@ -23,7 +23,7 @@ pub(super) fn put_fallbacks(graph: &Graph, request: &PlanRequest<'_>) -> Special
         runs: vec![false; count],
         outputs: vec![Vec::new(); count],
         given,
-        wanted: Vec::new(),
+        used_outputs: Vec::new(),
         skipped: Vec::new(),
         identities: BTreeMap::new(),
     };
@@ -75,7 +75,7 @@ impl Verdict {
     }
 }
 
-/// Nodes whose results of earlier frames are read: their memory must go on, so no identity removes them.
+/// Nodes whose results of earlier frames are read: their memory must continue, so no identity removes them.
 fn remembered(graph: &Graph) -> BTreeSet<usize> {
     let wires = graph.nodes.iter().flat_map(|node| &node.wires).flatten();
     let outputs = graph.outputs.iter().map(|output| &output.source);
@@ -97,7 +97,7 @@ fn off(node: &GraphNode, request: &PlanRequest<'_>) -> Option<String> {
     Some(format!("`when: {condition}` does not hold"))
 }
 
-/// Whether a node that is not off runs. `replaced` says of each output whether its fallback equals it.
+/// Whether a node that is not off runs. `replaced` states of each output whether its fallback equals it.
 fn verdict(node: &GraphNode, inputs: &InputValues, replaced: &[bool]) -> Verdict {
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());

@@ -6,12 +6,12 @@ use crate::plan::Skipped;
 use afterimage_graph::check::{Graph, Source};
 
 /// Marks the outputs that are needed, and skips the nodes without any.
-pub(super) fn mark_wanted(graph: &Graph, specialized: &mut SpecializedGraph) -> Result<(), PlanError> {
-    let mut wanted: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind().outputs().len()]).collect();
+pub(super) fn mark_used_outputs(graph: &Graph, specialized: &mut SpecializedGraph) -> Result<(), PlanError> {
+    let mut used_outputs: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind().outputs().len()]).collect();
     let mut stack = shown(graph, specialized)?;
     while let Some((node, output)) = stack.pop() {
-        let first_visit = !wanted[node].iter().any(|wanted| *wanted);
-        wanted[node][output] = true;
+        let first_visit = !used_outputs[node].iter().any(|used| *used);
+        used_outputs[node][output] = true;
         if !first_visit {
             continue;
         }
@@ -21,7 +21,7 @@ pub(super) fn mark_wanted(graph: &Graph, specialized: &mut SpecializedGraph) -> 
             }
         }
     }
-    specialized.wanted = wanted;
+    specialized.used_outputs = used_outputs;
     for (index, node) in graph.nodes.iter().enumerate() {
         if specialized.runs[index] && !specialized.is_live(index) {
             specialized.skipped.push(Skipped { node: node.name.clone(), why: "nobody needs it".into() });

@@ -15,6 +15,6 @@ pub(crate) use wires::{SpecializedGraph, WireSource};
 /// Decides which nodes run for this request, and which of their outputs are needed.
 pub(crate) fn specialize(graph: &Graph, request: &PlanRequest<'_>) -> Result<SpecializedGraph, PlanError> {
     let mut specialized = fallbacks::put_fallbacks(graph, request);
-    live::mark_wanted(graph, &mut specialized)?;
+    live::mark_used_outputs(graph, &mut specialized)?;
     Ok(specialized)
 }

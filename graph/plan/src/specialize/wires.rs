@@ -27,7 +27,7 @@ pub(crate) struct SpecializedGraph {
     /// Whether the host gives each input.
     pub(super) given: Vec<bool>,
     /// For each node and output port, whether an output of the pipeline needs it.
-    pub(crate) wanted: Vec<Vec<bool>>,
+    pub(crate) used_outputs: Vec<Vec<bool>>,
     /// Nodes that do not run, and why.
     pub(crate) skipped: Vec<Skipped>,
     /// Nodes with dynamic parameters whose outputs equal their fallbacks at their values: what arrives, and of each
@@ -56,6 +56,6 @@ impl SpecializedGraph {
 
     /// Whether a node runs and an output needs it.
     pub(crate) fn is_live(&self, node: usize) -> bool {
-        self.runs[node] && self.wanted[node].iter().any(|wanted| *wanted)
+        self.runs[node] && self.used_outputs[node].iter().any(|used| *used)
     }
 }

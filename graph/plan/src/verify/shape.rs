@@ -61,7 +61,7 @@ fn check_numbers(plan: &Plan, places: &HeapPlacement, faults: &mut Faults) {
     }
 }
 
-/// Images that the plan mentions beside its passes.
+/// Images that the plan mentions besides its passes.
 fn unused<'a>(plan: &'a Plan, places: &'a HeapPlacement) -> impl Iterator<Item = Resource> + 'a {
     let barriers = places.aliasing.iter().flatten();
     let aliased = barriers.flat_map(|barrier| barrier.owners.iter().chain(std::iter::once(&barrier.image)));

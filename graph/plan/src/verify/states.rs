@@ -9,14 +9,14 @@ use afterimage_graph::node::{BufferLife, Origin, Resource};
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     let mut states: BTreeMap<Resource, Use> = BTreeMap::new();
     for (number, batch) in walk.plan.batches.iter().enumerate() {
-        let mut wants: BTreeMap<Resource, Use> = BTreeMap::new();
+        let mut all_required: BTreeMap<Resource, Use> = BTreeMap::new();
         for pass in batch.passes.clone() {
             for access in &walk.accesses[pass] {
-                wants.insert(access.resource, wanted(walk, pass, *access));
+                all_required.insert(access.resource, required(walk, pass, *access));
             }
         }
         let place = format!("batch {number}");
-        check_batch(walk, &place, &wants, &batch.transitions, &mut states, faults);
+        check_batch(walk, &place, &all_required, &batch.transitions, &mut states, faults);
     }
     let outputs = walk.plan.outputs.iter().map(|output| (Resource::Image(output.image), Use::Host)).collect();
     check_batch(walk, "the end of the frame", &outputs, &walk.plan.exports, &mut states, faults);
@@ -25,7 +25,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
 fn check_batch(
     walk: &Walk<'_>,
     place: &str,
-    wants: &BTreeMap<Resource, Use>,
+    all_required: &BTreeMap<Resource, Use>,
     batch: &[Transition],
     states: &mut BTreeMap<Resource, Use>,
     faults: &mut Faults,
@@ -36,29 +36,30 @@ fn check_batch(
         if given.insert(transition.resource, transition).is_some() {
             faults.add(format!("two barriers before {place} change `{name}`"));
         }
-        if !wants.contains_key(&transition.resource) {
+        if !all_required.contains_key(&transition.resource) {
             faults.add(format!("a barrier before {place} changes `{name}`, which is not used there"));
         }
     }
-    for (resource, wanted) in wants {
+    for (resource, required) in all_required {
         let name = walk.name(*resource);
         let state = states.get(resource).copied().unwrap_or_else(|| at_first(walk, *resource));
         match given.get(resource) {
-            Some(t) if (t.from, t.to) == (state, *wanted) => {}
+            Some(t) if (t.from, t.to) == (state, *required) => {}
             Some(Transition { from, to, .. }) => faults.add(format!(
                 "the barrier before {place} takes `{name}` from {from:?} to {to:?}, but it must go from {state:?} \
-                 to {wanted:?}"
+                 to {required:?}"
             )),
-            None if state == *wanted && !changes(*wanted) => {}
+            None if state == *required && !changes(*required) => {}
             None => {
-                faults.add(format!("{place} uses `{name}` as {wanted:?}, but no barrier orders that after {state:?}"));
+                faults
+                    .add(format!("{place} uses `{name}` as {required:?}, but no barrier orders that after {state:?}"));
             }
         }
-        states.insert(*resource, *wanted);
+        states.insert(*resource, *required);
     }
 }
 
-fn wanted(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
+fn required(walk: &Walk<'_>, pass: usize, access: Access) -> Use {
     let (draws, of_pass) = (walk.plan.passes[pass].stage != Stage::Compute, &walk.plan.passes[pass].pass);
     let is_depth = |image| of_pass.drawing().and_then(|drawing| drawing.depth).is_some_and(|d| d.target.image == image);
     match (access.writes, access.resource) {

@@ -2,7 +2,7 @@
 
 use afterimage_base::value::Value;
 
-/// What the graph shall have that its text does not say.
+/// What the graph shall have that its text does not state.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// A parameter has another value.

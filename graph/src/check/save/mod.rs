@@ -23,10 +23,10 @@
 mod change;
 mod path;
 mod place;
+mod resolve;
 mod saver;
 mod state;
 mod verify;
-mod wanted;
 
 pub use change::Change;
 pub use saver::Saver;

@@ -1,8 +1,8 @@
 //! Where a change is written.
 
 use super::path::{join_written, relative};
+use super::resolve::{ResolvedChange, switch};
 use super::state::{SetTo, State, Subject};
-use super::wanted::{Wanted, switch};
 use crate::document::{Editor, Override, Tree};
 use afterimage_base::value::{FileValue, Type, Value};
 
@@ -21,36 +21,36 @@ impl SetTo {
 
 impl State<'_> {
     /// Writes a change where the value is given; `tier` is the one of this state.
-    pub(super) fn write(&self, editor: &mut Editor<'_>, tier: Option<&str>, wanted: &Wanted) {
-        let key = self.key(wanted.subject);
+    pub(super) fn write(&self, editor: &mut Editor<'_>, tier: Option<&str>, change: &ResolvedChange) {
+        let key = self.key(change.subject);
         let is_own = |file: &str| *file == *self.document.file;
-        match (self.given(wanted.subject), tier) {
-            (Some(location), _) if is_own(&location.file) => self.replace(editor, wanted),
-            (Some(_), Some(tier)) if self.is_of_tier(wanted.subject) => {
-                self.write_to_tier(editor, tier, &key, wanted.text.clone());
+        match (self.given(change.subject), tier) {
+            (Some(location), _) if is_own(&location.file) => self.replace(editor, change),
+            (Some(_), Some(tier)) if self.is_of_tier(change.subject) => {
+                self.write_to_tier(editor, tier, &key, change.text.clone());
             }
-            (None, _) => match wanted.subject {
+            (None, _) => match change.subject {
                 Subject::Value(node, index)
                     if self.draft(node).scope == 0 && is_own(&self.draft(node).kind_location.file) =>
                 {
                     let name = &self.draft(node).kind.params()[index].name;
-                    editor.add_field(self.draft(node).kind_location.start, name, wanted.text.clone());
+                    editor.add_field(self.draft(node).kind_location.start, name, change.text.clone());
                 }
-                _ => editor.add_to_set(&key, wanted.text.clone()),
+                _ => editor.add_to_set(&key, change.text.clone()),
             },
-            _ => editor.add_to_set(&key, wanted.text.clone()),
+            _ => editor.add_to_set(&key, change.text.clone()),
         }
     }
 
     /// Writes a value in place of the one that is written.
-    fn replace(&self, editor: &mut Editor<'_>, wanted: &Wanted) {
-        let Some(location) = self.given(wanted.subject) else { return };
-        match (self.set_to(wanted.subject), &wanted.set_to) {
+    fn replace(&self, editor: &mut Editor<'_>, change: &ResolvedChange) {
+        let Some(location) = self.given(change.subject) else { return };
+        match (self.set_to(change.subject), &change.set_to) {
             (SetTo::Value(Value::Vector(old, n)), SetTo::Value(Value::Vector(new, _))) => {
                 let number = |(old, new): (&f64, &f64)| (old != new).then(|| Value::Float(*new).to_string());
                 editor.replace_numbers(location.span(), old.iter().zip(new).take(n).map(number).collect());
             }
-            _ => editor.replace(location.span(), wanted.text.clone()),
+            _ => editor.replace(location.span(), change.text.clone()),
         }
     }
 

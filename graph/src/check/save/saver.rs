@@ -1,9 +1,9 @@
 //! From changes to a text that is checked again.
 
 use super::change::Change;
+use super::resolve::resolve;
 use super::state::{SetTo, State};
 use super::verify::{Context, ExpectedGraph, alone, not_saved};
-use super::wanted::wanted;
 use crate::check::files::Files;
 use crate::check::{Checker, Loader};
 use crate::document::{Document, Editor, parse, without_mark};
@@ -34,10 +34,10 @@ impl<'a> Saver<'a> {
         Ok(Self { document, text, loader, context: Context { registry, files: Files::new(loader) } })
     }
 
-    /// The text with changes to the pipeline at a tier. Checked again at this tier, it has the wanted values.
+    /// The text with changes to the pipeline at a tier. Checked again at this tier, it has the new values.
     ///
     /// A value that the tier gives changes in the tier, and the other tiers keep theirs. Any other value changes for
-    /// all tiers that give none of their own. A change to what the text says already changes nothing. If the tier is
+    /// all tiers that give none of their own. A change to what the text states already changes nothing. If the tier is
     /// inherited, it is copied into the file with the change, because a tier replaces the inherited one of its name.
     ///
     /// # Errors
@@ -46,12 +46,16 @@ impl<'a> Saver<'a> {
     /// `Pipeline`; one of the changed text points into that text.
     pub fn save(&self, tier: Option<&str>, changes: &[Change]) -> Result<String, Diagnostics> {
         let state = self.context.state(&self.document, tier)?;
-        let wanted = wanted(&state, changes)?;
+        let changes = resolve(&state, changes)?;
         let mut editor = self.editor();
-        for change in &wanted {
+        for change in &changes {
             state.write(&mut editor, tier, change);
         }
-        self.settled(&state, editor, &ExpectedGraph { before: &self.document, tier, new_tier: None, wanted: &wanted })
+        self.verified(
+            &state,
+            editor,
+            &ExpectedGraph { before: &self.document, tier, new_tier: None, changes: &changes },
+        )
     }
 
     /// The text with a new tier, which is the pipeline at `tier` with changes. The rest stays.
@@ -65,19 +69,19 @@ impl<'a> Saver<'a> {
             let error = Diagnostic::error("doubled", message).also(&first.location, "this tier");
             return Err(alone(&state, error.help("choose another name")));
         }
-        let wanted = wanted(&state, changes)?;
+        let changes = resolve(&state, changes)?;
         let mut editor = self.editor();
         editor.add_tier(name);
         if let Some(tier) = tier {
             state.copy_tier(&mut editor, tier, name);
         }
-        for change in &wanted {
+        for change in &changes {
             editor.add_to_tier(name, &state.key(change.subject), change.text.clone());
         }
-        self.settled(
+        self.verified(
             &state,
             editor,
-            &ExpectedGraph { before: &self.document, tier, new_tier: Some(name), wanted: &wanted },
+            &ExpectedGraph { before: &self.document, tier, new_tier: Some(name), changes: &changes },
         )
     }
 
@@ -85,36 +89,36 @@ impl<'a> Saver<'a> {
         Editor::new(&self.document.file, without_mark(self.text))
     }
 
-    /// The edited text, with overrides in the tiers that would differ from what they must say otherwise.
-    fn settled(
+    /// The edited text, with overrides in the tiers that would differ from what they must state otherwise.
+    fn verified(
         &self,
         state: &State<'_>,
         mut editor: Editor<'_>,
-        goal: &ExpectedGraph<'_>,
+        expected: &ExpectedGraph<'_>,
     ) -> Result<String, Diagnostics> {
-        if goal.wanted.is_empty() && goal.new_tier.is_none() {
+        if expected.changes.is_empty() && expected.new_tier.is_none() {
             return Ok(self.text.to_owned());
         }
-        for (tier, key, must) in self.differences(&editor.text(), goal)? {
+        for (tier, key, must) in self.differences(&editor.text(), expected)? {
             if let Some(tier) = tier {
                 state.write_to_tier(&mut editor, &tier, &key, must.text(&self.document.file));
             }
         }
         let text = editor.text();
-        if let Some((_, key, _)) = self.differences(&text, goal)?.first() {
+        if let Some((_, key, _)) = self.differences(&text, expected)?.first() {
             return Err(alone(state, not_saved(key)));
         }
-        self.check(&text, goal)?;
+        self.check(&text, expected)?;
         let mark = &self.text[..self.text.len() - without_mark(self.text).len()];
         Ok(format!("{mark}{text}"))
     }
 
-    /// At all tiers, where a text differs from what it must say.
-    fn differences(&self, text: &str, goal: &ExpectedGraph<'_>) -> Result<Vec<Difference>, Diagnostics> {
+    /// At all tiers, where a text differs from what it must state.
+    fn differences(&self, text: &str, expected: &ExpectedGraph<'_>) -> Result<Vec<Difference>, Diagnostics> {
         let saved = parse(&self.document.file, text)?;
         let mut all = Vec::new();
         for tier in self.context.state(&saved, None)?.tiers() {
-            let found = goal.differences(&self.context, &saved, tier.as_deref())?;
+            let found = expected.differences(&self.context, &saved, tier.as_deref())?;
             all.extend(found.into_iter().map(|(key, must)| (tier.clone(), key, must)));
         }
         Ok(all)
@@ -122,17 +126,17 @@ impl<'a> Saver<'a> {
 
     /// Checks that a text is right at all tiers at which it was right before. An error that the text had before at the
     /// tier that is saved is shown in that text.
-    fn check(&self, text: &str, goal: &ExpectedGraph<'_>) -> Result<(), Diagnostics> {
+    fn check(&self, text: &str, expected: &ExpectedGraph<'_>) -> Result<(), Diagnostics> {
         let saved = parse(&self.document.file, text)?;
         let checker = Checker::new(&saved, self.context.registry, self.loader);
         let before = Checker::new(&self.document, self.context.registry, self.loader);
         for tier in self.context.state(&saved, None)?.tiers() {
             let Err(errors) = checker.check(tier.as_deref(), &[]) else { continue };
-            let is_new = tier.is_some() && tier.as_deref() == goal.new_tier;
-            let tier = if is_new { goal.tier } else { tier.as_deref() };
+            let is_new = tier.is_some() && tier.as_deref() == expected.new_tier;
+            let tier = if is_new { expected.tier } else { tier.as_deref() };
             match (before.check(tier, &[]), tier) {
-                (Err(errors), _) if tier == goal.tier => return Err(errors),
-                (Ok(_), Some(other)) if tier != goal.tier => return Err(wrong_tier(&saved, other, errors)),
+                (Err(errors), _) if tier == expected.tier => return Err(errors),
+                (Ok(_), Some(other)) if tier != expected.tier => return Err(wrong_tier(&saved, other, errors)),
                 (Ok(_), _) => return Err(errors),
                 (Err(_), _) => {}
             }

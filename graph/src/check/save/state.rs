@@ -1,9 +1,9 @@
-//! What a document says at a tier, and where it says it.
+//! What a document states at a tier, and where it states it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::path::join_written;
-use crate::check::build::{Builder, NodeDraft};
+use crate::check::build::{GraphBuilder, NodeDraft};
 use crate::check::files::{Files, join};
 use crate::document::{Document, Override, Tier};
 use crate::node::Registry;
@@ -30,7 +30,7 @@ pub(super) enum SetTo {
 pub(super) struct State<'a> {
     /// With what it inherits.
     pub(super) document: Document,
-    pub(super) builder: Builder<'a>,
+    pub(super) builder: GraphBuilder<'a>,
     /// The values of overrides of the tier, in all files.
     of_tier: BTreeSet<Location>,
     nodes: BTreeMap<String, usize>,
@@ -45,7 +45,7 @@ impl<'a> State<'a> {
         files: &'a Files<'a>,
         tier: Option<&str>,
     ) -> Result<Self, Diagnostics> {
-        let mut builder = Builder::new(registry, files, document.problems.clone());
+        let mut builder = GraphBuilder::new(registry, files, document.problems.clone());
         let document = builder.inherited(document);
         builder.diagnostics.absorb(file_tier(&document, tier));
         let document = builder.tier(document, tier);
@@ -119,7 +119,6 @@ impl<'a> State<'a> {
         }
     }
 
-    /// What it is set to.
     pub(super) fn set_to(&self, subject: Subject) -> SetTo {
         match subject {
             Subject::Value(node, index) => {

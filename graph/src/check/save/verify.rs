@@ -1,9 +1,9 @@
-//! What a saved text must say: the wanted values at the tier that is saved, and the values of before everywhere else.
+//! What a saved text must state: the new values at the tier that is saved, and the former values everywhere else.
 
 use std::collections::HashMap;
 
+use super::resolve::ResolvedChange;
 use super::state::{SetTo, State, Subject};
-use super::wanted::Wanted;
 use crate::check::files::Files;
 use crate::document::Document;
 use crate::node::Registry;
@@ -26,15 +26,15 @@ impl Context<'_> {
 pub(super) struct ExpectedGraph<'a> {
     /// The text as it was read.
     pub(super) before: &'a Document,
-    /// The tier at which the values are wanted.
+    /// The tier at which the values change.
     pub(super) tier: Option<&'a str>,
     /// The tier that is to have them, if it is a new one.
     pub(super) new_tier: Option<&'a str>,
-    pub(super) wanted: &'a [Wanted],
+    pub(super) changes: &'a [ResolvedChange],
 }
 
 impl ExpectedGraph<'_> {
-    /// Where a saved document differs from what it must say at a tier: the key, and what it must be set to.
+    /// Where a saved document differs from what it must state at a tier: the key, and what it must be set to.
     ///
     /// # Errors
     /// The document has errors, or differs in more than values.
@@ -50,8 +50,8 @@ impl ExpectedGraph<'_> {
         if !before.others().eq(after.others()) {
             return Err(alone(&after, not_saved("the text")));
         }
-        let applying = self.wanted.iter().filter(|wanted| self.applies(wanted, &before, tier));
-        let applying: HashMap<Subject, &SetTo> = applying.map(|wanted| (wanted.subject, &wanted.set_to)).collect();
+        let applying = self.changes.iter().filter(|change| self.applies(change, &before, tier));
+        let applying: HashMap<Subject, &SetTo> = applying.map(|change| (change.subject, &change.set_to)).collect();
         let must = |subject: Subject| {
             applying.get(&subject).map_or_else(|| before.set_to(subject), |set_to| (*set_to).clone())
         };
@@ -62,10 +62,10 @@ impl ExpectedGraph<'_> {
 
     /// Whether a change holds at a tier. One of a value that a tier gives holds at that tier alone; any other one holds
     /// where no tier gives a value of its own.
-    fn applies(&self, wanted: &Wanted, before: &State<'_>, tier: Option<&str>) -> bool {
+    fn applies(&self, change: &ResolvedChange, before: &State<'_>, tier: Option<&str>) -> bool {
         match self.new_tier {
             Some(new) => tier == Some(new),
-            None => tier == self.tier || !wanted.is_of_tier && !before.is_of_tier(wanted.subject),
+            None => tier == self.tier || !change.is_of_tier && !before.is_of_tier(change.subject),
         }
     }
 }
@@ -77,7 +77,7 @@ pub(super) fn alone(state: &State<'_>, error: Diagnostic) -> Diagnostics {
     errors
 }
 
-/// No text was found that says what is wanted.
+/// The error of a value that no text was found for.
 pub(super) fn not_saved(key: &str) -> Diagnostic {
     Diagnostic::error("not-saved", format!("{} cannot be saved: no text is known that gives this value", quote(key)))
         .help("write the value by hand")

@@ -1,6 +1,6 @@
 //! Limits that every WebGPU device has: dispatches, workgroups, bindings and buffers.
 
-use super::complaints::Violations;
+use super::violations::Violations;
 use crate::node::{Arg, KernelCall, PassKind, Recording};
 use afterimage_base::caps::Caps;
 use afterimage_base::image::Size;
@@ -14,10 +14,10 @@ const MAX_TEXTURES: usize = 16;
 const MAX_BUFFERS: usize = 8;
 const MAX_UNIFORM_BYTES: usize = 64 << 10;
 
-pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Violations) {
+pub(super) fn look(recording: &Recording, size: Size, violations: &mut Violations) {
     let caps = Caps::default();
     for buffer in recording.buffers.iter().filter(|buffer| buffer.bytes > caps.max_buffer) {
-        complaints.add(format!(
+        violations.add(format!(
             "the buffer `{}` has {} bytes at {size}; the limit of a device may be {}",
             buffer.label, buffer.bytes, caps.max_buffer
         ));
@@ -25,52 +25,52 @@ pub(super) fn look(recording: &Recording, size: Size, complaints: &mut Violation
     for pass in &recording.passes {
         let place = format!("the pass `{}` at {size}", pass.label);
         for kernel in &pass.kernels {
-            dispatch(kernel, &place, complaints);
+            dispatch(kernel, &place, violations);
             match pass.kind {
-                PassKind::Workgroup([width, height]) => invocations([width, height, 1], &caps, &place, complaints),
-                _ => workgroup(kernel, &caps, &place, complaints),
+                PassKind::Workgroup([width, height]) => invocations([width, height, 1], &caps, &place, violations),
+                _ => workgroup(kernel, &caps, &place, violations),
             }
-            bindings(kernel, &caps, &place, complaints);
+            bindings(kernel, &caps, &place, violations);
         }
-        exceeds(pass.uniform_buffers(), caps.max_uniform_buffers as usize, "uniform buffers", &place, complaints);
+        exceeds(pass.uniform_buffers(), caps.max_uniform_buffers as usize, "uniform buffers", &place, violations);
     }
 }
 
-fn exceeds(count: usize, most: usize, what: &str, place: &str, complaints: &mut Violations) {
-    complaints.require(count <= most, || format!("{place} has {count} {what}; the limit of a device may be {most}"));
+fn exceeds(count: usize, most: usize, what: &str, place: &str, violations: &mut Violations) {
+    violations.require(count <= most, || format!("{place} has {count} {what}; the limit of a device may be {most}"));
 }
 
-fn dispatch(kernel: &KernelCall, place: &str, complaints: &mut Violations) {
+fn dispatch(kernel: &KernelCall, place: &str, violations: &mut Violations) {
     let most = kernel.workgroups.into_iter().flatten().max().unwrap_or(0);
-    exceeds(most as usize, MAX_GROUPS as usize, "workgroups in one direction", place, complaints);
+    exceeds(most as usize, MAX_GROUPS as usize, "workgroups in one direction", place, violations);
 }
 
-fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Violations) {
+fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, violations: &mut Violations) {
     if kernel.workgroups.is_none() {
         return;
     }
     let entry = kernel.shader.reflect().ok().and_then(|reflection| reflection.entry(&kernel.function));
     let Some(entry) = entry else {
-        return complaints.add(format!("{place} has no entry point `{}`", kernel.function));
+        return violations.add(format!("{place} has no entry point `{}`", kernel.function));
     };
-    invocations(entry.workgroup, caps, place, complaints);
+    invocations(entry.workgroup, caps, place, violations);
 }
 
-fn invocations(sides: [u32; 3], caps: &Caps, place: &str, complaints: &mut Violations) {
+fn invocations(sides: [u32; 3], caps: &Caps, place: &str, violations: &mut Violations) {
     let all = sides.iter().map(|side| *side as usize).product();
-    exceeds(all, caps.workgroup_invocations as usize, "invocations in a workgroup", place, complaints);
+    exceeds(all, caps.workgroup_invocations as usize, "invocations in a workgroup", place, violations);
     for (side, most) in sides.into_iter().zip(MAX_INVOCATIONS) {
-        exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, complaints);
+        exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, violations);
     }
 }
 
-fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, complaints: &mut Violations) {
+fn bindings(kernel: &KernelCall, caps: &Caps, place: &str, violations: &mut Violations) {
     let count = |fits: fn(&Arg) -> bool| kernel.args.iter().filter(|arg| fits(&arg.value)).count();
     let textures = count(|arg| matches!(arg, Arg::Texture(_) | Arg::Level(_) | Arg::Pixel(_)));
-    exceeds(textures, MAX_TEXTURES, "textures", place, complaints);
+    exceeds(textures, MAX_TEXTURES, "textures", place, violations);
     let buffers = count(|arg| matches!(arg, Arg::Buffer(..) | Arg::Value(..)));
-    exceeds(buffers, MAX_BUFFERS, "buffers", place, complaints);
+    exceeds(buffers, MAX_BUFFERS, "buffers", place, violations);
     let images = count(|arg| matches!(arg, Arg::Storage(_)));
-    exceeds(images, caps.max_storage_images as usize, "storage images", place, complaints);
-    exceeds(kernel.uniform.len(), MAX_UNIFORM_BYTES, "bytes in its uniform", place, complaints);
+    exceeds(images, caps.max_storage_images as usize, "storage images", place, violations);
+    exceeds(kernel.uniform.len(), MAX_UNIFORM_BYTES, "bytes in its uniform", place, violations);
 }

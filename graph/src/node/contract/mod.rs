@@ -4,23 +4,23 @@
 //!
 //! ```no_run
 //! # const ALL: &[afterimage_graph::node::NodeKind] = &[];
-//! if let Err(complaints) = afterimage_graph::node::contract(ALL) {
-//!     panic!("{}", complaints.join("\n"));
+//! if let Err(violations) = afterimage_graph::node::contract(ALL) {
+//!     panic!("{}", violations.join("\n"));
 //! }
 //! ```
 
-mod complaints;
 mod declared;
 mod limits;
 mod names;
 mod parts;
 mod recorded;
+mod violations;
 
 use std::collections::BTreeSet;
 
 use super::kind::NodeKind;
 use super::recorder::Recording;
-use complaints::Violations;
+use violations::Violations;
 
 pub use names::kind_file_name;
 pub(super) use names::{is_pascal, is_snake, snake, stem};
@@ -34,7 +34,7 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 /// * Fallbacks and states name existing inputs of matching types.
 /// * Every kind records at its defaults and at each parameter's extremes, with and without its optional inputs, for an
 ///   image, a single pixel, and images of 7680x4320 and 8192x8192. It records the same each time, gives every output
-///   that is wanted, and writes only to its own images.
+///   that is used, and writes only to its own images.
 /// * A mip level or a layer of an image is drawn before a pass reads it.
 /// * Dispatches, workgroups, buffers and bindings are within what every WebGPU device allows, also for the largest
 ///   images.
@@ -46,18 +46,18 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 /// # Errors
 /// All violations, one sentence each, beginning with the kind's name.
 pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
-    let mut complaints = Violations::default();
+    let mut violations = Violations::default();
     let mut names = BTreeSet::new();
     for kind in kinds {
-        complaints.about(kind.name());
+        violations.about(kind.name());
         if !names.insert(kind.name()) {
-            complaints.add("another kind has the same name");
+            violations.add("another kind has the same name");
         }
-        declared::look(kind, &mut complaints);
-        recorded::look(kind, &mut complaints, &mut |_| {});
-        recorded::live(kind, &mut complaints);
+        declared::look(kind, &mut violations);
+        recorded::look(kind, &mut violations, &mut |_| {});
+        recorded::live(kind, &mut violations);
     }
-    complaints.finish()
+    violations.finish()
 }
 
 /// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use super::complaints::Violations;
+use super::violations::Violations;
 use crate::node::{Arg, Drawing, ImageId, Origin, Recording, Subresource};
 
-pub(super) fn look(recording: &Recording, complaints: &mut Violations) {
+pub(super) fn look(recording: &Recording, violations: &mut Violations) {
     let mut drawn: BTreeSet<Subresource> = BTreeSet::new();
     for pass in &recording.passes {
         for part in pass.args().flat_map(|arg| read(arg, recording)) {
-            complaints.require(drawn.contains(&part), || {
+            violations.require(drawn.contains(&part), || {
                 let (label, Subresource { level, layer, .. }) = (&recording.image(part.image).label, part);
                 format!(
                     "the pass `{}` reads level {level} of layer {layer} of `{label}`, which is not drawn",

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use super::complaints::Violations;
 use super::limits;
 use super::names::{pascal, snake, stem};
 use super::parts;
+use super::violations::Violations;
 use crate::node::{
     Arg, BlockId, BufferLife, InputValue, InputValues, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
     PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
@@ -38,7 +38,7 @@ struct Recorded {
 /// An image as tests have it, a single pixel, and the largest images that every device has.
 const SIZES: [(u32, u32); 4] = [(64, 36), (1, 1), (7680, 4320), (8192, 8192)];
 
-pub(super) fn look(kind: &NodeKind, complaints: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
+pub(super) fn look(kind: &NodeKind, violations: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
     let mut is_recorded = false;
     for (index, values) in variants(kind).into_iter().enumerate() {
         let node = NodeInstance::new(kind.clone(), values);
@@ -51,51 +51,51 @@ pub(super) fn look(kind: &NodeKind, complaints: &mut Violations, seen: &mut dyn 
                 let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
                 if records(&way) {
                     is_recorded = true;
-                    one(&way, &mut computed, complaints, seen);
+                    one(&way, &mut computed, violations, seen);
                 }
             }
         }
     }
     if !is_recorded {
-        skipped(kind, complaints);
+        skipped(kind, violations);
     }
 }
 
 /// No value that was tried lets the kind record.
-fn skipped(kind: &NodeKind, complaints: &mut Violations) {
+fn skipped(kind: &NodeKind, violations: &mut Violations) {
     let why = match NodeInstance::new(kind.clone(), defaults(kind)).verify() {
         Err(why) => format!("its defaults are refused ({why})"),
         Ok(()) => "each output equals its fallback at the defaults".into(),
     };
-    complaints.skip(format!(
+    violations.skip(format!(
         "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it \
          runs, or test it in a pipeline"
     ));
 }
 
 /// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
-pub(super) fn live(kind: &NodeKind, complaints: &mut Violations) {
+pub(super) fn live(kind: &NodeKind, violations: &mut Violations) {
     let defaults = defaults(kind);
     let all: Vec<usize> = (0..kind.params().len()).filter(|index| !kind.params()[*index].replan).collect();
     if all.is_empty() {
         return;
     }
     for is_fully_wired in [true, false] {
-        let without_uniforms = |values: Vec<Value>, complaints: &mut Violations| {
+        let without_uniforms = |values: Vec<Value>, violations: &mut Violations| {
             let node = NodeInstance::new(kind.clone(), values);
             let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
             let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
-            let recorded = node.verify().is_ok().then(|| record(&way, Tables::new(), complaints)).flatten();
+            let recorded = node.verify().is_ok().then(|| record(&way, Tables::new(), violations)).flatten();
             recorded.map(Recorded::without_uniforms)
         };
-        let Some(first) = without_uniforms(defaults.clone(), complaints) else { return };
+        let Some(first) = without_uniforms(defaults.clone(), violations) else { return };
         for (index, param) in all.iter().map(|index| (*index, &kind.params()[*index])) {
             let probes = [param.lowest(), param.highest(), param.middle(), param.neutral.clone()];
             for value in probes.into_iter().flatten() {
                 let mut values = defaults.clone();
                 values[index] = value.clone();
-                let other = without_uniforms(values, complaints);
-                complaints.require(other.is_none_or(|other| other == first), || {
+                let other = without_uniforms(values, violations);
+                violations.require(other.is_none_or(|other| other == first), || {
                     format!("`{}` at {value} changes more than uniforms: declare `replans()`", param.name)
                 });
             }
@@ -115,13 +115,13 @@ fn records(way: &Use<'_>) -> bool {
 /// Tables that a recording has computed.
 type Tables = BTreeMap<String, Arc<[u8]>>;
 
-fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
+fn one(way: &Use<'_>, computed: &mut Tables, violations: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
     let is_first = computed.is_empty();
-    let Some(first) = record(way, std::mem::take(computed), complaints) else { return };
+    let Some(first) = record(way, std::mem::take(computed), violations) else { return };
     computed.clone_from(&first.recording.computed);
     // A recording may bake a table, which no size changes, so it is made twice only at the defaults and for one size.
-    let again = (way.is_default && is_first).then(|| record(way, Tables::new(), complaints)).flatten();
-    complaints.require(again.is_none_or(|again| first == again), || "two recordings at equal values differ".into());
+    let again = (way.is_default && is_first).then(|| record(way, Tables::new(), violations)).flatten();
+    violations.require(again.is_none_or(|again| first == again), || "two recordings at equal values differ".into());
     for (port, given) in way.node.kind().outputs().iter().zip(&first.outputs) {
         let fits = matches!(
             (port.ty, given),
@@ -130,16 +130,16 @@ fn one(way: &Use<'_>, computed: &mut Tables, complaints: &mut Violations, seen: 
                 | (PortType::Pyramid, InputValue::Pyramid(_) | InputValue::Zero)
                 | (PortType::Table | PortType::Value, InputValue::Buffer(_))
         );
-        complaints
-            .require(fits, || format!("the output `{}` is wanted and not given as a {}", port.name, port.ty.name()));
+        violations
+            .require(fits, || format!("the output `{}` is used and not given as a {}", port.name, port.ty.name()));
     }
-    limits::look(&first.recording, way.size, complaints);
-    parts::look(&first.recording, complaints);
+    limits::look(&first.recording, way.size, violations);
+    parts::look(&first.recording, violations);
     for pass in &first.recording.passes {
-        writes_its_own(pass, &first, complaints);
-        pass.shaders().for_each(|shader| file_name(shader, complaints));
-        pass.kernels.iter().for_each(|kernel| blocks(kernel, way.node.kind(), complaints));
-        pass.kernels.iter().for_each(|kernel| samples(kernel, &first.recording, complaints));
+        writes_its_own(pass, &first, violations);
+        pass.shaders().for_each(|shader| file_name(shader, violations));
+        pass.kernels.iter().for_each(|kernel| blocks(kernel, way.node.kind(), violations));
+        pass.kernels.iter().for_each(|kernel| samples(kernel, &first.recording, violations));
     }
     seen(&first.recording);
 }
@@ -177,9 +177,9 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-fn record(way: &Use<'_>, computed: Tables, complaints: &mut Violations) -> Option<Recorded> {
+fn record(way: &Use<'_>, computed: Tables, violations: &mut Violations) -> Option<Recorded> {
     let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way, computed)));
-    attempt.map_err(|panic| complaints.add(format!("recording fails: {}", reason(&*panic)))).ok()
+    attempt.map_err(|panic| violations.add(format!("recording fails: {}", reason(&*panic)))).ok()
 }
 
 fn reason(panic: &(dyn std::any::Any + Send)) -> String {
@@ -199,7 +199,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
         })
         .collect();
     let given = recording.images.len();
-    let wanted = vec![true; kind.outputs().len()];
+    let used_outputs = vec![true; kind.outputs().len()];
     let caps = Caps::default();
     let context = RecorderContext {
         node: "node",
@@ -211,7 +211,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
         frame_size: way.size,
         caps: &caps,
         exact: way.is_exact,
-        wanted: &wanted,
+        used_outputs: &used_outputs,
         colors: NodeColors::default(),
     };
     let mut recorder = Recorder::new(context, &mut recording);
@@ -251,34 +251,34 @@ fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> I
 }
 
 /// The structs of host blocks have the members that the kind's ports declare.
-fn blocks(kernel: &KernelCall, kind: &NodeKind, complaints: &mut Violations) {
+fn blocks(kernel: &KernelCall, kind: &NodeKind, violations: &mut Violations) {
     let Ok(reflection) = kernel.shader.reflect() else { return };
     for arg in kernel.args.iter().filter(|arg| matches!(arg.value, Arg::Block(_))) {
         let layout = reflection.struct_of(&kernel.function, &arg.name).and_then(|ty| reflection.layout(ty));
         let declared = kind.input(&arg.name).and_then(|port| port.block);
         let fits = layout.zip(declared).is_some_and(|(layout, declared)| declared.fits(layout));
-        complaints.require(fits, || {
+        violations.require(fits, || {
             format!("the struct of `{}` in `{}` has not the members of its host block", arg.name, kernel.function)
         });
     }
 }
 
 /// Samples are sanitized where the library reads them, and nowhere else.
-fn samples(kernel: &KernelCall, recording: &Recording, complaints: &mut Violations) {
+fn samples(kernel: &KernelCall, recording: &Recording, violations: &mut Violations) {
     let has_samples = kernel.textures().any(|image| recording.image(image).desc.samples > 1);
     let is_direct = kernel.shader.reads_textures_itself(&kernel.function);
-    complaints.require(!(has_samples && is_direct), || {
+    violations.require(!(has_samples && is_direct), || {
         format!("`{}` reads samples directly: `texel_sample` of the library sanitizes them", kernel.function)
     });
 }
 
 /// A pass must not write to what it was given, nor to what is constant.
-fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Violations) {
+fn writes_its_own(pass: &Pass, recorded: &Recorded, violations: &mut Violations) {
     for resource in pass.writes() {
         if let Resource::Image(image) = resource {
             let is_foreign = (image.0 as usize) < recorded.given;
             let is_constant = matches!(recorded.recording.image(image).origin, Origin::Constant(_));
-            complaints.require(!is_foreign && !is_constant, || {
+            violations.require(!is_foreign && !is_constant, || {
                 format!("the pass `{}` writes an image that is not its own", pass.label)
             });
         }
@@ -286,10 +286,10 @@ fn writes_its_own(pass: &Pass, recorded: &Recorded, complaints: &mut Violations)
 }
 
 /// The file is named after a kind.
-fn file_name(shader: &Shader, complaints: &mut Violations) {
+fn file_name(shader: &Shader, violations: &mut Violations) {
     let file = shader.file();
     let stem = stem(file);
-    complaints.require(snake(&pascal(stem)) == stem, || {
+    violations.require(snake(&pascal(stem)) == stem, || {
         format!("the file `{file}` is not called after a kind, in snake_case")
     });
 }

@@ -54,16 +54,16 @@ impl Pair<'_> {
     /// The file is named after the kind.
     fn names(&mut self) {
         let name = &self.declared.name;
-        let (file, wanted) = (stem(&self.file).to_owned(), snake(&name.value));
+        let (file, expected) = (stem(&self.file).to_owned(), snake(&name.value));
         if !is_pascal(&name.value) {
             let message = format!("{} is not a valid name of a kind", quote(&name.value));
             let help = "it begins with a capital letter and holds letters and digits only, as `ToneMap` does";
             return self.diagnostics.push(Diagnostic::error("bad-name", message).at(&name.location, "").help(help));
         }
-        if file != wanted {
+        if file != expected {
             let message = format!("the shader of {} is called `{file}.wgsl`", quote(&name.value));
             let diagnostic = Diagnostic::error("file-name", message).at(&name.location, "");
-            self.diagnostics.push(diagnostic.help(format!("rename it to `{wanted}.wgsl`")));
+            self.diagnostics.push(diagnostic.help(format!("rename it to `{expected}.wgsl`")));
         }
     }
 

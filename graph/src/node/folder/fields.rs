@@ -25,15 +25,6 @@ pub(super) fn one_of<T: Copy, const N: usize>(
     found
 }
 
-const STATES: [(&str, ColorState); 6] = [
-    ("Scene", ColorState::Scene),
-    ("Exposed", ColorState::Exposed),
-    ("LogLuminance", ColorState::LogLuminance),
-    ("DisplayLinear", ColorState::DisplayLinear),
-    ("Encoded", ColorState::Encoded),
-    ("Data", ColorState::Data),
-];
-
 /// The fields of a thing, taken one by one; what is left in the end is a error.
 pub(super) struct Fields<'d> {
     location: Location,
@@ -87,11 +78,11 @@ impl<'d> Fields<'d> {
         item
     }
 
-    pub(super) fn wrong(&mut self, name: &str, item: &Item, wanted: &str) {
+    pub(super) fn wrong(&mut self, name: &str, item: &Item, expected: &str) {
         if item.value.is_broken() {
             return;
         }
-        let message = format!("{} is {wanted}", quote(name));
+        let message = format!("{} is {expected}", quote(name));
         let seen = format!("this is {}", item.value.describe());
         self.diagnostics.push(Diagnostic::error("wrong-type", message).at(&item.location, seen));
     }
@@ -160,7 +151,10 @@ impl<'d> Fields<'d> {
 
     pub(super) fn state(&mut self, item: Item) -> Option<ColorState> {
         match item.value {
-            Tree::Name(name) => one_of(&Spanned::new(name, item.location), "image state", STATES, self.diagnostics),
+            Tree::Name(name) => {
+                let states = ColorState::ALL.map(|state| (state.name(), state));
+                one_of(&Spanned::new(name, item.location), "image state", states, self.diagnostics)
+            }
             _ => {
                 self.wrong("state", &item, "the bare name of an image state");
                 None
@@ -236,7 +230,7 @@ impl<'d> Fields<'d> {
         let value = match (ty, &item.value) {
             (Type::Bool, Tree::Bool(flag)) => Some(Value::Bool(*flag)),
             (Type::Int, Tree::Int(whole)) => Some(Value::Int(*whole)),
-            (Type::Float, _) => number(&item).map(Value::Float),
+            (Type::Float, _) => item.value.number().map(Value::Float),
             (Type::Vector(n), Tree::Tuple(None, items)) if items.len() == n => vector(items),
             _ => None,
         };
@@ -250,7 +244,7 @@ impl<'d> Fields<'d> {
         let item = if is_required { self.required(name)? } else { self.take(name)? };
         let range = match &item.value {
             Tree::Tuple(None, ends) => match ends.as_slice() {
-                [low, high] => number(low).zip(number(high)).filter(|(low, high)| low <= high),
+                [low, high] => low.value.number().zip(high.value.number()).filter(|(low, high)| low <= high),
                 _ => None,
             },
             _ => None,
@@ -271,18 +265,10 @@ impl<'d> Fields<'d> {
     }
 }
 
-fn number(item: &Item) -> Option<f64> {
-    match item.value {
-        Tree::Int(whole) => Some(whole as f64),
-        Tree::Float(number) => Some(number),
-        _ => None,
-    }
-}
-
 fn vector(items: &[Item]) -> Option<Value> {
     let mut numbers = [0.0; 4];
     for (slot, item) in numbers.iter_mut().zip(items) {
-        *slot = number(item)?;
+        *slot = item.value.number()?;
     }
     Some(Value::Vector(numbers, items.len()))
 }

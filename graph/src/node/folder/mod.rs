@@ -133,10 +133,10 @@ fn shader_of(
         return Some(0);
     }
     let name = &declared?.name;
-    let wanted = snake(&name.value);
-    let found = files.iter().position(|(file, _)| stem(file) == wanted);
+    let expected = snake(&name.value);
+    let found = files.iter().position(|(file, _)| stem(file) == expected);
     if found.is_none() {
-        let message = format!("no file of the folder is called `{wanted}.wgsl`");
+        let message = format!("no file of the folder is called `{expected}.wgsl`");
         let help = "the shader of a kind has the kind's name in snake case; other files are for imports";
         diagnostics.push(Diagnostic::error("file-name", message).at(&name.location, "").help(help));
     }
@@ -151,9 +151,9 @@ fn contracted(
 ) -> Result<NodeKind, Diagnostics> {
     let location = declared.name.location.clone();
     let kind = NodeKind::new(Arc::new(FolderKind::new(declared, shader)));
-    let Err(complaints) = contract(std::slice::from_ref(&kind)) else { return Ok(kind) };
-    for complaint in complaints {
-        diagnostics.push(Diagnostic::error("contract", complaint).at(&location, ""));
+    let Err(violations) = contract(std::slice::from_ref(&kind)) else { return Ok(kind) };
+    for violation in violations {
+        diagnostics.push(Diagnostic::error("contract", violation).at(&location, ""));
     }
     Err(diagnostics.sorted())
 }

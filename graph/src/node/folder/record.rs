@@ -143,18 +143,18 @@ impl DynNode for FolderNode {
     fn record(&self, pass: &mut Recorder<'_>) {
         let needed = self.needed(pass);
         let size = self.size(pass);
-        let mut round = Round { node: self, size, made: Vec::new(), tables: BTreeMap::new(), pass };
+        let mut recorder = FolderRecorder { node: self, size, made: Vec::new(), tables: BTreeMap::new(), pass };
         for (step, needed) in self.steps.iter().zip(needed) {
-            let made = if needed { round.step(step) } else { InputValue::Absent };
-            if round.pass.is_output_used(&step.name) {
-                round.pass.give(&step.name, made.clone());
+            let made = if needed { recorder.step(step) } else { InputValue::Absent };
+            if recorder.pass.is_output_used(&step.name) {
+                recorder.pass.give(&step.name, made.clone());
             }
-            round.made.push(made);
+            recorder.made.push(made);
         }
     }
 }
 
-struct Round<'n, 'r, 'a> {
+struct FolderRecorder<'n, 'r, 'a> {
     node: &'n FolderNode,
     size: Size,
     /// What the functions before have made.
@@ -164,14 +164,14 @@ struct Round<'n, 'r, 'a> {
     pass: &'r mut Recorder<'a>,
 }
 
-/// What a function that is called for several levels reads beside the others.
+/// What a function that is called for several levels reads besides the others.
 #[derive(Clone, Copy, Default)]
 struct Moving {
     at_hand: Option<ImageId>,
     coarser: Option<ImageId>,
 }
 
-impl Round<'_, '_, '_> {
+impl FolderRecorder<'_, '_, '_> {
     fn step(&mut self, step: &Step) -> InputValue {
         match step.levels {
             Levels::Image { .. } => {

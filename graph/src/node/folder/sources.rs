@@ -11,27 +11,27 @@ impl Pair<'_> {
     /// What is read under a name in the declaration must exist before, and fit.
     pub(super) fn named_sources(&mut self, at: usize) {
         let made = &self.declared.made[at];
-        if let Some((of, wanted)) = made.shape.of() {
-            self.named_source(at, of, &[wanted]);
+        if let Some((of, expected)) = made.shape.of() {
+            self.named_source(at, of, &[expected]);
         }
         for (_, read) in &made.reads {
-            let wanted: &[PortType] = match read.level {
+            let expected: &[PortType] = match read.level {
                 Some(_) => &[PortType::Pyramid],
                 None => &[PortType::Image, PortType::Volume, PortType::Table],
             };
-            self.named_source(at, &read.of, wanted);
+            self.named_source(at, &read.of, expected);
         }
     }
 
-    fn named_source(&mut self, at: usize, name: &Spanned<String>, wanted: &[PortType]) {
+    fn named_source(&mut self, at: usize, name: &Spanned<String>, expected: &[PortType]) {
         let error = match self.declared.named(&name.value, at).map(|source| self.declared.ty(source)) {
-            Some(ty) if wanted.contains(&ty) => {
+            Some(ty) if expected.contains(&ty) => {
                 self.used.insert(name.value.clone());
                 return;
             }
             Some(ty) => {
-                let wanted = list(wanted.iter().map(|ty| ty.name()), wanted.len());
-                let message = format!("{} is a {}, and not one of {wanted}", quote(&name.value), ty.name());
+                let expected = list(expected.iter().map(|ty| ty.name()), expected.len());
+                let message = format!("{} is a {}, and not one of {expected}", quote(&name.value), ty.name());
                 Diagnostic::error("wrong-source", message)
             }
             None => {
@@ -74,7 +74,7 @@ impl Pair<'_> {
         };
         self.used.insert(name.to_owned());
         let held = self.declared.ty(source);
-        let (fits, wanted) = match held {
+        let (fits, expected) = match held {
             PortType::Volume => (*ty == ArgType::Volume, "`texture_3d<f32>`"),
             PortType::Value => (matches!(ty, ArgType::Floats(1..=4)), "`f32`, `vec2f`, `vec3f` or `vec4f`"),
             PortType::Table => (*ty == ArgType::Texture, "`texture_2d<f32>`, which `#import table` reads"),
@@ -86,7 +86,7 @@ impl Pair<'_> {
             PortType::Image => (matches!(ty, ArgType::Floats(4) | ArgType::Texture), "`vec4f` or `texture_2d<f32>`"),
         };
         if !fits {
-            let message = format!("the argument {} is a {} and needs the type {wanted}", quote(name), held.name());
+            let message = format!("the argument {} is a {} and needs the type {expected}", quote(name), held.name());
             let error = Diagnostic::error("shader-argument", message).at(&location, "the shader takes it here");
             let declared = self.location(at, source);
             return self.diagnostics.push(error.also(&declared, "the node declares it here"));

@@ -15,25 +15,28 @@ impl Bindings {
         shader: &'s Shader,
         entry: &'s str,
     ) -> impl Iterator<Item = (&'s str, Arg)> {
-        let argument = move |global: &'s Global| {
-            let value = match (block(recorder, &global.name), &global.kind) {
-                (Some(block), _) => block,
-                (None, GlobalKind::Uniform(_)) => return None,
-                (None, kind) => {
-                    let held = self.held(recorder, &global.name)?;
-                    require_texture(recorder, (entry, &global.name), held);
-                    argument(kind, held)
-                }
-            };
-            Some((global.name.as_str(), value))
-        };
-        recorder.reflection(shader).globals.iter().filter_map(argument)
+        let globals = recorder.reflection(shader).globals.iter();
+        globals.filter_map(move |global| Some((global.name.as_str(), self.argument(recorder, entry, global)?)))
+    }
+
+    fn argument(&self, recorder: &Recorder<'_>, entry: &str, global: &Global) -> Option<Arg> {
+        if let Some(block) = block(recorder, &global.name) {
+            return Some(block);
+        }
+        if let GlobalKind::Uniform(_) = global.kind {
+            return None;
+        }
+        let held = self.held(recorder, &global.name)?;
+        require_texture(recorder, entry, &global.name, held);
+        Some(argument(&global.kind, held))
     }
 
     /// The call of a module's entry point.
     pub(super) fn call(&self, recorder: &Recorder<'_>, shader: Shared<Shader>, entry: Shared<str>) -> KernelCall {
-        let owned = |(name, value): (&str, _)| Argument { name: name.to_owned(), value };
-        let args = self.arguments(recorder, &shader, &entry).map(owned).collect();
+        let args = self
+            .arguments(recorder, &shader, &entry)
+            .map(|(name, value)| Argument { name: name.to_owned(), value })
+            .collect();
         let uniform = recorder.uniform(&shader, params(recorder, &shader), &self.computed);
         KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, entry, &[]) }
     }
@@ -73,7 +76,7 @@ fn block(recorder: &Recorder<'_>, name: &str) -> Option<Arg> {
 }
 
 /// Entry points take no samples and no arrays.
-fn require_texture(recorder: &Recorder<'_>, (entry, name): (&str, &str), held: Bound) {
+fn require_texture(recorder: &Recorder<'_>, entry: &str, name: &str, held: Bound) {
     let image = match held {
         Bound::Resource(held) => held.image(),
         Bound::Level(part) => Some(part.image),

@@ -1,4 +1,4 @@
-//! What a node says of a pass, in vectors that its next pass takes over.
+//! What a node states of a pass, in vectors that its next pass takes over.
 
 use afterimage_base::Shared;
 use afterimage_wgsl::UniformValue;
@@ -6,12 +6,12 @@ use afterimage_wgsl::UniformValue;
 use crate::node::drawing::Subresource;
 use crate::node::resource::{ImageId, Resource};
 
-/// What a node says of a pass around a function.
+/// What a node states of a pass around a function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FunctionDetails {
     pub(super) reads: Vec<(Shared<str>, ImageId)>,
     pub(super) levels: Vec<(&'static str, Subresource)>,
-    /// What the node computes for the uniform, beside its parameters.
+    /// What the node computes for the uniform, besides its parameters.
     pub(super) computed: Vec<(&'static str, UniformValue)>,
     pub(super) promises: Vec<&'static str>,
 }
@@ -20,7 +20,7 @@ pub(super) struct FunctionDetails {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bindings {
     pub(super) bound: Vec<(&'static str, Bound)>,
-    /// What the node computes for the uniform, beside its parameters.
+    /// What the node computes for the uniform, besides its parameters.
     pub(super) computed: Vec<(&'static str, UniformValue)>,
     pub(super) constants: Vec<(&'static str, f64)>,
 }

@@ -202,7 +202,7 @@ impl DrawPass<'_, '_> {
     /// Records the pass with these numbers of vertices (of indices, if it has some) and of instances.
     ///
     /// # Panics
-    /// Where attachments, entry points and buffers do not fit together; the message says which.
+    /// Where attachments, entry points and buffers do not fit together; the message states which.
     pub fn record(self, count: u32, instances: u32) {
         self.record_draws(Draws::Ranges(vec![DrawRange::new(count, instances)]));
     }
@@ -251,7 +251,7 @@ impl AttachmentPass<'_, '_> {
     /// Records the pass. Nobody knows what numbers a host draws, so its images are sanitized where they are read.
     ///
     /// # Panics
-    /// Where the attachments do not fit together; the message says which.
+    /// Where the attachments do not fit together; the message states which.
     pub fn record(self) {
         let Self { recorder, label, targets: Targets { colors, depth }, contents } = self;
         recorder.record_drawing(label, None, Drawing { colors, depth, contents });

@@ -252,10 +252,10 @@ impl Rules<'_> {
             "has an attachment for color, but no fragment entry point".into()
         });
         let Some(fragment) = fragment else { return };
-        let wanted: Vec<Located> =
+        let expected: Vec<Located> =
             (0..colors as u32).map(|location| Located { location, number: NumberKind::Float, width: 4 }).collect();
-        self.require(fragment.outputs == wanted, || {
-            let (gives, wants) = (list(&fragment.outputs), list(&wanted));
+        self.require(fragment.outputs == expected, || {
+            let (gives, wants) = (list(&fragment.outputs), list(&expected));
             format!("takes {wants} for its attachments, but `{}` gives {gives}", fragment.name)
         });
         for input in &fragment.inputs {

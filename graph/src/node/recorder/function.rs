@@ -228,7 +228,7 @@ impl FunctionPass<'_, '_> {
     }
 
     fn image(&self, name: &str, has_samples: bool) -> ImageId {
-        let image = self.chosen(name).unwrap_or_else(|| match self.recorder.arrival(name) {
+        let image = self.chosen(name).unwrap_or_else(|| match self.recorder.input_value(name) {
             InputValue::Image(image) => *image,
             other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
         });
@@ -238,7 +238,7 @@ impl FunctionPass<'_, '_> {
         image
     }
 
-    /// A shader's type says whether a texture has samples, and so does the type of a port.
+    /// A shader's type states whether a texture has samples, and so does the type of a port.
     fn require_samples(&self, name: &str, image: ImageId, has_samples: bool) {
         let samples = self.recorder.desc(image).samples;
         assert!(
@@ -250,7 +250,7 @@ impl FunctionPass<'_, '_> {
     }
 
     fn block(&self, name: &str) -> BlockId {
-        match self.recorder.arrival(name) {
+        match self.recorder.input_value(name) {
             InputValue::Block(block) => *block,
             other => panic!("input `{name}` of `{}` is {other:?}, not a host block", self.recorder.node),
         }
@@ -264,7 +264,7 @@ impl FunctionPass<'_, '_> {
         if let Some(image) = self.chosen(name) {
             return pixel(image);
         }
-        match self.recorder.arrival(name) {
+        match self.recorder.input_value(name) {
             InputValue::Image(image) => pixel(*image),
             InputValue::Buffer(buffer) => Arg::Value(*buffer, components),
             InputValue::Zero | InputValue::Absent => Arg::Zero(components),

@@ -60,7 +60,7 @@ pub struct Recorder<'a> {
     frame_size: Size,
     caps: &'a Caps,
     exact: bool,
-    wanted: &'a [bool],
+    used_outputs: &'a [bool],
     colors: NodeColors<'a>,
     recording: &'a mut Recording,
     /// What the node has recorded before, if it is recorded again for its uniforms.
@@ -90,7 +90,7 @@ pub struct RecorderContext<'a> {
     /// Whether every intermediate is stored in 32 bits.
     pub exact: bool,
     /// Which outputs are read, in the order of the kind's ports.
-    pub wanted: &'a [bool],
+    pub used_outputs: &'a [bool],
     /// What the images at its ports mean.
     pub colors: NodeColors<'a>,
 }
@@ -126,7 +126,7 @@ impl<'a> Recorder<'a> {
         outputs: Vec<InputValue>,
     ) -> Self {
         let RecorderContext { node, kind, parameters, dynamic, inputs, .. } = context;
-        let RecorderContext { format, frame_size, caps, exact, wanted, colors, .. } = context;
+        let RecorderContext { format, frame_size, caps, exact, used_outputs, colors, .. } = context;
         Self {
             node,
             kind,
@@ -137,7 +137,7 @@ impl<'a> Recorder<'a> {
             frame_size,
             caps,
             exact,
-            wanted,
+            used_outputs,
             colors,
             recording,
             replay,
@@ -157,25 +157,25 @@ impl<'a> Recorder<'a> {
         self.outputs
     }
 
-    fn arrival(&self, port: &str) -> &'a InputValue {
+    fn input_value(&self, port: &str) -> &'a InputValue {
         let index = self.kind.inputs.iter().position(|input| input.name == port);
         &self.inputs[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
     }
 
     /// Whether something arrives at an optional input.
     pub fn wired(&self, port: &str) -> bool {
-        !matches!(self.arrival(port), InputValue::Absent)
+        !matches!(self.input_value(port), InputValue::Absent)
     }
 
     /// Whether the input is known to be zero everywhere.
     pub fn is_zero(&self, port: &str) -> bool {
-        matches!(self.arrival(port), InputValue::Zero)
+        matches!(self.input_value(port), InputValue::Zero)
     }
 
     /// Whether the output is read.
     pub fn is_output_used(&self, port: &str) -> bool {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
-        index.is_some_and(|index| self.wanted[index])
+        index.is_some_and(|index| self.used_outputs[index])
     }
 
     /// Whether the host changes the parameter while the plan runs. Then the passes must be the same at all its values,
@@ -187,7 +187,7 @@ impl<'a> Recorder<'a> {
 
     /// The image or volume at an input; one black texel where the input is zero.
     pub fn image(&mut self, port: &str) -> ImageId {
-        match self.arrival(port).clone() {
+        match self.input_value(port).clone() {
             InputValue::Image(image) => image,
             InputValue::Zero => self.black(),
             other => panic!("input `{port}` of `{}` is {other:?}, not an image", self.node),
@@ -196,7 +196,7 @@ impl<'a> Recorder<'a> {
 
     /// The levels of the pyramid at an input, finest first; one black texel where the input is zero.
     pub fn pyramid(&mut self, port: &str) -> Cow<'a, [ImageId]> {
-        match self.arrival(port) {
+        match self.input_value(port) {
             InputValue::Pyramid(levels) => levels.as_slice().into(),
             InputValue::Zero => vec![self.black()].into(),
             other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.node),
@@ -205,7 +205,7 @@ impl<'a> Recorder<'a> {
 
     /// The buffer of the table or value at an input.
     pub fn buffer(&self, port: &str) -> BufferId {
-        match self.arrival(port) {
+        match self.input_value(port) {
             InputValue::Buffer(buffer) => *buffer,
             other => panic!("input `{port}` of `{}` is {other:?}, not a buffer", self.node),
         }
@@ -231,7 +231,7 @@ impl<'a> Recorder<'a> {
         self.caps
     }
 
-    /// Whether the reference is wanted, with every intermediate in 32 bits. Quality switches are set by the caller.
+    /// Whether the reference is recorded, with every intermediate in 32 bits. Quality switches are set by the caller.
     pub fn exact(&self) -> bool {
         self.exact
     }

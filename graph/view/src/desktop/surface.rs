@@ -17,7 +17,7 @@ const SPACES: [(SurfaceColorSpace, wgpu::TextureFormat); 5] = [
     (SurfaceColorSpace::Bt2100Pq, wgpu::TextureFormat::Rgb10a2Unorm),
     (SurfaceColorSpace::Bt2100Hlg, wgpu::TextureFormat::Rgb10a2Unorm),
 ];
-/// The peak of an HDR screen that does not say it, in cd/m2.
+/// The peak of an HDR screen that does not state it, in cd/m2.
 const PEAK: f64 = 1000.0;
 
 /// The swap chain, and how it is configured.

@@ -169,7 +169,7 @@ impl Model {
         target.written(self.graph.as_deref()?)
     }
 
-    /// Whether a node runs, as far as the file and the user say.
+    /// Whether a node runs, as far as the file and the user state.
     pub fn is_on(&self, node: &str) -> bool {
         match self.changes.get(&Target::Node(node.to_owned())) {
             Some(value) => *value == Value::Bool(true),

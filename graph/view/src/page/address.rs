@@ -2,7 +2,7 @@
 
 use crate::model::Model;
 
-/// What the part of the address after `#` says.
+/// What the part of the address after `#` states.
 #[derive(Default)]
 pub(super) struct Address {
     pub(super) pipeline: Option<String>,

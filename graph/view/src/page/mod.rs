@@ -186,7 +186,7 @@ impl eframe::App for Page {
         let rendered = self.viewer.render(&mut encoder, elapsed);
         gpu.queue.submit([encoder.finish()]);
         if rendered != Rendered::Same {
-            // The next frame is wanted once this one is finished, so that frames never queue up.
+            // The next frame is requested once this one is finished, so that frames never queue up.
             let ctx = ui.ctx().clone();
             gpu.queue.on_submitted_work_done(move || ctx.request_repaint());
         }

@@ -10,7 +10,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::device::{full_screen, image, onto, uniform};
 
-/// The luminance of SDR white in cd/m2 where the system does not say it: ITU-R BT.2408.
+/// The luminance of SDR white in cd/m2 where the system does not state it: ITU-R BT.2408.
 pub const SDR_WHITE: f64 = 203.0;
 /// The luminance that 1 stands for in scRGB on Windows, in cd/m2.
 const SCRGB_UNIT: f64 = 80.0;
@@ -31,7 +31,7 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// For a color space, where `white` is the luminance of SDR white in cd/m2, and `is_absolute` says whether 1 in
+    /// For a color space, where `white` is the luminance of SDR white in cd/m2, and `is_absolute` states whether 1 in
     /// scRGB is a luminance, as on Windows, and not SDR white.
     fn of(space: SurfaceColorSpace, white: f64, is_absolute: bool) -> Self {
         let (primaries, encoding, unit) = match space {

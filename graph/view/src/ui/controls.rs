@@ -72,7 +72,7 @@ fn float(ui: &mut Ui, param: &Param, mut number: f64) -> Option<ControlChange> {
     answer(&response, Value::Float(rounded(within(param, number))))
 }
 
-/// A number beside a slider. What is typed counts when it is whole: "0." on the way to 0.45 is no change of its own.
+/// A number next to a slider. What is typed counts when it is whole: "0." on the way to 0.45 is no change of its own.
 fn typed(ui: &mut Ui, number: egui::DragValue<'_>) -> egui::Response {
     ui.add(number.update_while_editing(false))
 }

@@ -109,7 +109,7 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelA
     }
 }
 
-/// In less width than this, in points, a unit would be two letters; the text over the name says it anyway.
+/// In less width than this, in points, a unit would be two letters; the text over the name states it anyway.
 const NARROWEST_UNIT: f32 = 36.0;
 
 /// A row: the name, marked if it is changed, and the control.
@@ -141,7 +141,7 @@ fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, actions: &mut Vec<
     });
 }
 
-/// What a parameter does, its domain, and what the file says.
+/// What a parameter does, its domain, and what the file states.
 fn about(param: &Param, written: Option<&Value>) -> String {
     let mut text = param.doc.clone();
     match param.domain {

@@ -92,7 +92,7 @@ impl Default for PictureView {
 #[derive(Clone)]
 pub struct Subject {
     pub image: wgpu::Texture,
-    /// What its numbers mean; `None` if nobody has said.
+    /// What its numbers mean; `None` if nobody has stated.
     pub state: Option<ColorState>,
     /// The slice of a volume.
     pub slice: u32,

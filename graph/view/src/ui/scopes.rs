@@ -19,7 +19,7 @@ const CHANNELS: [Color32; 3] =
     [Color32::from_rgb(0xe0, 0x5a, 0x50), Color32::from_rgb(0x66, 0xc0, 0x5c), Color32::from_rgb(0x5c, 0x8c, 0xf0)];
 
 impl ScopePanel {
-    /// Shows another grid from now on; `is_light` says what its numbers are.
+    /// Shows another grid from now on; `is_light` states what its numbers are.
     pub(super) fn set(&mut self, ctx: &egui::Context, pixels: &[[f32; 4]], width: usize, is_light: bool) {
         let scopes = Scopes::of(pixels, width, is_light);
         let waveform = image(&scopes.waveform, [COLUMNS, ROWS], 0.35);

@@ -121,7 +121,7 @@ impl<'a> Linker<'a> {
         Ok(instance)
     }
 
-    /// Sets what the way of sampling and the promises say.
+    /// Sets what the way of sampling and the promises state.
     fn settle(&mut self, instance: Instance) {
         let part = &mut self.parts[instance.index()];
         if part.is_framework {
@@ -205,17 +205,17 @@ impl<'a> Linker<'a> {
             .iter()
             .map(|(instance, name)| (if *instance == Instance::GENERATED { code } else { *instance }, *name))
             .collect();
-        let wanted = entries.len();
+        let count = entries.len();
         if let Some(counter) = linker.counter {
             loops::mark(&mut linker.parts);
             entries.push((counter, loops::STEP));
         }
         reach(&mut linker.parts, Roots { whole: code, entries: &entries });
-        linker.finish(&entries[..wanted])
+        linker.finish(&entries[..count])
     }
 
     /// The module of everything that a file declares, with its declarations. Untrusted files of it may share memory of
-    /// a workgroup only if that is said.
+    /// a workgroup only if that is stated.
     pub(crate) fn link_whole(
         self,
         instance: Instance,

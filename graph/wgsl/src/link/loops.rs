@@ -5,7 +5,7 @@ use crate::token::TokenKind;
 
 /// The file of the library that counts.
 pub(super) const FILE: &str = "loops";
-/// The function that counts a step, and says whether the loop must end.
+/// The function that counts a step, and states whether the loop must end.
 pub(super) const STEP: &str = "is_last_step";
 /// The function that begins to count.
 pub(super) const BEGIN: &str = "begin_steps";

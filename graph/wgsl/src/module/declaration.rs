@@ -178,7 +178,6 @@ impl Module {
         self.symbol(name).and_then(|symbol| self.declaration(symbol))
     }
 
-    /// The tokens of a declaration.
     pub(crate) fn tokens_of(&self, declaration: &Declaration) -> &[Token] {
         &self.tokens[declaration.tokens.start as usize..declaration.tokens.end as usize]
     }

@@ -9,6 +9,6 @@ pub(crate) enum DeclarationKind {
     Alias,
     Variable,
     Assertion,
-    /// Text that is no declaration: the validator says what is wrong with it.
+    /// Text that is no declaration: the validator states what is wrong with it.
     Unknown,
 }

@@ -13,7 +13,6 @@ pub(super) struct Names {
     pub(super) locals: Vec<usize>,
 }
 
-/// The names of a declaration.
 pub(super) fn names_of(text: &str, tokens: &[Token], kind: DeclarationKind) -> Names {
     let mut reader =
         Reader { text, tokens, at: 0, names: Names::default(), scopes: Vec::new(), pending: Vec::new(), pointers: 0 };

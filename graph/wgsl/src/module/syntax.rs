@@ -41,7 +41,6 @@ struct Reader<'t> {
 /// How a part of the top level ends.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// With a semicolon.
     Semicolon,
     /// With the bracket that closes its first `{`.
     Block,

@@ -1,6 +1,6 @@
 //! Numbers inside compressed blocks that the decoder would believe.
 //!
-//! A DWA block begins with eleven counters. The `exr` crate allocates what they say, so a damaged
+//! A DWA block begins with eleven counters. The `exr` crate allocates what they state, so a damaged
 //! counter asks for terabytes, and an allocation that fails ends the process where no one can
 //! catch it.
 

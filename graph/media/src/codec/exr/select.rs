@@ -22,7 +22,7 @@ pub(super) struct Choice {
 
 /// Finds what `layer` names, or the most likely picture of the file where it is `None`.
 pub(super) fn choose(headers: &[Header], layer: Option<&str>) -> Result<Choice, CodecError> {
-    let parts: Vec<Part> = headers.iter().enumerate().map(Part::new).collect();
+    let parts: Vec<Part> = headers.iter().enumerate().map(|(index, header)| Part::new(index, header)).collect();
     match layer {
         Some(name) => named(&parts, name),
         None => likely(&parts).ok_or_else(|| no_picture(&parts)),
@@ -42,10 +42,8 @@ struct Group {
     channels: Vec<(String, usize)>,
 }
 
-type Picked = ([Option<usize>; 4], bool);
-
 impl Part {
-    fn new((index, header): (usize, &Header)) -> Self {
+    fn new(index: usize, header: &Header) -> Self {
         let mut groups: Vec<Group> = Vec::new();
         for (channel, description) in header.channels.list.iter().enumerate() {
             let full = description.name.to_string();
@@ -61,10 +59,6 @@ impl Part {
         Self { index, name: name.filter(|name| !name.is_empty()), groups }
     }
 
-    fn choice(&self, (slots, is_color): Picked) -> Choice {
-        Choice { part: self.index, slots, is_color }
-    }
-
     /// What is left of `name` when this part's own name is taken off its front.
     fn below<'n>(&self, name: &'n str) -> Option<&'n str> {
         let rest = name.strip_prefix(self.name.as_deref()?)?;
@@ -72,19 +66,18 @@ impl Part {
     }
 
     fn layer(&self, prefix: &str) -> Option<Choice> {
-        let group = self.groups.iter().find(|group| group.prefix == prefix)?;
-        group.pick().map(|picked| self.choice(picked))
+        self.groups.iter().find(|group| group.prefix == prefix)?.pick(self.index)
     }
 
     fn channel(&self, name: &str) -> Option<Choice> {
         let (prefix, last) = name.rsplit_once('.').unwrap_or(("", name));
         let group = self.groups.iter().find(|group| group.prefix == prefix)?;
         let found = group.channels.iter().find(|(component, _)| component == last)?;
-        Some(self.choice((gray(found.1, None), false)))
+        Some(Choice { part: self.index, slots: gray(found.1, None), is_color: false })
     }
 
     fn whole(&self) -> Option<Choice> {
-        self.groups.iter().find_map(|group| group.pick().map(|picked| self.choice(picked)))
+        self.groups.iter().find_map(|group| group.pick(self.index))
     }
 }
 
@@ -94,25 +87,26 @@ impl Group {
         self.channels.iter().find(|(component, _)| is_one(component)).map(|(_, index)| *index)
     }
 
-    /// How to see this group as a picture: color, luminance, a vector, or its only channel.
-    fn pick(&self) -> Option<Picked> {
+    /// How to see this group of a part as a picture: color, luminance, a vector, or its only channel.
+    fn pick(&self, part: usize) -> Option<Choice> {
         if self.find(&["RY"]).or(self.find(&["BY"])).is_some() {
             return None;
         }
         let alpha = self.find(&["A", "alpha"]);
         let rgb = [["R", "red"], ["G", "green"], ["B", "blue"]].map(|names| self.find(&names));
         if let [_, Some(_), _] | [Some(_), _, Some(_)] = rgb {
-            return Some(([rgb[0], rgb[1], rgb[2], alpha], true));
+            return Some(Choice { part, slots: [rgb[0], rgb[1], rgb[2], alpha], is_color: true });
         }
         let [x, y, z] = ["X", "Y", "Z"].map(|name| self.find(&[name]));
         let [u, v] = ["U", "V"].map(|name| self.find(&[name]));
-        match (self.channels.as_slice(), y) {
-            _ if x.is_some() && y.is_some() => Some(([x, y, z, alpha], false)),
-            _ if u.is_some() && v.is_some() => Some(([u, v, None, alpha], false)),
-            (_, Some(luminance)) => Some((gray(luminance, alpha), true)),
-            (&[(_, only)], _) => Some((gray(only, None), false)),
-            _ => None,
-        }
+        let (slots, is_color) = match (self.channels.as_slice(), y) {
+            _ if x.is_some() && y.is_some() => ([x, y, z, alpha], false),
+            _ if u.is_some() && v.is_some() => ([u, v, None, alpha], false),
+            (_, Some(luminance)) => (gray(luminance, alpha), true),
+            (&[(_, only)], _) => (gray(only, None), false),
+            _ => return None,
+        };
+        Some(Choice { part, slots, is_color })
     }
 }
 

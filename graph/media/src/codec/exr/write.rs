@@ -88,13 +88,13 @@ pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, Co
 fn encode(picture: &Picture, header: Header) -> Result<Vec<u8>, CodecError> {
     let headers = std::slice::from_ref(&header);
     let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
-    let compress = |(index, block): (usize, BlockIndex)| {
-        let data = planes(picture, &header, &block);
-        let chunk = catch_panic(|| UncompressedBlock { index: block, data }.compress_to_chunk(headers))
+    let chunks = blocks.into_par_iter().map(|(number, index)| {
+        let data = planes(picture, &header, &index);
+        let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(headers))
             .map_err(|panic| ours(&panic))?;
-        chunk.map(|chunk| (index, chunk)).map_err(|error| explain(&error))
-    };
-    let chunks: Vec<_> = blocks.into_par_iter().map(compress).collect::<Result<_, _>>()?;
+        chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
+    });
+    let chunks: Vec<_> = chunks.collect::<Result<_, CodecError>>()?;
     let mut file = Cursor::new(Vec::new());
     exr::block::write(&mut file, [header.clone()].into_iter().collect(), false, |_, writer| {
         chunks.into_iter().try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))

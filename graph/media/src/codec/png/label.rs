@@ -1,4 +1,4 @@
-//! What a PNG says about its colors: the chunks of PNG, third edition, 4.3 and 11.3.2. Chunks that are written
+//! What a PNG states about its colors: the chunks of PNG, third edition, 4.3 and 11.3.2. Chunks that are written
 //! together never contradict each other.
 
 use std::borrow::Cow;
@@ -13,7 +13,7 @@ use crate::codec::{CodecError, ErrorKind, icc};
 /// A chunk that the encoder does not write by itself.
 pub(super) type Chunk = ([u8; 4], Vec<u8>);
 
-/// `gAMA` beside `sRGB` (PNG, third edition, 11.3.2.5).
+/// `gAMA` next to `sRGB` (PNG, third edition, 11.3.2.5).
 const SRGB_GAMMA: u32 = 45455;
 
 /// The color chunks of a file.

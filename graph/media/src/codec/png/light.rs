@@ -1,4 +1,4 @@
-//! What the chunks of a PNG say about its colors, and from its codes to light.
+//! What the chunks of a PNG state about its colors, and from its codes to light.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, GRAPHICS_WHITE, Transfer, hlg_gamma};
 use glam::{DMat3, Vec3};
@@ -19,7 +19,7 @@ pub(super) struct Colors {
     matrix: Option<DMat3>,
     /// HLG: the luminance weights, and the peak of the display.
     display: Option<(Vec3, f64)>,
-    /// What the chunks say; `None` if there are none.
+    /// What the chunks state; `None` if there are none.
     pub(super) stated: Option<Colorimetry>,
     pub(super) notes: Vec<String>,
 }
@@ -97,7 +97,7 @@ fn mastering_peak(info: &Info<'_>) -> Option<f64> {
     peak.filter(|peak| (100.0..=10000.0).contains(peak))
 }
 
-/// What the chunk with the highest priority says (PNG, third edition, 4.3).
+/// What the chunk with the highest priority states (PNG, third edition, 4.3).
 fn stated(info: &Info<'_>, notes: &mut Vec<String>) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
     if let Some(cicp) = info.coding_independent_code_points {
         let code = Cicp { primaries: cicp.color_primaries, transfer: cicp.transfer_function };

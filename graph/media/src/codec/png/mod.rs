@@ -1,5 +1,5 @@
-//! PNG in (8 and 16 bits, decoded to linear light) and out (8 and 16 bits, dithered), with what the file says about its
-//! colors.
+//! PNG in (8 and 16 bits, decoded to linear light) and out (8 and 16 bits, dithered), with what the file states about
+//! its colors.
 
 mod label;
 mod light;

@@ -63,8 +63,8 @@ pub enum Alpha {
 /// Encodes a PNG of `size` (width, height).
 ///
 /// The file states `options.color` by `cICP` where both code points exist, and by `sRGB`, `gAMA` and `cHRM`, or an ICC
-/// profile, where these say the same. HDR files also have `mDCV`, from the primaries and the peak, and `cLLI`, from the
-/// pixels.
+/// profile, where these state the same. HDR files also have `mDCV`, from the primaries and the peak, and `cLLI`, from
+/// the pixels.
 ///
 /// # Errors
 /// An image that is too large, and `Pq` or `Hlg` with primaries that no chunk states.
@@ -79,7 +79,7 @@ pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOpti
     let channels = if keeps_alpha { 4 } else { 3 };
     let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
     let codes = Quantizer { bits, dither, channels }.codes(size, pixels)?;
-    let level = options.color.and_then(|color| LightLevel::of(&codes, (channels, bits), &color));
+    let level = options.color.and_then(|color| LightLevel::of(&codes, channels, bits, &color));
     let label = options.color.map(|color| Label::new(&color, level)).transpose()?;
     let bytes = match options.depth {
         PngDepth::Eight => codes.iter().map(|code| *code as u8).collect(),

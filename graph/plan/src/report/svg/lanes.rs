@@ -139,7 +139,7 @@ pub(crate) fn kept(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
         let text = format!("{name}  {} {}", desc.size, desc.format.name());
         heading(canvas, y + 9.5, origin(picture, image));
         canvas.bar([left + 1.5, y, right - left - 3.0, LANE - 3.0], picture.color(name), None, &text);
-        // Nothing else is in the lane: what is too long for its bar stands beside it.
+        // Nothing else is in the lane: what is too long for its bar stands next to it.
         let room = width_of(text.chars().count(), 9.0) + 8.0;
         let (x, anchor) = match () {
             () if room < right - left => (left + 6.0, Anchor::Start),

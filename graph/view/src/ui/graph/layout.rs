@@ -68,14 +68,14 @@ fn stack(placed: &mut [Placed]) {
     for rank in 0..=ranks {
         let mut column: Vec<&mut Placed> = placed.iter_mut().filter(|placed| placed.rank == rank).collect();
         column.sort_by(|a, b| a.row.total_cmp(&b.row));
-        let wanted: f32 = column.iter().map(|placed| placed.row).sum();
+        let height: f32 = column.iter().map(|placed| placed.row).sum();
         let mut next = f32::MIN;
         for placed in &mut column {
             placed.row = placed.row.max(next);
             next = placed.row + placed.rows + GAP;
         }
         // Boxes were moved down only. Without this the whole drawing would sink step by step.
-        let sunk = (column.iter().map(|placed| placed.row).sum::<f32>() - wanted) / column.len().max(1) as f32;
+        let sunk = (column.iter().map(|placed| placed.row).sum::<f32>() - height) / column.len().max(1) as f32;
         column.iter_mut().for_each(|placed| placed.row -= sunk);
     }
 }

@@ -123,7 +123,7 @@ struct Drawing<'d> {
 }
 
 impl Drawing<'_> {
-    /// Draws it, and says which wire was clicked.
+    /// Draws it, and states which wire was clicked.
     fn show(&self, ui: &mut Ui) -> Option<String> {
         self.fused(ui);
         let mut chosen = None;

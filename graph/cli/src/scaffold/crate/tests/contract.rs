@@ -3,6 +3,6 @@
 #[test]
 fn the_kinds_of_this_crate_keep_the_contract() {
     let checked = afterimage_plan::contract(my_kind::ALL);
-    let skipped = checked.unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+    let skipped = checked.unwrap_or_else(|violations| panic!("{}", violations.join("\n")));
     assert!(skipped.is_empty(), "not checked: {}", skipped.join("\n"));
 }

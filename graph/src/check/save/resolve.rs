@@ -11,7 +11,7 @@ use afterimage_base::value::Value;
 
 /// A change that the text needs.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted {
+pub(super) struct ResolvedChange {
     pub(super) subject: Subject,
     pub(super) set_to: SetTo,
     /// The value as the file writes it.
@@ -21,7 +21,7 @@ pub(super) struct Wanted {
 }
 
 /// The changes that differ from the state, each subject once; of several of one subject the last.
-pub(super) fn wanted(state: &State<'_>, changes: &[Change]) -> Result<Vec<Wanted>, Diagnostics> {
+pub(super) fn resolve(state: &State<'_>, changes: &[Change]) -> Result<Vec<ResolvedChange>, Diagnostics> {
     let mut last = IndexMap::new();
     let mut errors = Diagnostics::new(state.builder.diagnostics.sources.clone());
     let scopes = switched_scopes(state, changes);
@@ -31,7 +31,7 @@ pub(super) fn wanted(state: &State<'_>, changes: &[Change]) -> Result<Vec<Wanted
             Change::Enabled { node, on } => switched(state, &scopes, node, *on),
         };
         match found {
-            Ok((subject, wanted)) => drop(last.insert(subject, wanted)),
+            Ok((subject, change)) => drop(last.insert(subject, change)),
             Err(error) => errors.push(error.at(&state.document.location, "")),
         }
     }
@@ -52,7 +52,7 @@ fn switched_scopes(state: &State<'_>, changes: &[Change]) -> BTreeMap<usize, boo
     changes.iter().filter_map(switched).collect()
 }
 
-fn changed(state: &State<'_>, parameter: &str, value: &Value) -> Result<(Subject, Option<Wanted>), Diagnostic> {
+fn changed(state: &State<'_>, parameter: &str, value: &Value) -> Result<(Subject, Option<ResolvedChange>), Diagnostic> {
     let (name, field) = parameter.rsplit_once('.').unwrap_or((parameter, ""));
     let node = state.node(name).ok_or_else(|| unknown_node(state, name))?;
     let draft = state.draft(node);
@@ -70,7 +70,7 @@ fn changed(state: &State<'_>, parameter: &str, value: &Value) -> Result<(Subject
     let set_to = SetTo::value(value, &state.document.file);
     let is_new = draft.values[index] != *value && state.set_to(subject) != set_to;
     let is_of_tier = state.is_of_tier(subject);
-    Ok((subject, is_new.then(|| Wanted { subject, set_to, text: value.to_string(), is_of_tier })))
+    Ok((subject, is_new.then(|| ResolvedChange { subject, set_to, text: value.to_string(), is_of_tier })))
 }
 
 fn switched(
@@ -78,7 +78,7 @@ fn switched(
     scopes: &BTreeMap<usize, bool>,
     name: &str,
     on: bool,
-) -> Result<(Subject, Option<Wanted>), Diagnostic> {
+) -> Result<(Subject, Option<ResolvedChange>), Diagnostic> {
     let of_scope = || state.scope(name).map(Subject::Scope);
     let subject = state.node(name).map(Subject::Node).or_else(of_scope).ok_or_else(|| unknown_node(state, name))?;
     let outer = state.outer(subject).find(|scope| scopes.get(scope).copied().unwrap_or(state.is_scope_off(*scope)));
@@ -91,8 +91,8 @@ fn switched(
         }
         _ => {
             let (set_to, is_of_tier) = (SetTo::Off(!on), state.is_of_tier(subject));
-            let wanted = Wanted { subject, set_to, text: switch(!on).to_owned(), is_of_tier };
-            Ok((subject, (is_off == on).then_some(wanted)))
+            let change = ResolvedChange { subject, set_to, text: switch(!on).to_owned(), is_of_tier };
+            Ok((subject, (is_off == on).then_some(change)))
         }
     }
 }

@@ -16,9 +16,9 @@ impl Violations {
 
     /// Adds a violation of the present kind.
     pub(super) fn add(&mut self, what: impl std::fmt::Display) {
-        let complaint = format!("`{}`: {what}", self.kind);
-        if !self.all.contains(&complaint) {
-            self.all.push(complaint);
+        let violation = format!("`{}`: {what}", self.kind);
+        if !self.all.contains(&violation) {
+            self.all.push(violation);
         }
     }
 

@@ -1,0 +1,48 @@
+//! What a node promises of its results.
+
+/// What a node promises of its results beyond finite numbers. `afterimage stress` tests that it is kept.
+///
+/// A node that does not keep the [default](Self::DEFAULT) declares what it does keep:
+///
+/// ```
+/// use afterimage_graph::prelude::*;
+/// // A vignette: a constant image becomes darker toward its corners.
+/// const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
+/// assert!(PROMISES.symmetric);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Promises {
+    /// A constant image comes out constant.
+    pub constant: bool,
+    /// A constant image comes out as it is.
+    pub keeps_constant: bool,
+    /// An image that equals its mirror image from left to right still does.
+    pub symmetric: bool,
+    /// The sum of all pixels stays the same, where no light reaches the border.
+    pub keeps_sum: bool,
+    /// A pixel with more light than another one still has: what a curve does that never falls.
+    pub monotone: bool,
+    /// Light without negative numbers gets none.
+    pub non_negative: bool,
+    /// What earlier frames leave in a history fades away.
+    pub settles: bool,
+    /// The result is an exposure in stops that falls as the frames get brighter.
+    pub is_exposure: bool,
+}
+
+impl Promises {
+    /// Only what the color state of a result demands: what a node promises that declares nothing.
+    pub const NONE: Self = Self {
+        constant: false,
+        keeps_constant: false,
+        symmetric: false,
+        keeps_sum: false,
+        monotone: false,
+        non_negative: true,
+        settles: false,
+        is_exposure: false,
+    };
+
+    /// What most nodes keep: constant and symmetric images stay so, no light becomes negative, and histories settle.
+    pub const DEFAULT: Self = Self { constant: true, symmetric: true, settles: true, ..Self::NONE };
+}
