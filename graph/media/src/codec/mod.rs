@@ -21,8 +21,6 @@ mod quantize;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
-#[cfg(test)]
-pub(crate) use quantize::dithered;
 
 use std::io::{BufRead, Read as _, Seek};
 

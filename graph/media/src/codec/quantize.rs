@@ -136,3 +136,29 @@ fn hash3(seed: [u32; 3]) -> [u32; 3] {
     mix(&mut x, &mut y, &mut z);
     [x, y, z]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::dithered;
+
+    #[test]
+    fn the_vectors_of_the_dither() {
+        // Value, two uniform numbers, code.
+        let table = [
+            (0.0, 0.9, 0.9, 0),
+            (0.0, 0.1, 0.1, 0),
+            (1.0, 0.9, 0.9, 255),
+            (1.0, 0.1, 0.1, 255),
+            (0.5, 0.5, 0.5, 128),
+            (0.5, 0.99, 0.99, 128),
+            (0.5, 0.01, 0.01, 127),
+            (0.040_392_157, 0.2, 0.9, 10),
+            (f32::INFINITY, 0.1, 0.1, 255),
+            (-5.0, 0.9, 0.9, 0),
+        ];
+        for (value, u1, u2, code) in table {
+            let [high, low] = [u1, u2].map(|u: f64| (u * 65536.0) as u32);
+            assert_eq!(dithered(value, 255.0, high << 16 | low), code as f32, "{value} {u1} {u2}");
+        }
+    }
+}

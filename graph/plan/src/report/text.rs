@@ -13,10 +13,23 @@ impl Plan {
     /// The plan as a table for people, with the memory that it needs and the nodes that it skips.
     pub fn to_text(&self) -> String {
         let names = Names::new(self);
-        let (heading, passes) = (self.heading(), table(&self.pass_table(&names)));
-        let without = [self.outputs_text(), self.dynamic_text(), self.skipped_text()].concat();
-        let saved = [self.fused_text(), self.shared_text(), self.memory_text()].concat();
-        format!("{heading}{passes}{without}{saved}\nhash {}\n", self.hash())
+        let outputs = self.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
+        let dynamic = self.dynamic.iter().map(|name| vec![format!("  {name}")]);
+        let skipped = self.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
+        let fused = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
+        let shared = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        let sections = [
+            self.heading(),
+            table(&self.pass_table(&names)),
+            section("outputs", outputs.collect()),
+            section("parameters that change without a new plan", dynamic.collect()),
+            section("skipped", skipped.collect()),
+            savings("never stored, because their passes are fused", fused.collect()),
+            savings("read once by passes that are joined", shared.collect()),
+            self.memory_text(),
+            format!("\nhash {}\n", self.hash()),
+        ];
+        sections.concat()
     }
 
     fn heading(&self) -> String {
@@ -70,31 +83,6 @@ impl Plan {
         let further = nodes.iter().zip(&labels).skip(1).filter(|_| one_each);
         rows.extend(further.map(|(node, label)| vec![String::new(), format!("+ {node}"), (*label).to_owned()]));
         rows
-    }
-
-    fn outputs_text(&self) -> String {
-        let rows = self.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
-        section("outputs", rows.collect())
-    }
-
-    fn dynamic_text(&self) -> String {
-        let rows = self.dynamic.iter().map(|name| vec![format!("  {name}")]);
-        section("parameters that change without a new plan", rows.collect())
-    }
-
-    fn skipped_text(&self) -> String {
-        let rows = self.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
-        section("skipped", rows.collect())
-    }
-
-    fn fused_text(&self) -> String {
-        let saved = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
-        savings("never stored, because their passes are fused", saved.collect())
-    }
-
-    fn shared_text(&self) -> String {
-        let saved = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
-        savings("read once by passes that are joined", saved.collect())
     }
 
     fn memory_text(&self) -> String {

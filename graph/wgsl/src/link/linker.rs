@@ -293,3 +293,30 @@ fn generated_file(text: String) -> SourceFile {
 fn parsed(file: &SourceFile) -> &Module {
     file.module().unwrap_or_else(|error| panic!("generated code is in order: {error}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Instance, Linker};
+    use crate::library::FRAMEWORK;
+    use crate::{SampleMode, Shader, validate};
+
+    #[test]
+    fn the_library_is_valid_in_every_way_of_sampling() {
+        for mode in [
+            SampleMode::Plain,
+            SampleMode::ByHand,
+            SampleMode::Sanitized,
+            SampleMode::SanitizedLight,
+            SampleMode::SanitizedSigned,
+        ] {
+            for name in FRAMEWORK.names() {
+                let file = Shader::loaded("all.wgsl".into(), format!("#import {name}\n"));
+                let mut linker = Linker::new(mode);
+                let instance = linker.add(file.source(), &[]).expect("the library has it");
+                let library = Instance(linker.imports_of(instance)[0].0);
+                let (linked, _) = linker.link_whole(library, false).unwrap_or_else(|error| panic!("{name}: {error}"));
+                validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{name}: {error}"));
+            }
+        }
+    }
+}

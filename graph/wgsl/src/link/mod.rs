@@ -14,8 +14,6 @@ mod loops;
 mod names;
 mod resolve;
 mod source_map;
-#[cfg(test)]
-mod tests;
 mod work;
 
 pub use instance::Instance;

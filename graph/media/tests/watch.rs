@@ -6,7 +6,7 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use super::Folder;
-use crate::{FileWatch, write_atomic};
+use afterimage_media::{FileWatch, write_atomic};
 
 fn only(path: &Path) -> BTreeSet<PathBuf> {
     BTreeSet::from([path.to_owned()])

@@ -2,7 +2,7 @@
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
-use crate::*;
+use afterimage_media::*;
 
 /// The content of the first box of that name.
 fn content<'a>(file: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {

@@ -9,7 +9,7 @@ use ::exr::meta::attribute::{ChannelDescription, Compression, LineOrder, SampleT
 use ::exr::meta::header::Header;
 
 use super::{Folder, message_and_hint, picture};
-use crate::*;
+use afterimage_media::*;
 
 fn small_exr() -> Vec<u8> {
     encode_exr(&picture(33, 17), &ExrOptions::default()).unwrap()

@@ -5,7 +5,7 @@ use afterimage_base::color::Chromaticities;
 use half::f16;
 
 use super::{Folder, ODD_SIZES, numbers, picture};
-use crate::*;
+use afterimage_media::*;
 
 const ALL: [ExrCompression; 5] =
     [ExrCompression::None, ExrCompression::Rle, ExrCompression::Zip, ExrCompression::Zips, ExrCompression::Piz];

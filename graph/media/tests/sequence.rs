@@ -3,8 +3,8 @@
 use std::fs;
 
 use super::{Folder, message_and_hint};
-use crate::sequence::{Input, Pattern, parse_frames};
-use crate::*;
+use afterimage_media::sequence::{Input, Pattern, parse_frames};
+use afterimage_media::*;
 
 /// A folder with empty files `shot.NNNN.exr`.
 fn shots(test: &str, frames: &[u32]) -> Folder {

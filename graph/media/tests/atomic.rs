@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::Folder;
-use crate::*;
+use afterimage_media::*;
 
 fn names(folder: &Folder) -> Vec<String> {
     let entries = fs::read_dir(&folder.0).unwrap();

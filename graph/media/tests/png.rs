@@ -5,8 +5,7 @@ use afterimage_base::color::Colorimetry;
 use half::f16;
 
 use super::{Folder, ODD_SIZES};
-use crate::codec::dithered;
-use crate::*;
+use afterimage_media::*;
 
 const PLAIN: PngOptions =
     PngOptions { depth: PngDepth::Eight, alpha: Alpha::Keep, dither: None, color: Some(Colorimetry::SRGB) };
@@ -22,27 +21,6 @@ fn codes(file: &[u8]) -> (ColorType, BitDepth, Vec<u8>) {
     let info = reader.next_frame(&mut bytes).unwrap();
     bytes.truncate(info.buffer_size());
     (info.color_type, info.bit_depth, bytes)
-}
-
-#[test]
-fn the_vectors_of_the_dither() {
-    // Value, two uniform numbers, code.
-    let table = [
-        (0.0, 0.9, 0.9, 0),
-        (0.0, 0.1, 0.1, 0),
-        (1.0, 0.9, 0.9, 255),
-        (1.0, 0.1, 0.1, 255),
-        (0.5, 0.5, 0.5, 128),
-        (0.5, 0.99, 0.99, 128),
-        (0.5, 0.01, 0.01, 127),
-        (0.040_392_157, 0.2, 0.9, 10),
-        (f32::INFINITY, 0.1, 0.1, 255),
-        (-5.0, 0.9, 0.9, 0),
-    ];
-    for (value, u1, u2, code) in table {
-        let [high, low] = [u1, u2].map(|u: f64| (u * 65536.0) as u32);
-        assert_eq!(dithered(value, 255.0, high << 16 | low), code as f32, "{value} {u1} {u2}");
-    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ use ::exr::prelude::{SmallVec, WritableImage};
 use half::f16;
 
 use super::{Folder, message_and_hint, read_layer};
-use crate::*;
+use afterimage_media::*;
 
 const SIZE: (usize, usize) = (5, 4);
 

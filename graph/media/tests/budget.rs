@@ -1,7 +1,7 @@
 //! The memory of decoding: known from the header, and refused before anything is decoded.
 
 use super::{Folder, picture};
-use crate::*;
+use afterimage_media::*;
 
 fn hdr(lines: &str, (width, height): (u32, u32)) -> Vec<u8> {
     let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n{lines}\n-Y {height} +X {width}\n");

@@ -3,7 +3,7 @@
 use afterimage_base::color::{Chromaticities, Colorimetry};
 
 use super::{Folder, message_and_hint, picture, read_layer};
-use crate::*;
+use afterimage_media::*;
 
 fn hdr(lines: &str, pixels: &[u8]) -> Vec<u8> {
     [lines.as_bytes(), pixels].concat()

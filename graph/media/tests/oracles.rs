@@ -8,7 +8,7 @@ use std::time::Duration;
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
 use super::Folder;
-use crate::*;
+use afterimage_media::*;
 
 const SPACES: [(&str, Chromaticities); 5] = [
     ("Rec709", Chromaticities::REC709),

@@ -3,7 +3,7 @@
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer, Xy};
 
 use super::{Folder, picture};
-use crate::*;
+use afterimage_media::*;
 
 const SPACES: [(Chromaticities, u8); 3] =
     [(Chromaticities::REC709, 1), (Chromaticities::DISPLAY_P3, 12), (Chromaticities::REC2020, 9)];
