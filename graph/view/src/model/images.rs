@@ -82,14 +82,6 @@ impl Images {
         Ok(())
     }
 
-    /// Whether the images change with time.
-    pub fn moves(&self) -> bool {
-        match self {
-            Self::Scene(_) => true,
-            Self::Files(files) => files.length().is_some(),
-        }
-    }
-
     /// Reads files again that have changed. Returns whether one has.
     ///
     /// # Errors
