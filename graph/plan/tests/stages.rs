@@ -39,7 +39,7 @@ const SOURCE: Input = Input::image("source", "An image.");
 const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.").or_input("source");
 
 params! {
-    /// Two images, each made only where it is wanted.
+    /// Two images, each made only where it is used.
     pub struct Pair {}
 }
 

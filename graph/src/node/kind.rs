@@ -41,6 +41,7 @@ pub trait Kind: Send + Sync + 'static {
     fn name(&self) -> &str;
     /// What it does, for the manual.
     fn doc(&self) -> &str;
+    /// The parameters.
     fn params(&self) -> &[Param];
     /// The input ports.
     fn inputs(&self) -> &[Input];

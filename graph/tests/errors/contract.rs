@@ -64,7 +64,7 @@ fn every_broken_promise_is_named() {
         "the numbers of `open` have no domain",
         "the file `plugin/Careless.wgsl` is not called after a kind, in snake_case",
         "recording fails: `Careless` has no input `elsewhere`",
-        "the output `result` is wanted and not given as a Image",
+        "the output `result` is used and not given as a Image",
     ] {
         assert!(
             complaints.iter().any(|complaint| complaint.contains(part)),
