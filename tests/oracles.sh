@@ -7,5 +7,5 @@ out="$PWD/target/oracles"
 mkdir -p "$out/files"
 [ -x "$out/venv/bin/python" ] || python3 -m venv "$out/venv"
 "$out/venv/bin/pip" install --quiet -r tests/oracles/requirements.txt
-AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --lib oracles::
+AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --test all oracles::
 exec "$out/venv/bin/python" tests/oracles/read.py "$out/files"
