@@ -27,8 +27,8 @@
 //! | `facts` | `"name": "its meaning"` for each fact that `when` may use; without the section, any name may be used |
 //!
 //! An input of type `Color` is scene-referred. `Exposed`, `LogLuminance`, `DisplayLinear` and `Encoded` are images of
-//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out, and
-//! the alpha of `Color(needs_alpha: true)` is a mask.
+//! later color states; `Data`, `Depth`, `Normals` and `Mask` are not colors. `Color(optional: true)` may be left out,
+//! and the alpha of `Color(needs_alpha: true)` is a mask.
 //!
 //! Alpha of an output may be a mask, too, so files for a display are opaque. `"display": Output(source: "node", alpha:
 //! Coverage)` declares that it is the share of the pixel that the picture covers.

@@ -56,8 +56,8 @@ impl Registry {
         self.iter().flat_map(|kind| kind.inputs()).filter_map(|port| port.block)
     }
 
-    /// The names of the kinds that a wrong name may mean by its topic, the likeliest first: those whose own name has its
-    /// words or is abbreviated by it, and those with a choice or a first paragraph that has them.
+    /// The names of the kinds that a wrong name may mean by its topic, the likeliest first: those whose own name has
+    /// its words or is abbreviated by it, and those with a choice or a first paragraph that has them.
     pub fn about(&self, topic: &str) -> Vec<&str> {
         let words: Vec<String> = words(topic).into_iter().filter(|word| word.len() > 2).collect();
         let is_about = |text: &str| {
