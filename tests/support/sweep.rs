@@ -5,12 +5,6 @@ pub fn cases(all: u64) -> u64 {
     if is_whole() { all } else { all.div_ceil(10) }
 }
 
-/// All cases, or a tenth of them: every tenth one from the fourth on.
-pub fn part(cases: std::ops::Range<usize>) -> impl Iterator<Item = usize> {
-    let (skipped, step) = if is_whole() { (0, 1) } else { (3, 10) };
-    cases.skip(skipped).step_by(step)
-}
-
 /// Whether all of each sweep runs.
 pub fn is_whole() -> bool {
     std::env::var("AFTERIMAGE_SWEEPS").is_ok_and(|asked| asked == "all")

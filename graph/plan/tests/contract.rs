@@ -8,7 +8,8 @@ use super::sweep;
 #[test]
 fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
     let all = afterimage_nodes::ALL;
-    let kinds: Vec<NodeKind> = sweep::part(0..all.len()).map(|at| all[at].clone()).collect();
+    let step = if sweep::is_whole() { 1 } else { 10 };
+    let kinds: Vec<NodeKind> = all.iter().step_by(step).cloned().collect();
     contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
 
