@@ -96,6 +96,7 @@ fn facts_tiers_and_parameters_are_checked() {
     folder.run("render {tsushima} room.exr -o out.png --tier cheap").fails_saying(1, &["no tier `cheap`", "low"]);
     folder.run("render {glare} room.exr -o out.png --set lit.strenth=1").fails_saying(1, &["strenth", "strength"]);
     folder.run("render {glare} room.exr -o out.png --set lit.strength=9").fails_saying(1, &["strength", "8"]);
+    folder.run("render {glare} {lynx} -o out.png").fails_saying(1, &["is a pipeline, not an image"]);
     folder.run("render nothing.ron room.exr -o out.png").fails_saying(1, &["cannot read the pipeline `nothing.ron`"]);
     assert_eq!(folder.names(), ["room.exr"]);
 }
@@ -109,6 +110,7 @@ fn a_file_in_the_place_of_the_pipeline_is_named() {
     for (line, words) in [
         ("render room.exr -o out.png", "`room.exr` is an image, not a pipeline\n  hint: the pipeline comes first"),
         ("render room.exr {glare} -o out.png", "`room.exr` is an image, not a pipeline"),
+        ("stress room.exr --quick", "`room.exr` is an image, not a pipeline"),
         ("plan room.exr", "`room.exr` is an image, not a pipeline"),
         ("check look.cube", "`look.cube` is a color file, not a pipeline"),
         ("check reshade.ini", "`reshade.ini` is a preset or a shader of another program, not a pipeline"),

@@ -185,9 +185,9 @@ fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> 
 
 /// Reads and parses a pipeline file.
 pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
-    let read = || -> Result<Document, Failure> { Ok(parse(&path.to_string_lossy(), &text(path, "pipeline")?)?) };
-    // Only a file that is no pipeline is one of something else: names can end in anything.
-    read().map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })
+    let document = text(path, "pipeline").and_then(|text| Ok(parse(&path.to_string_lossy(), &text)?));
+    // Names can end in anything: only a file that is no pipeline is one of something else.
+    document.map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })
 }
 
 /// What a file is instead of a pipeline, by the ending of its name.

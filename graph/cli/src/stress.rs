@@ -10,7 +10,7 @@ use afterimage_plan::Options;
 use crate::args::stress::StressArgs;
 use crate::device::open;
 use crate::failure::Failure;
-use crate::files::{Files, folder_kinds, text};
+use crate::files::{Files, folder_kinds, read_document, text};
 use crate::pipeline::{assignments, facts};
 use crate::progress::Bar;
 use crate::run_files::RunFiles;
@@ -70,6 +70,7 @@ fn subjects(
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
         let file = path.to_string_lossy();
+        read_document(path)?;
         let text = text(path, "pipeline")?;
         // A subject may live as long as the program.
         let files = Box::leak(Box::new(Files::of(path, &args.options.kinds, run)));

@@ -114,7 +114,12 @@ fn parse_bytes(text: &str) -> Result<Budget, String> {
 /// A folder that exists.
 fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let path = Path::new(text);
-    if path.is_dir() { Ok(path.to_owned()) } else { Err("there is no such folder".into()) }
+    match path.metadata() {
+        Ok(meta) if meta.is_dir() => Ok(path.to_owned()),
+        Ok(_) => Err("this is no folder".into()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Err("there is no such folder".into()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// `1920x1080`.

@@ -81,7 +81,14 @@ fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<Bloc
 }
 
 fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
-    let picture = read_within(source, request.args.images.budget())?;
+    let picture = read_within(source, request.args.images.budget()).map_err(|error| {
+        let is_pipeline = source.path.is_file() && source.path.extension().is_some_and(|ending| ending == "ron");
+        match is_pipeline {
+            true => Failure::user(format!("`{}` is a pipeline, not an image", source.path.display()))
+                .hint("a run has one pipeline, the first file; `extends` and `Pipeline(file: ...)` combine several"),
+            false => error.into(),
+        }
+    })?;
     let input = request.inputs.iter().find(|input| input.name == name);
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
