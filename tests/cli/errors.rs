@@ -147,6 +147,19 @@ fn no_adapter_is_the_machines_fault_and_names_the_package() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[cfg(target_os = "linux")]
+fn a_driver_that_does_not_fit_is_not_called_missing() {
+    let folder = folder("no-memory");
+    let program = folder.command("render {glare} room.exr -o out.png");
+    let mut limited = std::process::Command::new("sh");
+    limited.args(["-c", "ulimit -v 300000; exec \"$0\" \"$@\""]).arg(program.get_program()).args(program.get_args());
+    limited.current_dir(folder.file(".")).stdin(std::process::Stdio::null());
+    let outcome = super::Outcome::of(&limited.output().expect("the program starts"));
+    outcome.fails_saying(2, &["its driver may need more memory than 292 MiB", "`ulimit -v`"]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[cfg(target_os = "linux")]
 fn a_full_disk_is_the_machines_fault() {
     let folder = folder("full");
     std::os::unix::fs::symlink("/dev/full", folder.file("out.png")).expect("a link");

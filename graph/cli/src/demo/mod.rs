@@ -29,10 +29,13 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
     let run = RunFiles::default();
+    let pictures = PIPELINES.iter().map(|(name, _)| format!("{name}.png"));
+    for name in pictures.chain(["scene.exr".to_owned(), "contact-sheet.png".to_owned()]) {
+        run.writes(&args.out.join(name))?;
+    }
     let saved = |name: &str, texels: &Texels, stated: Stated, format: FileFormat| {
         let extension = if format == FileFormat::Exr { "exr" } else { "png" };
         let path = args.out.join(format!("{name}.{extension}"));
-        run.writes(&path)?;
         save(&path, texels, stated, &SaveOptions::plain(format))?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
