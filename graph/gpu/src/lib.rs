@@ -23,6 +23,7 @@ mod device;
 mod draw_state;
 mod error;
 mod executor;
+mod frame_constants;
 mod full_screen;
 mod governor;
 mod heap;

@@ -2,12 +2,14 @@
 
 use std::sync::Mutex;
 
-use afterimage_plan::codegen::Composed;
+use afterimage_graph::node::Subresource;
+use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Plan, Stage};
 use rustc_hash::FxHashMap;
 
 use crate::draw_state::{DrawState, render_pipeline};
 use crate::error::GpuError;
+use crate::frame_constants;
 use crate::full_screen::FullScreenPipeline;
 use crate::layout::{Pipeline, bind_group_layout};
 use crate::platform::{on_threads, watched};
@@ -92,6 +94,46 @@ pub(crate) struct PipelineRequest<'a> {
     pub(crate) zero_workgroup_memory: bool,
 }
 
+impl<'a> PipelineRequest<'a> {
+    /// The pipeline of a pass, which draws if there is an attachment.
+    pub(crate) fn new(
+        plan: &'a Plan,
+        index: usize,
+        composed: &'a Composed,
+        attachment: Option<wgpu::TextureFormat>,
+    ) -> Self {
+        let pass = &plan.passes[index].pass;
+        let stage = match attachment {
+            _ if pass.drawing().is_some() => Stage::Drawing,
+            Some(_) => Stage::Fragment,
+            None => Stage::Compute,
+        };
+        let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
+            SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => {
+                format!("{:?}", plan.image(image).sample_mode)
+            }
+            _ => String::new(),
+        });
+        let layout: Vec<String> = sample_modes.collect();
+        Self {
+            key: PipelineKey {
+                source: composed.source.clone(),
+                entry: composed.compute.clone(),
+                attachment,
+                drawing: pass.drawing().map(|drawing| DrawState::new(plan, drawing)),
+                layout: layout.join(","),
+                checked: plan.options.bounds_checks || !composed.unchecked,
+            },
+            plan,
+            composed,
+            stage,
+            immediate_bytes: if composed.immediate { frame_constants::BYTES } else { 0 },
+            label: pass.label.clone(),
+            zero_workgroup_memory: composed.zero_workgroup_memory,
+        }
+    }
+}
+
 impl Pipelines {
     /// No pipelines yet, with the driver's pipeline cache.
     pub(crate) fn with_cache(cache: Option<wgpu::PipelineCache>) -> Self {
@@ -100,6 +142,21 @@ impl Pipelines {
 
     pub(crate) fn get(&self, key: &PipelineKey) -> Option<Built> {
         self.table.lock().expect(UNBROKEN).get(key)
+    }
+
+    /// The pipeline that draws a pass's result into an image of this format.
+    pub(crate) fn drawing(
+        &self,
+        device: &wgpu::Device,
+        plan: &Plan,
+        index: usize,
+        composed: &Composed,
+        format: wgpu::TextureFormat,
+    ) -> Result<Built, GpuError> {
+        let request = PipelineRequest::new(plan, index, composed, Some(format));
+        let key = request.key.clone();
+        self.build(device, vec![request], 1)?;
+        Ok(self.get(&key).expect("it was built above"))
     }
 
     /// Compiles the missing pipelines on `threads` threads. Returns the first error of the device, if there is one.

@@ -4,7 +4,7 @@ use wgpu::Buffer;
 
 use super::Executor;
 use crate::error::GpuError;
-use crate::executor::load::residency::{ImageBinding, ring_place};
+use crate::executor::loaded::residency::{ImageBinding, ring_place};
 use crate::timing::Timing;
 
 impl Executor {

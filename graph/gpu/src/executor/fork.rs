@@ -11,8 +11,8 @@ use super::host_draw::host_node;
 use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::executor::bind::host_images::check_encoding;
-use crate::executor::load::loaded::Loaded;
-use crate::executor::load::residency::{ImageBinding, Residency};
+use crate::executor::loaded::Loaded;
+use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::store::{self, Stored};
 
 impl Executor {

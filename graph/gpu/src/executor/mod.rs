@@ -6,6 +6,7 @@ mod fork;
 mod frame;
 mod host_draw;
 mod load;
+mod loaded;
 mod record;
 mod rectangle;
 
@@ -18,23 +19,26 @@ use wgpu::{CommandEncoder, Device, Queue};
 use crate::cache;
 use crate::device::Gpu;
 use crate::error::GpuError;
+use crate::frame_constants::{self, FrameConstants};
 use crate::heap;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, caught, scoped, watched, write};
 use crate::timing::Timing;
 use bind::binder::Binder;
 use bind::formats::HostFormats;
+use bind::host_images::check_names;
 pub(crate) use bind::host_images::{MULTISAMPLED, VOLUME};
+use bind::views::cached_groups;
 pub use frame::Frame;
 pub(crate) use frame::view_of;
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
 pub use load::Preparation;
 pub(crate) use load::PreparedPlan;
-use load::loaded::Loaded;
-pub(crate) use load::residency::Residency;
-use load::{PlanCompiler, PreparedMemory, Preparing, PreviousPlan};
-use record::frame_constants::{self, FrameConstants};
+use load::{PlanCompiler, PreparedMemory, Preparing};
+use loaded::Loaded;
+use loaded::previous::PreviousPlan;
+pub(crate) use loaded::residency::Residency;
 use record::{FrameCommands, clear_memory, take_over};
 pub use rectangle::Rectangle;
 
@@ -311,7 +315,7 @@ impl Executor {
         check_filled(plan, 0..plan.passes.len(), draws)?;
         let groups = self.bind(frame)?;
         let reset = self.fresh || frame.reset;
-        self.frame_constants = FrameConstants::new(frame, self.frame_index, reset);
+        self.frame_constants = FrameConstants::new(frame.time, frame.dt, self.frame_index, reset);
         self.write_frame_constants()?;
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
         loaded.write_blocks(device, &self.queue, frame)?;
@@ -369,6 +373,22 @@ impl Executor {
     /// The attachments of a pass that the host fills, by the name of its node; `None` if the plan in use has none.
     pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
         DrawTargets::of(self.plan()?, node)
+    }
+
+    /// The index of the bind groups for this frame's host images: from the cache, or new.
+    fn bind(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        check_names(&loaded.plan, frame)?;
+        self.passes_bound = 0;
+        if let Some(index) = cached_groups(loaded, frame) {
+            loaded.bind_groups.use_again(index);
+        } else {
+            let evicted = loaded.bind_groups.remove_oldest_if_full();
+            let groups = self.compiler.bind_groups(loaded).for_frame(frame, &mut self.formats, evicted)?;
+            self.passes_bound = groups.made;
+            loaded.bind_groups.add(groups);
+        }
+        Ok(loaded.bind_groups.len() - 1)
     }
 
     /// Writes the constants for passes that take them from a buffer.

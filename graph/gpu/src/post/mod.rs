@@ -2,6 +2,7 @@
 
 mod active;
 mod bindings;
+mod buffer_copies;
 mod controls;
 mod error;
 mod fade;
@@ -24,6 +25,7 @@ use crate::executor::{DrawTargets, Executor, Frame, HostDraw};
 use crate::platform::{TaskPool, Worker, watched};
 use active::{ActivePlan, GraphValues};
 use bindings::HostBindings;
+pub use buffer_copies::Reading;
 use controls::Controls;
 pub use controls::{Control, Parameter, ParameterInfo};
 pub use error::PostError;
@@ -32,7 +34,7 @@ pub use fade::FadeSkipReason;
 pub use pass_times::PassTimes;
 use pending::{CreatedPlan, Creation, OwnedPlanRequest, PendingPlan, Revision};
 use readings::Readings;
-pub use readings::{Reading, Watch};
+pub use readings::Watch;
 use sizes::{ExpectedSizes, MAX_SIZES, at_size};
 
 /// Frames between two checks whether the device is lost.

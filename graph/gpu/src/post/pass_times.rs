@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use afterimage_plan::Plan;
 use wgpu::CommandEncoder;
 
-use super::readings::BufferCopies;
+use super::buffer_copies::BufferCopies;
 use crate::error::GpuError;
 use crate::executor::Executor;
 

@@ -6,9 +6,9 @@ use afterimage_plan::codegen::{Slot, SlotKind};
 use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
 
 use crate::buffer::buffer;
-use crate::executor::bind::bind_groups::BoundPass;
-use crate::executor::load::loaded::Loaded;
-use crate::executor::record::frame_constants::{self, FrameConstants};
+use crate::executor::loaded::Loaded;
+use crate::executor::loaded::bind_groups::BoundPass;
+use crate::frame_constants::{self, FrameConstants};
 use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;
 use crate::store::part_view;
@@ -16,7 +16,7 @@ use crate::store::part_view;
 /// Makes bind groups, with the samplers and the buffer of frame constants that all plans of an executor share.
 #[derive(Clone)]
 pub(crate) struct Binder {
-    device: Device,
+    pub(crate) device: Device,
     linear: wgpu::Sampler,
     nearest: wgpu::Sampler,
     /// The constants of the last frame, for shaders that do not take them from immediates: first those of most passes,
@@ -48,31 +48,29 @@ impl Binder {
     pub(crate) fn bind_pass(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> BoundPass {
         let ring_indices = ring_indices(loaded, index);
         let groups = ring_indices.map(|ring_index| self.bind_group(loaded, index, &built, views, ring_index)).collect();
-        let attachments = self.attachments(loaded, index, &built, views);
-        BoundPass { built, groups, attachments }
+        let mut pass = BoundPass { built, groups, attachments: Vec::new() };
+        self.attach(loaded, index, views, &mut pass);
+        pass
     }
 
-    /// The attachments of a draw; several if the pass binds a history image, one for each ring index.
-    pub(crate) fn attachments(
-        &self,
-        loaded: &Loaded,
-        index: usize,
-        built: &Built,
-        views: &[TextureView],
-    ) -> Vec<Vec<TextureView>> {
+    /// Sets the attachments of a draw; several if the pass binds a history image, one for each ring index.
+    pub(crate) fn attach(&self, loaded: &Loaded, index: usize, views: &[TextureView], pass: &mut BoundPass) {
         let planned = &loaded.plan.passes[index].pass;
         let view = |image, ring_index| loaded.residency.view(image, views, ring_index);
-        let targets = |ring_index| match (built.pipeline.stage(), loaded.passes[index].writes_image, planned.drawing())
-        {
-            (Stage::Fragment, Some(image), _) => vec![view(image, ring_index).clone()],
-            (Stage::Drawing, _, Some(drawing)) => {
-                let part =
-                    |part: Subresource| part_view(view(part.image, ring_index).texture(), part.level, part.layer);
-                drawing.targets().map(part).collect()
+        let ring_indices = ring_indices(loaded, index);
+        pass.attachments.resize_with(ring_indices.len(), Vec::new);
+        for (ring_index, attachments) in ring_indices.zip(&mut pass.attachments) {
+            attachments.clear();
+            match (pass.built.pipeline.stage(), loaded.passes[index].writes_image, planned.drawing()) {
+                (Stage::Fragment, Some(image), _) => attachments.push(view(image, ring_index).clone()),
+                (Stage::Drawing, _, Some(drawing)) => {
+                    for Subresource { image, level, layer } in drawing.targets() {
+                        attachments.push(part_view(view(image, ring_index).texture(), level, layer));
+                    }
+                }
+                _ => {}
             }
-            _ => Vec::new(),
-        };
-        ring_indices(loaded, index).map(targets).collect()
+        }
     }
 
     fn bind_group(

@@ -11,7 +11,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 
 use crate::buffer::buffer;
 use crate::error::GpuError;
-use crate::executor::load::residency::{ImageBinding, Residency, ring_place};
+use crate::executor::loaded::residency::{ImageBinding, Residency, ring_place};
 use crate::heap::Placed;
 use crate::platform::caught;
 use crate::store::{self, Stored};

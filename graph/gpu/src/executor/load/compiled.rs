@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use afterimage_plan::Plan;
 
-use crate::executor::load::loaded::LoadedPasses;
+use crate::executor::loaded::LoadedPasses;
 
 /// Plans whose passes are kept: a few sizes at a few facts.
 const MAX_PLANS: usize = 32;

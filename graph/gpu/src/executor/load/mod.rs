@@ -3,31 +3,29 @@
 
 mod allocate;
 pub(crate) mod compiled;
-pub(crate) mod loaded;
-pub(crate) mod residency;
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{BufferLife, ImageId, Pass, Resource, Subresource};
+use afterimage_graph::node::{BufferLife, Pass, Resource};
 use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
 use wgpu::{BufferUsages, Device, Queue, TextureFormat};
 
 use crate::buffer::filled_buffer;
-use crate::draw_state::DrawState;
 use crate::error::GpuError;
 use crate::executor::bind::binder::Binder;
-use crate::executor::bind::cache::BindGroupCache;
+use crate::executor::bind::builder::BindGroupBuilder;
 use crate::executor::load::allocate::{NewResidency, ResidencyBuilder, ring_length};
 use crate::executor::load::compiled::CompiledPasses;
-use crate::executor::load::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, NamedView, planned_attachment};
-use crate::executor::load::residency::Residency;
-use crate::executor::record::explicit_transitions::ExplicitTransitions;
-use crate::executor::record::frame_constants;
+use crate::executor::loaded::bind_group_cache::BindGroupCache;
+use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
+use crate::executor::loaded::previous::PreviousPlan;
+use crate::executor::loaded::residency::Residency;
+use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
 use crate::executor::rectangle::HeldRectangles;
 use crate::heap::{Place, Placed};
 use crate::layout::manual_filtering;
-use crate::pipelines::{Built, PipelineKey, PipelineRequest, Pipelines};
+use crate::pipelines::{Built, PipelineRequest, Pipelines};
 use crate::platform::{Worker, watched};
 
 /// A plan that is being compiled in the background, from [`Executor::prepare`](crate::Executor::prepare). If it is
@@ -83,17 +81,6 @@ pub(crate) struct PlanCompiler {
     pub(crate) broken: Option<GpuError>,
 }
 
-/// What the next plan can reuse of the plan in use.
-#[derive(Clone, Default)]
-pub(crate) struct PreviousPlan {
-    pub(crate) plan: Option<(Arc<Plan>, Arc<Residency>)>,
-    /// Outputs that are drawn into the host's images, and in which format.
-    pub(crate) drawn: Vec<(String, TextureFormat)>,
-    /// The host's images in the last frame, by the names of inputs and of outputs.
-    pub(crate) inputs: Vec<NamedView>,
-    pub(crate) outputs: Vec<NamedView>,
-}
-
 impl PlanCompiler {
     /// Compiles the plan with this many threads, and allocates its memory and the bind groups without an image of the
     /// host. Its images keep their offsets in the heap where those still fit.
@@ -128,7 +115,7 @@ impl PlanCompiler {
         })?;
         if let Preparing::InBackground = when {
             loaded.is_watched = true;
-            if let Some(groups) = self.bind_ahead(&loaded, before) {
+            if let Some(groups) = self.bind_groups(&loaded).ahead(before) {
                 loaded.bind_groups.add(groups);
             }
         }
@@ -192,6 +179,11 @@ impl PlanCompiler {
         Ok(loaded)
     }
 
+    /// Makes bind groups for a plan that is loaded.
+    pub(crate) fn bind_groups<'a>(&'a self, loaded: &'a Loaded) -> BindGroupBuilder<'a> {
+        BindGroupBuilder { binder: &self.binder, pipelines: &self.pipelines, loaded }
+    }
+
     /// The compiled passes of a plan.
     pub(crate) fn passes(
         &self,
@@ -209,9 +201,9 @@ impl PlanCompiler {
         let mut requests = Vec::with_capacity(composed.len());
         for (index, composed) in composed.iter().enumerate() {
             let image = plan.passes[index].pass.written_image();
-            requests.push(pipeline_request(plan, index, composed, planned_attachment(plan, index, image)));
+            requests.push(PipelineRequest::new(plan, index, composed, planned_attachment(plan, index, image)));
             if let Some(format) = before.format_of(plan, image).filter(|_| is_drawable(plan, index)) {
-                requests.push(pipeline_request(plan, index, composed, Some(format)));
+                requests.push(PipelineRequest::new(plan, index, composed, Some(format)));
             }
         }
         self.pipelines.build(&self.device, requests, threads)?;
@@ -219,7 +211,7 @@ impl PlanCompiler {
         for (index, composed) in composed.into_iter().enumerate() {
             let writes_image = plan.passes[index].pass.written_image();
             let attachment = planned_attachment(plan, index, writes_image);
-            let key = pipeline_request(plan, index, &composed, attachment).key;
+            let key = PipelineRequest::new(plan, index, &composed, attachment).key;
             passes.push(LoadedPass {
                 workgroups: plan.passes[index].workgroups,
                 writes_image,
@@ -245,7 +237,7 @@ impl PlanCompiler {
         let mut drawn = Vec::new();
         for (index, pass) in passes.iter().enumerate() {
             if let Some(format) = before.format_of(plan, pass.writes_image).filter(|_| is_drawable(plan, index)) {
-                drawn.push((index, format, self.pipelines.drawing(&self.device, plan, index, pass, format)?));
+                drawn.push((index, format, self.pipelines.drawing(&self.device, plan, index, &pass.composed, format)?));
             }
         }
         Ok(drawn)
@@ -262,14 +254,6 @@ impl PlanCompiler {
             return None;
         }
         Placed::new(&self.device, placement.heap, &places, old)
-    }
-}
-
-impl PreviousPlan {
-    /// The format in which the host's image makes the pass that writes this image draw.
-    fn format_of(&self, plan: &Plan, image: Option<ImageId>) -> Option<TextureFormat> {
-        let output = plan.outputs.iter().find(|output| Some(output.image) == image)?;
-        self.drawn.iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format)
     }
 }
 
@@ -305,60 +289,4 @@ fn binds_history(pass: &Pass, residency: &Residency) -> bool {
 /// Whether a pass can draw its result.
 fn is_drawable(plan: &Plan, pass: usize) -> bool {
     plan.passes[pass].pass.kind.is_drawable()
-}
-
-impl Pipelines {
-    /// The pipeline that draws a pass's result into an image of this format.
-    pub(crate) fn drawing(
-        &self,
-        device: &Device,
-        plan: &Plan,
-        index: usize,
-        pass: &LoadedPass,
-        format: TextureFormat,
-    ) -> Result<Built, GpuError> {
-        let request = pipeline_request(plan, index, &pass.composed, Some(format));
-        let key = request.key.clone();
-        self.build(device, vec![request], 1)?;
-        Ok(self.get(&key).expect("it was built above"))
-    }
-}
-
-/// The pipeline of a pass, which draws if there is an attachment.
-fn pipeline_request<'a>(
-    plan: &'a Plan,
-    index: usize,
-    composed: &'a Composed,
-    attachment: Option<TextureFormat>,
-) -> PipelineRequest<'a> {
-    let pass = &plan.passes[index].pass;
-    let stage = match attachment {
-        _ if pass.drawing().is_some() => Stage::Drawing,
-        Some(_) => Stage::Fragment,
-        None => Stage::Compute,
-    };
-    let drawing = pass.drawing().map(|drawing| DrawState::new(plan, drawing));
-    let sample_modes = composed.slots.iter().map(|slot| match slot.kind {
-        SlotKind::Texture(image) | SlotKind::Level(Subresource { image, .. }) => {
-            format!("{:?}", plan.image(image).sample_mode)
-        }
-        _ => String::new(),
-    });
-    let layout: Vec<String> = sample_modes.collect();
-    PipelineRequest {
-        key: PipelineKey {
-            source: composed.source.clone(),
-            entry: composed.compute.clone(),
-            attachment,
-            drawing,
-            layout: layout.join(","),
-            checked: plan.options.bounds_checks || !composed.unchecked,
-        },
-        plan,
-        composed,
-        stage,
-        immediate_bytes: if composed.immediate { frame_constants::BYTES } else { 0 },
-        label: pass.label.clone(),
-        zero_workgroup_memory: composed.zero_workgroup_memory,
-    }
 }

@@ -4,7 +4,7 @@ use afterimage_graph::node::{BufferId, ColorAttachment, DrawContents, DrawRange,
 use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
 use crate::executor::host_draw::{HostDraw, host_node};
-use crate::executor::load::loaded::Loaded;
+use crate::executor::loaded::Loaded;
 use crate::executor::record::FrameCommands;
 use crate::executor::rectangle::Rectangle;
 use crate::layout::Pipeline;

@@ -1,19 +1,17 @@
 //! Commands: a loaded plan and its bind groups into the host's encoder.
 
 mod draws;
-pub(crate) mod explicit_transitions;
-pub(crate) mod frame_constants;
 mod uniforms;
 
 use std::ops::Range;
 
 use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
-use crate::executor::bind::bind_groups::BindGroups;
 use crate::executor::host_draw::HostDraw;
-use crate::executor::load::loaded::Loaded;
-use crate::executor::load::residency::ImageBinding;
-use crate::executor::record::frame_constants::FrameConstants;
+use crate::executor::loaded::Loaded;
+use crate::executor::loaded::bind_groups::BindGroups;
+use crate::executor::loaded::residency::ImageBinding;
+use crate::frame_constants::FrameConstants;
 use crate::layout::Pipeline;
 use crate::store;
 

@@ -7,7 +7,7 @@ use wgpu::{Buffer, Device, Queue, Texture};
 
 use crate::error::GpuError;
 use crate::executor::frame::{Frame, view_of};
-use crate::executor::load::loaded::Loaded;
+use crate::executor::loaded::Loaded;
 use crate::executor::rectangle::Rectangle;
 use crate::platform::{caught, scoped};
 

@@ -12,7 +12,7 @@ use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
-use crate::executor::load::residency::Residency;
+use crate::executor::loaded::residency::Residency;
 
 /// The explicit transitions of a plan.
 pub(crate) struct ExplicitTransitions {

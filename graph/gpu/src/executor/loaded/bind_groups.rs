@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use wgpu::{BindGroup, TextureFormat, TextureView};
 
-use crate::executor::record::explicit_transitions::ExplicitTransitions;
+use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::pipelines::Built;
 
 /// The bind groups of all passes, for one choice of host images.
 pub(crate) struct BindGroups {
+    /// Of all inputs, then of all outputs.
     pub(crate) views: Vec<TextureView>,
     /// For each output the format in which it is drawn, if it is.
     pub(crate) drawn: Vec<Option<TextureFormat>>,
@@ -18,7 +19,15 @@ pub(crate) struct BindGroups {
     pub(crate) explicit_transitions: Arc<ExplicitTransitions>,
 }
 
+impl BindGroups {
+    /// Without passes.
+    pub(crate) fn new(explicit_transitions: Arc<ExplicitTransitions>) -> Self {
+        Self { views: Vec::new(), drawn: Vec::new(), made: 0, passes: Vec::new(), explicit_transitions }
+    }
+}
+
 /// The bind group of a pass; one for each ring index if the pass binds a history image, which rotates every frame.
+#[derive(Clone)]
 pub(crate) struct BoundPass {
     pub(crate) built: Built,
     pub(crate) groups: Arc<[BindGroup]>,

@@ -6,7 +6,7 @@ use std::ops::Deref;
 use rustc_hash::FxHasher;
 use wgpu::TextureView;
 
-use crate::executor::bind::bind_groups::BindGroups;
+use crate::executor::loaded::bind_groups::BindGroups;
 
 /// Entries that are kept: the images of a few swap chains.
 const MAX_ENTRIES: usize = 16;

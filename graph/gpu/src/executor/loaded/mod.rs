@@ -1,5 +1,11 @@
 //! What a plan runs on.
 
+pub(crate) mod bind_group_cache;
+pub(crate) mod bind_groups;
+pub(crate) mod explicit_transitions;
+pub(crate) mod previous;
+pub(crate) mod residency;
+
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Resource};
@@ -8,10 +14,10 @@ use afterimage_plan::{PlacedPlan, Plan, Stage};
 use wgpu::{Buffer, TextureFormat, TextureView};
 
 use crate::device::texture_format;
-use crate::executor::bind::bind_groups::BoundPass;
-use crate::executor::bind::cache::BindGroupCache;
-use crate::executor::load::residency::{ImageBinding, Residency};
-use crate::executor::record::explicit_transitions::ExplicitTransitions;
+use crate::executor::loaded::bind_group_cache::BindGroupCache;
+use crate::executor::loaded::bind_groups::BoundPass;
+use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
+use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::rectangle::{HeldRectangles, Rectangle};
 use crate::pipelines::Built;
 use crate::timing::Timing;

@@ -3,8 +3,6 @@
 
 use wgpu::{Device, Features};
 
-use crate::executor::frame::Frame;
-
 /// Bytes of the struct `Frame` of shaders.
 pub(crate) const BYTES: u32 = 16;
 
@@ -13,9 +11,12 @@ pub(crate) const BYTES: u32 = 16;
 pub(crate) struct FrameConstants([[u8; BYTES as usize]; 2]);
 
 impl FrameConstants {
-    pub(crate) fn new(frame: &Frame<'_>, index: u32, reset: bool) -> Self {
-        let words = |reset: bool| [frame.time.to_bits(), frame.dt.to_bits(), index, u32::from(reset)];
-        Self([reset, true].map(|reset| bytemuck::cast(words(reset).map(u32::to_le))))
+    /// Of the frame with this index. `time` and `dt` are in seconds; `reset` is whether histories begin in it.
+    pub(crate) fn new(time: f32, dt: f32, index: u32, reset: bool) -> Self {
+        Self([reset, true].map(|reset| {
+            let words = [time.to_bits(), dt.to_bits(), index, u32::from(reset)];
+            bytemuck::cast(words.map(u32::to_le))
+        }))
     }
 
     pub(crate) fn bytes(&self, is_uninitialized: bool) -> &[u8] {
