@@ -14,7 +14,7 @@ use crate::executor::Executor;
 #[derive(Clone, Copy)]
 pub(super) struct GraphValues<'a> {
     pub(super) graph: &'a Graph,
-    /// The revision of the graph: see [`Revision::graph`](super::pending::Revision::graph).
+    /// The revision of the graph: see [`Revision::graph`](super::plan_state::Revision::graph).
     pub(super) revision: u64,
     pub(super) changes: &'a NodeChanges,
 }

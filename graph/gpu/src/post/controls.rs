@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use afterimage_graph::check::{Graph, ParameterId};
-use afterimage_graph::value::{Param, ParamType, Type, Value};
+use afterimage_graph::value::{Param, Type, Value};
 use afterimage_plan::PlanCache;
 
 use super::error::PostError;
@@ -23,7 +23,7 @@ impl<T> Clone for Parameter<T> {
 impl<T> Copy for Parameter<T> {}
 
 impl<T> Parameter<T> {
-    fn new(control: Control) -> Self {
+    pub(super) fn new(control: Control) -> Self {
         Self { control, value: PhantomData }
     }
 
@@ -96,30 +96,20 @@ impl NodeChanges {
 }
 
 impl Controls {
-    /// The handle of the parameter that `node.parameter` names, and whether it is new.
-    pub(super) fn control(&mut self, graph: &Graph, name: &str) -> Result<(Control, bool), PostError> {
+    /// The number of handles.
+    pub(super) fn count(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// The handle of the parameter that `node.parameter` names.
+    pub(super) fn control(&mut self, graph: &Graph, name: &str) -> Result<Control, PostError> {
         let id = graph.parameter(name).map_err(PostError::UnknownParameter)?;
         if let Some(known) = self.entries.iter().position(|entry| entry.id == Some(id)) {
-            return Ok((Control(known), false));
+            return Ok(Control(known));
         }
         let (ty, written) = (graph.declaration(id).ty, Some(graph.value(id).clone()));
         self.entries.push(Entry { name: name.to_owned(), ty, value: None, written, id: Some(id) });
-        Ok((Control(self.entries.len() - 1), true))
-    }
-
-    /// The same for a parameter with values of type `T`.
-    pub(super) fn parameter<T: ParamType>(
-        &mut self,
-        graph: &Graph,
-        name: &str,
-    ) -> Result<(Parameter<T>, bool), PostError> {
-        let id = graph.parameter(name).map_err(PostError::UnknownParameter)?;
-        let ty = graph.declaration(id).ty;
-        if ty != T::TYPE {
-            return Err(PostError::WrongType { name: name.to_owned(), ty: ty.describe() });
-        }
-        let (control, is_new) = self.control(graph, name)?;
-        Ok((Parameter::new(control), is_new))
+        Ok(Control(self.entries.len() - 1))
     }
 
     /// Sets a value in the graph of the cache, if that has the parameter. Returns whether the change needs a new plan.

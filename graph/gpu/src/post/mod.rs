@@ -5,18 +5,19 @@ mod bindings;
 mod buffer_copies;
 mod controls;
 mod error;
+mod expected;
 mod fade;
+mod host_graph;
 mod pass_times;
-mod pending;
+mod plan_state;
 mod readings;
-mod sizes;
 
 use std::sync::Arc;
 
 use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::{ParamType, Value};
-use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanCache, PlanError};
+use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanError};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::device::caps;
@@ -26,16 +27,16 @@ use crate::platform::{TaskPool, Worker, watched};
 use active::{ActivePlan, GraphValues};
 use bindings::HostBindings;
 pub use buffer_copies::Reading;
-use controls::Controls;
 pub use controls::{Control, Parameter, ParameterInfo};
 pub use error::PostError;
+use expected::{ExpectedPlans, MAX_EXPECTED, at_size};
 use fade::Fade;
 pub use fade::FadeSkipReason;
+use host_graph::HostGraph;
 pub use pass_times::PassTimes;
-use pending::{CreatedPlan, Creation, OwnedPlanRequest, PendingPlan, Revision};
+use plan_state::{CreatedPlan, Creation, PlanState};
 use readings::Readings;
 pub use readings::Watch;
-use sizes::{ExpectedSizes, MAX_SIZES, at_size};
 
 /// Frames between two checks whether the device is lost.
 const FRAMES_BETWEEN_CHECKS: u64 = 32;
@@ -65,15 +66,12 @@ const FRAMES_BETWEEN_CHECKS: u64 = 32;
 /// [`set_fade`](Self::set_fade) fades from one to the other.
 pub struct Post {
     executor: Executor,
-    plans: PlanCache,
-    facts: Facts,
-    options: Options,
+    /// The graph, and the life of its next plan.
+    graph: HostGraph,
     bindings: HostBindings,
-    controls: Controls,
+    /// The plan that renders.
     active: Option<ActivePlan>,
-    pending: PendingPlan,
-    expected: ExpectedSizes,
-    revision: Revision,
+    expected: ExpectedPlans,
     fade: Fade,
     readings: Readings,
     /// Frames that have been recorded.
@@ -90,15 +88,10 @@ impl Post {
     pub fn with_executor(executor: Executor, graph: Graph) -> Self {
         Self {
             executor,
-            plans: PlanCache::new(graph),
-            facts: Facts::default(),
-            options: Options::default(),
+            graph: HostGraph::new(graph),
             bindings: HostBindings::default(),
-            controls: Controls::default(),
             active: None,
-            pending: PendingPlan::Queued,
-            expected: ExpectedSizes::default(),
-            revision: Revision::default(),
+            expected: ExpectedPlans::default(),
             fade: Fade::default(),
             readings: Readings::default(),
             frame: 0,
@@ -111,15 +104,10 @@ impl Post {
     pub fn clone_for_view(&self) -> Self {
         Self {
             executor: self.executor.clone_for_view(),
-            plans: self.plans.clone(),
-            facts: self.facts.clone(),
-            options: self.options,
+            graph: self.graph.for_view(),
             bindings: self.bindings.clone(),
-            controls: self.controls.clone(),
             active: None,
-            pending: PendingPlan::Queued,
             expected: self.expected.without_plans(),
-            revision: Revision::default(),
             fade: self.fade.for_view(),
             readings: self.readings.for_view(),
             frame: 0,
@@ -133,7 +121,7 @@ impl Post {
 
     /// The graph at the present values of its parameters.
     pub fn graph(&self) -> &Graph {
-        self.plans.graph()
+        self.graph.graph()
     }
 
     /// The plan that renders.
@@ -149,32 +137,27 @@ impl Post {
 
     /// Whether a plan is being made, or will be at the next frame.
     pub fn is_changing(&self) -> bool {
-        !matches!(self.pending, PendingPlan::None)
+        !matches!(self.graph.next_plan, PlanState::Ok)
     }
 
     /// Sets a fact that `when` conditions test.
     pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
-        self.facts.set(name, fact);
-        self.pending.queue();
+        self.graph.set_fact(name.into(), fact.into());
     }
 
     /// The facts that the host has set.
     pub fn facts(&self) -> &Facts {
-        &self.facts
+        self.graph.facts()
     }
 
     /// Replaces all facts.
     pub fn set_facts(&mut self, facts: Facts) {
-        if self.facts != facts {
-            self.facts = facts;
-            self.pending.queue();
-        }
+        self.graph.set_facts(facts);
     }
 
     /// Sets the options of plans.
     pub fn set_options(&mut self, options: Options) {
-        self.options = options;
-        self.pending.queue();
+        self.graph.set_options(options);
     }
 
     /// States the size in which the pipeline works, whatever the sizes of the [rectangles](Frame::rectangles) of its
@@ -189,7 +172,7 @@ impl Post {
     /// it, so that plans need not sanitize them.
     pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.bindings.finite.insert(input.into());
-        self.pending.queue();
+        self.graph.next_plan.queue();
     }
 
     /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
@@ -208,13 +191,7 @@ impl Post {
     /// it has their parameters and accepts them; handles stay valid. A graph that differs in values of parameters with
     /// handles alone needs no plan where these need none.
     pub fn change(&mut self, graph: Graph) {
-        if self.controls.take_values(&mut self.plans, &graph) {
-            return;
-        }
-        self.plans = PlanCache::new(graph);
-        self.revision.graph += 1;
-        self.controls.move_to(&mut self.plans);
-        self.pending.queue();
+        self.graph.change(graph);
     }
 
     /// Labels each pass with its nodes in the commands, for tools such as RenderDoc. It costs a little time to record.
@@ -228,7 +205,8 @@ impl Post {
         let pool = self.executor.pool.take();
         self.executor = Executor::with_caps(device, queue, caps(adapter, device));
         self.executor.pool = pool;
-        (self.active, self.pending) = (None, PendingPlan::Queued);
+        self.active = None;
+        self.graph.next_plan = PlanState::Queued;
         self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
         self.expected = self.expected.without_plans();
         self.readings.reset();
@@ -282,20 +260,19 @@ impl Post {
         }
     }
 
-    /// Chooses the plan of a frame: that which renders, the pending one if it is ready, or, for other images of the
-    /// host, one that is made at once. Starts to create the next one if something has changed. Returns why a pending
-    /// plan has failed.
+    /// Chooses the plan of a frame: the active one, the next one if it is created, or, for other images of the host, one
+    /// that is made at once. Starts to create the next one if something has changed. Returns why one has failed that
+    /// was made in the background.
     ///
     /// # Errors
     /// There is no plan for the frame.
     fn update_plan(&mut self, frame: &Frame<'_>) -> Result<Option<PostError>, PostError> {
-        let graph = self.plans.graph();
         let fits = match &self.active {
-            Some(active) => self.bindings.fit(graph, &active.inputs, frame)?,
+            Some(active) => self.bindings.fit(self.graph.graph(), &active.inputs, frame)?,
             None => false,
         };
         if !fits {
-            let inputs = self.bindings.inputs(graph, frame)?;
+            let inputs = self.bindings.inputs(self.graph.graph(), frame)?;
             self.fade.end(&mut self.executor, FadeSkipReason::NewImages);
             self.load_for(inputs)?;
             return Ok(None);
@@ -306,15 +283,14 @@ impl Post {
         let mut failure = None;
         // A plan waits for the end of a fade.
         if !self.fade.is_running()
-            && self.pending.is_finished()
-            && let Some(creation) = self.pending.take()
+            && let Some(creation) = self.graph.next_plan.take_finished()
         {
             failure = self.activate(creation, Some(frame)).err();
         }
-        if let PendingPlan::Queued = self.pending {
-            self.start_pending();
+        if let PlanState::Queued = self.graph.next_plan {
+            self.start_next_plan();
         }
-        Ok(failure.or_else(|| self.prepare_sizes()))
+        Ok(failure.or_else(|| self.update_expected_plans()))
     }
 
     /// Records a frame of the plan that is loaded.
@@ -328,8 +304,7 @@ impl Post {
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
         self.update_uniforms()?;
-        let values = graph_values(&self.plans, self.revision, &self.controls);
-        self.fade.record(&mut self.executor, values, encoder, frame, draws)?;
+        self.fade.record(&mut self.executor, self.graph.values(), encoder, frame, draws)?;
         self.frame += 1;
         let plan = self.active.as_ref().map(|active| &active.plan);
         Ok(self.readings.record(&self.executor, plan, self.frame, encoder)?)
@@ -338,10 +313,8 @@ impl Post {
     /// Updates the uniforms of the active plan. If a value needs another plan, that is queued.
     fn update_uniforms(&mut self) -> Result<(), GpuError> {
         let Some(active) = &mut self.active else { return Ok(()) };
-        if active.update(graph_values(&self.plans, self.revision, &self.controls)) == Err(NeedsPlan) {
-            self.plans.clear();
-            self.revision.values += 1;
-            self.pending.queue();
+        if active.update(self.graph.values()) == Err(NeedsPlan) {
+            self.graph.replan();
         }
         active.write(&mut self.executor)
     }
@@ -351,23 +324,21 @@ impl Post {
     /// # Errors
     /// The graph cannot be planned for them, or the device refuses the plan.
     pub(crate) fn load_for(&mut self, inputs: HostInputs) -> Result<&Arc<Plan>, PostError> {
-        if self.pending.is_outdated() {
+        if self.graph.next_plan.is_outdated() {
             self.expected.queue_all();
         }
-        if let PendingPlan::Creating(_) = self.pending {
-            self.pending = PendingPlan::Queued;
+        if let PlanState::Creating(_) = self.graph.next_plan {
+            self.graph.next_plan = PlanState::Queued;
         }
-        span!("afterimage::plan");
-        let planned = self.plan_request(inputs.clone()).with(|request| self.plans.planned(request))?;
+        let planned = self.graph.plan(&self.executor, inputs.clone())?;
         if self.active.as_ref().is_none_or(|active| !Arc::ptr_eq(&active.plan, &planned.plan)) {
-            let values = graph_values(&self.plans, self.revision, &self.controls);
-            let active = ActivePlan::new(inputs, &planned, values);
+            let active = ActivePlan::new(inputs, &planned, self.graph.values());
             self.executor.load_with(active.plan.clone(), active.uniforms.clone())?;
             if self.active.replace(active).is_some() {
                 self.fade.skip(FadeSkipReason::NewImages);
             }
         }
-        self.pending = PendingPlan::None;
+        self.graph.next_plan = PlanState::Ok;
         Ok(self.plan().expect("it is loaded"))
     }
 
@@ -376,33 +347,21 @@ impl Post {
     /// # Errors
     /// The graph cannot be planned for them.
     pub fn plan_for(&mut self, inputs: HostInputs) -> Result<Arc<Plan>, PlanError> {
-        span!("afterimage::plan");
-        let planned = self.plan_request(inputs).with(|request| self.plans.planned(request))?;
-        Ok(planned.plan.clone())
-    }
-
-    fn plan_request(&self, inputs: HostInputs) -> OwnedPlanRequest {
-        OwnedPlanRequest {
-            device: self.executor.device().clone(),
-            inputs,
-            facts: self.facts.clone(),
-            caps: self.executor.caps().clone(),
-            options: self.options,
-            dynamic: self.controls.dynamic(self.plans.graph()).collect(),
-        }
+        Ok(self.graph.plan(&self.executor, inputs)?.plan.clone())
     }
 
     /// Starts to create the queued plan on a worker, unless the active one is the same.
-    fn start_pending(&mut self) {
-        self.pending = PendingPlan::None;
+    fn start_next_plan(&mut self) {
+        self.graph.next_plan = PlanState::Ok;
         self.expected.queue_all();
         let Some(active) = &self.active else { return };
-        let request = self.plan_request(active.inputs.clone());
-        let cached = request.with(|request| self.plans.known(request));
+        let request = self.graph.plan_request(&self.executor, active.inputs.clone());
+        let cached = self.graph.cached(&request);
         if cached.as_ref().is_some_and(|cached| Arc::ptr_eq(&cached.plan, &active.plan)) {
             return;
         }
-        let (graph, revision, changes) = (self.plans.shared_graph(), self.revision, self.controls.changes.clone());
+        let (graph, revision) = (self.graph.shared(), self.graph.revision);
+        let changes = self.graph.controls().changes.clone();
         let (compile, prepare_fade) = (self.executor.compilation(), self.fade.preparation(&self.executor, active));
         let worker = Worker::new(self.executor.pool.as_ref(), move || {
             span!("afterimage::prepare");
@@ -418,12 +377,12 @@ impl Post {
             let prepared = compile(active.plan.clone(), active.uniforms.clone())?;
             Ok(CreatedPlan { active, prepared, uncached, fade: prepare_fade.map(|prepare| prepare()) })
         });
-        self.pending.start(revision, worker);
+        self.graph.next_plan.start(revision, worker);
     }
 
     /// Installs a plan that a worker has created. `frame` is its first frame, or `None` if the host waits for the plan.
-    fn activate(&mut self, creation: Creation, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
-        if creation.revision.graph != self.revision.graph {
+    fn activate(&mut self, creation: Creation<CreatedPlan>, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
+        if creation.revision.graph != self.graph.revision.graph {
             // A plan for the present graph follows.
             self.executor.drop_later(creation.worker);
             return Ok(());
@@ -431,12 +390,7 @@ impl Post {
         let CreatedPlan { active, prepared, uncached, fade } = creation.worker.join()??;
         let fade = self.fade.before_change(&self.executor, self.active.as_ref(), &active.plan, frame, fade);
         let old_memory = self.executor.install(prepared)?;
-        let mut evicted = None;
-        if let Some(uncached) = uncached
-            && creation.revision == self.revision
-        {
-            evicted = self.plans.keep(uncached.key, uncached.planned);
-        }
+        let evicted = uncached.and_then(|uncached| self.graph.keep(uncached, creation.revision));
         let old = self.active.replace(active);
         let old = old.and_then(|old| self.fade.start(&self.executor, fade, old));
         self.executor.drop_later((old_memory, old, evicted));
@@ -450,11 +404,11 @@ impl Post {
     pub fn finish_changes(&mut self) -> Result<(), PostError> {
         self.fade.end(&mut self.executor, FadeSkipReason::Awaited);
         while self.is_changing() && self.active.is_some() {
-            if let Some(creation) = self.pending.take() {
+            if let Some(creation) = self.graph.next_plan.take() {
                 self.activate(creation, None)?;
             }
-            if let PendingPlan::Queued = self.pending {
-                self.start_pending();
+            if let PlanState::Queued = self.graph.next_plan {
+                self.start_next_plan();
             }
         }
         Ok(())
@@ -467,8 +421,8 @@ impl Post {
     /// # Panics
     /// If there are more than 16 sizes.
     pub fn expect_sizes(&mut self, sizes: &[Size]) {
-        assert!(sizes.len() <= MAX_SIZES, "at most {MAX_SIZES} sizes can be expected");
-        self.expected.set(sizes);
+        assert!(sizes.len() <= MAX_EXPECTED, "at most {MAX_EXPECTED} sizes can be expected");
+        self.expected.set_sizes(sizes);
     }
 
     /// Whether the plans of all [expected sizes](Self::expect_sizes) are made.
@@ -478,38 +432,39 @@ impl Post {
 
     /// The plan of an expected size, if it is made for the present facts.
     pub fn expected_plan(&mut self, size: Size) -> Option<Arc<Plan>> {
-        let request = self.plan_request(at_size(&self.active.as_ref()?.inputs, size));
-        let cached = request.with(|request| self.plans.known(request))?;
+        let inputs = at_size(&self.active.as_ref()?.inputs, size);
+        let cached = self.graph.cached(&self.graph.plan_request(&self.executor, inputs))?;
         Some(cached.plan.clone())
     }
 
-    /// Caches the plan of an expected size if it is finished, and starts the next. Returns why one has failed.
-    fn prepare_sizes(&mut self) -> Option<PostError> {
-        match self.expected.take_finished() {
-            Some((revision, Ok(plan))) if revision == self.revision => {
-                if let Some(evicted) = self.plans.keep(plan.key, plan.planned) {
-                    self.executor.drop_later(evicted);
+    /// Caches the plan of an expected frame if it is finished, and starts the next. Returns why one has failed.
+    fn update_expected_plans(&mut self) -> Option<PostError> {
+        if let Some(creation) = self.expected.take_finished() {
+            match creation.worker.join().map_err(PostError::from).flatten() {
+                Ok(plan) => {
+                    if let Some(evicted) = self.graph.keep(plan, creation.revision) {
+                        self.executor.drop_later(evicted);
+                    }
                 }
+                Err(error) => return Some(error),
             }
-            Some((_, Err(error))) => return Some(error),
-            _ => {}
         }
-        while let PendingPlan::None = self.pending
-            && let Some(active) = &self.active
-            && let Some(size) = self.expected.next()
+        while let (PlanState::Ok, Some(active)) = (&self.graph.next_plan, &self.active)
+            && let Some(expected) = self.expected.next()
         {
-            let request = self.plan_request(at_size(&active.inputs, size));
-            if request.with(|request| self.plans.known(request)).is_some() {
+            let request = self.graph.plan_request(&self.executor, expected.inputs(&active.inputs));
+            if self.graph.cached(&request).is_some() {
+                expected.state = PlanState::Ok;
                 continue;
             }
-            let (graph, compile) = (self.plans.shared_graph(), self.executor.compilation_ahead());
+            let (graph, compile) = (self.graph.shared(), self.executor.compilation_ahead());
             let worker = Worker::new(self.executor.pool.as_ref(), move || {
                 span!("afterimage::prepare");
                 let plan = request.plan(&graph)?;
                 compile(&plan.planned.plan)?;
                 Ok(plan)
             });
-            self.expected.start(self.revision, worker);
+            expected.state.start(self.graph.revision, worker);
         }
         None
     }
@@ -525,7 +480,7 @@ impl Post {
 
     /// The values that the host has set for parameters of the present graph, by their names, `node.parameter`.
     pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
-        self.controls.set_values(self.graph())
+        self.graph.controls().set_values(self.graph())
     }
 
     /// A handle to the parameter that `node.parameter` names.
@@ -536,11 +491,7 @@ impl Post {
     /// # Errors
     /// There is no such parameter, or it has another type.
     pub fn parameter<T: ParamType>(&mut self, name: &str) -> Result<Parameter<T>, PostError> {
-        let (parameter, is_new) = self.controls.parameter(self.plans.graph(), name)?;
-        if is_new {
-            self.pending.queue();
-        }
-        Ok(parameter)
+        self.graph.parameter(name)
     }
 
     /// The same for a parameter of any type.
@@ -548,11 +499,7 @@ impl Post {
     /// # Errors
     /// There is no such parameter.
     pub fn control(&mut self, name: &str) -> Result<Control, PostError> {
-        let (control, is_new) = self.controls.control(self.plans.graph(), name)?;
-        if is_new {
-            self.pending.queue();
-        }
-        Ok(control)
+        self.graph.control(name)
     }
 
     /// Sets a value, from the next frame on; in the background if it needs a new plan. While the present graph has no
@@ -569,16 +516,12 @@ impl Post {
     /// # Errors
     /// As [`set`](Self::set); also if the value has another type.
     pub fn set_value(&mut self, control: Control, value: Value) -> Result<(), PostError> {
-        if self.controls.set(&mut self.plans, control, value)? {
-            self.revision.values += 1;
-            self.pending.queue();
-        }
-        Ok(())
+        self.graph.set_value(control, value)
     }
 
     /// The present value of a parameter: that of the graph, or the last that was set while the graph has none.
     pub fn value(&self, control: Control) -> Option<&Value> {
-        self.controls.value(self.graph(), control)
+        self.graph.controls().value(self.graph(), control)
     }
 
     /// Reverts to the value in the pipeline file, also in the next graph.
@@ -586,16 +529,12 @@ impl Post {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn unset(&mut self, control: Control) -> Result<(), PostError> {
-        if self.controls.unset(&mut self.plans, control)? {
-            self.revision.values += 1;
-            self.pending.queue();
-        }
-        Ok(())
+        self.graph.unset(control)
     }
 
     /// Whether a change of the parameter needs a new plan.
     pub fn needs_plan(&self, control: Control) -> bool {
-        self.controls.needs_plan(self.graph(), control)
+        self.graph.controls().needs_plan(self.graph(), control)
     }
 
     /// Fades from the old plan to the new one over this many frames after each change that is made in the background,
@@ -681,10 +620,6 @@ impl Post {
     pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
         self.executor.buffer(label)
     }
-}
-
-fn graph_values<'a>(plans: &'a PlanCache, revision: Revision, controls: &'a Controls) -> GraphValues<'a> {
-    GraphValues { graph: plans.graph(), revision: revision.graph, changes: &controls.changes }
 }
 
 // Hosts encode on any thread.

@@ -1,4 +1,4 @@
-//! The life of the next plan, from a change to the frame that activates it.
+//! The life of a plan that is made in the background, from a change to the frame that can use it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,22 +15,22 @@ use crate::executor::PreparedPlan;
 use crate::heap;
 use crate::platform::Worker;
 
-/// The state of the plan that follows the active one.
-pub(super) enum PendingPlan {
-    /// The active plan is for the present graph, facts and options.
-    None,
-    /// One of them has changed: the next frame starts a worker.
+/// The life of a plan that is made in the background.
+pub(super) enum PlanState<T> {
+    /// It is made, or none is needed.
+    Ok,
+    /// The next frame starts a worker.
     Queued,
     /// A worker plans and compiles.
-    Creating(Creation),
+    Creating(Creation<T>),
 }
 
 /// A plan that a worker creates.
-pub(super) struct Creation {
+pub(super) struct Creation<T> {
     pub(super) revision: Revision,
     /// Whether something has changed meanwhile, so that another plan follows.
     is_outdated: bool,
-    pub(super) worker: Worker<Result<CreatedPlan, PostError>>,
+    pub(super) worker: Worker<Result<T, PostError>>,
 }
 
 /// A plan that can be activated.
@@ -68,42 +68,45 @@ pub(super) struct OwnedPlanRequest {
     pub(super) dynamic: BTreeSet<ParameterId>,
 }
 
-impl PendingPlan {
+impl<T> PlanState<T> {
     /// Queues a plan for what has changed.
     pub(super) fn queue(&mut self) {
         match self {
-            Self::None => *self = Self::Queued,
+            Self::Ok => *self = Self::Queued,
             Self::Queued => {}
             Self::Creating(creation) => creation.is_outdated = true,
         }
     }
 
     /// Starts to create a plan.
-    pub(super) fn start(&mut self, revision: Revision, worker: Worker<Result<CreatedPlan, PostError>>) {
+    pub(super) fn start(&mut self, revision: Revision, worker: Worker<Result<T, PostError>>) {
         *self = Self::Creating(Creation { revision, is_outdated: false, worker });
     }
 
     /// Whether something has changed for which no plan was started.
     pub(super) fn is_outdated(&self) -> bool {
         match self {
-            Self::None => false,
+            Self::Ok => false,
             Self::Queued => true,
             Self::Creating(creation) => creation.is_outdated,
         }
     }
 
-    /// Whether a plan is created that is finished.
-    pub(super) fn is_finished(&self) -> bool {
-        matches!(self, Self::Creating(creation) if creation.worker.is_finished())
-    }
-
     /// Takes the plan that is being created. The next one is queued if it is outdated.
-    pub(super) fn take(&mut self) -> Option<Creation> {
-        let next = if self.is_outdated() { Self::Queued } else { Self::None };
+    pub(super) fn take(&mut self) -> Option<Creation<T>> {
+        let next = if self.is_outdated() { Self::Queued } else { Self::Ok };
         match std::mem::replace(self, next) {
             Self::Creating(creation) => Some(creation),
-            Self::None | Self::Queued => None,
+            Self::Ok | Self::Queued => None,
         }
+    }
+}
+
+impl<T: Send + 'static> PlanState<T> {
+    /// Takes the plan that is being created if it is finished.
+    pub(super) fn take_finished(&mut self) -> Option<Creation<T>> {
+        let is_finished = matches!(self, Self::Creating(creation) if creation.worker.is_finished());
+        if is_finished { self.take() } else { None }
     }
 }
 
