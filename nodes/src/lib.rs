@@ -7,7 +7,7 @@
 //!
 //! let kinds = Registry::new(&[afterimage_nodes::ALL])?;
 //! assert!(kinds.get("ToneMap").is_some());
-//! # Ok::<(), afterimage_graph::node::DuplicateKind>(())
+//! # Ok::<(), afterimage_graph::node::RegistryError>(())
 //! ```
 //!
 //! `afterimage nodes` prints the manual of all kinds, from their declarations. To add a kind, write
@@ -171,7 +171,7 @@ pub use white_balance::{WhiteBalance, WhiteBalanceMode};
 ///
 /// let kinds = Registry::new(&[afterimage_nodes::ALL, afterimage_nodes::HOST])?;
 /// assert!(kinds.get("DrawSamples").is_some());
-/// # Ok::<(), afterimage_graph::node::DuplicateKind>(())
+/// # Ok::<(), afterimage_graph::node::RegistryError>(())
 /// ```
 pub const HOST: &[NodeKind] = &[NodeKind::of::<Draw>(), NodeKind::of::<DrawDepth>(), NodeKind::of::<DrawSamples>()];
 

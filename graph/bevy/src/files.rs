@@ -1,7 +1,7 @@
 //! Files of assets that pipelines and node folders name, and why they are not loaded.
 
 use afterimage_base::diagnostic::Diagnostics;
-use afterimage_graph::node::DuplicateKind;
+use afterimage_graph::node::RegistryError;
 use bevy::asset::{AssetPath, LoadContext};
 
 /// Why a pipeline is not loaded.
@@ -13,9 +13,9 @@ pub enum PipelineError {
     /// A file is wrong. Written, each message has its excerpt.
     #[error("\n{0}")]
     Wrong(Diagnostics),
-    /// Two kinds have one name.
+    /// Two kinds have one name, or a shader of one is wrong.
     #[error(transparent)]
-    Kinds(#[from] DuplicateKind),
+    Kinds(#[from] RegistryError),
 }
 
 impl From<Diagnostics> for PipelineError {

@@ -2,6 +2,7 @@
 
 use crate::limits::{MAX_COMPUTED, MAX_PASSES};
 use afterimage_base::image::{Format, Size};
+use afterimage_wgsl::ShaderError;
 
 /// Why a graph cannot be planned for a request.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -30,6 +31,13 @@ pub enum PlanError {
     /// The host states a rectangle or a factor of a volume.
     #[error("rectangles and factors are not supported for the volume input `{0}`")]
     PartOfVolume(String),
+    /// A shader of a node's kind cannot be linked, or is not valid.
+    #[error("the shader of node `{node}` is wrong: {error}")]
+    Shader {
+        node: String,
+        /// The error, at the author's file and line.
+        error: ShaderError,
+    },
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]
     TooLarge {

@@ -1,6 +1,7 @@
 //! Recording: every node that runs records its passes, and with them the virtual images and buffers.
 
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use crate::amounts::RecordingLimits;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
@@ -17,6 +18,7 @@ use afterimage_graph::node::{
     Arg, BlockId, ImageColor, ImageId, InputValue, KernelOrigin, NodeColors, NodeInstance, Origin, Pass, Recorder,
     RecorderContext, Recording, Replay, Resource, VirtualImage,
 };
+use afterimage_wgsl::ShaderError;
 
 /// How often sizes of histories are inferred again before they count as unstable.
 const ROUNDS: usize = 8;
@@ -91,7 +93,7 @@ impl<'a> RecordAttempt<'a> {
         self.add_inputs()?;
         for &index in &self.specialized.order {
             if self.specialized.is_live(index) {
-                self.node(index);
+                self.node(index)?;
                 self.amounts.check(&self.graph.nodes[index].name, &self.builder.recording)?;
             }
         }
@@ -199,7 +201,7 @@ impl<'a> RecordAttempt<'a> {
         image
     }
 
-    fn node(&mut self, index: usize) {
+    fn node(&mut self, index: usize) -> Result<(), PlanError> {
         let node = &self.graph.nodes[index];
         let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let sources = node.wires.iter().map(|wire| self.specialized.source((*wire)?));
@@ -215,7 +217,13 @@ impl<'a> RecordAttempt<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        self.made[index] = record_node(&self.frame, &node.instance, &setting, &mut self.builder.recording);
+        // A recorder panics with the error of a shader.
+        let recording = &mut self.builder.recording;
+        let recorded = catch_unwind(AssertUnwindSafe(|| record_node(&self.frame, &node.instance, &setting, recording)));
+        self.made[index] = recorded.map_err(|panic| match panic.downcast::<ShaderError>() {
+            Ok(error) => PlanError::Shader { node: node.name.clone(), error: *error },
+            Err(panic) => resume_unwind(panic),
+        })?;
         if !setting.dynamic.is_empty() {
             self.builder.dynamic.insert(index, setting);
         }
@@ -228,6 +236,7 @@ impl<'a> RecordAttempt<'a> {
             kernel.origin = Some(KernelOrigin::Node { node: index, kernel: number });
             kernel.limited = kernel.shader.is_untrusted().then_some(signedness);
         }
+        Ok(())
     }
 
     fn link_histories(&mut self) {

@@ -29,3 +29,4 @@ mod stages;
 #[path = "../../../tests/support/sweep.rs"]
 mod sweep;
 mod switches;
+mod wrong_shaders;

@@ -10,6 +10,7 @@ use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
+use afterimage_wgsl::Shader;
 
 /// What arrives at a node's inputs once the graph is specialized.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +48,10 @@ pub trait Kind: Send + Sync + 'static {
     fn inputs(&self) -> &[Input];
     /// The output ports, the main one first.
     fn outputs(&self) -> &[Output];
+    /// The shaders that a registry validates before it takes the kind.
+    fn shaders(&self) -> &[&'static Shader] {
+        &[]
+    }
     /// The node at these values, in the order of `params`. Panics where a value has the wrong type.
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode>;
 }

@@ -36,7 +36,7 @@ pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, NodeColors, Recorder, RecorderContext, Recording,
     Replay, WarpPass,
 };
-pub use registry::{DuplicateKind, Registry};
+pub use registry::{Registry, RegistryError};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
 pub use typed::{Node, NodeInstance, Params};
 pub use values::UniformValues;

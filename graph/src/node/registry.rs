@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::block::HostBlock;
 use super::kind::NodeKind;
 use afterimage_base::value::{ChoiceName, Param, Type};
+use afterimage_wgsl::ShaderError;
 
 /// All node kinds of a program, by name.
 #[derive(Clone, Debug, Default)]
@@ -12,25 +13,46 @@ pub struct Registry {
     kinds: BTreeMap<String, NodeKind>,
 }
 
-/// Two kinds have the same name.
+/// Why a table of kinds is refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DuplicateKind(pub String);
+pub enum RegistryError {
+    /// Two kinds have this name.
+    DuplicateKind(String),
+    /// A shader of a kind cannot be linked, or is not valid.
+    Shader {
+        /// The name of the kind.
+        kind: String,
+        /// The error, at the author's file and line.
+        error: ShaderError,
+    },
+}
 
-impl std::fmt::Display for DuplicateKind {
+impl std::fmt::Display for RegistryError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "two node kinds are called `{}`", self.0)
+        match self {
+            Self::DuplicateKind(name) => write!(f, "two node kinds are called `{name}`"),
+            Self::Shader { kind, error } => write!(f, "the shader of `{kind}` is wrong: {error}"),
+        }
     }
 }
 
-impl std::error::Error for DuplicateKind {}
+impl std::error::Error for RegistryError {}
 
 impl Registry {
-    /// All kinds of several tables; an error if two of them share a name.
-    pub fn new(tables: &[&[NodeKind]]) -> Result<Self, DuplicateKind> {
+    /// All kinds of several tables.
+    ///
+    /// # Errors
+    /// Two of them share a name, or a shader that a kind [lists](super::Node::SHADERS) is wrong.
+    pub fn new(tables: &[&[NodeKind]]) -> Result<Self, RegistryError> {
         let mut kinds = BTreeMap::new();
         for kind in tables.iter().copied().flatten() {
             if kinds.insert(kind.name().to_owned(), kind.clone()).is_some() {
-                return Err(DuplicateKind(kind.name().to_owned()));
+                return Err(RegistryError::DuplicateKind(kind.name().to_owned()));
+            }
+            for shader in kind.shaders() {
+                if let Err(error) = shader.reflect() {
+                    return Err(RegistryError::Shader { kind: kind.name().to_owned(), error });
+                }
             }
         }
         Ok(Self { kinds })

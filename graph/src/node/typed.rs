@@ -12,6 +12,7 @@ use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
+use afterimage_wgsl::Shader;
 
 /// The parameters of a node kind, as `params!` declares them.
 pub trait Params: Sized + Clone + Send + Sync + 'static {
@@ -35,6 +36,9 @@ pub trait Node: Params {
     const OUTPUTS: &'static [Output];
     /// What the results keep of the images, for `afterimage stress`.
     const PROMISES: Promises = Promises::DEFAULT;
+    /// The shaders of its passes. [`Registry::new`](super::Registry::new) links and validates those that are listed; an
+    /// error in any other one is found by the first plan that needs it.
+    const SHADERS: &'static [&'static Shader] = &[];
 
     /// Whether every output equals its fallback at the present values and input values: the node is then skipped. The
     /// fallback must be bit-identical to the result of running the node, or more accurate.
@@ -132,6 +136,9 @@ impl<N: Node> Kind for Typed<N> {
     }
     fn outputs(&self) -> &[Output] {
         N::OUTPUTS
+    }
+    fn shaders(&self) -> &[&'static Shader] {
+        N::SHADERS
     }
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
         Arc::new(of_values::<N>(values))

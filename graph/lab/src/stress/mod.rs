@@ -20,7 +20,7 @@ mod wiring;
 
 use afterimage_gpu::Gpu;
 use afterimage_graph::check::Loader;
-use afterimage_graph::node::{DuplicateKind, NodeKind, Registry};
+use afterimage_graph::node::{NodeKind, Registry, RegistryError};
 
 pub use case_runner::StressOptions;
 pub use report::{Failed, StressReport, Tally};
@@ -33,8 +33,8 @@ pub use wiring::NODE;
 /// The kinds of these tables, and those that make values, pyramids and volumes visible.
 ///
 /// # Errors
-/// Two kinds of the same name.
-pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, DuplicateKind> {
+/// As [`Registry::new`].
+pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, RegistryError> {
     let mut all = tables.to_vec();
     all.push(probes::ALL);
     Registry::new(&all)

@@ -15,7 +15,7 @@ use crate::node::{
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ImageDesc, Signedness, Size};
 use afterimage_base::value::{Param, Type, Value};
-use afterimage_wgsl::Shader;
+use afterimage_wgsl::{Shader, ShaderError};
 
 /// One way of using a kind.
 struct Use<'a> {
@@ -183,6 +183,9 @@ fn record(way: &Use<'_>, computed: Tables, violations: &mut Violations) -> Optio
 }
 
 fn reason(panic: &(dyn std::any::Any + Send)) -> String {
+    if let Some(error) = panic.downcast_ref::<ShaderError>() {
+        return error.to_string();
+    }
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
     text.unwrap_or("it panics").to_owned()
 }

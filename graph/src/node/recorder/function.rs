@@ -5,14 +5,14 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
-use super::{InputValue, Recorder, shape};
+use super::{InputValue, Recorder, shape, wrong_shader};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
 use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
 use afterimage_base::image::ImageDesc;
-use afterimage_wgsl::{ArgType, Function, Shader, UniformValue};
+use afterimage_wgsl::{ArgType, Function, Shader, ShaderError, UniformValue};
 
 /// A pass around one kernel function that is being described.
 pub struct FunctionPass<'r, 'a> {
@@ -180,7 +180,10 @@ impl FunctionPass<'_, '_> {
 
     fn declaration(&self) -> &Function {
         let function = self.recorder.reflection(&self.shader).function(&self.function);
-        function.unwrap_or_else(|| panic!("{:?} has no kernel function `{}`", self.shader, self.function))
+        function.unwrap_or_else(|| {
+            let message = format!("there is no kernel function `{}`", self.function);
+            wrong_shader(ShaderError::new(self.shader.file(), (1, 1), message))
+        })
     }
 
     /// The call of the function.

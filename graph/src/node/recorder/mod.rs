@@ -29,7 +29,7 @@ use super::resource::{BlockId, BufferId, ImageId};
 use super::values::UniformValues;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
-use afterimage_wgsl::{Reflection, Shader};
+use afterimage_wgsl::{Reflection, Shader, ShaderError};
 use details::Label;
 
 /// What is wired to an input port of a node that runs.
@@ -306,7 +306,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
-        shader.reflect().unwrap_or_else(|error| panic!("the contract test parses every shader: {error}"))
+        shader.reflect().unwrap_or_else(|error| wrong_shader(error))
     }
 
     /// What a pass does, for people.
@@ -316,6 +316,11 @@ impl<'a> Recorder<'a> {
             None => Label::Own(label.to_string()),
         }
     }
+}
+
+/// Ends a recording by a panic with the error, which the planner turns into a value: `record` of a kind cannot fail.
+fn wrong_shader(error: ShaderError) -> ! {
+    std::panic::resume_unwind(Box::new(error))
 }
 
 /// Samples, levels and layers of an image, for messages.
