@@ -1,8 +1,10 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
+mod expected;
 mod fade;
 mod images;
 mod incoming;
+mod names;
 mod rectangles;
 mod tools;
 
@@ -239,7 +241,7 @@ fn expected_sizes_are_planned_in_the_background_also_after_a_fact() {
         for _ in 0..8 {
             host.frame().unwrap();
         }
-        assert!(host.post.has_expected_sizes());
+        assert!(host.post.has_expected_plans());
         let made = tasks.load(std::sync::atomic::Ordering::Relaxed);
         for size in sizes {
             host.scene = scene(&host.gpu, size);

@@ -60,7 +60,7 @@ fn parameter(host: &mut Host<'_>, frames: usize, strength: Parameter<f32>) -> Re
 fn sizes(host: &mut Host<'_>, frames: usize) -> Result<(), Box<dyn Error>> {
     let smaller = |step: usize| Size::new(SIZE.width - 16 * step as u32, SIZE.height - 9 * step as u32);
     host.post.expect_sizes(&[smaller(0), smaller(1), smaller(2), smaller(3)]);
-    while !host.post.has_expected_sizes() {
+    while !host.post.has_expected_plans() {
         host.measure(1, &mut |_, _| Ok(()))?;
     }
     let mut resize = |host: &mut Host<'_>, frame: usize| host.resize(smaller(frame / 4 % 4));

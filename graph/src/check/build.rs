@@ -190,6 +190,7 @@ impl<'a> GraphBuilder<'a> {
             name: input.name.value.clone(),
             block: input.block.as_ref().and_then(|name| self.registry.block(&name.value)),
             state: input.state,
+            min_channels: input.min_channels,
             optional: input.optional,
             multisampled: input.multisampled,
             volume: input.volume,

@@ -33,6 +33,8 @@ pub struct GraphInput {
     pub block: Option<&'static HostBlock>,
     /// What the numbers of an image mean.
     pub state: ColorState,
+    /// Channels that an image has at least: 2 for `Motion`, 3 for `Normals`.
+    pub min_channels: u8,
     /// Whether the host may leave it out.
     pub optional: bool,
     /// Whether it has several samples in each pixel.

@@ -42,6 +42,8 @@ pub struct InputEntry {
     pub name: Spanned<String>,
     /// What the numbers of an image mean.
     pub state: ColorState,
+    /// Channels that an image has at least.
+    pub min_channels: u8,
     /// The name of a type that is none of images: that of a host block, if some kind declares it.
     pub block: Option<Spanned<String>>,
     /// Whether the host may leave it out.

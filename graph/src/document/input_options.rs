@@ -6,28 +6,43 @@ use super::tree::{Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 use afterimage_base::image::ColorState;
 
-const IMAGE_TYPES: [(&str, ColorState); 11] = [
-    ("Color", ColorState::Scene),
-    ("Exposed", ColorState::Exposed),
-    ("LogLuminance", ColorState::LogLuminance),
-    ("DisplayLinear", ColorState::DisplayLinear),
-    ("Encoded", ColorState::Encoded),
-    ("Data", ColorState::Data),
-    ("Depth", ColorState::Data),
-    ("Normals", ColorState::Data),
-    ("Motion", ColorState::Data),
-    ("Albedo", ColorState::Data),
-    ("Mask", ColorState::Data),
+/// A type of images.
+#[derive(Clone, Copy)]
+pub(super) struct ImageType {
+    name: &'static str,
+    pub(super) state: ColorState,
+    /// Channels without which an image cannot be of the type.
+    pub(super) min_channels: u8,
+}
+
+impl ImageType {
+    const fn new(name: &'static str, state: ColorState) -> Self {
+        Self { name, state, min_channels: 1 }
+    }
+}
+
+const IMAGE_TYPES: [ImageType; 11] = [
+    ImageType::new("Color", ColorState::Scene),
+    ImageType::new("Exposed", ColorState::Exposed),
+    ImageType::new("LogLuminance", ColorState::LogLuminance),
+    ImageType::new("DisplayLinear", ColorState::DisplayLinear),
+    ImageType::new("Encoded", ColorState::Encoded),
+    ImageType::new("Data", ColorState::Data),
+    ImageType::new("Depth", ColorState::Data),
+    ImageType { min_channels: 3, ..ImageType::new("Normals", ColorState::Data) },
+    ImageType { min_channels: 2, ..ImageType::new("Motion", ColorState::Data) },
+    ImageType::new("Albedo", ColorState::Data),
+    ImageType::new("Mask", ColorState::Data),
 ];
 
-/// The state of images of the type of that name.
-pub(super) fn image_type(name: &str) -> Option<ColorState> {
-    IMAGE_TYPES.iter().find(|(known, _)| *known == name).map(|(_, state)| *state)
+/// The type of images of that name.
+pub(super) fn image_type(name: &str) -> Option<ImageType> {
+    IMAGE_TYPES.into_iter().find(|known| known.name == name)
 }
 
 /// The names of all types of images.
 pub(crate) fn image_type_names() -> impl Iterator<Item = &'static str> {
-    IMAGE_TYPES.iter().map(|(name, _)| *name)
+    IMAGE_TYPES.iter().map(|known| known.name)
 }
 
 const OPTIONS: [&str; 5] = ["optional", "multisampled", "volume", "needs_alpha", "scale"];

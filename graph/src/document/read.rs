@@ -300,13 +300,12 @@ impl Reader {
                 return None;
             }
         };
-        let state = image_type(&ty.value);
-        let block = state.is_none().then_some(ty);
-        let state = state.unwrap_or(ColorState::Data);
+        let image_type = image_type(&ty.value);
         let mut input = InputEntry {
             name,
-            state,
-            block,
+            state: image_type.map_or(ColorState::Data, |known| known.state),
+            min_channels: image_type.map_or(1, |known| known.min_channels),
+            block: image_type.is_none().then_some(ty),
             optional: false,
             multisampled: false,
             volume: false,

@@ -141,6 +141,7 @@ impl Growing {
             name: "picture".into(),
             block: None,
             state: ColorState::Scene,
+            min_channels: 1,
             optional: false,
             multisampled: false,
             volume: false,

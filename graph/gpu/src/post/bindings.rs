@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use afterimage_base::diagnostic::nearest;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, HostInputs, Part, PlanError};
 use wgpu::TextureView;
 
-use super::PostError;
+use super::error::PostError;
 use crate::device::image_format;
 use crate::error::GpuError;
 use crate::executor::{Frame, MULTISAMPLED, Rectangle, VOLUME, view_of};
@@ -59,6 +60,7 @@ impl HostBindings {
     /// # Errors
     /// An image of the host does not fit the graph, or no size is known.
     pub(super) fn inputs(&self, graph: &Graph, frame: &Frame<'_>) -> Result<HostInputs, PostError> {
+        check_given(graph, frame)?;
         let (mut inputs, mut parts, mut blocks) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
         let mut size = None;
         for input in &graph.inputs {
@@ -115,6 +117,30 @@ impl HostBindings {
     }
 }
 
+/// Checks that the frame has all inputs that are not optional.
+///
+/// # Errors
+/// The first one that is missing, with the name that the host may have given for it.
+fn check_given(graph: &Graph, frame: &Frame<'_>) -> Result<(), PostError> {
+    for input in graph.inputs.iter().filter(|input| !input.optional) {
+        if let Some(block) = input.block {
+            if !frame.blocks.iter().any(|(name, _)| *name == input.name) {
+                return Err(GpuError::MissingBlock { port: input.name.clone(), ty: block.name }.into());
+            }
+        } else if !frame.inputs.iter().any(|(name, _)| *name == input.name) {
+            let unknown = frame.inputs.iter().map(|(name, _)| *name);
+            let unknown: Vec<&str> =
+                unknown.filter(|name| graph.inputs.iter().all(|known| known.name != *name)).collect();
+            let given = nearest(&input.name, unknown.iter().copied()).or(match unknown[..] {
+                [only] => Some(only),
+                _ => None,
+            });
+            return Err(PostError::MissingInput { input: input.name.clone(), given: given.map(str::to_owned) });
+        }
+    }
+    Ok(())
+}
+
 fn gives_block(frame: &Frame<'_>, input: &GraphInput) -> bool {
     input.block.is_some() && frame.blocks.iter().any(|(name, _)| *name == input.name)
 }
@@ -132,9 +158,19 @@ fn is_in_rectangle(frame: &Frame<'_>, output: &str) -> bool {
 /// The description of the host's texture for an input.
 fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError> {
     let texture = view.texture();
+    let channels = if texture.format().is_depth_stencil_format() { 1 } else { texture.format().components() };
     let unfit = |why: String| GpuError::UnfitImage { port: input.name.clone(), why };
     let unknown = || unfit(format!("its format, {:?}, is none that plans have", texture.format()));
     let format = image_format(texture.format()).ok_or_else(unknown)?;
+    if channels < input.min_channels {
+        let why = format!(
+            "its format, {:?}, has {channels} of the {} channels that the pipeline reads; does it belong to another \
+             input?",
+            texture.format(),
+            input.min_channels
+        );
+        return Err(unfit(why));
+    }
     let samples = texture.sample_count();
     match (input.multisampled, samples > 1) {
         (true, false) => return Err(unfit("it has one sample in each pixel, and the pipeline requires more".into())),

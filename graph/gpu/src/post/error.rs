@@ -1,5 +1,6 @@
 //! Why a call of a host failed.
 
+use afterimage_base::diagnostic::quote;
 use afterimage_plan::PlanError;
 
 use crate::error::GpuError;
@@ -10,6 +11,14 @@ pub enum PostError {
     /// The graph cannot be planned for these images.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The frame has no image for an input that the pipeline needs.
+    #[error("the pipeline needs an image for its input `{input}`{}", given_instead(.given.as_deref()))]
+    MissingInput {
+        /// The input.
+        input: String,
+        /// An image of the frame that the pipeline does not know, and that may be meant.
+        given: Option<String>,
+    },
     /// The device or the executor reports an error.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -32,4 +41,8 @@ pub enum PostError {
         /// The reason.
         why: String,
     },
+}
+
+fn given_instead(name: Option<&str>) -> String {
+    name.map_or(String::new(), |name| format!("; the frame has {}, which the pipeline does not know", quote(name)))
 }

@@ -8,6 +8,7 @@ mod error;
 mod expected;
 mod fade;
 mod host_graph;
+mod names;
 mod pass_times;
 mod plan_state;
 mod readings;
@@ -33,6 +34,7 @@ use expected::{ExpectedPlans, MAX_EXPECTED, at_size};
 use fade::Fade;
 pub use fade::FadeSkipReason;
 use host_graph::HostGraph;
+use names::NameCheck;
 pub use pass_times::PassTimes;
 use plan_state::{CreatedPlan, Creation, PlanState};
 use readings::Readings;
@@ -74,6 +76,7 @@ pub struct Post {
     expected: ExpectedPlans,
     fade: Fade,
     readings: Readings,
+    names: NameCheck,
     /// Frames that have been recorded.
     frame: u64,
 }
@@ -94,6 +97,7 @@ impl Post {
             expected: ExpectedPlans::default(),
             fade: Fade::default(),
             readings: Readings::default(),
+            names: NameCheck::default(),
             frame: 0,
         }
     }
@@ -110,6 +114,7 @@ impl Post {
             expected: self.expected.without_plans(),
             fade: self.fade.for_view(),
             readings: self.readings.for_view(),
+            names: NameCheck::default(),
             frame: 0,
         }
     }
@@ -142,7 +147,11 @@ impl Post {
 
     /// Sets a fact that `when` conditions test.
     pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
-        self.graph.set_fact(name.into(), fact.into());
+        let name = name.into();
+        if self.graph.facts().get(&name).is_none() {
+            self.names.queue();
+        }
+        self.graph.set_fact(name, fact.into());
     }
 
     /// The facts that the host has set.
@@ -152,7 +161,17 @@ impl Post {
 
     /// Replaces all facts.
     pub fn set_facts(&mut self, facts: Facts) {
+        if !facts.iter().map(|(name, _)| name).eq(self.graph.facts().iter().map(|(name, _)| name)) {
+            self.names.queue();
+        }
         self.graph.set_facts(facts);
+    }
+
+    /// Names that the host uses and the pipeline does not know, each in a sentence with the nearest one that it knows:
+    /// of inputs, outputs, facts, watched values and drawn nodes. They are looked at in the first frame of each plan,
+    /// and after a new fact or watch, and are logged once.
+    pub fn warnings(&self) -> &[String] {
+        &self.names.warnings
     }
 
     /// Sets the options of plans.
@@ -172,6 +191,7 @@ impl Post {
     /// it, so that plans need not sanitize them.
     pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.bindings.finite.insert(input.into());
+        self.names.queue();
         self.graph.next_plan.queue();
     }
 
@@ -180,18 +200,24 @@ impl Post {
     /// an image of an sRGB format this is so anyway.
     pub fn set_output_linear(&mut self, output: impl Into<String>) {
         self.bindings.linear.insert(output.into());
+        self.names.queue();
     }
 
-    /// Creates plans in the host's task pool from now on, and not on the crate's threads. See [`TaskPool`].
+    /// Creates and compiles plans in the host's task pool from now on, and not on the crate's threads. See [`TaskPool`].
     pub fn set_task_pool(&mut self, pool: TaskPool) {
-        self.executor.pool = Some(pool);
+        self.executor.set_task_pool(pool);
     }
 
     /// Replaces the graph: another tier, or another pipeline. Values that the host has set hold in the new graph where
     /// it has their parameters and accepts them; handles stay valid. A graph that differs in values of parameters with
     /// handles alone needs no plan where these need none.
     pub fn change(&mut self, graph: Graph) {
+        let revision = self.graph.revision.graph;
         self.graph.change(graph);
+        if self.graph.revision.graph != revision {
+            self.expected.set_frames([]);
+        }
+        self.names.queue();
     }
 
     /// Labels each pass with its nodes in the commands, for tools such as RenderDoc. It costs a little time to record.
@@ -202,9 +228,11 @@ impl Post {
     /// Recreates all GPU resources on a new device. Parameters, facts and options stay, histories start again; the next
     /// frame makes its plan and waits for it.
     pub fn rebuild(&mut self, adapter: &wgpu::Adapter, device: &Device, queue: &Queue) {
-        let pool = self.executor.pool.take();
+        let pool = self.executor.task_pool().cloned();
         self.executor = Executor::with_caps(device, queue, caps(adapter, device));
-        self.executor.pool = pool;
+        if let Some(pool) = pool {
+            self.executor.set_task_pool(pool);
+        }
         self.active = None;
         self.graph.next_plan = PlanState::Queued;
         self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
@@ -252,7 +280,10 @@ impl Post {
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }
-        let failure = self.update_plan(frame)?;
+        let updated = self.update_plan(frame);
+        let plan = self.active.as_ref().map(|active| &*active.plan);
+        self.names.update(&self.graph, &self.bindings, &self.readings, plan, frame, draws);
+        let failure = updated?;
         self.record(encoder, frame, draws)?;
         match failure {
             Some(error) => Err(error),
@@ -339,6 +370,7 @@ impl Post {
             }
         }
         self.graph.next_plan = PlanState::Ok;
+        self.names.queue();
         Ok(self.plan().expect("it is loaded"))
     }
 
@@ -363,7 +395,7 @@ impl Post {
         let (graph, revision) = (self.graph.shared(), self.graph.revision);
         let changes = self.graph.controls().changes.clone();
         let (compile, prepare_fade) = (self.executor.compilation(), self.fade.preparation(&self.executor, active));
-        let worker = Worker::new(self.executor.pool.as_ref(), move || {
+        let worker = Worker::new(self.executor.task_pool(), move || {
             span!("afterimage::prepare");
             let (planned, uncached) = match cached {
                 Some(planned) => (planned, None),
@@ -389,6 +421,7 @@ impl Post {
         }
         let CreatedPlan { active, prepared, uncached, fade } = creation.worker.join()??;
         let fade = self.fade.before_change(&self.executor, self.active.as_ref(), &active.plan, frame, fade);
+        self.names.queue();
         let old_memory = self.executor.install(prepared)?;
         let evicted = uncached.and_then(|uncached| self.graph.keep(uncached, creation.revision));
         let old = self.active.replace(active);
@@ -425,8 +458,27 @@ impl Post {
         self.expected.set_sizes(sizes);
     }
 
-    /// Whether the plans of all [expected sizes](Self::expect_sizes) are made.
-    pub fn has_expected_sizes(&self) -> bool {
+    /// Makes and compiles the plans of frames like these in the background, as [`expect_sizes`](Self::expect_sizes) does
+    /// for sizes: for a first rectangle or factor, or an image of another format. The views may be any of the sizes and
+    /// formats that will come. The frames replace those of the call before; another pipeline forgets them.
+    ///
+    /// # Errors
+    /// An image is missing or does not fit the pipeline.
+    ///
+    /// # Panics
+    /// If there are more than 16 frames.
+    pub fn expect_frames(&mut self, frames: &[Frame<'_>]) -> Result<(), PostError> {
+        assert!(frames.len() <= MAX_EXPECTED, "at most {MAX_EXPECTED} frames can be expected");
+        let mut expected = Vec::with_capacity(frames.len());
+        for frame in frames {
+            expected.push(self.bindings.inputs(self.graph.graph(), frame)?);
+        }
+        self.expected.set_frames(expected);
+        Ok(())
+    }
+
+    /// Whether the plans of all [expected sizes](Self::expect_sizes) and [frames](Self::expect_frames) are made.
+    pub fn has_expected_plans(&self) -> bool {
         self.expected.are_ready()
     }
 
@@ -458,7 +510,7 @@ impl Post {
                 continue;
             }
             let (graph, compile) = (self.graph.shared(), self.executor.compilation_ahead());
-            let worker = Worker::new(self.executor.pool.as_ref(), move || {
+            let worker = Worker::new(self.executor.task_pool(), move || {
                 span!("afterimage::prepare");
                 let plan = request.plan(&graph)?;
                 compile(&plan.planned.plan)?;
@@ -574,6 +626,7 @@ impl Post {
     /// Reads a table or value of a node, `node.port`, back after every frame from now on, without a wait. A node that
     /// the plan does not run has none.
     pub fn watch(&mut self, label: &str) -> Watch {
+        self.names.queue();
         self.readings.watch(label)
     }
 

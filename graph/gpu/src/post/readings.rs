@@ -37,6 +37,11 @@ impl Readings {
         Watch(self.watched.len() - 1)
     }
 
+    /// The labels of the buffers that are read back.
+    pub(super) fn labels(&self) -> impl Iterator<Item = &str> {
+        self.watched.iter().map(|watched| watched.label.as_str())
+    }
+
     /// The newest reading of a buffer.
     pub(super) fn latest(&self, watch: Watch) -> Option<&Reading> {
         self.watched[watch.0].copies.latest.as_ref()

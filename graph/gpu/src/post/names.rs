@@ -1,0 +1,113 @@
+//! Names that the host uses and the graph does not know, each with the nearest one that it knows.
+
+use afterimage_base::diagnostic::{did_you_mean, quote};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::PortType;
+use afterimage_plan::Plan;
+
+use super::bindings::HostBindings;
+use super::host_graph::HostGraph;
+use super::readings::Readings;
+use crate::executor::{Frame, HostDraw};
+
+/// The warnings of a host's names. They are looked at when a plan is activated and when a fact or a watch is new.
+#[derive(Default)]
+pub(super) struct NameCheck {
+    is_done: bool,
+    pub(super) warnings: Vec<String>,
+}
+
+impl NameCheck {
+    /// Checks names again in the next frame.
+    pub(super) fn queue(&mut self) {
+        self.is_done = false;
+    }
+
+    /// Looks for unknown names, if that is due, and logs those that are new.
+    pub(super) fn update(
+        &mut self,
+        host: &HostGraph,
+        bindings: &HostBindings,
+        readings: &Readings,
+        plan: Option<&Plan>,
+        frame: &Frame<'_>,
+        draws: &[HostDraw<'_>],
+    ) {
+        if std::mem::replace(&mut self.is_done, true) {
+            return;
+        }
+        let graph = host.graph();
+        let mut warnings = Vec::new();
+        let images: Vec<&str> = names_of_images(graph).collect();
+        let blocks: Vec<&str> = names_of_blocks(graph).collect();
+        let outputs: Vec<&str> = graph.outputs.iter().map(|output| output.name.as_str()).collect();
+        let ports: Vec<&str> = images.iter().chain(&outputs).copied().collect();
+        let finite = bindings.finite.iter().map(String::as_str);
+        let given = frame.inputs.iter().map(|(name, _)| *name).chain(frame.factors.iter().map(|(name, _)| *name));
+        for name in given.chain(finite) {
+            warn(&mut warnings, "the pipeline has no image input", name, &images);
+        }
+        for (name, _) in frame.blocks {
+            warn(&mut warnings, "the pipeline has no input for a block", name, &blocks);
+        }
+        for name in &bindings.linear {
+            warn(&mut warnings, "the pipeline has no output", name, &outputs);
+        }
+        let stated = frame.rectangles.iter().map(|(name, _)| *name).chain(frame.formats.iter().map(|(name, _)| *name));
+        for name in stated {
+            warn(&mut warnings, "the pipeline has no input or output", name, &ports);
+        }
+        let facts = graph.facts();
+        let facts: Vec<&str> = facts.iter().map(|(name, _)| name.as_str()).collect();
+        for (name, _) in host.facts().iter() {
+            warn(&mut warnings, "no condition of the pipeline tests the fact", name, &facts);
+        }
+        let buffers = names_of_buffers(graph);
+        let buffers: Vec<&str> = buffers.iter().map(String::as_str).collect();
+        let computed = plan.map_or(&[][..], |plan| &plan.buffers);
+        for label in readings.labels().filter(|label| computed.iter().all(|buffer| buffer.label != *label)) {
+            warn(&mut warnings, "the pipeline has no table or value", label, &buffers);
+        }
+        let nodes: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
+        for draw in draws {
+            warn(&mut warnings, "the pipeline has no node", draw.node, &nodes);
+        }
+        for warning in &warnings {
+            if !self.warnings.contains(warning) {
+                log::warn!("{warning}");
+            }
+        }
+        self.warnings = warnings;
+    }
+}
+
+/// Adds a warning if none of the known names is `name`.
+fn warn(warnings: &mut Vec<String>, what: &str, name: &str, known: &[&str]) {
+    if known.contains(&name) {
+        return;
+    }
+    let hint = did_you_mean(name, known.iter().copied()).map_or(String::new(), |hint| format!(": {hint}"));
+    let warning = format!("{what} {}{hint}", quote(name));
+    if !warnings.contains(&warning) {
+        warnings.push(warning);
+    }
+}
+
+fn names_of_images(graph: &Graph) -> impl Iterator<Item = &str> {
+    graph.inputs.iter().filter(|input| input.block.is_none()).map(|input| input.name.as_str())
+}
+
+fn names_of_blocks(graph: &Graph) -> impl Iterator<Item = &str> {
+    graph.inputs.iter().filter(|input| input.block.is_some()).map(|input| input.name.as_str())
+}
+
+/// The labels of all tables and values, `node.port`.
+fn names_of_buffers(graph: &Graph) -> Vec<String> {
+    let mut names = Vec::new();
+    for node in &graph.nodes {
+        for port in node.kind().outputs().iter().filter(|port| matches!(port.ty, PortType::Table | PortType::Value)) {
+            names.push(format!("{}.{}", node.name, port.name));
+        }
+    }
+    names
+}
