@@ -29,6 +29,8 @@ type Outcome = Result<(), Box<dyn Error>>;
 struct Host {
     gpu: Gpu,
     post: Post,
+    textures: [wgpu::Texture; 2],
+    /// Of the scene and of the screen.
     views: [wgpu::TextureView; 2],
 }
 
@@ -52,9 +54,15 @@ impl Host {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
-        let views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
+        let textures = [input, output];
+        let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
         let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
-        Ok(Self { gpu, post, views })
+        Ok(Self { gpu, post, textures, views })
+    }
+
+    /// Makes another view of the scene or of the screen, as hosts do in every frame.
+    fn renew_view(&mut self, index: usize) {
+        self.views[index] = self.textures[index].create_view(&Default::default());
     }
 
     fn frame(&mut self, set: Option<(Parameter<f32>, f32)>) -> Outcome {
@@ -106,6 +114,30 @@ fn a_frame_allocates_nothing_of_ours_also_with_a_new_value() -> Outcome {
     }
     // The value arrives at the device: wgpu allocates for it.
     assert!(moved[THEIRS].1 > steady[THEIRS].1, "{steady:?}, {moved:?}");
+    Ok(())
+}
+
+/// The view of a swap chain is new in every frame, and that of a scene may be.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_with_a_new_view_allocates_nothing_of_ours() -> Outcome {
+    if std::env::var_os(ALONE).is_none_or(|value| value != "0") {
+        return run_without_backtraces("a_frame_with_a_new_view_allocates_nothing_of_ours");
+    }
+    let mut host = Host::new()?;
+    for (index, name) in ["scene", "screen"].into_iter().enumerate() {
+        // The cache of bind groups is filled first.
+        for _ in 0..40 {
+            host.renew_view(index);
+            host.frame(None)?;
+        }
+        let asked = counted(FRAMES, || {
+            host.renew_view(index);
+            host.frame(None)
+        })?;
+        println!("bytes and calls in {FRAMES} frames with a new view of the {name}: {asked:?}");
+        assert!(asked.contains_key(THEIRS) && !asked.contains_key(OURS), "{name}: {asked:?}");
+    }
     Ok(())
 }
 

@@ -1,12 +1,12 @@
 //! Images of hosts in the formats that they have.
 
-use afterimage_gpu::{Frame, Post, download, wgpu};
-use afterimage_graph::check::{CheckOptions, check};
+use afterimage_gpu::{Frame, Gpu, Post, download, upload_bytes, wgpu};
+use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::image::Size;
+use afterimage_graph::image::{ImageDesc, Size};
 
 use super::{Host, assert_same};
-use crate::support::gpu::{Picture, changed, gpu, texture_bytes};
+use crate::support::gpu::{Picture, Shared, another_device, changed, gpu, texture_bytes};
 
 /// What a host sees in a target of this format, after a first frame.
 fn in_target(host: &mut Host, size: Size, of_texture: wgpu::TextureFormat, of_view: wgpu::TextureFormat) -> Vec<u8> {
@@ -83,19 +83,6 @@ fn an_output_that_holds_linear_light_is_decoded() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn inputs_of_an_engine_are_read_as_they_are() {
     use wgpu::TextureFormat::{Bgra8Unorm, Depth32Float, R8Unorm, Rg8Unorm, Rgb10a2Unorm, Rgba8UnormSrgb};
-    let text = r#"Pipeline(inputs: { "in": Data }, nodes: { "out": Mask(source: "in") }, outputs: { "out": "out" })"#;
-    let kind = afterimage_graph::node::folder_kind_of(
-        (
-            "node.ron",
-            r#"Kind(name: "Mask", doc: "Its pixels.", inputs: { "source": Image(doc: "Numbers.") },
-            outputs: { "result": Image(doc: "The same.", state: Same("source")) })"#,
-        ),
-        &[("mask.wgsl", "fn mask(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }")],
-    );
-    let kind = kind.unwrap_or_else(|errors| panic!("{errors}"));
-    let registry = afterimage_graph::node::Registry::new(&[&[kind]]).unwrap();
-    let document = parse("in.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
-    let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
     let gpu = gpu();
     // The output has half floats.
     const HALF: f32 = 5e-4;
@@ -118,7 +105,7 @@ fn inputs_of_an_engine_are_read_as_they_are() {
         usage,
         view_formats: &[],
     };
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, same_pixels());
     let mut read = |texture: &wgpu::Texture| {
         let view = texture.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -138,16 +125,99 @@ fn inputs_of_an_engine_are_read_as_they_are() {
     }
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
     let depth = gpu.device.create_texture(&described(Depth32Float, usage));
-    let view = depth.create_view(&Default::default());
+    clear_depth(&gpu, &depth);
+    assert_eq!(read(&depth)[0], 0.625);
+}
+
+/// Clears a depth to 0.625, and the stencil next to it, if there is one.
+fn clear_depth(gpu: &Gpu, texture: &wgpu::Texture) {
+    let view = texture.create_view(&Default::default());
+    let stencil = wgpu::Operations { load: wgpu::LoadOp::Clear(3), store: wgpu::StoreOp::Store };
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &view,
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.625), store: wgpu::StoreOp::Store }),
-            stencil_ops: None,
+            stencil_ops: texture.format().has_stencil_aspect().then_some(stencil),
         }),
         ..Default::default()
     });
     gpu.queue.submit([encoder.finish()]);
-    assert_eq!(read(&depth)[0], 0.625);
+}
+
+/// Engines keep a stencil next to the depth. A shader can read a view of the depth alone, which not every engine makes.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_depth_next_to_a_stencil_is_read_through_any_view() {
+    use wgpu::TextureFormat::{Depth24PlusStencil8, Depth32FloatStencil8};
+    let features = gpu().device.features() | wgpu::Features::DEPTH32FLOAT_STENCIL8;
+    let limits = gpu().device.limits();
+    let gpu = Shared::of(another_device(&gpu(), features, limits));
+    for format in [Depth24PlusStencil8, Depth32FloatStencil8] {
+        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, same_pixels());
+        let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        clear_depth(&gpu, &depth);
+        for aspect in [wgpu::TextureAspect::All, wgpu::TextureAspect::DepthOnly] {
+            let view = depth.create_view(&wgpu::TextureViewDescriptor { aspect, ..Default::default() });
+            for _ in 0..2 {
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                let frame = Frame { inputs: &[("in", &view)], ..Frame::default() };
+                post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{format:?}, {aspect:?}: {error}"));
+                gpu.queue.submit([encoder.finish()]);
+            }
+            assert_eq!(post.executor().passes_bound(), 0, "{format:?}, {aspect:?}: a view is bound once");
+            let shown = Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).unwrap()).at(5, 3)[0];
+            assert!((shown - 0.625).abs() < 1e-3, "{format:?}, {aspect:?}: {shown}");
+        }
+    }
+}
+
+/// A device says which numbers of samples it has textures with, and does not refuse a view without a name.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn samples_that_a_device_does_not_have_are_named() {
+    let gpu = gpu();
+    let format = wgpu::TextureFormat::Rgba16Float;
+    let offered = gpu.adapter.get_texture_format_features(format).flags;
+    let mut refused = 0;
+    for samples in [2, 4, 8, 16] {
+        let desc = ImageDesc::new(Size::new(4, 4)).multisampled(samples);
+        let bytes = vec![0; 4 * 4 * 8 * samples as usize];
+        let made = upload_bytes(&gpu.device, &gpu.queue, desc, &bytes);
+        if offered.sample_count_supported(samples) {
+            assert_eq!(made.unwrap_or_else(|error| panic!("{error}")).sample_count(), samples);
+            continue;
+        }
+        refused += 1;
+        let error = made.expect_err("the device has no such textures").to_string();
+        let wanted = format!("this device has no Rgba16Float textures with {samples} samples in each pixel; it has ");
+        assert!(error.starts_with(&wanted) && error.contains('4'), "{error}");
+    }
+    assert!(refused > 0, "no device has all of them");
+}
+
+/// The pixels of the input `in` as the output `out`.
+fn same_pixels() -> Graph {
+    let text = r#"Pipeline(inputs: { "in": Data }, nodes: { "out": Mask(source: "in") }, outputs: { "out": "out" })"#;
+    let kind = afterimage_graph::node::folder_kind_of(
+        (
+            "node.ron",
+            r#"Kind(name: "Mask", doc: "Its pixels.", inputs: { "source": Image(doc: "Numbers.") },
+            outputs: { "result": Image(doc: "The same.", state: Same("source")) })"#,
+        ),
+        &[("mask.wgsl", "fn mask(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }")],
+    );
+    let kind = kind.unwrap_or_else(|errors| panic!("{errors}"));
+    let registry = afterimage_graph::node::Registry::new(&[&[kind]]).unwrap();
+    let document = parse("in.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}")).0
 }

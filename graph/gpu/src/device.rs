@@ -255,9 +255,7 @@ pub(crate) fn image_format(format: TextureFormat) -> Option<Format> {
         TextureFormat::R8Unorm => Some(Format::R16Float),
         TextureFormat::Rg8Unorm => Some(Format::Rg16Float),
         TextureFormat::Rgb10a2Unorm => Some(Format::Rgba16Float),
-        TextureFormat::Depth16Unorm | TextureFormat::Depth24Plus | TextureFormat::Depth32Float => {
-            Some(Format::R32Float)
-        }
+        format if format.has_depth_aspect() => Some(Format::R32Float),
         _ => None,
     })
 }

@@ -5,7 +5,7 @@ use afterimage_graph::node::{
     VertexBuffer, VertexFormat, WriteMask,
 };
 use afterimage_plan::Plan;
-use afterimage_plan::codegen::Composed;
+use afterimage_plan::codegen::Draw;
 use wgpu::{ColorTargetState, VertexAttribute, VertexStepMode};
 
 use crate::device::texture_format;
@@ -65,12 +65,11 @@ impl DrawState {
 pub(crate) fn render_pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
-    composed: &Composed,
+    entries: &Draw,
     layout: &wgpu::PipelineLayout,
     state: &DrawState,
     cache: Option<&wgpu::PipelineCache>,
 ) -> wgpu::RenderPipeline {
-    let draw = composed.draw.as_ref().expect("the module of a drawing pass has its entry points");
     let geometry = state.geometry.as_ref().expect("a pass with a module has geometry");
     let layouts: Vec<_> = geometry.vertices.iter().map(|vertices| Some(vertices.layout())).collect();
     let targets: Vec<Option<ColorTargetState>> = state.colors.iter().cloned().map(Some).collect();
@@ -79,14 +78,14 @@ pub(crate) fn render_pipeline(
         layout: Some(layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some(&draw.vertex),
+            entry_point: Some(&entries.vertex),
             compilation_options: Default::default(),
             buffers: &layouts,
         },
         primitive: geometry.primitive,
         depth_stencil: state.depth.clone(),
         multisample: wgpu::MultisampleState { count: state.samples, ..Default::default() },
-        fragment: draw.fragment.as_deref().map(|entry| wgpu::FragmentState {
+        fragment: entries.fragment.as_deref().map(|entry| wgpu::FragmentState {
             module,
             entry_point: Some(entry),
             compilation_options: Default::default(),

@@ -54,6 +54,16 @@ pub enum GpuError {
         /// The image.
         what: String,
     },
+    /// The device has no textures with this many samples in each pixel.
+    #[error("this device has no {format} textures with {samples} samples in each pixel; it has them with {supported}")]
+    Samples {
+        /// The requested samples.
+        samples: u32,
+        /// The format.
+        format: &'static str,
+        /// The numbers of samples that it supports.
+        supported: String,
+    },
     /// A shader does not compile.
     #[error("{0}")]
     Shader(ShaderError),

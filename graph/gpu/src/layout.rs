@@ -5,7 +5,7 @@ use afterimage_plan::codegen::{Composed, Slot, SlotKind};
 use afterimage_plan::{Plan, Stage};
 use afterimage_wgsl::SampleMode;
 use wgpu::{
-    BindGroupLayout, BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
+    BindGroupLayoutEntry, BindingType, BufferBindingType, Device, SamplerBindingType, ShaderStages,
     StorageTextureAccess, TextureSampleType, TextureViewDimension,
 };
 
@@ -50,11 +50,9 @@ pub(crate) fn sampler(device: &Device, is_linear: bool) -> wgpu::Sampler {
     })
 }
 
-/// The layout of the bind group of a pass.
-pub(crate) fn bind_group_layout(device: &Device, plan: &Plan, composed: &Composed, stage: Stage) -> BindGroupLayout {
-    let entries: Vec<BindGroupLayoutEntry> =
-        bound_slots(composed, stage).map(|slot| entry(plan, composed, *slot, stage)).collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+/// The entries of the layout of the bind group of a pass.
+pub(crate) fn layout_entries(plan: &Plan, composed: &Composed, stage: Stage) -> Vec<BindGroupLayoutEntry> {
+    bound_slots(composed, stage).map(|slot| entry(plan, composed, *slot, stage)).collect()
 }
 
 /// The slots of a stage: a draw has an attachment where a dispatch has a storage image.

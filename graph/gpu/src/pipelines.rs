@@ -1,9 +1,9 @@
 //! Compiled pipelines, cached by what they are made of.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use afterimage_graph::node::Subresource;
-use afterimage_plan::codegen::{Composed, SlotKind};
+use afterimage_plan::codegen::{Composed, Draw, SlotKind};
 use afterimage_plan::{Plan, Stage};
 use rustc_hash::FxHashMap;
 
@@ -11,8 +11,8 @@ use crate::draw_state::{DrawState, render_pipeline};
 use crate::error::GpuError;
 use crate::frame_constants;
 use crate::full_screen::FullScreenPipeline;
-use crate::layout::{Pipeline, bind_group_layout};
-use crate::platform::{on_threads, watched};
+use crate::layout::{Pipeline, layout_entries};
+use crate::platform::{TaskPool, on_threads, watched};
 
 /// Two pipelines with equal keys are the same.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -82,26 +82,23 @@ impl<T: Clone> PipelineTable<T> {
 }
 
 /// A pipeline to be built.
-pub(crate) struct PipelineRequest<'a> {
+pub(crate) struct PipelineRequest {
     pub(crate) key: PipelineKey,
-    pub(crate) composed: &'a Composed,
-    pub(crate) plan: &'a Plan,
-    pub(crate) stage: Stage,
+    stage: Stage,
+    /// The layout of the bind group.
+    entries: Vec<wgpu::BindGroupLayoutEntry>,
+    /// The entry points of a draw.
+    draw: Option<Draw>,
     /// Bytes of immediates that the shader reads.
-    pub(crate) immediate_bytes: u32,
-    pub(crate) label: String,
+    immediate_bytes: u32,
+    label: String,
     /// Whether the shader may read workgroup memory before it has written it.
-    pub(crate) zero_workgroup_memory: bool,
+    zero_workgroup_memory: bool,
 }
 
-impl<'a> PipelineRequest<'a> {
+impl PipelineRequest {
     /// The pipeline of a pass, which draws if there is an attachment.
-    pub(crate) fn new(
-        plan: &'a Plan,
-        index: usize,
-        composed: &'a Composed,
-        attachment: Option<wgpu::TextureFormat>,
-    ) -> Self {
+    pub(crate) fn new(plan: &Plan, index: usize, composed: &Composed, attachment: Option<wgpu::TextureFormat>) -> Self {
         let pass = &plan.passes[index].pass;
         let stage = match attachment {
             _ if pass.drawing().is_some() => Stage::Drawing,
@@ -124,9 +121,9 @@ impl<'a> PipelineRequest<'a> {
                 layout: layout.join(","),
                 checked: plan.options.bounds_checks || !composed.unchecked,
             },
-            plan,
-            composed,
             stage,
+            entries: layout_entries(plan, composed, stage),
+            draw: composed.draw.clone(),
             immediate_bytes: if composed.immediate { frame_constants::BYTES } else { 0 },
             label: pass.label.clone(),
             zero_workgroup_memory: composed.zero_workgroup_memory,
@@ -155,37 +152,50 @@ impl Pipelines {
     ) -> Result<Built, GpuError> {
         let request = PipelineRequest::new(plan, index, composed, Some(format));
         let key = request.key.clone();
-        self.build(device, vec![request], 1)?;
+        for request in self.missing(vec![request]) {
+            self.build_one(device, request)?;
+        }
         Ok(self.get(&key).expect("it was built above"))
     }
 
-    /// Compiles the missing pipelines on `threads` threads. Returns the first error of the device, if there is one.
+    /// Compiles the missing pipelines on `threads` threads, those of the host if it has a pool. Returns the first error
+    /// of the device, if there is one.
     pub(crate) fn build(
-        &self,
+        self: &Arc<Self>,
         device: &wgpu::Device,
-        requests: Vec<PipelineRequest<'_>>,
+        requests: Vec<PipelineRequest>,
         threads: usize,
+        pool: Option<&TaskPool>,
     ) -> Result<(), GpuError> {
+        let missing = self.missing(requests);
+        let threads = threads.min(missing.len());
+        let work = Arc::new((Mutex::new(missing), Mutex::new(None)));
+        let (pipelines, device, shared) = (self.clone(), device.clone(), work.clone());
+        on_threads(pool, threads, move || {
+            let (queue, refused) = &*shared;
+            while let Some(request) = pop(queue) {
+                if let Err(error) = pipelines.build_one(&device, request) {
+                    refused.lock().expect(UNBROKEN).get_or_insert(error);
+                }
+            }
+        });
+        let refused = work.1.lock().expect(UNBROKEN).take();
+        refused.map_or(Ok(()), Err)
+    }
+
+    /// The requests whose pipelines are not compiled, each once.
+    fn missing(&self, requests: Vec<PipelineRequest>) -> Vec<PipelineRequest> {
         self.table.lock().expect(UNBROKEN).begin(requests.iter().map(|request| &request.key));
-        let mut missing: Vec<PipelineRequest<'_>> = Vec::new();
+        let mut missing: Vec<PipelineRequest> = Vec::new();
         for request in requests {
             if self.get(&request.key).is_none() && missing.iter().all(|known| known.key != request.key) {
                 missing.push(request);
             }
         }
-        let threads = threads.min(missing.len());
-        let (queue, refused) = (Mutex::new(missing), Mutex::new(None));
-        on_threads(threads, || {
-            while let Some(request) = pop(&queue) {
-                if let Err(error) = self.build_one(device, request) {
-                    refused.lock().expect(UNBROKEN).get_or_insert(error);
-                }
-            }
-        });
-        refused.into_inner().expect(UNBROKEN).map_or(Ok(()), Err)
+        missing
     }
 
-    fn build_one(&self, device: &wgpu::Device, request: PipelineRequest<'_>) -> Result<(), GpuError> {
+    fn build_one(&self, device: &wgpu::Device, request: PipelineRequest) -> Result<(), GpuError> {
         let what = format!("the shader of `{}`", request.label);
         let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &request)))?;
         self.table.lock().expect(UNBROKEN).put(request.key, built);
@@ -195,7 +205,7 @@ impl Pipelines {
 
 const UNBROKEN: &str = "no thread panics with the lock";
 
-fn pop<'a>(queue: &Mutex<Vec<PipelineRequest<'a>>>) -> Option<PipelineRequest<'a>> {
+fn pop(queue: &Mutex<Vec<PipelineRequest>>) -> Option<PipelineRequest> {
     queue.lock().expect(UNBROKEN).pop()
 }
 
@@ -207,14 +217,15 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
 
-fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: &PipelineRequest<'_>) -> Built {
-    let layout = bind_group_layout(device, request.plan, request.composed, request.stage);
+fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: &PipelineRequest) -> Built {
+    let entries = &request.entries;
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries });
     if request.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
         return Built { pipeline: Pipeline::None, layout };
     }
     let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(&request.label),
-        source: wgpu::ShaderSource::Wgsl(request.composed.source.as_str().into()),
+        source: wgpu::ShaderSource::Wgsl(request.key.source.as_str().into()),
     };
     let module =
         if request.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
@@ -228,7 +239,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: 
             label: Some(&request.label),
             layout: Some(&pipeline_layout),
             module: &module,
-            entry_point: Some(&request.composed.compute),
+            entry_point: Some(&request.key.entry),
             compilation_options: wgpu::PipelineCompilationOptions {
                 zero_initialize_workgroup_memory: request.zero_workgroup_memory,
                 ..Default::default()
@@ -236,7 +247,7 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: 
             cache,
         })),
         Stage::Fragment => {
-            let draw = request.composed.draw.as_ref().expect("the module of a draw has its entry points");
+            let draw = request.draw.as_ref().expect("the module of a draw has its entry points");
             let pipeline = FullScreenPipeline {
                 label: &request.label,
                 module: &module,
@@ -251,7 +262,8 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: 
         }
         Stage::Drawing => {
             let state = request.key.drawing.as_ref().expect("a drawing pass has a state");
-            Pipeline::Drawing(render_pipeline(device, &module, request.composed, &pipeline_layout, state, cache))
+            let draw = request.draw.as_ref().expect("the module of a drawing pass has its entry points");
+            Pipeline::Drawing(render_pipeline(device, &module, draw, &pipeline_layout, state, cache))
         }
     };
     Built { pipeline, layout }

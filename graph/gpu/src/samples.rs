@@ -1,11 +1,11 @@
 //! Multisampled textures from texels: a device copies nothing into one, so a draw fills it, sample by sample.
 
-use afterimage_graph::image::ImageDesc;
+use afterimage_graph::image::{ImageDesc, Size};
 
 use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::full_screen::FullScreenPipeline;
-use crate::platform::submit;
+use crate::platform::{submit, watched};
 use crate::store;
 
 /// Each sample is the texel of a layer.
@@ -19,6 +19,13 @@ const FILL: &str = "
 }
 ";
 
+/// Whether the device has textures of the description's format with that many samples. wgpu has no query for it on a
+/// device, so a small one is made by trial.
+fn is_supported(device: &wgpu::Device, desc: ImageDesc) -> bool {
+    let small = desc.sized(Size::new(1, 1));
+    watched(device, "a multisampled texture", || Ok(store::create(device, small, "samples"))).is_ok()
+}
+
 /// A texture whose samples are these: `bytes` has all first samples, then all second ones.
 pub(crate) fn upload(
     device: &wgpu::Device,
@@ -26,6 +33,15 @@ pub(crate) fn upload(
     desc: ImageDesc,
     bytes: &[u8],
 ) -> Result<wgpu::Texture, GpuError> {
+    if !is_supported(device, desc) {
+        let counts = [2, 4, 8, 16].into_iter().filter(|samples| is_supported(device, desc.multisampled(*samples)));
+        let supported: Vec<String> = counts.map(|samples| samples.to_string()).collect();
+        return Err(GpuError::Samples {
+            samples: desc.samples,
+            format: desc.format.name(),
+            supported: if supported.is_empty() { "one only".into() } else { supported.join(" and ") },
+        });
+    }
     let layers = ImageDesc { samples: 1, ..desc }.with_layers(desc.samples);
     let texels = store::create(device, layers, "samples").texture;
     store::upload(queue, &texels, layers, bytes)?;

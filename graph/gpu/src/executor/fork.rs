@@ -19,12 +19,13 @@ impl Executor {
     /// Makes an executor that shares what is compiled, on any thread.
     pub(super) fn other(&self) -> impl FnOnce() -> Self + Send + use<> {
         let (compiler, queue, caps) = (self.compiler.clone(), self.queue.clone(), self.caps.clone());
-        let (pool, labeled) = (self.pool.clone(), self.labeled);
+        let labeled = self.labeled;
         move || {
             let mut other = Self::with_caps(&compiler.device, &queue, caps);
             other.compiler.pipelines = compiler.pipelines;
             other.compiler.compiled = compiler.compiled;
-            (other.pool, other.labeled) = (pool, labeled);
+            other.compiler.pool = compiler.pool;
+            other.labeled = labeled;
             other
         }
     }

@@ -51,8 +51,6 @@ pub struct Executor {
     frame_constants: FrameConstants,
     loaded: Option<Loaded>,
     formats: HostFormats,
-    /// The host's threads for preparing plans, if it has some.
-    pub(crate) pool: Option<TaskPool>,
     /// Whether passes are labeled with their nodes.
     labeled: bool,
     frame_index: u32,
@@ -98,6 +96,7 @@ impl Executor {
                 binder: binder.expect("it is made above"),
                 pipelines: Arc::default(),
                 compiled: Arc::default(),
+                pool: None,
                 immediates: frame_constants::has_immediates(device),
                 broken: made.err(),
             },
@@ -106,7 +105,6 @@ impl Executor {
             frame_constants: FrameConstants::default(),
             loaded: None,
             formats: HostFormats::default(),
-            pool: None,
             labeled: false,
             frame_index: 0,
             fresh: true,
@@ -131,11 +129,20 @@ impl Executor {
         self
     }
 
-    /// The same executor with the host's task pool: plans are prepared there, and not on the crate's threads. See
-    /// [`TaskPool`].
+    /// The same executor with the host's task pool: plans are prepared and compiled there, and not on the crate's
+    /// threads. See [`TaskPool`].
     pub fn with_task_pool(mut self, pool: TaskPool) -> Self {
-        self.pool = Some(pool);
+        self.set_task_pool(pool);
         self
+    }
+
+    pub(crate) fn set_task_pool(&mut self, pool: TaskPool) {
+        self.compiler.pool = Some(pool);
+    }
+
+    /// The host's task pool, if it has one.
+    pub(crate) fn task_pool(&self) -> Option<&TaskPool> {
+        self.compiler.pool.as_ref()
     }
 
     /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
@@ -197,7 +204,7 @@ impl Executor {
     /// Starts to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
-        let worker = Worker::new(self.pool.as_ref(), move || {
+        let worker = Worker::new(self.task_pool(), move || {
             let uniforms = plan.uniform_buffer();
             compile(plan, uniforms)
         });
@@ -225,7 +232,7 @@ impl Executor {
 
     /// Drops a value on another thread, because freeing memory takes as long as allocating it.
     pub(crate) fn drop_later<T: Send + 'static>(&self, left: T) {
-        drop(Worker::new(self.pool.as_ref(), move || drop(left)));
+        drop(Worker::new(self.task_pool(), move || drop(left)));
     }
 
     /// Compiles the passes of a plan that may be loaded later, on any thread.

@@ -14,6 +14,8 @@ pub type Task = Box<dyn FnOnce() + Send>;
 /// The task pool of a host: it runs the tasks that it is given on any thread and at any time. A task makes and compiles
 /// one plan, which takes milliseconds, or frees what an old plan has left; it waits for nothing. If the pool drops the
 /// task of a plan, the plan before renders on, and [`GpuError::TaskDropped`](crate::GpuError::TaskDropped) is reported.
+/// A frame that waits for its plan compiles on one thread of the crate, and gives the pool tasks that help it: a task
+/// that runs after that is done does nothing.
 ///
 /// The tasks parse shaders by recursion. For the built-in kinds 2 MiB of stack are enough; kinds from folders may need
 /// up to [`STACK_BYTES`](afterimage_wgsl::limits::STACK_BYTES). On the web there is no other thread, and the pool is

@@ -4,6 +4,7 @@
 //! (`ErrorSinkRaw::scopes` in `backend/wgpu_core.rs`: nothing removes an entry). With new threads for each plan, the
 //! memory of a program that reloads would grow with each reload.
 
+use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Arc, Condvar, LazyLock, Mutex};
@@ -14,14 +15,20 @@ use afterimage_wgsl::limits;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The threads of plans that the caller waits for.
-static LOADING: LazyLock<ThreadPool> = LazyLock::new(|| pool("load"));
+static LOADING: LazyLock<ThreadPool> = LazyLock::new(|| pool("load", ALL_CORES));
 /// The threads of plans that are prepared while another one renders. They are others, so that a plan that is loaded
 /// does not wait for one that is prepared.
-static PREPARING: LazyLock<ThreadPool> = LazyLock::new(|| pool("prepare"));
+static PREPARING: LazyLock<ThreadPool> = LazyLock::new(|| pool("prepare", ALL_CORES));
+/// The thread of plans that the caller waits for, if the host has a pool: its tasks help. The caller may have a small
+/// stack.
+static LOADING_WITH_HOST: LazyLock<ThreadPool> = LazyLock::new(|| pool("load", 1));
 
-/// As many threads as there are cores. wgpu parses shaders there, and its parser recurses.
-fn pool(name: &'static str) -> ThreadPool {
-    let builder = ThreadPoolBuilder::new().stack_size(limits::STACK_BYTES);
+/// As many threads as there are cores.
+const ALL_CORES: usize = 0;
+
+/// Threads on which wgpu parses shaders: its parser recurses.
+fn pool(name: &'static str, threads: usize) -> ThreadPool {
+    let builder = ThreadPoolBuilder::new().num_threads(threads).stack_size(limits::STACK_BYTES);
     let pool = builder.thread_name(move |index| format!("afterimage-{name}-{index}")).build();
     pool.unwrap_or_else(|error| panic!("the system has no more threads: {error}"))
 }
@@ -31,15 +38,77 @@ thread_local! {
     static OF_HOST: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs the same work on several threads, and waits for all of them. Panics propagate to the caller. A task of the
-/// host's pool runs it alone.
-pub(crate) fn on_threads(threads: usize, work: impl Fn() + Sync) {
+/// Runs the same work on several threads, and waits for all of them. Panics propagate to the caller. If the host has a
+/// pool, one thread is ours and the others are the pool's; a task of the pool runs the work alone.
+pub(crate) fn on_threads(pool: Option<&TaskPool>, threads: usize, work: impl Fn() + Send + Sync + 'static) {
+    if threads == 0 {
+        return;
+    }
     if OF_HOST.get() {
         return work();
+    }
+    if let Some(pool) = pool {
+        return on_threads_of_host(pool, threads, Arc::new(work));
     }
     // Work that is part of a preparation stays on the threads of preparations.
     let pool = if PREPARING.current_thread_index().is_some() { &PREPARING } else { &LOADING };
     pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+}
+
+fn on_threads_of_host(pool: &TaskPool, threads: usize, work: Arc<dyn Fn() + Send + Sync>) {
+    let helpers = Arc::new(Helpers::default());
+    for _ in 1..threads {
+        let (helpers, work) = (helpers.clone(), work.clone());
+        pool(Box::new(move || helpers.run(&*work)));
+    }
+    LOADING_WITH_HOST.install(|| helpers.run(&*work));
+    helpers.finish();
+}
+
+/// Threads that do the same work until it is over.
+#[derive(Default)]
+struct Helpers {
+    state: Mutex<HelperState>,
+    done: Condvar,
+}
+
+#[derive(Default)]
+struct HelperState {
+    /// Threads that do the work now.
+    running: usize,
+    /// Whether the work is over: who comes later does nothing.
+    is_over: bool,
+    panic: Option<Box<dyn Any + Send>>,
+}
+
+impl Helpers {
+    fn run(&self, work: &dyn Fn()) {
+        {
+            let mut state = self.state.lock().expect(UNBROKEN);
+            if state.is_over {
+                return;
+            }
+            state.running += 1;
+        }
+        let done = catch_unwind(AssertUnwindSafe(work));
+        let mut state = self.state.lock().expect(UNBROKEN);
+        state.running -= 1;
+        if let Err(panic) = done {
+            state.panic.get_or_insert(panic);
+        }
+        self.done.notify_all();
+    }
+
+    /// Waits for the threads that do the work. Panics propagate to the caller.
+    fn finish(&self) {
+        let mut state = self.state.lock().expect(UNBROKEN);
+        state.is_over = true;
+        let mut state = self.done.wait_while(state, |state| state.running > 0).expect(UNBROKEN);
+        if let Some(panic) = state.panic.take() {
+            drop(state);
+            resume_unwind(panic);
+        }
+    }
 }
 
 /// Work on a thread of the preparations or in the host's pool. It continues if this is dropped.
@@ -113,16 +182,17 @@ mod tests {
 
     #[test]
     fn threads_are_used_again() {
-        let seen: Mutex<HashSet<ThreadId>> = Mutex::default();
-        let runs = AtomicUsize::new(0);
+        let seen: Arc<Mutex<HashSet<ThreadId>>> = Arc::default();
+        let runs = Arc::new(AtomicUsize::new(0));
         for _ in 0..100 {
-            on_threads(3, || {
+            let (seen, runs) = (seen.clone(), runs.clone());
+            on_threads(None, 3, move || {
                 seen.lock().expect(UNBROKEN).insert(current().id());
                 runs.fetch_add(1, Ordering::Relaxed);
             });
         }
-        assert_eq!(runs.into_inner(), 300);
-        assert!(seen.into_inner().expect(UNBROKEN).len() <= LOADING.current_num_threads());
+        assert_eq!(runs.load(Ordering::Relaxed), 300);
+        assert!(seen.lock().expect(UNBROKEN).len() <= LOADING.current_num_threads());
         let prepared: HashSet<ThreadId> =
             (0..100).map(|_| Worker::new(None, || current().id()).join().expect("it is ours")).collect();
         assert!(prepared.len() <= PREPARING.current_num_threads());
@@ -135,14 +205,17 @@ mod tests {
         let held = hold.lock().expect(UNBROKEN);
         let waits = hold.clone();
         let worker = Worker::new(None, move || {
-            let here = Mutex::new(Vec::new());
-            on_threads(1, || here.lock().expect(UNBROKEN).push(PREPARING.current_thread_index().is_some()));
-            begin.send(here.into_inner().expect(UNBROKEN)).expect("the test waits");
+            let here: Arc<Mutex<Vec<bool>>> = Arc::default();
+            let pushed = here.clone();
+            on_threads(None, 1, move || {
+                pushed.lock().expect(UNBROKEN).push(PREPARING.current_thread_index().is_some());
+            });
+            begin.send(here.lock().expect(UNBROKEN).clone()).expect("the test waits");
             drop(waits.lock());
             7
         });
         assert_eq!(begun.recv().expect("the work begins"), [true]);
-        on_threads(2, || assert!(LOADING.current_thread_index().is_some()));
+        on_threads(None, 2, || assert!(LOADING.current_thread_index().is_some()));
         assert!(!worker.is_finished());
         drop(held);
         assert_eq!(worker.join().expect("it is ours"), 7);
@@ -153,7 +226,7 @@ mod tests {
         let worker = Worker::new(None, || -> u32 { panic!("of the work") });
         let panic = catch_unwind(AssertUnwindSafe(|| worker.join())).expect_err("the work panics");
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"of the work"));
-        catch_unwind(|| on_threads(2, || panic!("of all"))).expect_err("the work panics");
+        catch_unwind(|| on_threads(None, 2, || panic!("of all"))).expect_err("the work panics");
         assert_eq!(Worker::new(None, || 3).join().expect("it is ours"), 3, "the threads continue");
     }
 
@@ -165,9 +238,11 @@ mod tests {
         let pool: TaskPool = Arc::new(move |task| kept.lock().expect(UNBROKEN).push(task));
         let next = || tasks.lock().expect(UNBROKEN).pop().expect("a task was given");
         let work = || {
-            let here = Mutex::new(Vec::new());
-            on_threads(3, || here.lock().expect(UNBROKEN).push(current().id()));
-            here.into_inner().expect(UNBROKEN)
+            let here: Arc<Mutex<Vec<ThreadId>>> = Arc::default();
+            let pushed = here.clone();
+            on_threads(None, 3, move || pushed.lock().expect(UNBROKEN).push(current().id()));
+            let ids = here.lock().expect(UNBROKEN).clone();
+            ids
         };
         let worker = Worker::new(Some(&pool), work);
         assert!(!worker.is_finished());
@@ -179,5 +254,29 @@ mod tests {
         drop(next());
         assert!(dropped.is_finished());
         assert!(matches!(dropped.join(), Err(GpuError::TaskDropped)));
+    }
+
+    /// A frame that waits for its plan uses the host's threads and one of ours, and not the pool of all cores.
+    #[test]
+    fn the_hosts_pool_helps_a_thread_that_waits() {
+        type Task = Box<dyn FnOnce() + Send>;
+        let late: Arc<Mutex<Vec<Task>>> = Arc::default();
+        let kept = late.clone();
+        let pool: TaskPool = Arc::new(move |task| kept.lock().expect(UNBROKEN).push(task));
+        let names: Arc<Mutex<Vec<Option<String>>>> = Arc::default();
+        let work = {
+            let names = names.clone();
+            move || names.lock().expect(UNBROKEN).push(current().name().map(str::to_owned))
+        };
+        on_threads(Some(&pool), 3, work.clone());
+        assert_eq!(*names.lock().expect(UNBROKEN), [Some("afterimage-load-0".to_owned())]);
+        let tasks = std::mem::take(&mut *late.lock().expect(UNBROKEN));
+        assert_eq!(tasks.len(), 2, "the host is asked for the other threads");
+        tasks.into_iter().for_each(|task| task());
+        assert_eq!(names.lock().expect(UNBROKEN).len(), 1, "the work is over");
+        let at_once: TaskPool = Arc::new(|task| task());
+        on_threads(Some(&at_once), 3, work);
+        assert_eq!(names.lock().expect(UNBROKEN).len(), 4);
+        catch_unwind(AssertUnwindSafe(|| on_threads(Some(&at_once), 2, || panic!("of all")))).expect_err("it panics");
     }
 }

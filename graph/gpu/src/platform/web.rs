@@ -22,7 +22,7 @@ impl<T> Worker<T> {
 }
 
 /// Does the work on the one thread that there is.
-pub(crate) fn on_threads(_threads: usize, work: impl Fn()) {
+pub(crate) fn on_threads(_pool: Option<&TaskPool>, _threads: usize, work: impl Fn()) {
     work();
 }
 

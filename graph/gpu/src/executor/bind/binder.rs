@@ -1,5 +1,7 @@
 //! Bind groups of single passes, on any thread.
 
+use std::sync::Arc;
+
 use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::Stage;
 use afterimage_plan::codegen::{Slot, SlotKind};
@@ -12,6 +14,9 @@ use crate::frame_constants::{self, FrameConstants};
 use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;
 use crate::store::part_view;
+
+/// Slots of a bind group that is made without an allocation of ours.
+const FEW_SLOTS: usize = 16;
 
 /// Makes bind groups, with the samplers and the buffer of frame constants that all plans of an executor share.
 #[derive(Clone)]
@@ -46,11 +51,27 @@ impl Binder {
 
     /// The bind groups and attachments of a pass. `views` are the host's: of all inputs, then of all outputs.
     pub(crate) fn bind_pass(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> BoundPass {
-        let ring_indices = ring_indices(loaded, index);
-        let groups = ring_indices.map(|ring_index| self.bind_group(loaded, index, &built, views, ring_index)).collect();
-        let mut pass = BoundPass { built, groups, attachments: Vec::new() };
+        let mut pass = BoundPass { built, groups: Arc::new([]), attachments: Vec::new() };
+        self.bind(loaded, index, views, &mut pass);
         self.attach(loaded, index, views, &mut pass);
         pass
+    }
+
+    /// Sets the bind groups of a pass, in the memory of those that it had and that nothing else uses.
+    pub(crate) fn bind(&self, loaded: &Loaded, index: usize, views: &[TextureView], pass: &mut BoundPass) {
+        let ring_indices = ring_indices(loaded, index);
+        match Arc::get_mut(&mut pass.groups).filter(|groups| groups.len() == ring_indices.len()) {
+            Some(groups) => {
+                for (ring_index, group) in ring_indices.zip(groups) {
+                    *group = self.bind_group(loaded, index, &pass.built, views, ring_index);
+                }
+            }
+            None => {
+                let groups =
+                    ring_indices.map(|ring_index| self.bind_group(loaded, index, &pass.built, views, ring_index));
+                pass.groups = groups.collect();
+            }
+        }
     }
 
     /// Sets the attachments of a draw; several if the pass binds a history image, one for each ring index.
@@ -106,14 +127,24 @@ impl Binder {
             SlotKind::Texture(image) | SlotKind::Storage(image) => BindingResource::TextureView(whole(image)),
             SlotKind::Buffer(buffer, _) => loaded.residency.buffers[buffer.0 as usize].as_entire_binding(),
         };
-        let entries: Vec<BindGroupEntry<'_>> = bound_slots(&pass.composed, stage)
-            .map(|slot| BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) })
-            .collect();
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &built.layout,
-            entries: &entries,
-        })
+        // A host with new views in every frame makes some bind groups in each: most fit into an array.
+        let unused = BindGroupEntry { binding: 0, resource: BindingResource::Sampler(&self.nearest) };
+        let mut few: [BindGroupEntry<'_>; FEW_SLOTS] = std::array::from_fn(|_| unused.clone());
+        let mut many = Vec::new();
+        let mut count = 0;
+        for slot in bound_slots(&pass.composed, stage) {
+            let entry = BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) };
+            match few.get_mut(count) {
+                Some(place) => *place = entry,
+                None => many.push(entry),
+            }
+            count += 1;
+        }
+        if !many.is_empty() {
+            many.splice(..0, few.iter().cloned());
+        }
+        let entries = if many.is_empty() { &few[..count] } else { &many };
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &built.layout, entries })
     }
 }
 

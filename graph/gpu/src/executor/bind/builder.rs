@@ -8,6 +8,7 @@ use wgpu::{TextureFormat, TextureView};
 
 use crate::error::GpuError;
 use crate::executor::bind::binder::Binder;
+use crate::executor::bind::depth_view::{depth_view, has_stencil};
 use crate::executor::bind::formats::HostFormats;
 use crate::executor::bind::host_images::{check_encoding, must_be_drawn};
 use crate::executor::bind::views::choose_views;
@@ -50,6 +51,7 @@ impl BindGroupBuilder<'_> {
         let last = loaded.bind_groups.last();
         let mut groups = evicted.unwrap_or_else(|| BindGroups::new(loaded.explicit_transitions.clone()));
         choose_views(loaded, frame, last, &mut groups.views)?;
+        self.choose_bound_views(&mut groups, last);
         self.choose_formats(frame, formats, &mut groups)?;
         match last.filter(|last| last.drawn == groups.drawn) {
             // A swap chain has new views in every frame: most of the last frame's bind groups stay.
@@ -78,6 +80,7 @@ impl BindGroupBuilder<'_> {
         let frame = Frame { inputs: &inputs, outputs: &outputs, ..Frame::default() };
         let mut groups = BindGroups::new(loaded.explicit_transitions.clone());
         choose_views(loaded, &frame, None, &mut groups.views).ok()?;
+        self.choose_bound_views(&mut groups, None);
         for (output, view) in loaded.plan.outputs.iter().zip(&groups.views[loaded.plan.inputs.len()..]) {
             let mut format = None;
             if must_be_drawn(&loaded.plan, output.image, view.texture()) {
@@ -89,6 +92,18 @@ impl BindGroupBuilder<'_> {
         // The host may have dropped an image meanwhile: then the frame has another one.
         scoped(&self.binder.device, "the images of the frame before", || self.make(&mut groups)).ok()?;
         Some(groups)
+    }
+
+    /// Chooses the views that passes bind. Those of the last frame stay.
+    fn choose_bound_views(&self, groups: &mut BindGroups, last: Option<&BindGroups>) {
+        groups.bound_views.clear();
+        for (index, view) in groups.views.iter().enumerate() {
+            groups.bound_views.push(match last {
+                _ if !has_stencil(view.texture().format()) => view.clone(),
+                Some(last) if last.views[index] == *view => last.bound_views[index].clone(),
+                _ => depth_view(&self.binder.device, view),
+            });
+        }
     }
 
     /// Chooses for each output the format in which the host's image for it is drawn; `None` for one that is stored to.
@@ -125,7 +140,7 @@ impl BindGroupBuilder<'_> {
                 None => {
                     groups.made += 1;
                     let built = self.built(index, &groups.drawn)?;
-                    Arc::new(self.binder.bind_pass(loaded, index, built, &groups.views))
+                    Arc::new(self.binder.bind_pass(loaded, index, built, &groups.bound_views))
                 }
             });
         }
@@ -151,8 +166,8 @@ impl BindGroupBuilder<'_> {
             if bound.is_some() {
                 continue;
             }
-            let (known, views) = (&last.passes[index], &groups.views);
-            match self.renewal(index, views, last) {
+            let (known, views) = (&last.passes[index], &groups.bound_views);
+            match self.renewal(index, &groups.views, last) {
                 Renewal::None => groups.passes[index].clone_from(known),
                 Renewal::Attachments => {
                     let pass = writable(&mut groups.passes[index], known);
@@ -162,7 +177,10 @@ impl BindGroupBuilder<'_> {
                 }
                 Renewal::All => {
                     groups.made += 1;
-                    groups.passes[index] = Arc::new(self.binder.bind_pass(loaded, index, known.built.clone(), views));
+                    let pass = writable(&mut groups.passes[index], known);
+                    pass.built.clone_from(&known.built);
+                    self.binder.bind(loaded, index, views, pass);
+                    self.binder.attach(loaded, index, views, pass);
                 }
             }
         }

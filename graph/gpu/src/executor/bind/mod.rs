@@ -2,6 +2,7 @@
 
 pub(crate) mod binder;
 pub(crate) mod builder;
+mod depth_view;
 pub(crate) mod formats;
 pub(crate) mod host_images;
 pub(crate) mod views;

@@ -26,7 +26,7 @@ use crate::executor::rectangle::HeldRectangles;
 use crate::heap::{Place, Placed};
 use crate::layout::manual_filtering;
 use crate::pipelines::{Built, PipelineRequest, Pipelines};
-use crate::platform::{Worker, watched};
+use crate::platform::{TaskPool, Worker, watched};
 
 /// A plan that is being compiled in the background, from [`Executor::prepare`](crate::Executor::prepare). If it is
 /// dropped, the pipelines that it has compiled until then are kept.
@@ -75,6 +75,8 @@ pub(crate) struct PlanCompiler {
     pub(crate) binder: Binder,
     pub(crate) pipelines: Arc<Pipelines>,
     pub(crate) compiled: Arc<CompiledPasses>,
+    /// The host's threads, if it has a pool.
+    pub(crate) pool: Option<TaskPool>,
     /// Whether passes take the frame constants from immediates.
     pub(crate) immediates: bool,
     /// The error of the device when the executor was made, if there was one.
@@ -206,7 +208,7 @@ impl PlanCompiler {
                 requests.push(PipelineRequest::new(plan, index, composed, Some(format)));
             }
         }
-        self.pipelines.build(&self.device, requests, threads)?;
+        self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;
         let mut passes = Vec::with_capacity(composed.len());
         for (index, composed) in composed.into_iter().enumerate() {
             let writes_image = plan.passes[index].pass.written_image();

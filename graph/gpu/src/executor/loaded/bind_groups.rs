@@ -11,6 +11,8 @@ use crate::pipelines::Built;
 pub(crate) struct BindGroups {
     /// Of all inputs, then of all outputs.
     pub(crate) views: Vec<TextureView>,
+    /// The views that passes bind: the same, but of the depth alone where a texture has a stencil, too.
+    pub(crate) bound_views: Vec<TextureView>,
     /// For each output the format in which it is drawn, if it is.
     pub(crate) drawn: Vec<Option<TextureFormat>>,
     /// For how many passes bind groups were made, and not taken from the last frame's.
@@ -22,7 +24,14 @@ pub(crate) struct BindGroups {
 impl BindGroups {
     /// Without passes.
     pub(crate) fn new(explicit_transitions: Arc<ExplicitTransitions>) -> Self {
-        Self { views: Vec::new(), drawn: Vec::new(), made: 0, passes: Vec::new(), explicit_transitions }
+        Self {
+            views: Vec::new(),
+            bound_views: Vec::new(),
+            drawn: Vec::new(),
+            made: 0,
+            passes: Vec::new(),
+            explicit_transitions,
+        }
     }
 }
 

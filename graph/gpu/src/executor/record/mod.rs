@@ -107,8 +107,8 @@ impl FrameCommands<'_> {
 
     /// The explicit transitions before a pass: views of images, and their new states.
     fn transitions_before(&self, pass: usize) -> impl ExactSizeIterator<Item = (&TextureView, TextureUses)> {
-        let BindGroups { explicit_transitions, views, .. } = self.groups;
-        explicit_transitions.before(pass, &self.loaded.residency, views, self.ring_index)
+        let BindGroups { explicit_transitions, bound_views, .. } = self.groups;
+        explicit_transitions.before(pass, &self.loaded.residency, bound_views, self.ring_index)
     }
 
     /// Writes the time before the pass of this index, if passes are timed.
