@@ -118,8 +118,7 @@ impl Conditions<'_> {
         session.load(size, &images)?;
         let mut frames = 0;
         let mut step = || next_step(&mut frames);
-        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
-        let (frame, _) = session.frame_time(&self.clock, self.samples, work, Vec::new())?;
+        let (frame, _) = session.frame_time(&self.clock, self.samples, &images, &mut step, Vec::new())?;
         let record_us = self.record_time(&mut session, &images)?;
         let plan = session.plan();
         Ok(Growth {

@@ -147,8 +147,7 @@ fn lynx_report(gpu: &Gpu, size: Size, samples: u32) -> Result<LynxReport, LabErr
     let clock = Clock::new(gpu)?;
     let mut frames = 0;
     let mut step = || next_step(&mut frames);
-    let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> FrameStep);
-    let (frame, times) = session.frame_time(&clock, samples, work, lynx::recordings(&chains))?;
+    let (frame, times) = session.frame_time(&clock, samples, &images, &mut step, lynx::recordings(&chains))?;
     let output = session.plan().outputs[0].name.clone();
     let picture = session.output(&output)?.to_floats();
     Ok(LynxReport { gpu_ms: frame.ms(), baseline: lynx::report(gpu, &chains, &times, &picture)? })

@@ -71,11 +71,13 @@ impl Executor {
     /// Drops the bind groups of frames that write an output to a texture of ours.
     pub(crate) fn drop_bind_groups_of_own_outputs(&mut self) {
         let Some(Loaded { plan, residency, bind_groups, .. }) = &mut self.loaded else { return };
-        let is_ours = |view: &TextureView| {
-            let mut outputs = plan.outputs.iter().map(|output| &residency.bindings[output.image.0 as usize]);
-            outputs.any(|binding| matches!(binding, ImageBinding::Output(_, stored) if stored.view == *view))
-        };
-        bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(is_ours));
+        let mut ours: Vec<&TextureView> = Vec::new();
+        for output in &plan.outputs {
+            if let ImageBinding::Output(_, stored) = &residency.bindings[output.image.0 as usize] {
+                ours.push(&stored.view);
+            }
+        }
+        bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(|view| ours.contains(&view)));
     }
 
     /// Whether the next frame resets histories.

@@ -400,8 +400,10 @@ impl Executor {
 
     /// Writes the constants for passes that take them from a buffer.
     fn write_frame_constants(&self) -> Result<(), GpuError> {
-        let binds_frame = |loaded: &&Loaded| loaded.passes.iter().any(|pass| pass.binds_frame);
-        let Some(loaded) = self.loaded.as_ref().filter(binds_frame) else { return Ok(()) };
+        let Some(loaded) = &self.loaded else { return Ok(()) };
+        if loaded.passes.iter().all(|pass| !pass.binds_frame) {
+            return Ok(());
+        }
         let has_uninitialized = !loaded.uninitialized.is_empty();
         let write = || self.compiler.binder.write_frame(&self.queue, &self.frame_constants, has_uninitialized);
         let what = "the time of the frame";

@@ -160,8 +160,9 @@ fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError
     let texture = view.texture();
     let channels = if texture.format().is_depth_stencil_format() { 1 } else { texture.format().components() };
     let unfit = |why: String| GpuError::UnfitImage { port: input.name.clone(), why };
-    let unknown = || unfit(format!("its format, {:?}, is none that plans have", texture.format()));
-    let format = image_format(texture.format()).ok_or_else(unknown)?;
+    let Some(format) = image_format(texture.format()) else {
+        return Err(unfit(format!("its format, {:?}, is none that plans have", texture.format())));
+    };
     if channels < input.min_channels {
         let why = format!(
             "its format, {:?}, has {channels} of the {} channels that the pipeline reads; does it belong to another \

@@ -214,9 +214,10 @@ impl Session {
     fn encode_copied(
         &mut self,
         encoder: &mut CommandEncoder,
-        (images, step): &FrameInputs,
+        frame: &FrameInputs,
         batch: &mut ReadbackBatch,
     ) -> Result<(), PostError> {
+        let (images, step) = frame;
         if step.reset {
             // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
             self.restart();
@@ -229,7 +230,8 @@ impl Session {
     }
 
     /// Renders a frame and reads back its outputs, one after another.
-    fn render_alone(&mut self, (images, step): &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, PostError> {
+    fn render_alone(&mut self, frame: &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, PostError> {
+        let (images, step) = frame;
         if step.reset {
             self.restart();
         }
@@ -275,7 +277,8 @@ impl Session {
         &'r mut self,
         clock: &Clock,
         samples: u32,
-        (images, steps): (&'r [InputImage], &'r mut dyn FnMut() -> FrameStep),
+        images: &'r [InputImage],
+        steps: &'r mut dyn FnMut() -> FrameStep,
         baselines: Vec<Recording<'r>>,
     ) -> Result<(FrameTime, Vec<FrameTime>), PostError> {
         let frame: Recording<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));

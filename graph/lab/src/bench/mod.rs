@@ -90,8 +90,7 @@ impl Bench<'_> {
         let clock = Clock::new(self.gpu)?;
         let Self { session, images, frames, options, .. } = &mut self;
         let mut step = || next_step(frames);
-        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> _);
-        let (frame, _) = session.frame_time(&clock, options.samples, work, Vec::new())?;
+        let (frame, _) = session.frame_time(&clock, options.samples, images, &mut step, Vec::new())?;
         let host = self.host_times()?;
         let copy_gbps = bandwidth(self.gpu, &clock)?;
         let pass_times = self.pass_times(&clock)?;

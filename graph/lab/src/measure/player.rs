@@ -100,8 +100,7 @@ impl Player {
     pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, LabError> {
         let (last, samples) = (clip.len() - 1, self.samples());
         let mut step = || clip.step(last);
-        let frame = (clip.images(last), &mut step as &mut dyn FnMut() -> _);
-        let (time, _) = self.session.frame_time(&self.clock, samples, frame, Vec::new())?;
+        let (time, _) = self.session.frame_time(&self.clock, samples, clip.images(last), &mut step, Vec::new())?;
         let plan = self.session.plan();
         Ok(Cost {
             time,

@@ -4,7 +4,7 @@ mod figures;
 mod images;
 mod subjects;
 
-use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, download};
+use afterimage_gpu::{Clock, Gpu, InputImage, Session, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, NodeKind, Registry};
@@ -90,9 +90,8 @@ impl KindBench<'_> {
         let chain = baselines::chain(self.gpu, node, &images, &self.images.camera);
         let mut frames = 0;
         let mut step = || next_step(&mut frames);
-        let work = (images.as_slice(), &mut step as &mut dyn FnMut() -> FrameStep);
         let recordings = chain.iter().map(Chain::recording).collect();
-        let (frame, baseline_time) = session.frame_time(self.clock, self.samples, work, recordings)?;
+        let (frame, baseline_time) = session.frame_time(self.clock, self.samples, &images, &mut step, recordings)?;
         let picture = chain.map(|chain| self.compare(&mut session, &chain, &images)).transpose()?;
         let baseline = picture.map(|picture| BaselineFigures { ms: baseline_time[0].ms(), ..picture });
         let plan = session.plan().clone();
