@@ -99,7 +99,7 @@ fn afterimage(
     let Some(running) = running.get_mut(&camera.id()) else { return };
     running.follow(settings);
     let part = part_of(view, target);
-    let (output, format) = match destination((settings, part), target, extracted, space) {
+    let (output, format) = match destination(settings, part, target, extracted, space) {
         Ok(destination) => destination,
         Err(why) => return running.say(Some(why.to_owned()), false, &wanted.report),
     };
@@ -137,7 +137,8 @@ fn afterimage(
 
 /// The image that the pipeline writes, and its format; a sentence where the camera has none.
 fn destination<'a>(
-    (settings, part): (&Settings, Option<Rectangle>),
+    settings: &Settings,
+    part: Option<Rectangle>,
     target: &'a ViewTarget,
     camera: &ExtractedCamera,
     space: Option<&ResolvedCompositingSpace>,
