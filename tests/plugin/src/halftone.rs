@@ -24,6 +24,8 @@ impl Node for Halftone {
         &[Output::image("result", OutputState::same("source"), "The printed image.").or_input("source")];
     // Dots make a constant image uneven, and their rows are oblique: `stress` expects neither.
     const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    // An error in it is an error of the registry.
+    const SHADERS: &'static [&'static Shader] = &[&SHADER];
 
     // A node that changes nothing is skipped: its readers read its fallback.
     fn is_identity(&self, _: &InputValues) -> bool {
