@@ -43,3 +43,23 @@ fn errors_in_shaders_of_kinds_in_rust_are_values_at_the_authors_line() {
         assert!(error.contains(cause), "{error}");
     }
 }
+
+params! {
+    /// Lists its shader, which imports a file that does not exist.
+    pub struct Listing {}
+}
+
+impl Node for Listing {
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
+    const SHADERS: &'static [&'static Shader] = &[&IMPORTING];
+
+    fn record(&self, _: &mut Recorder<'_>) {}
+}
+
+#[test]
+fn an_error_in_a_listed_shader_is_an_error_of_the_registry() {
+    let error = Registry::new(&[&[NodeKind::of::<Listing>()]]).unwrap_err().to_string();
+    assert!(error.starts_with("the shader of `Listing` is wrong: importing.wgsl:2:"), "{error}");
+    assert!(error.contains("luminanse"), "{error}");
+}
