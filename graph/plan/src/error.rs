@@ -36,7 +36,7 @@ pub enum PlanError {
     Shader {
         node: String,
         /// The error, at the author's file and line.
-        error: ShaderError,
+        error: Box<ShaderError>,
     },
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]

@@ -221,7 +221,7 @@ impl<'a> RecordAttempt<'a> {
         let recording = &mut self.builder.recording;
         let recorded = catch_unwind(AssertUnwindSafe(|| record_node(&self.frame, &node.instance, &setting, recording)));
         self.made[index] = recorded.map_err(|panic| match panic.downcast::<ShaderError>() {
-            Ok(error) => PlanError::Shader { node: node.name.clone(), error: *error },
+            Ok(error) => PlanError::Shader { node: node.name.clone(), error },
             Err(panic) => resume_unwind(panic),
         })?;
         if !setting.dynamic.is_empty() {

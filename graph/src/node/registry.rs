@@ -23,7 +23,7 @@ pub enum RegistryError {
         /// The name of the kind.
         kind: String,
         /// The error, at the author's file and line.
-        error: ShaderError,
+        error: Box<ShaderError>,
     },
 }
 
@@ -51,7 +51,7 @@ impl Registry {
             }
             for shader in kind.shaders() {
                 if let Err(error) = shader.reflect() {
-                    return Err(RegistryError::Shader { kind: kind.name().to_owned(), error });
+                    return Err(RegistryError::Shader { kind: kind.name().to_owned(), error: Box::new(error) });
                 }
             }
         }
