@@ -32,7 +32,11 @@ fn errors_in_shaders_of_kinds_in_rust_are_values_at_the_authors_line() {
     ];
     for (name, kind, place, cause) in cases {
         let text = format!(
-            r#"Pipeline(inputs: {{ "picture": Color }}, nodes: {{ "node": {name}(source: "picture") }}, outputs: {{ "out": "node" }})"#
+            r#"Pipeline(
+                inputs: {{ "picture": Color }},
+                nodes: {{ "node": {name}(source: "picture") }},
+                outputs: {{ "out": "node" }},
+            )"#
         );
         let registry = Registry::new(&[&[kind]]).unwrap();
         let (graph, _) = check(&parse("test.ron", &text).unwrap(), &registry, &CheckOptions::default()).unwrap();

@@ -203,7 +203,8 @@ impl Post {
         self.names.queue();
     }
 
-    /// Creates and compiles plans in the host's task pool from now on, and not on the crate's threads. See [`TaskPool`].
+    /// Creates and compiles plans in the host's task pool from now on, and not on the threads of the crate. See
+    /// [`TaskPool`].
     pub fn set_task_pool(&mut self, pool: TaskPool) {
         self.executor.set_task_pool(pool);
     }
@@ -291,9 +292,9 @@ impl Post {
         }
     }
 
-    /// Chooses the plan of a frame: the active one, the next one if it is created, or, for other images of the host, one
-    /// that is made at once. Starts to create the next one if something has changed. Returns why one has failed that
-    /// was made in the background.
+    /// Chooses the plan of a frame: the active one, the next one if it is created, or, for other images of the host,
+    /// one that is made at once. Starts to create the next one if something has changed. Returns why one has failed
+    /// that was made in the background.
     ///
     /// # Errors
     /// There is no plan for the frame.
@@ -458,9 +459,9 @@ impl Post {
         self.expected.set_sizes(sizes);
     }
 
-    /// Makes and compiles the plans of frames like these in the background, as [`expect_sizes`](Self::expect_sizes) does
-    /// for sizes: for a first rectangle or factor, or an image of another format. The views may be any of the sizes and
-    /// formats that will come. The frames replace those of the call before; another pipeline forgets them.
+    /// Makes and compiles the plans of frames like these in the background, as [`expect_sizes`](Self::expect_sizes)
+    /// does for sizes: for a first rectangle or factor, or an image of another format. The views may be any of the
+    /// sizes and formats that will come. The frames replace those of the call before; another pipeline forgets them.
     ///
     /// # Errors
     /// An image is missing or does not fit the pipeline.
