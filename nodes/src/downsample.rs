@@ -2,7 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
-pub(crate) static SHADER: Shader = shader!("downsample");
+static SHADER: Shader = shader!("downsample");
+static ANY_SIZE: Shader = shader!("downsample_any");
 static ROWS: Shader = shader!("downsample_rows");
 
 choices! {
@@ -43,8 +44,9 @@ params! {
     ///
     /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
-    /// The weights of every filter sum to 1, so a constant image stays the same on every level. Alpha is filtered like
-    /// color. Reads beyond the border return the border.
+    /// The weights of every filter sum to 1, so a constant image stays the same on every level. Without `firefly`, each
+    /// pixel has the same weight in the sum of a level, but for those at the border, also where a side is odd: the light
+    /// of a moving lamp stays the same. Alpha is filtered like color. Reads beyond the border return the border.
     pub struct Downsample {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
@@ -67,6 +69,12 @@ impl DownsampleFilter {
             Self::Tap13 => 2.0,
         }
     }
+}
+
+/// Records one halving by `Tap13`.
+pub(crate) fn halve(pass: &mut Recorder<'_>, source: ImageId, level: ImageId) {
+    let downsample = Downsample { filter: DownsampleFilter::Tap13, firefly: Firefly::Off, ..Downsample::default() };
+    downsample.halve(pass, source, level, false);
 }
 
 impl Downsample {
@@ -94,6 +102,42 @@ impl Downsample {
         if weighs { self.filter.reach().max(1.0) } else { self.filter.reach() }
     }
 
+    /// The function for sides that are not exactly halved.
+    fn any_size_function(&self, is_first: bool) -> &'static str {
+        let firefly = if is_first { self.firefly } else { Firefly::Off };
+        match (self.filter, firefly) {
+            (DownsampleFilter::Tap13, Firefly::Groups) => "downsample_any_tap13_groups",
+            (_, Firefly::Groups) => "downsample_any_tap4_groups",
+            (DownsampleFilter::Box, Firefly::Off) => "downsample_any_box",
+            (DownsampleFilter::Box, Firefly::Taps) => "downsample_any_box_taps",
+            (DownsampleFilter::Tap4, Firefly::Off) => "downsample_any_tap4",
+            (DownsampleFilter::Tap4, Firefly::Taps) => "downsample_any_tap4_taps",
+            (DownsampleFilter::Tap9, Firefly::Off) => "downsample_any_tap9",
+            (DownsampleFilter::Tap9, Firefly::Taps) => "downsample_any_tap9_taps",
+            (DownsampleFilter::Tap13, Firefly::Off) => "downsample_any_tap13",
+            (DownsampleFilter::Tap13, Firefly::Taps) => "downsample_any_tap13_taps",
+        }
+    }
+
+    fn halve(&self, pass: &mut Recorder<'_>, source: ImageId, level: ImageId, is_first: bool) {
+        let (from, to) = (pass.desc(source).size, pass.desc(level).size);
+        // Taps of a texture unit are means of whole texels here, and at no other ratio.
+        if from.width == 2 * to.width && from.height == 2 * to.height {
+            let function = self.function(is_first);
+            pass.function(&SHADER, function)
+                .label(format_args!("{function} {to}"))
+                .read("source", source)
+                .by_rows(self.by_rows(is_first))
+                .write_to(level);
+        } else {
+            let function = self.any_size_function(is_first);
+            pass.function(&ANY_SIZE, function)
+                .label(format_args!("{function} {to}"))
+                .read("source", source)
+                .write_to(level);
+        }
+    }
+
     fn by_rows(&self, is_first: bool) -> Option<ByRows> {
         let function = match self.function(is_first) {
             "downsample_box" => "downsample_rows_box",
@@ -112,7 +156,10 @@ impl Node for Downsample {
         Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
         Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+
+    fn promises(&self) -> Promises {
+        Promises { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..Promises::DEFAULT }
+    }
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
@@ -125,12 +172,7 @@ impl Node for Downsample {
         for index in 0..count {
             desc = desc.half();
             let level = pass.level(format_args!("result.{index}"), desc);
-            let function = self.function(index == 0);
-            pass.function(&SHADER, function)
-                .label(format_args!("{function} {}", desc.size))
-                .read("source", above)
-                .by_rows(self.by_rows(index == 0))
-                .write_to(level);
+            self.halve(pass, above, level, index == 0);
             pass.give_level("result", level);
             above = level;
         }

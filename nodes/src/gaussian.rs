@@ -112,7 +112,8 @@ impl Blur {
         self.along(pass, [0, 1], between, result);
     }
 
-    fn along(&self, pass: &mut Recorder<'_>, axis: [u32; 2], source: ImageId, result: ImageId) {
+    /// Blurs along one axis.
+    pub(crate) fn along(&self, pass: &mut Recorder<'_>, axis: [u32; 2], source: ImageId, result: ImageId) {
         let direction = if axis[0] == 1 { "across" } else { "down" };
         let size = pass.desc(result).size;
         pass.function(&SHADER, self.function)

@@ -30,17 +30,23 @@ const WIDEST: f32 = 4.0;
 const REACH: f32 = 3.0;
 
 impl Halation {
-    /// The image at half the resolution, as often as a blur of this many pixels allows, and the blur's width there.
-    fn reduced(pass: &mut Recorder<'_>, source: ImageId, mut sigma: f32) -> (ImageId, f32) {
-        let (mut image, mut desc) = (source, ImageDesc::new(pass.desc(source).size));
-        while sigma > WIDEST && desc.size.levels() > 0 {
+    /// The image, halved as often as a blur of this many pixels allows.
+    fn reduced(pass: &mut Recorder<'_>, source: ImageId, sigma: f32) -> ImageId {
+        let whole = pass.desc(source).size;
+        let (mut image, mut desc) = (source, ImageDesc::new(whole));
+        while sigma * scale(desc.size.height, whole.height) > WIDEST && desc.size.levels() > 0 {
             desc = desc.half();
             let half = pass.transient(format_args!("half {}", desc.size), desc);
-            pass.function(&downsample::SHADER, "downsample_tap13").read("source", image).write_to(half);
-            (image, sigma) = (half, 0.5 * sigma);
+            downsample::halve(pass, image, half);
+            image = half;
         }
-        (image, sigma)
+        image
     }
+}
+
+/// The scale of a halved side: less than a power of two where an odd number of texels was halved.
+fn scale(side: u32, whole: u32) -> f32 {
+    side as f32 / whole as f32
 }
 
 impl Node for Halation {
@@ -51,7 +57,7 @@ impl Node for Halation {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the glow.").or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+    const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")
@@ -60,9 +66,15 @@ impl Node for Halation {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let (image, sigma) = Self::reduced(pass, source, self.radius * desc.size.height as f32);
-        let glow = pass.transient("glow", ImageDesc::new(pass.desc(image).size));
-        Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, sigma, REACH).record(pass, image, glow);
+        let sigma = self.radius * desc.size.height as f32;
+        let image = Self::reduced(pass, source, sigma);
+        let small = ImageDesc::new(pass.desc(image).size);
+        let across = pass.transient("across", small);
+        let glow = pass.transient("glow", small);
+        let [width, height] =
+            [sigma * scale(small.size.width, desc.size.width), sigma * scale(small.size.height, desc.size.height)];
+        Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, width, REACH).along(pass, [1, 0], image, across);
+        Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, height, REACH).along(pass, [0, 1], across, glow);
         let is_whole = pass.desc(glow).size == desc.size;
         pass.function(&SHADER, if is_whole { "halation_pixel" } else { "halation" })
             .read("source", source)

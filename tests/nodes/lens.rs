@@ -168,3 +168,38 @@ fn dirt_of_an_image_is_read_at_the_same_place() {
     let tolerance = Tolerance { absolute: 1e-5, relative: 4e-3, of: Scale::Pixel, reason: "a sampled image" };
     assert_close("dirt", &found, &wanted, &tolerance);
 }
+
+/// The light's sum along a row or a column, and its mean square distance from the light.
+fn spread(image: &Picture, at: u32, axis: usize) -> [f64; 2] {
+    let (mut sum, mut square) = (0.0, 0.0);
+    for (index, pixel) in image.pixels.iter().enumerate() {
+        let place = [index as u32 % image.width, index as u32 / image.width];
+        let light = f64::from(pixel[0]);
+        sum += light;
+        square += light * (f64::from(place[axis]) - f64::from(at)).powi(2);
+    }
+    [sum, square / sum]
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn halation_keeps_energy_and_width_at_every_size() {
+    let nodes = r#""result": Halation(source: "scene", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: 0.07)"#;
+    let nodes = Nodes::new(nodes, &[("scene", "Exposed")]);
+    let mut widths = None;
+    for size in [[256, 256], [257, 256], [256, 257], [257, 257], [255, 255], [253, 251]] {
+        let sigma = 0.07 * f64::from(size[1]);
+        for at in [[128, 128], [129, 128], [128, 129], [127, 127]] {
+            let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
+            let shown = nodes.exact(&[&light]);
+            for axis in [0, 1] {
+                let [energy, square] = spread(&shown, at[axis], axis);
+                assert!((energy / 1000.0 - 1.0).abs() < 1e-3, "{size:?} {at:?}: {energy}");
+                // Halvings and enlargements widen the glow; by as much as at a size that is halved exactly.
+                let width = square.sqrt() / sigma;
+                let exact = *widths.get_or_insert(width);
+                assert!((width / exact - 1.0).abs() < 0.02, "{size:?} {at:?}: {width} of the sigma, not {exact}");
+            }
+        }
+    }
+}

@@ -6,15 +6,17 @@ use super::math::{Rgb, smooth_step};
 use super::resample::{Down, Up, downsample, half_size, upsample};
 
 /// Halation: `share` of each channel is spread by a Gaussian of `sigma` pixels, at half the resolution as long as it is
-/// wider than four texels.
-pub(crate) fn halation(image: &Image, share: Rgb, mut sigma: f64) -> Image {
+/// wider than four texels along y.
+pub(crate) fn halation(image: &Image, share: Rgb, sigma: f64) -> Image {
     let mut small = image.clone();
-    while sigma > 4.0 && small.width.max(small.height) > 1 {
+    while sigma * small.height as f64 / image.height as f64 > 4.0 && small.width.max(small.height) > 1 {
         small = downsample(&small, half_size(small.width, small.height), Down::ThirteenTap);
-        sigma *= 0.5;
     }
-    let half = taps(sigma, (3.0 * sigma).ceil() as usize);
-    let glow = blur_axis(&blur_axis(&small, &half, [1, 0]), &half, [0, 1]);
+    let [across, down] = [(small.width, image.width), (small.height, image.height)].map(|(side, whole)| {
+        let sigma = sigma * side as f64 / whole as f64;
+        taps(sigma, (3.0 * sigma).ceil() as usize)
+    });
+    let glow = blur_axis(&blur_axis(&small, &across, [1, 0]), &down, [0, 1]);
     let is_whole = (glow.width, glow.height) == (image.width, image.height);
     let glow = if is_whole { glow } else { upsample(&glow, [image.width, image.height], Up::Tent, 1.0) };
     Image::new(image.width, image.height, |x, y| {

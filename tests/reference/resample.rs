@@ -1,6 +1,8 @@
 //! Filters that halve and double images of any size (formula book, 12.3 to 12.5).
 //!
-//! The thirteen taps are those of Jimenez (SIGGRAPH 2014), the weighting that of Karis (2013).
+//! The thirteen taps are those of Jimenez (SIGGRAPH 2014), the weighting that of Karis (2013). Halvings follow the
+//! definition of a filter as boxes of whole texels of the result, integrated over the texels of the source, which has
+//! a meaning at every size. At exactly 2:1 such a box is a bilinear tap at the corner of four texels.
 
 use super::image::{Image, add_weighted, rgb};
 use super::math::{Rgb, largest};
@@ -78,7 +80,10 @@ fn groups(filter: Down, firefly: Firefly) -> Vec<Vec<Tap>> {
 /// A smaller image of `size` pixels.
 pub(crate) fn downsample(image: &Image, size: [usize; 2], filter: Down) -> Image {
     let taps = taps(filter);
-    Image::from_uv(size[0], size[1], |uv| gather(image, uv, &taps))
+    Image::from_uv(size[0], size[1], |uv| match filter {
+        Down::NineTap => tent_mean(image, size, uv),
+        _ => gather_boxes(image, size, uv, &taps),
+    })
 }
 
 /// A smaller image of `size` pixels whose groups of taps weigh `1 / (1 + brightness)`, with
@@ -96,7 +101,7 @@ pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, fi
         let mut total = 0.0;
         for group in &groups {
             let share: f64 = group.iter().map(|(_, weight)| weight).sum();
-            let mean = gather(image, uv, group).map(|x| x / share);
+            let mean = gather_boxes(image, size, uv, group).map(|x| x / share);
             let weight = share * karis_weight(rgb(mean), largest);
             sum = add_weighted(sum, mean, weight);
             total += weight;
@@ -108,11 +113,11 @@ pub(crate) fn downsample_karis(image: &Image, size: [usize; 2], filter: Down, fi
 /// The weighting of the thirteen taps' groups, with four taps and the one between them.
 fn downsample_corners(image: &Image, size: [usize; 2]) -> Image {
     Image::from_uv(size[0], size[1], |uv| {
-        let middle = image.tap_offset(uv, [0.0, 0.0]);
+        let middle = box_mean(image, size, uv, [0.0, 0.0]);
         let mut sum = [0.0; 4];
         let mut total = 0.0;
         for (offset, share) in taps(Down::FourTap) {
-            let corner = image.tap_offset(uv, offset);
+            let corner = box_mean(image, size, uv, offset);
             let square = [0, 1, 2, 3].map(|i| 0.2 * corner[i] + 0.8 * middle[i]);
             let weight = share * karis_weight(rgb(square), largest);
             sum = add_weighted(sum, corner, weight);
@@ -122,21 +127,76 @@ fn downsample_corners(image: &Image, size: [usize; 2]) -> Image {
     })
 }
 
-/// A box whose four texels weigh `1 / (1 + brightness)`.
+/// A box whose texels weigh `1 / (1 + brightness)`.
 fn downsample_texels(image: &Image, size: [usize; 2]) -> Image {
-    Image::from_uv(size[0], size[1], |[u, v]| {
-        let (x, y) = (u * image.width as f64 - 0.5, v * image.height as f64 - 0.5);
-        let share = |at: f64, side: i64| (1.0 - (at - at.floor() - side as f64).abs()).max(0.0);
+    Image::from_uv(size[0], size[1], |uv| {
         let mut sum = [0.0; 4];
         let mut total = 0.0;
-        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let texel = image.texel(x.floor() as i64 + i, y.floor() as i64 + j);
-            let weight = share(x, i) * share(y, j) * karis_weight(rgb(texel), largest);
+        for (texel, share) in box_texels(image, size, uv, [0.0, 0.0]) {
+            let weight = share * karis_weight(rgb(texel), largest);
             sum = add_weighted(sum, texel, weight);
             total += weight;
         }
         sum.map(|x| x / total)
     })
+}
+
+/// The texels of the source under a box of one texel of the result around `uv`, moved by `offset` in halves of a texel
+/// of the result, and the share of each in the box.
+fn box_texels(image: &Image, size: [usize; 2], uv: [f64; 2], offset: [f64; 2]) -> Vec<([f64; 4], f64)> {
+    let source = [image.width as f64, image.height as f64];
+    let [columns, rows] = [0, 1].map(|axis| {
+        let scale = source[axis] / size[axis] as f64;
+        let start = uv[axis] * source[axis] + (0.5 * offset[axis] - 0.5) * scale;
+        let end = start + scale;
+        let share = |texel: i64| (end.min(texel as f64 + 1.0) - start.max(texel as f64)).max(0.0) / scale;
+        (start.floor() as i64..end.ceil() as i64).map(|texel| (texel, share(texel))).collect::<Vec<_>>()
+    });
+    let mut texels = Vec::new();
+    for &(y, down) in &rows {
+        for &(x, across) in &columns {
+            texels.push((image.texel(x, y), across * down));
+        }
+    }
+    texels
+}
+
+/// The mean over a tent that is a texel of the result wide to each side of `uv`: a box of one texel convolved with
+/// itself.
+fn tent_mean(image: &Image, size: [usize; 2], uv: [f64; 2]) -> [f64; 4] {
+    let source = [image.width as f64, image.height as f64];
+    let [columns, rows] = [0, 1].map(|axis| {
+        let scale = source[axis] / size[axis] as f64;
+        let center = uv[axis] * source[axis];
+        let share = |texel: i64| {
+            // A tent is straight between these: its mean over a part is its height in the middle of the part.
+            let ends = [-1.0, 0.0, 1.0].map(|kink| center + kink * scale);
+            let parts = ends.windows(2).map(|part| {
+                let (start, end) = (part[0].max(texel as f64), part[1].min(texel as f64 + 1.0));
+                let height = 1.0 - ((start + end) / 2.0 - center).abs() / scale;
+                (end - start).max(0.0) * height / scale
+            });
+            parts.sum::<f64>()
+        };
+        let reached = (center - scale).floor() as i64..(center + scale).ceil() as i64;
+        reached.map(|texel| (texel, share(texel))).collect::<Vec<_>>()
+    });
+    let mut sum = [0.0; 4];
+    for &(y, down) in &rows {
+        for &(x, across) in &columns {
+            sum = add_weighted(sum, image.texel(x, y), across * down);
+        }
+    }
+    sum
+}
+
+fn box_mean(image: &Image, size: [usize; 2], uv: [f64; 2], offset: [f64; 2]) -> [f64; 4] {
+    let texels = box_texels(image, size, uv, offset);
+    texels.into_iter().fold([0.0; 4], |sum, (texel, share)| add_weighted(sum, texel, share))
+}
+
+fn gather_boxes(image: &Image, size: [usize; 2], uv: [f64; 2], taps: &[Tap]) -> [f64; 4] {
+    taps.iter().fold([0.0; 4], |sum, &(offset, weight)| add_weighted(sum, box_mean(image, size, uv, offset), weight))
 }
 
 /// An image of `size` pixels; the tent's taps are `radius` texels of the source apart.
@@ -218,6 +278,50 @@ mod tests {
         assert!(same(upsample(&image, [15, 8], Up::Tent, 1.5)));
         assert!(same(upsample(&image, [15, 8], Up::Bilinear, 1.0)));
         assert!(same(area_average(&image, [3, 2])));
+    }
+
+    /// The sum of a halving over a light of one texel, times the texels that one of the result stands for: 1 anywhere
+    /// but at the border, at all four parities.
+    #[test]
+    fn a_light_of_one_texel_keeps_its_energy_at_every_size() {
+        for [width, height] in [[16, 12], [17, 12], [16, 13], [17, 13], [11, 19]] {
+            let half = half_size(width, height);
+            let area = (width * height) as f64 / (half[0] * half[1]) as f64;
+            for filter in FILTERS {
+                for at in (0..16).map(|step| (4 + step % (width - 8), 4 + step / 3 % (height - 8))) {
+                    let light = Image::new(width, height, |x, y| gray(if (x, y) == at { 1.0 } else { 0.0 }));
+                    let small = downsample(&light, half, filter);
+                    let energy = area * small.pixels.iter().map(|pixel| pixel[0]).sum::<f64>();
+                    assert!((energy - 1.0).abs() < 1e-12, "{filter:?} {width}x{height} {at:?}: {energy}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn at_exactly_half_the_size_a_filter_is_the_taps_of_its_source() {
+        let image = Image::new(12, 8, |x, y| gray((x * x + 7 * y) as f64));
+        for filter in FILTERS {
+            let small = downsample(&image, [6, 4], filter);
+            let tapped = Image::from_uv(6, 4, |uv| gather(&image, uv, &taps(filter)));
+            let is_close = small.pixels.iter().zip(&tapped.pixels).all(|(a, b)| (a[0] - b[0]).abs() < 1e-12);
+            assert!(is_close, "{filter:?}");
+        }
+    }
+
+    /// Formula book, corrections: a box from 2m + 1 texels to m.
+    #[test]
+    fn a_box_of_an_odd_side_has_the_published_weights() {
+        let (m, n) = (4, 9);
+        for light in 0..n {
+            let image = Image::new(n, 1, |x, _| gray(if x == light { 1.0 } else { 0.0 }));
+            let small = downsample(&image, [m, 1], Down::Box);
+            for i in 0..m {
+                let weights = [m - i, m, i + 1].map(|weight| weight as f64 / n as f64);
+                let expected = light.checked_sub(2 * i).and_then(|k| weights.get(k)).copied().unwrap_or(0.0);
+                assert!((small.pixels[i][0] - expected).abs() < 1e-12, "{light} {i}");
+            }
+        }
     }
 
     #[test]

@@ -83,3 +83,50 @@ fn the_glare_of_a_sun_is_no_white_blob() {
     println!("pixels above code 250: {none} without glare, {screened} screened, {added} added");
     assert!(none > 0 && screened < 3 * none && added > 4 * screened, "{none} {screened} {added}");
 }
+
+/// Diagonal lines of one pixel on a dark ground, `shift` pixels to the right.
+fn diagonals([width, height]: [u32; 2], shift: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let light = if away_from_line(x, y, shift) == 0 { 8.0 } else { 0.02 };
+        [light, light, light, 1.0]
+    })
+}
+
+/// Pixels from a line along x.
+fn away_from_line(x: u32, y: u32, shift: u32) -> u32 {
+    (x + 1024 - y - shift) % 64
+}
+
+/// The mean code beside a line in each frame, while the lines move by a pixel a frame.
+fn codes_beside_a_moving_diagonal(name: &str, size: [u32; 2]) -> Vec<f64> {
+    let graph = built_in(name, None);
+    let run = Run::new(&graph);
+    let mut sequence = Sequence::new(&run);
+    let codes = (0..7).map(|shift| {
+        sequence.frame(&[("scene", &diagonals(size, shift))], 0.0, shift == 0);
+        let shown = sequence.output("display");
+        let inside = (32..size[1] - 32).flat_map(|y| (32..size[0] - 32).map(move |x| (x, y)));
+        let beside: Vec<f64> = inside
+            .filter(|(x, y)| away_from_line(*x, *y, shift) == 6)
+            .map(|(x, y)| 255.0 * f64::from(shown.at(x, y)[1]))
+            .collect();
+        beside.iter().sum::<f64>() / beside.len() as f64
+    });
+    // The history begins with the first frame.
+    codes.skip(1).collect()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "a figure for the log")]
+fn the_glow_of_a_moving_diagonal_is_constant_at_every_size() {
+    for name in ["lynx.ron", "caracal.ron", "glare.ron", "tsushima.ron"] {
+        for size in [[480, 268], [481, 268], [480, 269], [481, 269]] {
+            let codes = codes_beside_a_moving_diagonal(name, size);
+            let [least, most] =
+                [codes.iter().copied().fold(255.0, f64::min), codes.iter().copied().fold(0.0, f64::max)];
+            println!("{name} {size:?}: {least:.1} to {most:.1} codes");
+            assert!(most - least <= 1.0, "{name} {size:?}: {codes:.1?}");
+        }
+    }
+}

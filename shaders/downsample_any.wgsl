@@ -1,0 +1,363 @@
+// Halves an image whose sides are not exactly twice those of the result, such as 5 texels to 2. The filters are those
+// of `downsample.wgsl`, defined in texels of the result: a tap is a box of one texel, a square of four taps a box of
+// two, and nine taps are a tent. A filter is integrated over each texel of the source, and texels at its ends count in
+// part. Boxes of whole texels of the result cover the source evenly, so the weights of each texel of the source, except
+// at the border, add up to the same sum: energy is kept, and a light that moves does not flicker.
+#import color
+#import tent
+
+// A texel of the result in the source. Positions are relative to `base`, which keeps them exact in large images.
+struct DownsampleAny {
+    base: vec2i,     // the texel of the source that contains the center
+    center: vec2f,   // in [0, 1)
+    scale: vec2f,    // texels of the source in one of the result
+}
+
+fn downsample_any_at(source: texture_2d<f32>, at: Point) -> DownsampleAny {
+    let size = textureDimensions(source);
+    let result = vec2u(at.size);
+    let halves = (2u * vec2u(at.pixel) + 1u) * size;
+    let base = halves / (2u * result);
+    let center = vec2f(halves - base * 2u * result) / (2.0 * at.size);
+    return DownsampleAny(vec2i(base), center, vec2f(size) / at.size);
+}
+
+// The first texel that a filter reaches, and the first one beyond it.
+struct DownsampleAnyReach {
+    first: vec2i,
+    end: vec2i,
+}
+
+// Reaches are in texels of the result.
+fn downsample_any_reach(place: DownsampleAny, center: vec2f, reach: f32) -> DownsampleAnyReach {
+    let low = floor(center - reach * place.scale);
+    let high = ceil(center + reach * place.scale);
+    return DownsampleAnyReach(vec2i(low), vec2i(high));
+}
+
+// The lengths of a texel within a box, along both axes.
+fn downsample_any_within(texel: vec2f, center: vec2f, half_width: vec2f) -> vec2f {
+    return max(min(texel + 1.0, center + half_width) - max(texel, center - half_width), vec2f());
+}
+
+// The mean over a box. The offset of its center and half of its width are in texels of the result.
+fn downsample_any_mean(source: texture_2d<f32>, place: DownsampleAny, offset: vec2f, half_width: f32) -> vec4f {
+    let center = place.center + offset * place.scale;
+    let half = half_width * place.scale;
+    let reach = downsample_any_reach(place, center, half_width);
+    var sum = vec4f();
+    for (var y = reach.first.y; y < reach.end.y; y++) {
+        var row = vec4f();
+        for (var x = reach.first.x; x < reach.end.x; x++) {
+            let within = downsample_any_within(vec2f(vec2i(x, y)), center, half);
+            row += within.x * texel(source, place.base + vec2i(x, y));
+        }
+        sum += downsample_any_within(vec2f(0.0, f32(y)), center, half).y * row;
+    }
+    return sum / (4.0 * half.x * half.y);
+}
+
+// A tap of the filter; (x, y) are in halves of a texel of the result.
+fn downsample_any_tap(source: texture_2d<f32>, place: DownsampleAny, x: i32, y: i32) -> vec4f {
+    return downsample_any_mean(source, place, 0.5 * vec2f(vec2i(x, y)), 0.5);
+}
+
+// The five boxes of the thirteen taps.
+struct DownsampleAnyGroups {
+    center: vec4f,
+    corners: array<vec4f, 4>,
+}
+
+fn downsample_any_groups(source: texture_2d<f32>, place: DownsampleAny) -> DownsampleAnyGroups {
+    let reach = downsample_any_reach(place, place.center, 1.5);
+    let low = place.center - 0.5 * place.scale;
+    let high = place.center + 0.5 * place.scale;
+    var groups = DownsampleAnyGroups();
+    for (var y = reach.first.y; y < reach.end.y; y++) {
+        // Of a row of texels: its sums within the middle, the left and the right boxes.
+        var middle = vec4f();
+        var left = vec4f();
+        var right = vec4f();
+        for (var x = reach.first.x; x < reach.end.x; x++) {
+            let color = texel(source, place.base + vec2i(x, y));
+            let column = vec2f(f32(x), 0.0);
+            middle += downsample_any_within(column, place.center, place.scale).x * color;
+            left += downsample_any_within(column, low, place.scale).x * color;
+            right += downsample_any_within(column, high, place.scale).x * color;
+        }
+        let row = vec2f(0.0, f32(y));
+        let upper = downsample_any_within(row, low, place.scale).y;
+        let lower = downsample_any_within(row, high, place.scale).y;
+        groups.center += downsample_any_within(row, place.center, place.scale).y * middle;
+        groups.corners[0] += upper * left;
+        groups.corners[1] += upper * right;
+        groups.corners[2] += lower * left;
+        groups.corners[3] += lower * right;
+    }
+    let share = 0.25 / (place.scale.x * place.scale.y);
+    groups.center *= share;
+    for (var i = 0; i < 4; i++) { groups.corners[i] *= share; }
+    return groups;
+}
+
+// A weighted sum of colors.
+struct DownsampleAnySum {
+    color: vec4f,
+    weight: f32,
+}
+
+// Adds a color with the weight 1 / (1 + brightness of `around`).
+fn downsample_any_add(sum: ptr<function, DownsampleAnySum>, color: vec4f, around: vec4f, share: f32) {
+    let weight = share / (1.0 + max(brightest(around.rgb), 0.0));
+    (*sum).color += color * weight;
+    (*sum).weight += weight;
+}
+
+// A filter along one axis: pairs of texels as taps between them, with the weights of both.
+struct DownsampleAnyTaps {
+    weight: vec4f,
+    at: vec4f,
+}
+
+// The first texel of a filter. Texels outside of the image are equal to the border: one stands for those before it.
+fn downsample_any_first(place: DownsampleAny, reach: f32) -> vec2f {
+    return max(floor(place.center - reach * place.scale), vec2f(-1 - place.base));
+}
+
+// The ends of pairs of texels, and what is between the two of a pair. The first pair begins far outside.
+struct DownsampleAnyPairs {
+    start: vec4f,
+    middle: vec4f,
+    end: vec4f,
+}
+
+fn downsample_any_pairs(first: f32) -> DownsampleAnyPairs {
+    let pairs = first + vec4f(0.0, 2.0, 4.0, 6.0);
+    return DownsampleAnyPairs(vec4f(-1e6, pairs.yzw), pairs + 1.0, pairs + 2.0);
+}
+
+// The taps of a filter of which these shares are below the ends of the pairs.
+fn downsample_any_taps(first: f32, below: DownsampleAnyPairs) -> DownsampleAnyTaps {
+    let left = below.middle - below.start;
+    let right = below.end - below.middle;
+    let weight = left + right;
+    let pairs = first + vec4f(0.5, 2.5, 4.5, 6.5);
+    return DownsampleAnyTaps(weight, pairs + right / max(weight, vec4f(1e-6)));
+}
+
+// The share of a box that is below a place.
+fn downsample_any_below(at: vec4f, center: f32, width: f32) -> vec4f {
+    return clamp((at - center) / width + 0.5, vec4f(), vec4f(1.0));
+}
+
+fn downsample_any_box_along(first: f32, center: f32, width: f32) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first);
+    let below = DownsampleAnyPairs(
+        downsample_any_below(pairs.start, center, width),
+        downsample_any_below(pairs.middle, center, width),
+        downsample_any_below(pairs.end, center, width),
+    );
+    return downsample_any_taps(first, below);
+}
+
+// The mean of two boxes of two texels of the result, half such a texel to each side.
+fn downsample_any_below_wide(at: vec4f, center: f32, scale: f32) -> vec4f {
+    let low = downsample_any_below(at, center - 0.5 * scale, 2.0 * scale);
+    return 0.5 * (low + downsample_any_below(at, center + 0.5 * scale, 2.0 * scale));
+}
+
+fn downsample_any_wide_along(first: f32, center: f32, scale: f32) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first);
+    let below = DownsampleAnyPairs(
+        downsample_any_below_wide(pairs.start, center, scale),
+        downsample_any_below_wide(pairs.middle, center, scale),
+        downsample_any_below_wide(pairs.end, center, scale),
+    );
+    return downsample_any_taps(first, below);
+}
+
+// The share of a tent that is below a place, from its middle.
+fn downsample_any_below_tent(at: vec4f, center: f32, scale: f32) -> vec4f {
+    let within = clamp((at - center) / scale, vec4f(-1.0), vec4f(1.0));
+    return within - 0.5 * within * abs(within);
+}
+
+fn downsample_any_tent_along(first: f32, center: f32, scale: f32) -> DownsampleAnyTaps {
+    let pairs = downsample_any_pairs(first);
+    let below = DownsampleAnyPairs(
+        downsample_any_below_tent(pairs.start, center, scale),
+        downsample_any_below_tent(pairs.middle, center, scale),
+        downsample_any_below_tent(pairs.end, center, scale),
+    );
+    return downsample_any_taps(first, below);
+}
+
+// The taps of both axes.
+struct DownsampleAnyGrid {
+    across: vec4f,
+    down: vec4f,
+    u: vec4f,
+    v: vec4f,
+}
+
+fn downsample_any_grid(
+    source: texture_2d<f32>,
+    place: DownsampleAny,
+    across: DownsampleAnyTaps,
+    down: DownsampleAnyTaps,
+) -> DownsampleAnyGrid {
+    let size = vec2f(textureDimensions(source));
+    let u = (f32(place.base.x) + across.at) / size.x;
+    let v = (f32(place.base.y) + down.at) / size.y;
+    return DownsampleAnyGrid(across.weight, down.weight, u, v);
+}
+
+// Sums of the first taps of a row, and of rows. Loops take twice as long: drivers do not unroll so many reads.
+fn downsample_any_row2(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid, v: f32) -> vec4f {
+    let first = grid.across.x * tap(source, source_sampler, vec2f(grid.u.x, v));
+    return first + grid.across.y * tap(source, source_sampler, vec2f(grid.u.y, v));
+}
+
+fn downsample_any_row3(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid, v: f32) -> vec4f {
+    let first = downsample_any_row2(source, source_sampler, grid, v);
+    return first + grid.across.z * tap(source, source_sampler, vec2f(grid.u.z, v));
+}
+
+fn downsample_any_row4(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid, v: f32) -> vec4f {
+    let first = downsample_any_row3(source, source_sampler, grid, v);
+    return first + grid.across.w * tap(source, source_sampler, vec2f(grid.u.w, v));
+}
+
+fn downsample_any_sum2(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid) -> vec4f {
+    let first = grid.down.x * downsample_any_row2(source, source_sampler, grid, grid.v.x);
+    return first + grid.down.y * downsample_any_row2(source, source_sampler, grid, grid.v.y);
+}
+
+fn downsample_any_sum3(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid) -> vec4f {
+    let first = grid.down.x * downsample_any_row3(source, source_sampler, grid, grid.v.x);
+    let second = grid.down.y * downsample_any_row3(source, source_sampler, grid, grid.v.y);
+    return first + second + grid.down.z * downsample_any_row3(source, source_sampler, grid, grid.v.z);
+}
+
+fn downsample_any_sum4(source: texture_2d<f32>, source_sampler: sampler, grid: DownsampleAnyGrid) -> vec4f {
+    let first = grid.down.x * downsample_any_row4(source, source_sampler, grid, grid.v.x);
+    let second = grid.down.y * downsample_any_row4(source, source_sampler, grid, grid.v.y);
+    let third = grid.down.z * downsample_any_row4(source, source_sampler, grid, grid.v.z);
+    return first + second + third + grid.down.w * downsample_any_row4(source, source_sampler, grid, grid.v.w);
+}
+
+fn downsample_any_box(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let first = downsample_any_first(place, 0.5);
+    let across = downsample_any_box_along(first.x, place.center.x, place.scale.x);
+    let down = downsample_any_box_along(first.y, place.center.y, place.scale.y);
+    return downsample_any_sum2(source, source_sampler, downsample_any_grid(source, place, across, down));
+}
+
+fn downsample_any_tap4(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let first = downsample_any_first(place, 1.0);
+    let across = downsample_any_box_along(first.x, place.center.x, 2.0 * place.scale.x);
+    let down = downsample_any_box_along(first.y, place.center.y, 2.0 * place.scale.y);
+    return downsample_any_sum3(source, source_sampler, downsample_any_grid(source, place, across, down));
+}
+
+fn downsample_any_tap9(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let first = downsample_any_first(place, 1.0);
+    let across = downsample_any_tent_along(first.x, place.center.x, place.scale.x);
+    let down = downsample_any_tent_along(first.y, place.center.y, place.scale.y);
+    return downsample_any_sum3(source, source_sampler, downsample_any_grid(source, place, across, down));
+}
+
+// Half of the box in the middle and half of the mean of the other four, which has the same weights along x in each row.
+fn downsample_any_tap13(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let middle = downsample_any_tap4(source, source_sampler, at);
+    let first = downsample_any_first(place, 1.5);
+    let across = downsample_any_wide_along(first.x, place.center.x, place.scale.x);
+    let down = downsample_any_wide_along(first.y, place.center.y, place.scale.y);
+    let around = downsample_any_sum4(source, source_sampler, downsample_any_grid(source, place, across, down));
+    return 0.5 * middle + 0.5 * around;
+}
+
+// A box is a single tap, so its texels are weighted instead.
+fn downsample_any_box_taps(source: texture_2d<f32>, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let reach = downsample_any_reach(place, place.center, 0.5);
+    var sum = DownsampleAnySum();
+    for (var y = reach.first.y; y < reach.end.y; y++) {
+        for (var x = reach.first.x; x < reach.end.x; x++) {
+            let within = downsample_any_within(vec2f(vec2i(x, y)), place.center, 0.5 * place.scale);
+            let color = texel(source, place.base + vec2i(x, y));
+            downsample_any_add(&sum, color, color, within.x * within.y);
+        }
+    }
+    return sum.color / sum.weight;
+}
+
+fn downsample_any_tap4_taps(source: texture_2d<f32>, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    var sum = DownsampleAnySum();
+    for (var y = -1; y <= 1; y += 2) {
+        for (var x = -1; x <= 1; x += 2) {
+            let color = downsample_any_tap(source, place, x, y);
+            downsample_any_add(&sum, color, color, 0.25);
+        }
+    }
+    return sum.color / sum.weight;
+}
+
+fn downsample_any_tap9_taps(source: texture_2d<f32>, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    var sum = DownsampleAnySum();
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let color = downsample_any_tap(source, place, x, y);
+            downsample_any_add(&sum, color, color, tent_weight(x, y));
+        }
+    }
+    return sum.color / sum.weight;
+}
+
+fn downsample_any_tap13_taps(source: texture_2d<f32>, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    var sum = DownsampleAnySum();
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let color = downsample_any_tap(source, place, 2 * x, 2 * y);
+            downsample_any_add(&sum, color, color, 0.5 * tent_weight(x, y));
+        }
+    }
+    for (var y = -1; y <= 1; y += 2) {
+        for (var x = -1; x <= 1; x += 2) {
+            let color = downsample_any_tap(source, place, x, y);
+            downsample_any_add(&sum, color, color, 0.125);
+        }
+    }
+    return sum.color / sum.weight;
+}
+
+fn downsample_any_tap13_groups(source: texture_2d<f32>, at: Point) -> vec4f {
+    let groups = downsample_any_groups(source, downsample_any_at(source, at));
+    var sum = DownsampleAnySum();
+    downsample_any_add(&sum, groups.center, groups.center, 0.5);
+    for (var i = 0; i < 4; i++) {
+        downsample_any_add(&sum, groups.corners[i], groups.corners[i], 0.125);
+    }
+    return sum.color / sum.weight;
+}
+
+// As `downsample_tap4_groups`.
+fn downsample_any_tap4_groups(source: texture_2d<f32>, at: Point) -> vec4f {
+    let place = downsample_any_at(source, at);
+    let middle = 0.8 * downsample_any_tap(source, place, 0, 0);
+    var sum = DownsampleAnySum();
+    for (var y = -1; y <= 1; y += 2) {
+        for (var x = -1; x <= 1; x += 2) {
+            let corner = downsample_any_tap(source, place, x, y);
+            downsample_any_add(&sum, corner, 0.2 * corner + middle, 0.25);
+        }
+    }
+    return sum.color / sum.weight;
+}
