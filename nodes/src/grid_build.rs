@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::metering::stride;
+
 static SHADER: Shader = shader!("grid_build");
 
 choices! {
@@ -41,8 +43,7 @@ params! {
         /// How a pixel is added to the grid.
         pub method: GridBuildMethod =
             GridBuildMethod::Nearest => quality(GridBuildMethod::Trilinear, [GridBuildMethod::Nearest]);
-        /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row. The other
-        /// pixels are ignored.
+        /// Sampling stride, as of `Histogram`. The other pixels are ignored.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
@@ -62,7 +63,7 @@ impl GridBuild {
 
     /// The number of sampled pixels in a full cell.
     fn capacity(&self, picture: Size) -> u64 {
-        let size = picture.div_up(self.step);
+        let size = picture.div_up(stride(picture, self.step));
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
@@ -98,7 +99,8 @@ impl Node for GridBuild {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
-        let capacity = self.capacity(pass.desc(source).size);
+        let picture = pass.desc(source).size;
+        let (step, capacity) = (stride(picture, self.step), self.capacity(picture));
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
@@ -109,11 +111,12 @@ impl Node for GridBuild {
         };
         let ([lo, hi], unit) = (self.range(), self.unit(capacity));
         let cells = [self.width, self.height];
-        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, stride: self.step };
+        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, stride: step };
         pass.compute(&SHADER, entry)
             .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
             .buffer("exposure", exposure)
             .image("result", result)
+            .set("step", step)
             .set("lo", lo)
             .set("hi", hi)
             .set("size", [self.width, self.height, self.depth])

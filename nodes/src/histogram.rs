@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothing};
+use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothing, stride};
 
 static SHADER: Shader = shader!("histogram");
 
@@ -33,9 +33,10 @@ params! {
         pub hi: f32 = HIGHEST_LOG2 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Luminance at or below this counts in bin 0. 0 excludes only exact black, as of borders without a picture.
         pub black: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=0.01), unit("luminance");
-        /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row. Pixels are
-        /// skipped and not averaged, because a mean of light before the logarithm is too bright. The error is about
-        /// 0.006 stops at 2 and 0.021 at 4.
+        /// Sampling stride: 1 reads every pixel, 2 one of each 2x2 pixels, chosen by a hash of their position. At least
+        /// 900,000 pixels are read: in small images the stride is less. Pixels are skipped and not averaged, because a
+        /// mean of light before the logarithm is too bright. When a picture of lines moves by a pixel, the exposure
+        /// changes by at most 0.05 stops.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
         /// The weight of each pixel. A wired `mask` multiplies it.
         pub weight: MeteringWeight = MeteringWeight::Uniform;
@@ -93,7 +94,8 @@ impl Node for Histogram {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let size = pass.desc(source).size;
-        let sampled = size.div_up(self.step);
+        let step = stride(size, self.step);
+        let sampled = size.div_up(step);
         let (albedo, mask) = (pass.wired("albedo"), pass.wired("mask"));
         let weighted = mask || self.weight != MeteringWeight::Uniform;
         let albedo_image = image_or_nothing(pass, "albedo");
@@ -107,6 +109,7 @@ impl Node for Histogram {
             .image("albedo", albedo_image)
             .image("mask", mask_image)
             .buffer("result", table)
+            .set("step", step)
             .set("bins_per_stop", f64::from(self.bins - 1) / f64::from(self.hi - self.lo))
             .set("full_weight", self.full_weight(weighted, sampled.texels()))
             .constant("HISTOGRAM_ALBEDO", f64::from(u8::from(albedo)))

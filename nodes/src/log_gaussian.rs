@@ -3,6 +3,7 @@
 use afterimage_graph::prelude::*;
 
 use crate::gaussian_weights::GaussianWeights;
+use crate::metering::stride;
 
 static SHADER: Shader = shader!("log_gaussian");
 
@@ -26,7 +27,7 @@ params! {
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Stops added to the luminance of the image. 0 for an exposed image.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), unit("stops"), neutral(0.0);
-        /// Sampling stride along x and y: 1 reads every pixel, 2 every second pixel of every second row.
+        /// Sampling stride, as of `Histogram`.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
 }
@@ -47,12 +48,14 @@ impl LogGaussian {
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let cells = [self.width, self.height];
-        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, stride: self.step };
+        let step = stride(pass.desc(picture).size, self.step);
+        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, stride: step };
         pass.compute(&SHADER, "log_gaussian_average")
             .by_cells(Some(by_cells))
             .image("picture", picture)
             .buffer("exposure", exposure)
             .image("result", result)
+            .set("step", step)
             .set("axis", [0_u32; 2])
             .set("radius", 0_u32)
             .set("falloff", 0.0)

@@ -9,7 +9,8 @@ use crate::reference::color::luminance;
 use crate::reference::exposure::{
     Aim, Bins, adapt_exponential, adapt_linear, auto_exposure_stops, gray_card_luminance, limit_mean, pyramid_mean,
 };
-use crate::reference::image::{Image, rgb};
+use crate::reference::image::rgb;
+use crate::reference::stride::sampled;
 use crate::support::gpu::{Picture, Run};
 use crate::support::harness::checked;
 use crate::support::sequence::Sequence;
@@ -43,23 +44,18 @@ fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
     assert!(moved <= i64::from(total) / 2000 + 1, "{what}: {moved} of {total} in another bin");
 }
 
-fn picked(image: &Image, step: usize) -> Image {
-    Image::new(image.width.div_ceil(step), image.height.div_ceil(step), |x, y| {
-        let along = |cell: usize, side: usize| (cell * step + step / 2).min(side - 1) as i64;
-        image.texel(along(x, image.width), along(y, image.height))
-    })
-}
-
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_histogram_equals_its_cpu_reference_at_every_size_and_step() {
-    for (width, height) in SIZES {
+    // The stride is used in images of so many pixels.
+    let sizes = SIZES.map(|(width, height)| (width, height, 1));
+    for (width, height, step) in sizes.into_iter().chain([(1283, 719, 1), (1901, 1903, 2), (2853, 2851, 3)]) {
         let scene = scene(width, height);
-        for step in [1, 2, 4] {
+        for asked in std::collections::BTreeSet::from([step, 4]) {
             let nodes =
-                format!("\"h\": Histogram(source: \"scene\", step: {step}), \"result\": ProbeTable(table: \"h\")");
+                format!("\"h\": Histogram(source: \"scene\", step: {asked}), \"result\": ProbeTable(table: \"h\")");
             let (header, bins) = read_table(&shown(&nodes, &scene));
-            let image = picked(&sanitized(&scene), step);
+            let image = sampled(&sanitized(&scene), step);
             assert_close(&bins, &BINS.histogram(&image), &format!("{width}x{height} step {step}"));
             let brightest = image.pixels.iter().flat_map(|p| rgb(*p)).fold(0.0, f64::max);
             assert_eq!(header, [brightest as f32, -13.0, 16.0, 384.0]);
@@ -135,6 +131,49 @@ fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
         sequence.output("out").pixels[0]
     };
     frames.iter().map(&mut first_pixel).collect()
+}
+
+/// Pictures of two brightnesses that are 8.6 stops apart, by the position of a pixel: lines, blinds, dots and squares.
+const PATTERNS: [(&str, fn(u32, u32) -> bool); 9] = [
+    ("lines across", |_, y| y % 2 == 0),
+    ("lines down", |x, _| x % 2 == 0),
+    ("lines down, 3", |x, _| x % 3 == 0),
+    ("blinds, 4", |_, y| y % 4 < 2),
+    ("diagonals, 2", |x, y| (x + y) % 2 == 0),
+    ("diagonals, 3", |x, y| (x + 2 * y) % 3 == 0),
+    ("diagonals, 5", |x, y| (x + y) % 5 < 2),
+    ("dots, 3", |x, y| x % 3 == 0 && y % 3 == 0),
+    ("squares, 5", |x, y| (x / 5 + y / 5) % 2 == 0),
+];
+
+fn pattern(size: [u32; 2], shift: [u32; 2], is_bright: fn(u32, u32) -> bool) -> Picture {
+    Picture::new(size[0], size[1], |x, y| {
+        let light = if is_bright(x + shift[0], y + shift[1]) { 8.0 } else { 0.02 };
+        [light, light, light, 1.0]
+    })
+}
+
+/// The most stops by which a pattern's exposure changes when it moves by a pixel.
+fn jump(graph: &Graph, size: [u32; 2], is_bright: fn(u32, u32) -> bool) -> f32 {
+    let pictures = [[0, 0], [1, 0], [1, 1]].map(|shift| pattern(size, shift, is_bright));
+    // Each frame is the first one: nothing adapts.
+    let stops = sequence(graph, &pictures.each_ref().map(|picture| (picture, 0.0, true)));
+    stops.windows(2).map(|pair| (pair[1][0] - pair[0][0]).abs()).fold(0.0, f32::max)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "a figure for the log")]
+fn an_exposure_stays_when_a_pattern_moves_by_a_pixel() {
+    for (size, step) in [([640, 360], 4), ([1281, 719], 2), ([2561, 1441], 8)] {
+        let text = auto("").replace("source: \"scene\"", &format!("source: \"scene\", step: {step}"));
+        let graph = pipeline(&text);
+        for (name, is_bright) in PATTERNS {
+            let jump = jump(&graph, size, is_bright);
+            println!("{size:?}, step {step}, {name}: {jump:.4} stops");
+            assert!(jump <= 0.05, "{size:?}, step {step}, {name}: {jump} stops");
+        }
+    }
 }
 
 fn gray(value: f32) -> Picture {

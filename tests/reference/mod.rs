@@ -14,6 +14,7 @@ pub(crate) mod transfer;
 
 pub(crate) mod exposure;
 pub(crate) mod purkinje;
+pub(crate) mod stride;
 
 pub(crate) mod gaussian;
 pub(crate) mod local;

@@ -78,7 +78,8 @@ pub struct CellReduce {
     pub finest: [u32; 2],
     /// Invocations for one of the finest cells, across and down.
     pub invocations: [u32; 2],
-    /// Sampling stride: the pixels at multiples of it are read, and the cells divide the picture that these make up.
+    /// Sampling stride: one pixel of so many along x and y is read, and the cells divide the picture that these make
+    /// up.
     pub stride: u32,
 }
 
