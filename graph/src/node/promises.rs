@@ -18,7 +18,7 @@ pub struct Promises {
     pub keeps_constant: bool,
     /// An image that equals its mirror image from left to right still does.
     pub symmetric: bool,
-    /// The sum of all pixels stays the same, where no light reaches the border.
+    /// The mean of all pixels stays the same, also in a smaller image, where no light reaches the border.
     pub keeps_sum: bool,
     /// A pixel with more light than another one still has: what a curve does that never falls.
     pub monotone: bool,

@@ -84,12 +84,36 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "firefly", rule: Rule::Place(|place| constant(if place.is_middle() { MAX_HALF } else { 0.0 })) },
     Extreme { name: "edge", rule: Rule::Place(|place| constant(if place.is_first_half() { 0.01 } else { 10_000.0 })) },
     Extreme { name: "checkerboard", rule: Rule::Place(|place| constant(((place.x + place.y) % 2) as f32)) },
+    Extreme {
+        name: "diagonal",
+        rule: Rule::Place(|place| inner(place, place.x + place.size.height / 2 == place.y + place.size.width / 2)),
+    },
+    Extreme { name: "board", rule: Rule::Place(|place| inner(place, (place.x + place.y).is_multiple_of(2))) },
     Extreme { name: "ramp", rule: Rule::Place(|place| constant((24.0 * place.along() - 12.0).exp2())) },
     Extreme { name: "primaries", rule: Rule::Place(primaries) },
     Extreme { name: "wide", rule: Rule::Place(wide) },
     Extreme { name: "mixed", rule: Rule::Place(mixed) },
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
+
+/// Light where `is_lit`, in the middle of a black image: a filter that keeps the sum of light loses none at the border.
+fn inner(place: Place, is_lit: bool) -> [f32; 4] {
+    let is_inner = |at: u32, side: u32| at.abs_diff(side / 2) <= (side / 8).max(1);
+    let is_lit = is_lit && is_inner(place.x, place.size.width) && is_inner(place.y, place.size.height);
+    constant(if is_lit { 100.0 } else { 0.0 })
+}
+
+/// Diagonal lines of one pixel, each image moved by a pixel.
+pub(crate) const MOVING: [Extreme; 4] = [
+    Extreme { name: "lines", rule: Rule::Place(|place| lines(place, 0)) },
+    Extreme { name: "lines", rule: Rule::Place(|place| lines(place, 1)) },
+    Extreme { name: "lines", rule: Rule::Place(|place| lines(place, 2)) },
+    Extreme { name: "lines", rule: Rule::Place(|place| lines(place, 3)) },
+];
+
+fn lines(place: Place, shift: u32) -> [f32; 4] {
+    constant(if (place.x + 31 * place.y + shift).is_multiple_of(32) { 8.0 } else { 0.02 })
+}
 
 /// Colors with zeros in one or two channels and the largest half float in the others.
 fn primaries(place: Place) -> [f32; 4] {

@@ -6,6 +6,7 @@
 mod case_runner;
 mod filter;
 mod images;
+mod motion;
 mod probes;
 mod promises;
 mod render;
@@ -99,9 +100,9 @@ pub fn stress(
     report
 }
 
-/// The names of all cases: images, then sequences.
+/// The names of all cases: images, then sequences, then lines that move.
 pub fn case_names() -> Vec<&'static str> {
-    images::ALL.iter().map(|image| image.name).chain(time::names()).collect()
+    images::ALL.iter().map(|image| image.name).chain(time::names()).chain([motion::LINES]).collect()
 }
 
 /// Whether a case of this name exists.

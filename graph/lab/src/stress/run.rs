@@ -13,10 +13,18 @@ use super::settings::{Change, sweep};
 use super::subject::{Overrides, Subject};
 use super::verdicts::{Tolerance, different, finite, promised};
 use super::wiring::NODE;
-use super::{time, variants};
+use super::{motion, time, variants};
 
 /// The size at which parameters are swept: both sides are odd and not close to a power of two.
 const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
+/// Sizes with the other parities of the sides, for kinds that keep the sum of light.
+const PARITIES: [Size; 3] = [
+    Size { width: 16, height: 12, depth: 1 },
+    Size { width: 17, height: 12, depth: 1 },
+    Size { width: 16, height: 13, depth: 1 },
+];
+/// Lights that do not reach the border.
+const LIGHTS: [&str; 3] = ["firefly", "diagonal", "board"];
 /// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
 const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
 /// Sizes of a quick run, and of heavy subjects.
@@ -118,6 +126,7 @@ impl CaseRunner<'_> {
         }
         variants::compare(self, &changes);
         time::sequences(self, graph);
+        motion::moving_lines(self, graph);
     }
 
     fn sweep(&mut self, configuration: &mut Configuration, changes: &[Change]) {
@@ -140,6 +149,12 @@ impl CaseRunner<'_> {
             let Some(ran) = self.stills(configuration, &graph, &change.overrides, size, &images) else { continue };
             if self.subject.is_kind && ran.skipped.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.overrides, size, &images);
+            }
+            if self.options.size.is_none() && change.is_single && promises(&graph).keeps_sum {
+                images.retain(|image| LIGHTS.contains(&image.name));
+                for size in PARITIES {
+                    self.stills(configuration, &graph, &change.overrides, size, &images);
+                }
             }
         }
     }

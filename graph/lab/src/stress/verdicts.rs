@@ -102,8 +102,7 @@ pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promise
         (promises.keeps_constant && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
         (promises.symmetric && is_symmetric(&given, size)).then(|| ("symmetric", symmetric(shown))),
         (promises.monotone && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
-        (promises.keeps_sum && shown.size == size && is_inside(shown, &given))
-            .then(|| ("energy", spread(shown, &given))),
+        (promises.keeps_sum && is_inside(shown, &given, size)).then(|| ("energy", spread(shown, &given))),
     ];
     checks.into_iter().flatten().collect()
 }
@@ -150,19 +149,23 @@ fn rising(shown: &OutputPixels) -> Option<String> {
 }
 
 /// Whether no light reaches the border.
-fn is_inside(shown: &OutputPixels, given: &[[f32; 4]]) -> bool {
-    let (width, height) = (shown.size.width as usize, shown.size.height as usize);
-    let on_border =
-        |i: usize| i.is_multiple_of(width) || i % width == width - 1 || i / width == 0 || i / width == height - 1;
-    (0..given.len()).all(|i| !on_border(i) || (shown.pixels[i][0] == 0.0 && given[i][0] == 0.0))
+fn is_inside(shown: &OutputPixels, given: &[[f32; 4]], size: Size) -> bool {
+    is_dark_at_border(&shown.pixels, shown.size) && is_dark_at_border(given, size)
 }
 
-/// The sum of the light is kept.
+fn is_dark_at_border(pixels: &[[f32; 4]], size: Size) -> bool {
+    let (width, height) = (size.width as usize, size.height as usize);
+    let on_border =
+        |i: usize| i.is_multiple_of(width) || i % width == width - 1 || i / width == 0 || i / width == height - 1;
+    (0..pixels.len()).all(|i| !on_border(i) || pixels[i][0] == 0.0)
+}
+
+/// The sum of the light is kept. A pixel of a smaller output stands for several of the image.
 fn spread(shown: &OutputPixels, given: &[[f32; 4]]) -> Option<String> {
-    let sum = |pixels: &[[f32; 4]]| pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
-    let (before, after) = (sum(given), sum(&shown.pixels));
-    let lost = (before - after).abs() > 0.005 * before;
-    lost.then(|| format!("the sum of `{}` is {after}, and was {before}", shown.name))
+    let mean = |pixels: &[[f32; 4]]| pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / pixels.len() as f64;
+    let (before, after) = (mean(given), mean(&shown.pixels));
+    let is_changed = (before - after).abs() > 0.005 * before;
+    is_changed.then(|| format!("the sum of the light of `{}` becomes {} times as much", shown.name, after / before))
 }
 
 #[cfg(test)]
