@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::check::{CheckOptions, Graph, Loader, check};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_graph::prelude::*;
 use afterimage_graph::value::Value;
 
 const INNER: &str = r#"Pipeline(
@@ -14,18 +15,40 @@ const INNER: &str = r#"Pipeline(
     outputs: { "result": "gain" },
 )"#;
 
-struct Inner;
+const MIDDLE: &str = r#"Pipeline(
+    inputs: { "source": Color },
+    nodes: { "b": Pipeline(file: "inner.ron", source: "source") },
+    outputs: { "result": "b" },
+)"#;
 
-impl Loader for Inner {
+const FACTS: &str = r#"Pipeline(
+    facts: { "dark": "there is little light" },
+    inputs: { "in": Color },
+    nodes: { "gain": Exposure(source: "in", when: "dark") },
+    outputs: { "out": "gain" },
+)"#;
+
+/// Files of this test: one is an inner pipeline, and two extend each other.
+struct Files;
+
+impl Loader for Files {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        (path == "inner.ron").then(|| INNER.as_bytes().into()).ok_or_else(|| format!("{path} is no file of this test"))
+        match path {
+            "inner.ron" => Ok(INNER.as_bytes().into()),
+            "one.ron" => Ok(br#"Pipeline(extends: "two.ron")"#.as_slice().into()),
+            "two.ron" => Ok(br#"Pipeline(extends: "one.ron")"#.as_slice().into()),
+            "middle.ron" => Ok(MIDDLE.as_bytes().into()),
+            "facts.ron" => Ok(FACTS.as_bytes().into()),
+            "binary.ron" => Ok([0xff, 0xfe].as_slice().into()),
+            _ => Err(format!("{path} is no file of this test")),
+        }
     }
 }
 
 fn graph(text: &str, sets: &[(&str, &str)]) -> Graph {
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
     let sets = sets.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-    let options = CheckOptions { sets, loader: &Inner, ..CheckOptions::default() };
+    let options = CheckOptions { sets, loader: &Files, ..CheckOptions::default() };
     let checked = parse("outer.ron", text).and_then(|document| check(&document, &registry, &options));
     checked.unwrap_or_else(|errors| panic!("{errors}")).0
 }
@@ -49,6 +72,44 @@ fn changes_from_outside_win_over_those_from_inside() {
 }
 
 #[test]
+fn graphs_differ_in_structure_by_all_but_their_values() {
+    let text = |inner: &str| {
+        format!(
+            r#"Pipeline(inputs: {{ "in": Color }}, outputs: {{ "out": "b" }},
+            nodes: {{ "a": Exposure(source: "in"), "b": ToneMap(source: "a"{inner}) }})"#
+        )
+    };
+    let plain = graph(&text(""), &[]);
+    assert!(plain.has_structure_of(&graph(&text(", curve: Reinhard"), &[])));
+    for change in [", when: \"dark\"", ", label: \"glow\"", ", format: Rgba32Float"] {
+        assert!(!plain.has_structure_of(&graph(&text(change), &[])), "{change}");
+    }
+    let changes: [fn(&mut Graph); 5] = [
+        |graph| graph.nodes[1].states = vec![None],
+        |graph| graph.nodes[1].off = true,
+        |graph| graph.nodes[1].wires.clear(),
+        |graph| graph.nodes[1].name.push('c'),
+        |graph| drop(graph.outputs.pop()),
+    ];
+    for change in changes {
+        let mut other = plain.clone();
+        change(&mut other);
+        assert!(!plain.has_structure_of(&other));
+    }
+}
+
+#[test]
+fn a_condition_holds_for_all_that_is_nested_in_its_node() {
+    let text = r#"Pipeline(inputs: { "in": Color }, outputs: { "out": "a" },
+        nodes: { "a": Pipeline(file: "middle.ron", source: "in", when: "dark") })"#;
+    let graph = graph(text, &[]);
+    let (_, gain) = graph.node("a/b/gain").expect("the path of a node names all around it");
+    let when = gain.when.as_ref().expect("it has the condition of the node around it");
+    let holds = |dark: bool| when.holds(&[("dark", dark.into())].into_iter().collect::<Facts>());
+    assert_eq!([holds(true), holds(false)], [true, false]);
+}
+
+#[test]
 fn an_adopted_white_passes_the_encoding() {
     let text = |white: &str| {
         format!(
@@ -64,4 +125,69 @@ fn an_adopted_white_passes_the_encoding() {
     };
     assert!(adopted(", mode: Temperature, temperature: 3200.0").is_some());
     assert_eq!(adopted(", target: (1.0, 0.9, 0.8)"), None, "no white is known");
+}
+
+/// What is said of a pipeline that extends a file.
+fn refused(base: &str) -> String {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+    let options = CheckOptions { loader: &Files, ..CheckOptions::default() };
+    let text = format!("Pipeline(extends: \"{base}\")");
+    let document = parse("outer.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
+    check(&document, &registry, &options).expect_err(base).to_string()
+}
+
+#[test]
+fn a_cycle_of_files_is_told_without_those_that_lead_to_it() {
+    let errors = refused("one.ron");
+    assert!(errors.contains("a file extends itself: one.ron -> two.ron -> one.ron"), "{errors}");
+}
+
+#[test]
+fn the_facts_of_a_base_are_known_beside_those_of_a_file() {
+    let graph = graph(
+        r#"Pipeline(extends: "facts.ron", facts: { "wet": "it rains" }, set: { "gain.when": "wet or dark" })"#,
+        &[],
+    );
+    assert_eq!(graph.facts().iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["dark", "wet"]);
+}
+
+#[test]
+fn bytes_that_are_no_text_are_no_pipeline() {
+    let errors = refused("binary.ron");
+    assert!(errors.contains("`binary.ron` is not a text file"), "{errors}");
+}
+
+#[test]
+fn a_state_that_nothing_chooses_follows_the_first_input() {
+    let text = r#"Pipeline(inputs: { "in": Encoded, "mask": Mask }, outputs: { "out": "graded" },
+        nodes: { "graded": Chosen(source: "in", mask: "mask") })"#;
+    let registry = Registry::new(&[&[NodeKind::of::<Chosen>()]]).expect("it is one kind");
+    let document = parse("chosen.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(graph.nodes[0].states, [Some(ColorState::Encoded)]);
+}
+
+params! {
+    /// A kind whose color state a parameter chooses.
+    pub struct Chosen {
+        /// The state of the result, or that of the source.
+        pub state: Kept = Kept::Same;
+    }
+}
+
+choices! {
+    /// What the result holds.
+    pub enum Kept {
+        /// What the source holds.
+        Same,
+        /// Scene light.
+        Scene,
+    }
+}
+
+impl Node for Chosen {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image."), Input::image("mask", "Another one.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::chosen("state"), "An image.")];
+
+    fn record(&self, _: &mut Recorder<'_>) {}
 }

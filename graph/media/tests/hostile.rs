@@ -4,8 +4,9 @@ use std::fs;
 
 use ::exr::block::UncompressedBlock;
 use ::exr::block::writer::ChunksWriter;
+use ::exr::math::{RoundingMode, Vec2};
 use ::exr::meta::BlockDescription;
-use ::exr::meta::attribute::{ChannelDescription, Compression, LineOrder, SampleType};
+use ::exr::meta::attribute::{ChannelDescription, Compression, LevelMode, LineOrder, SampleType, TileDescription};
 use ::exr::meta::header::Header;
 
 use super::{Folder, message_and_hint, picture};
@@ -164,27 +165,33 @@ fn header_end(file: &[u8]) -> usize {
 #[test]
 fn dwa_counters_that_lie_are_refused() {
     let folder = Folder::new("dwa");
-    let file = dwa_exr();
-    assert!(folder.read(&file).is_ok());
-    let table = header_end(&file);
-    let offset: [u8; 8] = file[table..table + 8].try_into().unwrap();
-    let counters = u64::from_le_bytes(offset) as usize + 8;
-    for counter in [1, 6, 7, 8, 9] {
-        let mut lying = file.clone();
-        let at = counters + counter * 8;
-        lying[at..at + 8].copy_from_slice(&(1_u64 << 42).to_le_bytes());
-        assert_eq!(
-            folder.read(&lying).unwrap_err().message,
-            "the file is damaged: a DWA block claims more data than it has pixels"
-        );
+    let tiles =
+        TileDescription { tile_size: Vec2(64, 32), level_mode: LevelMode::Singular, rounding_mode: RoundingMode::Down };
+    // With the bytes of each block before its counters: its row and its size, or its place and level and its size.
+    for (blocks, before) in [(BlockDescription::ScanLines, 8), (BlockDescription::Tiles(tiles), 20)] {
+        let file = dwa_exr(blocks);
+        assert!(folder.read(&file).is_ok(), "{blocks:?}");
+        let table = header_end(&file);
+        let offset: [u8; 8] = file[table..table + 8].try_into().unwrap();
+        let counters = u64::from_le_bytes(offset) as usize + before;
+        for counter in [1, 6, 7, 8, 9] {
+            let mut lying = file.clone();
+            let at = counters + counter * 8;
+            lying[at..at + 8].copy_from_slice(&(1_u64 << 42).to_le_bytes());
+            assert_eq!(
+                folder.read(&lying).unwrap_err().message,
+                "the file is damaged: a DWA block claims more data than it has pixels",
+                "{blocks:?}"
+            );
+        }
     }
 }
 
-fn dwa_exr() -> Vec<u8> {
+fn dwa_exr(blocks: BlockDescription) -> Vec<u8> {
     let channels = ["B", "G", "R"].map(|name| ChannelDescription::named(name, SampleType::F16));
     let header = Header::new("".into(), (64, 32), channels.into_iter().collect()).with_encoding(
         Compression::DWAA(None),
-        BlockDescription::ScanLines,
+        blocks,
         LineOrder::Increasing,
     );
     let mut file = std::io::Cursor::new(Vec::new());

@@ -109,11 +109,12 @@ fn hdr_files_state_the_display_and_the_light_of_their_pixels() {
 /// The mean is over pixels, whether they have an alpha or not.
 #[test]
 fn alpha_does_not_change_the_light_level() {
-    let values = [pq(200.0), pq(100.0), pq(1.0), 0.5, pq(4.0), pq(600.0), pq(4.0), 0.25];
+    let pair = [pq(200.0), pq(100.0), pq(1.0), 0.5, pq(4.0), pq(600.0), pq(4.0), 0.25];
+    let values = [pair; 6].concat();
     for alpha in [Alpha::Keep, Alpha::Drop] {
         let color = Some(color(Chromaticities::REC2020, Transfer::Pq));
         let options = PngOptions { depth: PngDepth::Sixteen, alpha, color, ..PngOptions::default() };
-        let file = encode_png((2, 1), EncodedPixels::Float(&values), &options).unwrap();
+        let file = encode_png((12, 1), EncodedPixels::Float(&values), &options).unwrap();
         let level: Vec<f64> = words(&chunk(&file, "cLLI").unwrap()).iter().map(|word| f64::from(*word) / 1e4).collect();
         assert!((level[0] - 600.0).abs() < 0.2 && (level[1] - 400.0).abs() < 0.2, "{alpha:?}: {level:?}");
     }
@@ -181,6 +182,16 @@ fn without(file: &[u8], name: &str) -> Vec<u8> {
         rest = after;
     }
     kept
+}
+
+#[test]
+fn the_chunk_srgb_is_enough() {
+    let bare = file(Colorimetry::SRGB, &[0.5; 4]);
+    let bare = ["cICP", "gAMA", "cHRM"].iter().fold(bare, |file, name| without(&file, name));
+    assert!(chunk(&bare, "sRGB").is_some());
+    let folder = Folder::new("labels-srgb");
+    assert_eq!(folder.read(&bare).unwrap().stated, Some(Colorimetry::SRGB));
+    assert_eq!(folder.read(&without(&bare, "sRGB")).unwrap().stated, None);
 }
 
 /// Only with the primaries of sRGB does a gamma of 1/2.2 stand for its curve.

@@ -5,11 +5,11 @@ use afterimage_plan::contract;
 
 use super::sweep;
 
+/// All but `BakedGrade`, unless all of each sweep runs: it bakes a table for each of its recordings, for a minute.
 #[test]
 fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
-    let all = afterimage_nodes::ALL;
-    let step = if sweep::is_whole() { 1 } else { 10 };
-    let kinds: Vec<NodeKind> = all.iter().step_by(step).cloned().collect();
+    let is_chosen = |kind: &&NodeKind| sweep::is_whole() || kind.name() != "BakedGrade";
+    let kinds: Vec<NodeKind> = afterimage_nodes::ALL.iter().filter(is_chosen).cloned().collect();
     contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
 

@@ -76,6 +76,14 @@ fn draws_see_in_every_way_to_run_a_pipeline_what_they_see_as_recorded() {
     assert!(draws > 400, "{draws} passes draw");
 }
 
+/// Nothing reads the depth, so no device needs to write it to memory.
+#[test]
+fn attachments_that_nothing_reads_are_not_stored() {
+    let plan = planned_at(SIZE, r#""out": Panes(source: "in")"#, r#""out": "out""#, Options::default());
+    let stores = |label: &str| plan.passes.iter().find(|planned| planned.pass.label == label).map(|p| &p.stores[..]);
+    assert_eq!((stores("first"), stores("second")), (Some(&[true, false][..]), Some(&[true][..])));
+}
+
 #[test]
 fn verify_finds_what_the_interpreter_notices_of_draws() {
     let (mut noticed, mut rng) = (std::collections::BTreeMap::<&str, usize>::new(), Rng::new(1));

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use afterimage_generators::Recipe;
 use afterimage_graph::node::{BufferId, ImageId, Origin, Resource};
-use afterimage_plan::{Alias, AliasingBarrier, Options, PlacedPlan, Plan, Stage, verify, verify_placed};
+use afterimage_plan::{
+    Alias, AliasingBarrier, Options, PlacedPlan, Plan, Stage, Transition, Use, verify, verify_placed,
+};
 
 use super::planned::plan_of;
 
@@ -39,6 +41,25 @@ fn a_missing_barrier_is_found() {
                 };
                 let reported = faults(&broken, "a barrier is missing");
                 assert_reports(&reported, &[&format!("batch {batch} uses `{name}`"), "no barrier"]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_barrier_from_or_to_another_state_is_found() {
+    for plan in plans(Options::default()) {
+        for batch in 0..plan.batches.len() {
+            for at in 0..plan.batches[batch].transitions.len() {
+                let Transition { from, to, .. } = plan.batches[batch].transitions[at];
+                for (other_from, other_to) in [(Use::DepthAttachment, to), (from, Use::DepthAttachment)] {
+                    let mut broken = plan.clone();
+                    let changed = &mut broken.batches[batch].transitions[at];
+                    (changed.from, changed.to) = (other_from, other_to);
+                    let reported = faults(&broken, "a barrier has another state");
+                    let told = format!("from {other_from:?} to {other_to:?}");
+                    assert_reports(&reported, &[&told, &format!("must go from {from:?} to {to:?}")]);
+                }
             }
         }
     }

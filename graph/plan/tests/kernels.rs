@@ -114,3 +114,19 @@ fn an_image_with_an_odd_side_is_not_halved_by_rows() {
         [true, false, false, false]
     );
 }
+
+/// Neighbors hand each other texels as half floats.
+#[test]
+fn images_of_floats_are_not_halved_by_rows() {
+    let halved = |soft: &str, half: &str| {
+        let nodes = format!(
+            r#""soft": Soft(source: "in"{soft}), "half": Downsample(source: "soft", levels: 1{half}),
+            "out": Far(source: "half.coarsest")"#
+        );
+        let options = Options { row_downsample: When::Always, ..Options::default() };
+        let plan = planned_at(FRAME, &nodes, r#""out": "out""#, options);
+        plan.work().any(|pass| matches!(pass.kind, PassKind::RowDownsample(_)))
+    };
+    let floats = ", format: Rgba32Float";
+    assert_eq!([halved("", ""), halved(floats, ""), halved("", floats)], [true, false, false]);
+}

@@ -28,6 +28,7 @@ fn all_comparisons() {
         ("x != 10", false),
         ("9.5 < x", true),
         ("-1e1 < x", true),
+        ("+10 < x", false),
         ("x<.5", false),
         ("x == x", true),
     ] {

@@ -62,3 +62,22 @@ impl SampleMode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The number stands in the constants of a module and in each read of a pixel: 0 to 3 of `sampling.wgsl`.
+    #[test]
+    fn each_mode_has_one_number_in_all_code() {
+        for (signedness, number) in [(Signedness::Unsigned, 1), (Signedness::Signed, 2), (Signedness::Extended, 3)] {
+            let mode = SampleMode::sanitizing(signedness);
+            assert_eq!(mode.pixel_read("t"), format!("sanitize_texel(t, at.pixel, {number}u)"));
+            assert_eq!(mode.limited("v"), format!("sanitize_value(v, {number}u)"));
+            assert!(mode.constants().contains(&("TEXEL_SANITIZE", ["1u", "2u", "3u"][number - 1])), "{mode:?}");
+        }
+        for mode in [SampleMode::Plain, SampleMode::ByHand] {
+            assert_eq!((mode.pixel_read("t"), mode.limited("v")), ("textureLoad(t, at.pixel, 0)".into(), "v".into()));
+        }
+    }
+}

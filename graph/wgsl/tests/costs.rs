@@ -112,6 +112,13 @@ fn operators_cost_what_a_driver_writes_out_for_them() {
     ]);
 }
 
+/// An array that is a value and not in memory is copied for each element that an index may choose.
+#[test]
+fn an_element_of_a_value_costs_the_square_of_its_array() {
+    let found = operations("{ let value = list; one = value[i]; }");
+    assert!((6400.0..6800.0).contains(&found), "{found}");
+}
+
 /// A function of the library that reads textures has a weight of its own, and no other function has it. What a function
 /// is given costs nothing.
 #[test]

@@ -160,6 +160,16 @@ fn every_bomb_is_refused_by_its_limit_and_soon() {
     }
 }
 
+#[test]
+fn the_variables_of_a_function_count_together() {
+    let with = |count: usize| {
+        let variables: String = (0..count).map(|at| format!("var v{at}: array<f32, 100>; ")).collect();
+        in_body(&format!("{variables} return source + v0[u32(source.x)];"))
+    };
+    untrusted(&with(2)).reflect().unwrap_or_else(|error| panic!("800 bytes: {error}"));
+    assert!(refused(&with(3)).message.contains(limits::ARRAY_BYTES.counts));
+}
+
 /// The text of the module that a pass of an untrusted function becomes.
 fn linked(text: &str) -> String {
     let shader = untrusted(text);
@@ -182,7 +192,13 @@ fn the_steps_of_every_loop_are_counted_whatever_its_form() {
         loop { if s.x > 9.0 { break; } continuing { s += 1.0; } }
         return s;",
     ));
-    assert_eq!(text.matches("{ if loops_is_last_step() { break; }").count(), 3, "{text}");
+    let counted = "{ if loops_is_last_step() { break; }";
+    assert_eq!(text.matches(counted).count(), 3, "{text}");
+    for begin in ["i++) ", "{ */ ", "loop "] {
+        assert!(text.contains(&format!("{begin}{counted}")), "after `{begin}`: {text}");
+    }
+    let nested = linked(&in_body("var s = source; while s.x < 1.0 { if s.y > 0.0 { s *= 2.0; } } return s;"));
+    assert!(nested.contains(&format!("while s.x < 1.0 {counted}")), "{nested}");
     let begin = format!("begin_steps({});", limits::LOOP_STEPS.most);
     assert_eq!(text.matches(&begin).count(), 1, "{text}");
     let plain = linked(&in_body("return source;"));

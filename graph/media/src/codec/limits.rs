@@ -96,3 +96,16 @@ pub(crate) fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, CodecE
 pub(crate) fn too_large(what: impl Into<String>) -> CodecError {
     CodecError::new(ErrorKind::TooLarge, format!("the image is too large: {}", what.into()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_told_in_the_unit_that_suits_them() {
+        let told = [(0, "0 bytes"), (1023, "1023 bytes"), (1024, "1 KiB"), (3 << 20, "3 MiB"), (3 << 29, "1.5 GiB")];
+        for (bytes, text) in told {
+            assert_eq!(size_of_bytes(bytes), text);
+        }
+    }
+}

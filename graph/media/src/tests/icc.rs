@@ -2,6 +2,8 @@
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 
+use moxcms::{ColorProfile, ToneReprCurve};
+
 use crate::codec::icc;
 
 /// The tags of a profile by a parser of our own.
@@ -52,6 +54,17 @@ fn a_profile_is_read_back_as_what_it_was_made_of() {
         }
     }
     assert_eq!(icc::write(&Colorimetry::new(Chromaticities::REC2020, Transfer::Pq)), None);
+}
+
+#[test]
+fn a_curve_may_be_a_table_that_is_interpolated() {
+    let profile = icc::write(&Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb)).unwrap();
+    let mut profile = ColorProfile::new_from_slice(&profile).unwrap();
+    let entry = |at: u32| (Transfer::Srgb.to_light(f64::from(at) / 63.0) * 65535.0).round() as u16;
+    let curve = Some(ToneReprCurve::Lut((0..64).map(entry).collect()));
+    [profile.red_trc, profile.green_trc, profile.blue_trc] = [curve.clone(), curve.clone(), curve];
+    let (_, transfer) = icc::read(&profile.encode().unwrap()).unwrap();
+    assert_eq!(transfer, Transfer::Srgb);
 }
 
 #[test]

@@ -40,10 +40,16 @@ kind!(Right, "The pixel to the right.", [SOURCE], SWITCHED, |pass| {
     let desc = like_source(pass);
     pass.function(&PIXELS, "right").write("result", desc);
 });
-kind!(Below, "Adds a quarter of the pixel below to another image.", [SOURCE, OTHER], SWITCHED, |pass| {
-    let desc = like_source(pass);
-    pass.function(&PIXELS, "below").write("result", desc);
-});
+kind!(
+    Below,
+    "Adds a quarter of the pixel below to another image, which remains where it is off.",
+    [SOURCE, OTHER],
+    Output::image("result", OutputState::same("source"), "An image.").or_input("other"),
+    |pass| {
+        let desc = like_source(pass);
+        pass.function(&PIXELS, "below").write("result", desc);
+    }
+);
 kind!(Raw, "Twice each texel, which it loads itself.", [SOURCE], SWITCHED, |pass| {
     let desc = like_source(pass);
     pass.function(&PIXELS, "raw").write("result", desc);
