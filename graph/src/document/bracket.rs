@@ -1,10 +1,5 @@
-//! Brackets, and how many of them a file has.
+//! The three pairs of brackets.
 
-use std::sync::Arc;
-
-use super::token::{Kind, Lexer};
-
-/// The three pairs of brackets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bracket {
     Round,
@@ -27,39 +22,5 @@ impl Bracket {
             Self::Square => ']',
             Self::Curly => '}',
         }
-    }
-}
-
-/// For each bracket, how many closing ones of a file are too many; negative where they are too few. What has been
-/// reported is taken out, so that it does not explain another error.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Balance([i64; 3]);
-
-impl Balance {
-    pub(super) fn of(file: &Arc<str>, text: &str) -> Self {
-        let mut balance = Self::default();
-        let mut lexer = Lexer::new(file, text);
-        loop {
-            match lexer.next().kind {
-                Kind::Open(bracket) => balance.add(bracket, -1),
-                Kind::Close(bracket) => balance.add(bracket, 1),
-                Kind::End => return balance,
-                _ => {}
-            }
-        }
-    }
-
-    pub(super) fn add(&mut self, bracket: Bracket, closing: i64) {
-        self.0[bracket as usize] += closing;
-    }
-
-    /// Whether closing brackets of this kind are missing.
-    pub(super) fn lacks(&self, bracket: Bracket) -> bool {
-        self.0[bracket as usize] < 0
-    }
-
-    /// Whether there are too many closing brackets of this kind.
-    pub(super) fn exceeds(&self, bracket: Bracket) -> bool {
-        self.0[bracket as usize] > 0
     }
 }

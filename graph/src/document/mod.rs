@@ -37,6 +37,7 @@
 //! inputs are the ports; `"glow"` is its first output, `"glow.name"` another one, and its nodes are called `glow/mips`
 //! and so on.
 
+mod balance;
 mod bracket;
 mod edit;
 mod entries;

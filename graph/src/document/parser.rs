@@ -6,7 +6,8 @@
 
 use std::sync::Arc;
 
-use super::bracket::{Balance, Bracket};
+use super::balance::Balance;
+use super::bracket::Bracket;
 use super::quotes::is_foreign_quote;
 use super::syntax;
 use super::token::{Kind, Lexer, Token};

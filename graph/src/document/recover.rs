@@ -2,7 +2,7 @@
 //!
 //! [`Parser::expected`] reports what is missing and continues as if it were there; [`Parser::unexpected`] reports the
 //! next token and skips it. Which of them a bracket calls for is decided by the number of brackets in the file
-//! ([`Balance`](super::bracket::Balance)) and by the lines on which they stand.
+//! ([`Balance`](super::balance::Balance)) and by the lines on which they stand.
 
 use super::bracket::Bracket;
 use super::parser::Parser;
