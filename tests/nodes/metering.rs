@@ -134,7 +134,10 @@ fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
 }
 
 /// Pictures of two brightnesses that are 8.6 stops apart, by the position of a pixel: lines, blinds, dots and squares.
-const PATTERNS: [(&str, fn(u32, u32) -> bool); 9] = [
+/// Whether a pixel is lit.
+type Pattern = fn(u32, u32) -> bool;
+
+const PATTERNS: [(&str, Pattern); 9] = [
     ("lines across", |_, y| y % 2 == 0),
     ("lines down", |x, _| x % 2 == 0),
     ("lines down, 3", |x, _| x % 3 == 0),

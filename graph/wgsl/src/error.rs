@@ -13,7 +13,7 @@ pub struct ShaderError {
     /// Remarks at places, that of the error included.
     pub labels: Vec<ShaderLabel>,
     /// What to do about it.
-    pub help: Option<String>,
+    pub help: Option<Box<str>>,
     /// Further errors of the same module.
     pub others: Vec<ShaderError>,
 }

@@ -75,7 +75,8 @@ fn parse_error(source: &str, map: &SourceMap, error: &ParseError, byte: Option<u
     let unknown = error.labels().next().filter(|_| message.starts_with("no definition in scope"));
     let unknown = unknown.and_then(|(span, _)| source.get(span.to_range()?));
     let notes: Vec<&str> = error.notes().collect();
-    shown.help = unknown.and_then(|name| suggestion(name, map)).or((!notes.is_empty()).then(|| notes.join("; ")));
+    let help = unknown.and_then(|name| suggestion(name, map)).or((!notes.is_empty()).then(|| notes.join("; ")));
+    shown.help = help.map(String::into_boxed_str);
     shown
 }
 

@@ -138,7 +138,7 @@ impl Shader {
                     diagnostic = diagnostic.also(&there, &**text);
                 }
             }
-            diagnostics.push(diagnostic.maybe_help(error.help.clone()));
+            diagnostics.push(diagnostic.maybe_help(error.help.as_deref().map(str::to_owned)));
         }
     }
 }
