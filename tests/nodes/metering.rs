@@ -133,10 +133,10 @@ fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
     frames.iter().map(&mut first_pixel).collect()
 }
 
-/// Pictures of two brightnesses that are 8.6 stops apart, by the position of a pixel: lines, blinds, dots and squares.
-/// Whether a pixel is lit.
+/// Whether the pixel at x, y is bright.
 type Pattern = fn(u32, u32) -> bool;
 
+/// Pictures of two brightnesses that are 8.6 stops apart: lines, blinds, dots and squares.
 const PATTERNS: [(&str, Pattern); 9] = [
     ("lines across", |_, y| y % 2 == 0),
     ("lines down", |x, _| x % 2 == 0),

@@ -241,8 +241,7 @@ mod tests {
             let here: Arc<Mutex<Vec<ThreadId>>> = Arc::default();
             let pushed = here.clone();
             on_threads(None, 3, move || pushed.lock().expect(UNBROKEN).push(current().id()));
-            let ids = here.lock().expect(UNBROKEN).clone();
-            ids
+            here.lock().expect(UNBROKEN).clone()
         };
         let worker = Worker::new(Some(&pool), work);
         assert!(!worker.is_finished());
