@@ -7,6 +7,8 @@ mod blocks;
 mod drawing;
 /// Errors in files, and what is said of them.
 mod errors;
+/// Functions of the shaders' library, called by kinds from folders.
+mod library;
 /// Files that are loaded asynchronously.
 mod loaded_files;
 /// Where errors are.

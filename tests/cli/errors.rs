@@ -281,3 +281,17 @@ fn files_that_are_no_text_are_reported() {
     folder.run("check none.ron").fails_saying(1, &["`none.ron`: there is no such file"]);
     folder.run("check lut.ron").fails_saying(1, &["cannot read `none.cube`: there is no such file", "lut.ron:3"]);
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_memory_of_a_plan_is_limited_before_it_runs() {
+    let folder = Folder::new("plan-memory");
+    folder.with("p.ron", br#"Pipeline(inputs: { "scene": Encoded }, nodes: {}, outputs: { "display": "scene" })"#);
+    save(&folder.file("room.exr"), &room(64, 64));
+    let line = "render p.ron room.exr -o out.png --gpu-memory";
+    folder
+        .run(&format!("{line} 16K"))
+        .fails_saying(1, &["may take at most 0.0 MiB", "`--gpu-memory SIZE` allows more"]);
+    assert!(!folder.file("out.png").exists());
+    folder.run(&format!("{line} 16M")).good();
+}

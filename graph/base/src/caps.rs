@@ -25,6 +25,8 @@ pub struct Caps {
     pub workgroup_invocations: u32,
     /// The largest storage buffer in bytes.
     pub max_buffer: u64,
+    /// The most bytes that the images of a frame may have together, those of the host included.
+    pub max_memory: u64,
     /// Storage images in one pass.
     pub max_storage_images: u32,
     /// Uniform buffers in one pass, besides that of the frame's time and number.
@@ -60,6 +62,7 @@ impl Default for Caps {
             max_volume_side: 2048,
             workgroup_invocations: 256,
             max_buffer: 128 << 20,
+            max_memory: u64::MAX,
             max_storage_images: 4,
             max_uniform_buffers: 11,
             max_fused_uniform_buffers: 11,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use afterimage_gpu::{Gpu, Opening, Session};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_media::{read_bytes, write_atomic};
+use afterimage_media::{Budget, read_bytes, write_atomic};
 use afterimage_plan::Options;
 
 use crate::args::{DeviceOptions, PlanOptions};
@@ -21,6 +21,9 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
     let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
     // On lavapipe whole pipelines are a third faster with draws.
     gpu.caps.prefer_fragment = gpu.is_processor();
+    if let Some(Budget(bytes)) = options.gpu_memory {
+        gpu.caps.max_memory = bytes;
+    }
     Ok(gpu)
 }
 

@@ -123,7 +123,9 @@ impl From<Diagnostics> for Failure {
 
 impl From<PlanError> for Failure {
     fn from(error: PlanError) -> Self {
-        Self::error("plan", error, 1)
+        let is_too_large = matches!(error, PlanError::TooMuchMemory { .. });
+        let failure = Self::error("plan", error, 1);
+        if is_too_large { failure.hint("`--gpu-memory SIZE` allows more") } else { failure }
     }
 }
 

@@ -7,6 +7,7 @@ use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
+use crate::heap::local_memory;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
 use crate::platform::{caught, watched};
@@ -228,12 +229,23 @@ pub fn caps(adapter: &wgpu::Adapter, device: &wgpu::Device) -> Caps {
         max_volume_side: limits.max_texture_dimension_3d,
         workgroup_invocations: limits.max_compute_invocations_per_workgroup,
         max_buffer: limits.max_storage_buffer_binding_size,
+        max_memory: max_memory(adapter, device),
         max_storage_images: limits.max_storage_textures_per_shader_stage,
         max_uniform_buffers: limits.max_uniform_buffers_per_shader_stage.saturating_sub(1),
         max_fused_uniform_buffers: max_fused_uniform_buffers(&adapter.get_info(), &limits),
         indirect_first_instance: features.contains(Features::INDIRECT_FIRST_INSTANCE),
         fast_workgroup_memory: adapter.get_info().device_type != wgpu::DeviceType::Cpu,
         prefer_fragment: false,
+    }
+}
+
+/// Three quarters of the memory of a card, half of memory that is also the system's; the rest is for other programs.
+fn max_memory(adapter: &wgpu::Adapter, device: &wgpu::Device) -> u64 {
+    let is_card = adapter.get_info().device_type == wgpu::DeviceType::DiscreteGpu;
+    match local_memory(device) {
+        Some(bytes) if is_card => bytes / 4 * 3,
+        Some(bytes) => bytes / 2,
+        None => u64::MAX,
     }
 }
 

@@ -46,6 +46,11 @@ pub enum PlanError {
         size: Size,
         limit: u32,
     },
+    /// The images of a frame, those of the host included, have more bytes than [`Caps`] allow.
+    ///
+    /// [`Caps`]: afterimage_base::caps::Caps
+    #[error("the images of a frame take {}, but may take at most {}", bytes_text(*.bytes), bytes_text(*.limit))]
+    TooMuchMemory { bytes: u64, limit: u64 },
     /// A pass binds more uniform buffers than the device allows.
     #[error("pass `{label}` has {count} uniform buffers, but this device allows at most {limit}")]
     TooManyUniformBuffers {
@@ -111,5 +116,12 @@ fn samples(input: &str, given: u32) -> String {
             "input `{input}` is not multisampled, but its image has {given} samples in each pixel: declare the input \
              as `multisampled: true`, and wire it to a `Resolve`"
         ),
+    }
+}
+
+fn bytes_text(bytes: u64) -> String {
+    match bytes >> 30 {
+        0 => format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+        _ => format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)),
     }
 }

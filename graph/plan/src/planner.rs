@@ -12,7 +12,8 @@ use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
 use crate::limits::MAX_COMPUTED_BYTES;
 use crate::memory::memory;
-use crate::plan::Plan;
+use crate::options::Alias;
+use crate::plan::{Memory, Plan};
 use crate::record::record;
 use crate::request::PlanRequest;
 use crate::sanitize::sanitize;
@@ -63,6 +64,7 @@ fn plan_with_tables_up_to(
     let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
     let schedule = schedule(passes, &images, builder.recording.buffers.len(), &options);
     let memory = memory(&mut images, &schedule, &builder, request, options.alias);
+    check_memory(&memory, options.alias, request)?;
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images);
     let mut plan = Plan {
@@ -86,4 +88,12 @@ fn plan_with_tables_up_to(
     plan.rectangles = rectangles(graph, request, &plan);
     let dynamic = dynamic_records.into_nodes(graph, request, &plan);
     Ok((plan, dynamic))
+}
+
+/// An error if the images of a frame have more memory than the device may give.
+fn check_memory(memory: &Memory, alias: Alias, request: &PlanRequest<'_>) -> Result<(), PlanError> {
+    let given = request.given.inputs.values().map(|image| image.desc.bytes());
+    let bytes = given.fold(memory.bytes(alias).saturating_add(memory.kept), u64::saturating_add);
+    let limit = request.caps.max_memory;
+    if bytes > limit { Err(PlanError::TooMuchMemory { bytes, limit }) } else { Ok(()) }
 }

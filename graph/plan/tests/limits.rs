@@ -242,3 +242,19 @@ fn only_the_first_errors_have_hints() {
         assert!((1..=100).contains(&hints.count()), "{name}");
     }
 }
+
+#[test]
+fn a_frame_has_at_most_the_memory_that_the_device_may_give() {
+    let graph = accepted("points", 4);
+    let memory = planned(&graph).expect("all memory is allowed").memory;
+    let given = request(&graph).given.inputs.values().map(|image| image.desc.bytes()).sum::<u64>();
+    let bytes = memory.placed + memory.kept + given;
+    assert!(given > 0 && memory.kept > 0, "{memory:?}");
+    let with = |max_memory: u64| {
+        let mut request = request(&graph);
+        request.caps.max_memory = max_memory;
+        plan(&graph, &request).map(|_| ())
+    };
+    assert_eq!(with(bytes), Ok(()));
+    assert_eq!(with(bytes - 1), Err(PlanError::TooMuchMemory { bytes, limit: bytes - 1 }));
+}

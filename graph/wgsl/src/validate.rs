@@ -26,7 +26,7 @@ pub(crate) fn validate_untrusted(
 ) -> Result<naga::Module, ShaderError> {
     on_large_stack(|| {
         let module = parse(source, map)?;
-        match check_memory(&module) {
+        match check_memory(&module, is_of_library) {
             Some((span, why)) => Err(error_at(map, first_byte(span), why)),
             None => {
                 let (module, info) = checked(module, source, map)?;

@@ -79,6 +79,10 @@ pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
+    /// Memory that the images of a frame may take, such as `2G`; by default three quarters of a card's memory,
+    /// or half of the system's
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    pub(crate) gpu_memory: Option<Budget>,
 }
 
 /// Options of every command that reads images.
