@@ -5,8 +5,8 @@ use std::path::Path;
 
 use afterimage_graph::node::folder_kind;
 
-/// What no author calls: what counts the steps of loops, reads one sample of several, which folders do not take, or works
-/// on a pointer to the memory of its caller.
+/// What no author calls: what counts the steps of loops, reads one sample of several, which folders do not take, or
+/// works on a pointer to the memory of its caller.
 const INTERNAL: &[&str] = &["begin_steps", "is_last_step", "texel_sample", "sanitize_median"];
 
 /// A value of an argument's type.
@@ -65,7 +65,8 @@ fn each_function_of_the_library_can_be_called_from_a_folder() {
             let invocation = if reads("invocation") { ", invocation: Invocation" } else { "" };
             let args = args.join(", ");
             let call = format!(
-                "#import camera\n#import {library}\nfn caller({source}{sampler}, at: Point{cube}{invocation}) -> vec4f {{\n    \
+                "#import camera\n#import {library}\n\
+                 fn caller({source}{sampler}, at: Point{cube}{invocation}) -> vec4f {{\n\
                  _ = {name}({args});\n    return vec4f(1.0);\n}}"
             );
             called += 1;

@@ -45,8 +45,8 @@ params! {
     /// The first level is half the size of the source. Sizes are rounded down and at least 1.
     ///
     /// The weights of every filter sum to 1, so a constant image stays the same on every level. Without `firefly`, each
-    /// pixel has the same weight in the sum of a level, but for those at the border, also where a side is odd: the light
-    /// of a moving lamp stays the same. Alpha is filtered like color. Reads beyond the border return the border.
+    /// pixel has the same weight in the sum of a level, but for those at the border, also where a side is odd: the
+    /// light of a moving lamp stays the same. Alpha is filtered like color. Reads beyond the border return the border.
     pub struct Downsample {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);

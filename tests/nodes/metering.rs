@@ -47,7 +47,7 @@ fn assert_close(found: &[u32], wanted: &[u32], what: &str) {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_histogram_equals_its_cpu_reference_at_every_size_and_step() {
-    // The stride is used in images of so many pixels.
+    // The stride is used in images of this many pixels.
     let sizes = SIZES.map(|(width, height)| (width, height, 1));
     for (width, height, step) in sizes.into_iter().chain([(1283, 719, 1), (1901, 1903, 2), (2853, 2851, 3)]) {
         let scene = scene(width, height);

@@ -7,10 +7,9 @@ use afterimage_plan::Caps;
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
-use crate::heap::local_memory;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
-use crate::platform::{caught, watched};
+use crate::platform::{caught, local_memory, watched};
 
 /// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
 #[derive(Clone)]

@@ -156,7 +156,7 @@ pub struct ByCells {
     pub cells: [u32; 2],
     /// The most cells that one workgroup's memory has room for.
     pub together: u32,
-    /// Sampling stride: one pixel of so many along x and y is read, as the library's `stride` file picks it.
+    /// Sampling stride: one of each N pixels along x and y is read, as the library's `stride` file picks it.
     pub stride: u32,
 }
 

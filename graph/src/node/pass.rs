@@ -78,7 +78,7 @@ pub struct CellReduce {
     pub finest: [u32; 2],
     /// Invocations for one of the finest cells, across and down.
     pub invocations: [u32; 2],
-    /// Sampling stride: one pixel of so many along x and y is read, and the cells divide the picture that these make
+    /// Sampling stride: one of each N pixels along x and y is read, and the cells divide the picture that these make
     /// up.
     pub stride: u32,
 }

@@ -14,7 +14,10 @@ pub(super) const OPS: &[Op] = &[
     ("knee_weight_x_b", knee),
     ("knee_weight_k0", knee),
     ("gate_weight", |case| vec![gate_weight(case.number(), case.param("t"), case.param("k"))]),
-    ("select_emissive", |case| select_emissive(array(case.part("rgba")), case.part_number("thr"), 1.0).to_vec()),
+    // The vectors exclude the threshold. The kind includes it, so that its default of 1 selects a mask of 1.
+    ("select_emissive", |case| {
+        select_emissive(array(case.part("rgba")), case.part_number("thr").next_up(), 1.0).to_vec()
+    }),
     ("karis_average", |case| karis_average(&samples(case), largest).to_vec()),
     ("karis_average_luma", |case| karis_average(&samples(case), luminance).to_vec()),
     ("downsample_4x4_ramp", |case| {

@@ -25,6 +25,7 @@ choices! {
         AcesCct,
         /// ARRI LogC3 at EI 800, ARRI Wide Gamut 3.
         LogC3,
+        /// sRGB (IEC 61966-2-1).
         Srgb,
         /// Display P3: the function of sRGB, the primaries of P3 with D65.
         DisplayP3,

@@ -13,7 +13,6 @@ use afterimage_plan::Requirement;
 use crate::store::Stored;
 use asked::MemoryRequirements;
 use backend::Heap;
-pub(crate) use backend::local_memory;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 use unplaced as backend;
 #[cfg(not(any(target_vendor = "apple", target_family = "wasm")))]

@@ -11,11 +11,6 @@ pub(crate) struct Heap {
     pub(super) memory_type: u32,
 }
 
-/// What a device has is unknown.
-pub(crate) fn local_memory(_device: &wgpu::Device) -> Option<u64> {
-    None
-}
-
 impl Heap {
     /// No memory can be placed.
     pub(super) fn new(_device: &wgpu::Device, _bytes: u64, _memory_types: u32) -> Option<Self> {

@@ -37,17 +37,6 @@ impl Drop for Block {
     }
 }
 
-/// Bytes of the device's largest memory of its own; `None` where the backend is not Vulkan.
-pub(crate) fn local_memory(device: &wgpu::Device) -> Option<u64> {
-    // SAFETY: the guard is dropped before this function returns, and the device is not destroyed through it.
-    let hal = unsafe { device.as_hal::<Vulkan>() }?;
-    let instance = hal.shared_instance().raw_instance();
-    // SAFETY: the physical device belongs to this instance.
-    let properties = unsafe { instance.get_physical_device_memory_properties(hal.raw_physical_device()) };
-    let is_local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
-    properties.memory_heaps_as_slice().iter().filter(is_local).map(|heap| heap.size).max()
-}
-
 impl Heap {
     /// Allocates device-local memory of one of the given types; `None` where the backend is not Vulkan or has no such
     /// memory.

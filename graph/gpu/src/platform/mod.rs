@@ -1,5 +1,6 @@
 //! What differs between targets that have threads and may wait, and the web, which has neither.
 
+mod memory;
 #[cfg(not(target_family = "wasm"))]
 mod native;
 mod submit;
@@ -22,6 +23,7 @@ pub type Task = Box<dyn FnOnce() + Send>;
 /// not asked.
 pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
+pub(crate) use memory::local_memory;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use native::{caught, scoped, wait, watched, write};
 pub(crate) use submit::submit;
