@@ -1,5 +1,7 @@
 //! The program `afterimage` as a library: the program of a plug-in author calls [`main()`] with one more table of
 //! kinds.
+// rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
+#![recursion_limit = "256"]
 
 mod args;
 mod bench;
