@@ -8,6 +8,7 @@ use afterimage_lab::stress::{StressOptions, StressReport, Subject, kinds, regist
 use afterimage_plan::Options;
 
 use crate::support::gpu::gpu;
+use crate::support::sweep;
 
 /// A part of the cases, with the planner's switches as they are by default.
 fn quick() -> StressOptions {
@@ -36,8 +37,10 @@ fn reproduced(report: &StressReport) -> String {
 
 #[test]
 fn built_in_kinds_and_the_plugin_have_no_faults() {
-    let report = stressed(&[afterimage_nodes::ALL, halftone::ALL], &quick());
-    assert!(report.cases() > 10_000, "only {} cases", report.cases());
+    // Default parameters alone, but for a whole sweep.
+    let choice = StressOptions { defaults: !sweep::is_whole(), ..quick() };
+    let report = stressed(&[afterimage_nodes::ALL, halftone::ALL], &choice);
+    assert!(report.cases() > if sweep::is_whole() { 10_000 } else { 1_000 }, "only {} cases", report.cases());
     assert_eq!(report.failures().count(), 0, "{}", reproduced(&report));
 }
 

@@ -6,6 +6,7 @@ use crate::reference::smaa::Smaa;
 use crate::support::gpu::Picture;
 use crate::support::harness::{Nodes, Scale, Tolerance, assert_close, differences, image};
 use crate::support::numbers::Numbers;
+use crate::support::sweep;
 
 /// Few lights in the dark, up to 60 times white.
 pub(super) fn lights([width, height]: [u32; 2]) -> Picture {
@@ -187,7 +188,8 @@ fn halation_keeps_energy_and_width_at_every_size() {
     let nodes = r#""result": Halation(source: "scene", strength: 1.0, tint: (1.0, 1.0, 1.0), radius: 0.07)"#;
     let nodes = Nodes::new(nodes, &[("scene", "Exposed")]);
     let mut widths = None;
-    for size in [[256, 256], [257, 256], [256, 257], [257, 257], [255, 255], [253, 251]] {
+    let odd = sweep::some([[257, 256], [256, 257], [257, 257], [255, 255], [253, 251]], 2);
+    for size in [[256, 256]].into_iter().chain(odd) {
         let sigma = 0.07 * f64::from(size[1]);
         for at in [[128, 128], [129, 128], [128, 129], [127, 127]] {
             let light = Picture::new(size[0], size[1], |x, y| [if [x, y] == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);

@@ -23,7 +23,7 @@ pub(crate) fn shown_with(nodes: &str, scene: &Picture, name: &str, data: &Pictur
 }
 
 /// The sizes of the pictures.
-pub(crate) const SIZES: [(u32, u32); 3] = [(1, 1), (2, 3), (641, 359)];
+pub(crate) const SIZES: [(u32, u32); 3] = [(1, 1), (2, 3), (161, 89)];
 
 /// Seventeen stops of gradients and edges, with black, the brightest half float and NaN in it.
 pub(crate) fn scene(width: u32, height: u32) -> Picture {

@@ -3,6 +3,7 @@
 use super::fireflies::{light, variation};
 use crate::support::gpu::{Picture, Run, built_in, changed, graph, pipelines};
 use crate::support::sequence::Sequence;
+use crate::support::sweep;
 
 const DISPLAY: &str = "outputs: { \"display\": \"display\" }";
 
@@ -121,7 +122,7 @@ fn codes_beside_a_moving_diagonal(name: &str, size: [u32; 2]) -> Vec<f64> {
 #[expect(clippy::print_stdout, reason = "a figure for the log")]
 fn the_glow_of_a_moving_diagonal_is_constant_at_every_size() {
     for name in ["lynx.ron", "caracal.ron", "glare.ron", "tsushima.ron"] {
-        for size in [[480, 268], [481, 268], [480, 269], [481, 269]] {
+        for size in sweep::some([[480, 268], [481, 268], [481, 269], [480, 269]], 1) {
             let codes = codes_beside_a_moving_diagonal(name, size);
             let [least, most] =
                 [codes.iter().copied().fold(255.0, f64::min), codes.iter().copied().fold(0.0, f64::max)];
