@@ -58,7 +58,7 @@ impl GraphBuilder<'_> {
     /// The wire of a text; `None` once its error has been reported.
     pub(super) fn connected(&mut self, scope: usize, text: &Spanned<String>) -> Option<Wire> {
         let found = self.follow(scope, text, 0)?;
-        self.previous_is_possible(found.source, text)?;
+        self.check_previous(found.source, text)?;
         Some(Wire { source: found.source, location: text.location.clone(), declared: found.declared })
     }
 
@@ -89,7 +89,7 @@ impl GraphBuilder<'_> {
                 return None;
             }
         };
-        self.earlier(found, wire.previous, text)
+        self.at_earlier_frame(found, wire.previous, text)
     }
 
     fn report_unknown(&mut self, scope: usize, wire: &WireText<'_>, text: &Spanned<String>) {
@@ -186,7 +186,7 @@ impl GraphBuilder<'_> {
     }
 
     /// The same source, `frames` earlier.
-    fn earlier(&mut self, found: Found, frames: u32, text: &Spanned<String>) -> Option<Found> {
+    fn at_earlier_frame(&mut self, found: Found, frames: u32, text: &Spanned<String>) -> Option<Found> {
         let source = match found.source {
             Some(Source::Node { node, output, previous }) if frames + previous <= MAX_PREVIOUS => {
                 Source::Node { node, output, previous: previous + frames }
@@ -207,7 +207,7 @@ impl GraphBuilder<'_> {
     }
 
     /// Only images are kept from frame to frame.
-    fn previous_is_possible(&mut self, source: Option<Source>, text: &Spanned<String>) -> Option<()> {
+    fn check_previous(&mut self, source: Option<Source>, text: &Spanned<String>) -> Option<()> {
         let Some(source @ Source::Node { node, previous: 1.., .. }) = source else { return Some(()) };
         let ty = self.port_type(source);
         if matches!(ty, PortType::Image | PortType::Volume) {
@@ -228,11 +228,11 @@ fn too_far_back() -> Diagnostic {
         .help(format!("every frame that is kept costs a whole image; the limit is {MAX_PREVIOUS}"))
 }
 
-const SHAPE: &str = "a wire is `\"node\"`, `\"node.port\"`, `\"node@previous\"` or `\"node.port@previous:2\"`";
+const EXPECTED_FORM: &str = "a wire is `\"node\"`, `\"node.port\"`, `\"node@previous\"` or `\"node.port@previous:2\"`";
 
 impl<'a> WireText<'a> {
     fn parse(text: &'a str) -> Result<Self, (String, String)> {
-        let wrong = |message: String| Err((message, SHAPE.to_owned()));
+        let wrong = |message: String| Err((message, EXPECTED_FORM.to_owned()));
         let (path, time) = text.split_once('@').map_or((text, None), |(path, time)| (path, Some(time)));
         let (node, port) = path.split_once('.').map_or((path, None), |(node, port)| (node, Some(port)));
         if text.is_empty() {

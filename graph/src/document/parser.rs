@@ -56,7 +56,7 @@ pub(super) struct Parser<'a> {
     pub(super) end: usize,
     pub(super) open: Vec<Token>,
     /// How many of the open groups, the outermost first, may have lost entries to a bracket that is not closed.
-    pub(super) lossy: usize,
+    pub(super) lossy_depth: usize,
     pub(super) balance: Balance,
     /// Whether what was read last may be followed by an entry without a comma, since an error was reported there.
     pub(super) needs_no_comma: bool,
@@ -76,7 +76,7 @@ impl<'a> Parser<'a> {
             second,
             end: 0,
             open: Vec::new(),
-            lossy: 0,
+            lossy_depth: 0,
             balance,
             needs_no_comma: false,
             has_misfit: false,
@@ -90,7 +90,7 @@ impl<'a> Parser<'a> {
                 Tree::Struct(Some(name), _) | Tree::Tuple(Some(name), _) => Some(name.value.as_str()),
                 _ => None,
             };
-            self.report(syntax::after_the_end(&self.next_location(), self.found(), name));
+            self.report(syntax::after_the_end(&self.next_location(), self.next_text(), name));
         }
         Parsed { tree, errors: self.lexer.errors.into_list() }
     }
@@ -116,13 +116,13 @@ impl<'a> Parser<'a> {
         self.token_location(&self.next)
     }
 
-    pub(super) fn written(&self, token: &Token) -> &'a str {
+    pub(super) fn text_of(&self, token: &Token) -> &'a str {
         &self.text[token.start..token.end]
     }
 
     /// The next token as it is written; empty at the end of the file.
-    pub(super) fn found(&self) -> &'a str {
-        self.written(&self.next)
+    pub(super) fn next_text(&self) -> &'a str {
+        self.text_of(&self.next)
     }
 
     /// A value; broken, with nothing read, if none begins here.
@@ -132,7 +132,7 @@ impl<'a> Parser<'a> {
         if !token.begins_value() {
             // At the end of the file, brackets that are open are what is reported.
             if !has_stray && (token.kind != Kind::End || self.open.is_empty()) {
-                self.expected(syntax::no_value(&self.next_location(), self.found()));
+                self.expected(syntax::no_value(&self.next_location(), self.next_text()));
             }
             return Spanned::new(Tree::Broken, self.location(token.start, token.start));
         }
@@ -142,7 +142,7 @@ impl<'a> Parser<'a> {
             Kind::Number => self.number(&token),
             Kind::Text => self.quoted(&token),
             Kind::Open(bracket) => self.group(token, bracket, None),
-            Kind::ForeignText => Tree::Text(self.written(&token).trim_matches(is_foreign_quote).to_owned()),
+            Kind::ForeignText => Tree::Text(self.text_of(&token).trim_matches(is_foreign_quote).to_owned()),
             Kind::BrokenText => Tree::Broken,
             _ => Tree::Other,
         };
@@ -154,11 +154,11 @@ impl<'a> Parser<'a> {
         let open = self.next;
         let is_open = open.kind == Kind::Open(Bracket::Round);
         if !is_open && !self.lacks_parenthesis() {
-            return plain_word(self.written(token));
+            return plain_word(self.text_of(token));
         }
-        let name = Spanned::new(plain_name(self.written(token)).to_owned(), self.token_location(token));
+        let name = Spanned::new(plain_name(self.text_of(token)).to_owned(), self.token_location(token));
         if is_open {
-            if !matches!(plain_word(self.written(token)), Tree::Name(_)) {
+            if !matches!(plain_word(self.text_of(token)), Tree::Name(_)) {
                 self.report(syntax::value_with_parenthesis(&self.token_location(token), &name.value));
             }
             self.advance();
@@ -178,14 +178,14 @@ impl<'a> Parser<'a> {
     }
 
     fn number(&mut self, token: &Token) -> Tree {
-        number(self.written(token)).unwrap_or_else(|| {
-            self.report(syntax::bad_number(&self.token_location(token), self.written(token)));
+        number(self.text_of(token)).unwrap_or_else(|| {
+            self.report(syntax::bad_number(&self.token_location(token), self.text_of(token)));
             Tree::Broken
         })
     }
 
     fn quoted(&mut self, token: &Token) -> Tree {
-        text(self.written(token)).unwrap_or_else(|| {
+        text(self.text_of(token)).unwrap_or_else(|| {
             self.report(syntax::bad_escape(&self.token_location(token)));
             Tree::Broken
         })
@@ -210,8 +210,8 @@ impl<'a> Parser<'a> {
             follows_error = !self.separator(bracket);
         }
         self.open.pop();
-        let is_partial = is_partial || self.lossy > self.open.len();
-        self.lossy = self.lossy.min(self.open.len());
+        let is_partial = is_partial || self.lossy_depth > self.open.len();
+        self.lossy_depth = self.lossy_depth.min(self.open.len());
         match bracket {
             Bracket::Round => self.struct_or_tuple(name, Group { entries, is_partial }),
             Bracket::Square => self.list(&open, Group { entries, is_partial }),
@@ -244,7 +244,7 @@ impl<'a> Parser<'a> {
     /// An entry; `None` where none can be read.
     fn entry(&mut self, bracket: Bracket, follows_error: bool) -> Option<Entry> {
         if self.next.kind == Kind::Comma {
-            self.expected(syntax::no_entry(&self.next_location(), self.found()));
+            self.expected(syntax::no_entry(&self.next_location(), self.next_text()));
             return None;
         }
         let first = self.item();
@@ -277,7 +277,7 @@ impl<'a> Parser<'a> {
         if !is_key || self.next.kind == Kind::End {
             return false;
         }
-        self.expected(syntax::no_colon(&self.next_location(), self.found()));
+        self.expected(syntax::no_colon(&self.next_location(), self.next_text()));
         while self.next.kind == Kind::Stray {
             self.advance();
         }
@@ -288,7 +288,7 @@ impl<'a> Parser<'a> {
     /// Whether the next token is what a field's value begins with, or stands in place of the colon before it.
     fn may_follow_colon(&self) -> bool {
         match self.next.kind {
-            Kind::Stray => self.found() != ";",
+            Kind::Stray => self.next_text() != ";",
             Kind::Number | Kind::Text | Kind::Word => self.second.kind != Kind::Colon,
             _ => false,
         }

@@ -38,7 +38,7 @@ impl Parser<'_> {
     pub(super) fn expected_close(&mut self, inner: Bracket) {
         self.expected(syntax::unclosed(&self.open_location(), inner, &self.next_location()));
         self.balance.add(inner, 1);
-        self.lossy = self.open.len();
+        self.lossy_depth = self.open.len();
         self.has_misfit = true;
     }
 
@@ -107,8 +107,8 @@ impl Parser<'_> {
 
     /// Reports all brackets that are open at the end of the file at once.
     pub(super) fn end_of_file(&mut self) {
-        let is_reported = self.has_misfit || self.lossy == self.open.len();
-        self.lossy = self.open.len();
+        let is_reported = self.has_misfit || self.lossy_depth == self.open.len();
+        self.lossy_depth = self.open.len();
         if is_reported || self.lexer.ends_in_comment {
             return;
         }
@@ -127,7 +127,7 @@ impl Parser<'_> {
     pub(super) fn skip_stray(&mut self) -> bool {
         let has_stray = self.next.kind == Kind::Stray;
         while self.next.kind == Kind::Stray {
-            self.unexpected(syntax::stray(&self.next_location(), self.found()));
+            self.unexpected(syntax::stray(&self.next_location(), self.next_text()));
         }
         has_stray
     }
@@ -136,7 +136,7 @@ impl Parser<'_> {
     pub(super) fn separator(&mut self, inner: Bracket) -> bool {
         let needs_no_comma = std::mem::take(&mut self.needs_no_comma);
         loop {
-            let (location, found) = (self.next_location(), self.found());
+            let (location, found) = (self.next_location(), self.next_text());
             match self.next.kind {
                 Kind::Comma => {
                     self.advance();

@@ -10,7 +10,7 @@ use afterimage_media::Alpha;
 use afterimage_plan::PlanOutput;
 
 use super::read::{InputPicture, Inputs, Read};
-use super::readings::{FrameReport, readings};
+use super::readings::{FrameReport, read_meters};
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
@@ -98,7 +98,7 @@ impl Frames<'_> {
     }
 
     fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>) -> Result<(), Failure> {
-        let exposure = readings(&self.session.session, &self.meters)?;
+        let exposure = read_meters(&self.session.session, &self.meters)?;
         let job = &self.request.jobs[index];
         self.reports.push(FrameReport { frame: job.frame, files: job.out.clone(), exposure, repaired });
         Ok(())

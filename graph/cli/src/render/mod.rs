@@ -30,8 +30,8 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let files = Files::of(&args.pipeline, &args.options.kinds, &run);
     let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
-    let named = assignments(&args.inputs, "--input")?;
-    let mut request = Request::new(args, targets(args, &graph)?, &graph, named)?;
+    let named_inputs = assignments(&args.inputs, "--input")?;
+    let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
     for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
         run.reads(&source.path, &format!("the image of input `{name}`"));
     }

@@ -48,7 +48,7 @@ pub(crate) fn meters(graph: &Graph) -> Vec<String> {
 }
 
 /// The readings of these meters after the last frame. Waits for the GPU.
-pub(crate) fn readings(session: &Session, meters: &[String]) -> Result<Vec<Reading>, Failure> {
+pub(crate) fn read_meters(session: &Session, meters: &[String]) -> Result<Vec<Reading>, Failure> {
     let mut readings = Vec::new();
     for meter in meters {
         if let Some([stops, mean, lux, 1.0]) = session.value(&format!("{meter}.result"))? {

@@ -41,14 +41,14 @@ pub(super) struct Request<'a> {
 }
 
 impl<'a> Request<'a> {
-    /// `named` are the files of `--input`, by the name of the input.
+    /// `named_inputs` are the files of `--input`, by the name of the input.
     pub(super) fn new(
         args: &'a RenderArgs,
         targets: Vec<Target>,
         graph: &Graph,
-        named: Vec<(String, String)>,
+        named_inputs: Vec<(String, String)>,
     ) -> Result<Self, Failure> {
-        let files = input_files(args, graph, named)?;
+        let files = input_files(args, graph, named_inputs)?;
         let is_volume =
             |(name, _): &(String, String)| graph.inputs.iter().any(|input| input.name == *name && input.volume);
         if args.slices.is_some() && !files.iter().any(is_volume) {

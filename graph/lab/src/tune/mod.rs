@@ -61,16 +61,16 @@ pub fn tune(
     state: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
-    let mut candidates = Candidates::prepare(gpu, registry, pipeline, options)?;
-    let space = candidates.space()?;
-    let mut state = SearchState::open(state, candidates.identity(pipeline, &space)?)?;
+    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options)?;
+    let space = measurer.space()?;
+    let mut state = SearchState::open(state, measurer.identity(pipeline, &space)?)?;
     let (choice, measured) =
-        search(&space, target, &mut |choice| candidates.measured(&space, choice, &mut state, progress))?;
+        search(&space, target, &mut |choice| measurer.measured(&space, choice, &mut state, progress))?;
     if !target.is_met(&measured) {
         return Err(unreachable_target(target, &measured));
     }
     let graph = space.graph(&pipeline.written, &choice);
-    Ok(Tuned { graph, measured, conditions: candidates.conditions(), choices: state.len() })
+    Ok(Tuned { graph, measured, conditions: measurer.conditions(), choices: state.len() })
 }
 
 fn unreachable_target(target: TuneTarget, best: &Measured) -> LabError {
@@ -82,17 +82,17 @@ fn unreachable_target(target: TuneTarget, best: &Measured) -> LabError {
 }
 
 /// All clips with their references, to measure one choice after another.
-struct Candidates<'a> {
+struct ClipMeasurer<'a> {
     player: Player,
     written: &'a Graph,
     view: View,
     clips: Vec<(Clip, Reference)>,
     /// The hashes of the reference plans, one for each clip.
-    references: Vec<String>,
+    reference_hashes: Vec<String>,
     adapter: String,
 }
 
-impl<'a> Candidates<'a> {
+impl<'a> ClipMeasurer<'a> {
     fn prepare(
         gpu: &Gpu,
         registry: &Registry,
@@ -104,14 +104,14 @@ impl<'a> Candidates<'a> {
         let view = View::of(written, output)?;
         let exact = reference::before_quantization(&most_accurate(&pipeline.ideal)?, &output.name);
         let mut player = Player::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
-        let (mut references, mut ready) = (Vec::new(), Vec::new());
+        let (mut reference_hashes, mut ready) = (Vec::new(), Vec::new());
         for source in clips::sources(&options.clips, written)? {
             let clip = load(&source, gpu, registry, &mut player, written, &options.clips)?;
-            references.push(player.load(&exact, &clip, true)?.hash().to_string());
+            reference_hashes.push(player.load(&exact, &clip, true)?.hash().to_string());
             let reference = Reference::render(&mut player, &clip, view, &output.name)?;
             ready.push((clip, reference));
         }
-        Ok(Self { player, written, view, clips: ready, references, adapter: gpu.name() })
+        Ok(Self { player, written, view, clips: ready, reference_hashes, adapter: gpu.name() })
     }
 
     fn space(&mut self) -> Result<Space, LabError> {
@@ -134,7 +134,7 @@ impl<'a> Candidates<'a> {
             "switches": space.names(),
             "facts": pipeline.facts,
             "images": images,
-            "references": self.references,
+            "references": self.reference_hashes,
         }))
     }
 

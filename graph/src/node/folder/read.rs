@@ -11,7 +11,7 @@ use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, quote};
 use afterimage_base::value::{Param, Type};
 
-const SHAPE: &str =
+const EXPECTED_FORM: &str =
     "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";
 
 /// What the file declares; `None` once it is clear that no kind can come of it.
@@ -23,7 +23,8 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         Tree::Broken => return None,
         other => {
             let message = format!("the file holds {}, not a `Kind`", other.describe());
-            diagnostics.push(Diagnostic::error("not-a-kind", message).at(&tree.location.part(0..1), "").help(SHAPE));
+            diagnostics
+                .push(Diagnostic::error("not-a-kind", message).at(&tree.location.part(0..1), "").help(EXPECTED_FORM));
             return None;
         }
     };
