@@ -31,12 +31,25 @@ pub enum PlanError {
     /// The host states a rectangle or a factor of a volume.
     #[error("rectangles and factors are not supported for the volume input `{0}`")]
     PartOfVolume(String),
-    /// A shader of a node's kind cannot be linked, or is not valid.
-    #[error("the shader of node `{node}` is wrong: {error}")]
-    Shader {
+    /// Shaders of the kinds of nodes cannot be linked, are not valid, or do not fit their kinds.
+    #[error("{}", shaders(.0))]
+    Shaders(Vec<NodeShaderError>),
+    /// A function takes a pixel of an image that has another size than its result.
+    #[error(
+        "node `{node}` takes `{argument}` as a pixel, but `{image}` is {size} and the result {result}: give it an image \
+         of that size, or take a texture in the shader `{shader}` and read it with `tap`"
+    )]
+    MisfitPixel {
         node: String,
-        /// The error, at the author's file and line.
-        error: Box<ShaderError>,
+        /// The argument of the function.
+        argument: String,
+        /// The image, as `node.port`.
+        image: String,
+        size: Size,
+        /// The size of the result.
+        result: Size,
+        /// The file of the function.
+        shader: String,
     },
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]
@@ -94,6 +107,21 @@ pub enum PlanError {
         /// The most that is allowed.
         limit: u64,
     },
+}
+
+/// An error in a shader of a node's kind.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeShaderError {
+    /// The first node of the kind.
+    pub node: String,
+    /// The error, at the author's file and line.
+    pub error: ShaderError,
+}
+
+fn shaders(errors: &[NodeShaderError]) -> String {
+    let lines =
+        errors.iter().map(|NodeShaderError { node, error }| format!("the shader of node `{node}` is wrong: {error}"));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 fn dimension(input: &str, given: bool) -> String {

@@ -55,7 +55,7 @@ mod verify;
 pub use afterimage_base::caps::Caps;
 pub use contract::{contract, modules};
 pub use dynamic::{DynamicNodes, NeedsPlan};
-pub use error::PlanError;
+pub use error::{NodeShaderError, PlanError};
 pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{

@@ -1,12 +1,11 @@
 //! Recording: every node that runs records its passes, and with them the virtual images and buffers.
 
 use std::collections::BTreeMap;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use crate::amounts::RecordingLimits;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
 use crate::crop::crop_pass;
-use crate::error::PlanError;
+use crate::error::{NodeShaderError, PlanError};
 use crate::linear::{Decoding, decoded_desc};
 use crate::plan::PlanOutput;
 use crate::request::{Part, PlanRequest};
@@ -44,7 +43,10 @@ pub(crate) fn record(
         round.builder.recording.most_computed = Some(max_computed_bytes);
         round.run()?;
         let wrong = round.wrong_guesses();
-        let Some((node, ..)) = wrong.first() else { return Ok(round.builder) };
+        let Some((node, ..)) = wrong.first() else {
+            check_pixels(&round.builder.recording)?;
+            return Ok(round.builder);
+        };
         unstable.clone_from(&graph.nodes[*node].name);
         computed = std::mem::take(&mut round.builder.recording.computed);
         for (node, output, desc) in wrong {
@@ -70,6 +72,7 @@ struct RecordAttempt<'a> {
     /// The image of each history.
     known: BTreeMap<(usize, usize, u32), ImageId>,
     amounts: RecordingLimits,
+    errors: Vec<NodeShaderError>,
 }
 
 impl<'a> RecordAttempt<'a> {
@@ -86,16 +89,33 @@ impl<'a> RecordAttempt<'a> {
         let (histories, known) = (Vec::new(), BTreeMap::new());
         let amounts = RecordingLimits::default();
         let frame = FrameSetting::new(request);
-        Self { graph, request, specialized, guesses, colors, frame, builder, made, given, histories, known, amounts }
+        Self {
+            graph,
+            request,
+            specialized,
+            guesses,
+            colors,
+            frame,
+            builder,
+            made,
+            given,
+            histories,
+            known,
+            amounts,
+            errors: Vec::new(),
+        }
     }
 
     fn run(&mut self) -> Result<(), PlanError> {
         self.add_inputs()?;
         for &index in &self.specialized.order {
             if self.specialized.is_live(index) {
-                self.node(index)?;
+                self.node(index);
                 self.amounts.check(&self.graph.nodes[index].name, &self.builder.recording)?;
             }
+        }
+        if !self.errors.is_empty() {
+            return Err(PlanError::Shaders(std::mem::take(&mut self.errors)));
         }
         // Outputs may ask for histories too, and must know all of them: an image that is remembered is not theirs.
         let outputs = self.graph.outputs.iter();
@@ -201,7 +221,7 @@ impl<'a> RecordAttempt<'a> {
         image
     }
 
-    fn node(&mut self, index: usize) -> Result<(), PlanError> {
+    fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
         let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let sources = node.wires.iter().map(|wire| self.specialized.source((*wire)?));
@@ -217,13 +237,13 @@ impl<'a> RecordAttempt<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        // A recorder panics with the error of a shader.
-        let recording = &mut self.builder.recording;
-        let recorded = catch_unwind(AssertUnwindSafe(|| record_node(&self.frame, &node.instance, &setting, recording)));
-        self.made[index] = recorded.map_err(|panic| match panic.downcast::<ShaderError>() {
-            Ok(error) => PlanError::Shader { node: node.name.clone(), error },
-            Err(panic) => resume_unwind(panic),
-        })?;
+        let (made, errors) = record_node(&self.frame, &node.instance, &setting, &mut self.builder.recording);
+        self.made[index] = made;
+        for error in errors {
+            if !self.errors.iter().any(|known| known.error == error) {
+                self.errors.push(NodeShaderError { node: node.name.clone(), error });
+            }
+        }
         if !setting.dynamic.is_empty() {
             self.builder.dynamic.insert(index, setting);
         }
@@ -236,7 +256,6 @@ impl<'a> RecordAttempt<'a> {
             kernel.origin = Some(KernelOrigin::Node { node: index, kernel: number });
             kernel.limited = kernel.shader.is_untrusted().then_some(signedness);
         }
-        Ok(())
     }
 
     fn link_histories(&mut self) {
@@ -344,13 +363,28 @@ impl<'a> RecordAttempt<'a> {
     }
 }
 
-/// Lets a node record its passes; what its outputs hold.
+/// An error if a function takes a pixel of an image that has another size than its result.
+fn check_pixels(recording: &Recording) -> Result<(), PlanError> {
+    let mut misfits = recording.passes.iter().flat_map(|pass| recording.misfit_pixels(pass));
+    let Some(misfit) = misfits.next() else { return Ok(()) };
+    let image = recording.image(misfit.image);
+    Err(PlanError::MisfitPixel {
+        node: misfit.kernel.node.clone(),
+        argument: misfit.argument.to_owned(),
+        image: image.label.clone(),
+        size: image.desc.size,
+        result: recording.image(misfit.result).desc.size,
+        shader: misfit.kernel.shader.file().to_owned(),
+    })
+}
+
+/// Lets a node record its passes; what its outputs hold, and what is wrong with its shaders.
 pub(crate) fn record_node(
     frame: &FrameSetting,
     instance: &NodeInstance,
     setting: &NodeSetting,
     recording: &mut Recording,
-) -> Vec<InputValue> {
+) -> (Vec<InputValue>, Vec<ShaderError>) {
     let mut recorder = Recorder::new(context(frame, setting, instance), recording);
     instance.record(&mut recorder);
     recorder.finish()

@@ -284,3 +284,40 @@ fn a_node_that_is_off_asks_for_no_plan() {
     let instance = &changed.nodes[strength.node].instance;
     assert_eq!(dark.dynamic.uniforms(strength.node, instance, &mut write), Ok(()));
 }
+
+static LATER: Shader = Shader::new("later.wgsl", "fn later(source: vec4f) -> vec4f { return source; }\n");
+
+params! {
+    /// Calls a function that does not exist, if it is not `right`.
+    pub struct Later {
+        /// Whether it exists.
+        pub right: bool = true;
+    }
+}
+
+impl Node for Later {
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        pass.function(&LATER, if self.right { "later" } else { "latter" }).write("result", desc);
+    }
+}
+
+#[test]
+fn a_wrong_shader_at_a_new_value_asks_for_a_plan_which_has_the_error() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color }, nodes: { "node": Later(source: "scene") }, outputs: { "out": "node" },
+    )"#;
+    let registry = Registry::new(&[&[NodeKind::of::<Later>()]]).unwrap();
+    let (graph, _) = check(&parse("test.ron", text).unwrap(), &registry, &CheckOptions::default()).unwrap();
+    let right = graph.parameter("node.right").expect("it has one");
+    let mut planned = planned(&graph, &BTreeSet::from([right]), &[]);
+    let mut changed = PlanCache::new(graph.clone());
+    assert!(changed.set(right, Value::Bool(false)).is_ok());
+    let instance = &changed.graph().nodes[right.node].instance;
+    assert_eq!(planned.dynamic.uniforms(right.node, instance, &mut |_, _| {}), Err(NeedsPlan));
+}

@@ -33,8 +33,8 @@ pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
 pub use promises::Promises;
 pub use recorder::{
-    AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, NodeColors, Recorder, RecorderContext, Recording,
-    Replay, WarpPass,
+    AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, MisfitPixel, NodeColors, Recorder,
+    RecorderContext, Recording, Replay, WarpPass,
 };
 pub use registry::{Registry, RegistryError};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};

@@ -63,7 +63,7 @@ fn every_broken_promise_is_named() {
         "the default of `amount` is not acceptable: `amount` must be within 0 and 1",
         "the numbers of `open` have no domain",
         "the file `plugin/Careless.wgsl` is not called after a kind, in snake_case",
-        "recording fails: `Careless` has no input `elsewhere`",
+        "recording fails: plugin/Careless.wgsl:4:1: `Careless` has no input `elsewhere`",
         "the output `result` is used and not given as a Image",
     ] {
         assert!(
@@ -117,6 +117,87 @@ fn limits_of_devices_hold_for_large_images() {
         assert!(complaints.contains(part), "{part} is missing in:\n{complaints}");
     }
     assert!(!complaints.contains("at 64x36 has 9 workgroups"), "{complaints}");
+}
+
+static WASTE: Shader = Shader::new(
+    "waste.wgsl",
+    "struct Waste { amount: f32 }
+fn waste(source: vec4f, params: Waste) -> vec4f { return params.amount * source; }
+fn waste_far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {
+    return tap(source, source_sampler, at.uv);
+}
+fn waste_both(source: vec4f, half: vec4f) -> vec4f { return source + half; }
+",
+);
+
+params! {
+    /// Declares and stores what nothing reads.
+    pub struct Waste {
+        /// A member of a uniform.
+        pub amount: f32 = 0.5 => within(0.0..=1.0);
+        /// Nothing has it.
+        pub idle: f32 = 0.5 => within(0.0..=1.0);
+        /// Acts if `wide`, and only then.
+        pub reach: f32 = 0.5 => within(0.0..=1.0);
+        /// Whether `reach` acts.
+        pub wide: bool = false => replans();
+    }
+}
+
+impl Node for Waste {
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "The picture."), Input::image("mask", "Nothing reads it.").optional()];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let lost = pass.transient("lost", ImageDesc::new(desc.size.half()));
+        pass.function(&WASTE, "waste_far").write_to(lost);
+        let amount = if self.wide { self.reach } else { self.amount };
+        pass.function(&WASTE, "waste").set("amount", amount).write("result", desc);
+    }
+}
+
+#[test]
+fn what_is_declared_or_stored_and_not_read_is_named() {
+    let complaints = contract(&[NodeKind::of::<Waste>()]).expect_err("it wastes much");
+    assert_eq!(
+        complaints,
+        [
+            "`Waste`: the pass `waste_far` makes the image `node.lost`, which nothing reads",
+            "`Waste`: no pass reads the input `mask`",
+            "`Waste`: the parameter `idle` does nothing: no uniform has it, and no pass differs by it",
+        ]
+    );
+}
+
+params! {
+    /// Takes pixels of an image that is half as large as its result.
+    pub struct Outside {}
+}
+
+impl Node for Outside {
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+
+    fn record(&self, pass: &mut Recorder<'_>) {
+        let source = pass.image("source");
+        let desc = pass.desc(source);
+        let half = pass.transient("half", ImageDesc::new(desc.size.half()));
+        pass.function(&WASTE, "waste_far").write_to(half);
+        pass.function(&WASTE, "waste_both").read("half", half).write("result", desc);
+    }
+}
+
+#[test]
+fn a_pixel_of_an_image_of_another_size_is_named() {
+    let complaints = contract(&[NodeKind::of::<Outside>()]).expect_err("it reads outside");
+    let expected = "`Outside`: `waste_both` takes the pixel `half` of `node.half`, which has another size than its \
+                    result: take a texture, and read it with `tap`";
+    assert_eq!(complaints, [expected]);
 }
 
 params! {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
-use crate::error::{Place, ShaderError, ShaderLabel};
+use crate::error::{Place, ShaderError, ShaderLabel, position};
 use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
 
@@ -120,6 +120,14 @@ impl Shader {
     /// Whether to compute a function again takes longer than to store its result and to read it again.
     pub fn is_heavy(&self, function: &str) -> bool {
         self.reflect().is_ok_and(|reflection| reflection.heavy.iter().any(|name| name == function))
+    }
+
+    /// An error at the place where the file has these words, such as `fn name`; at its start, if it has not.
+    pub fn error_at(&self, words: &str, message: impl Into<String>) -> ShaderError {
+        let is_word = |c: char| c.is_alphanumeric() || c == '_';
+        let mut found = self.text().match_indices(words).map(|(at, _)| at);
+        let whole = found.find(|at| !self.text()[at + words.len()..].starts_with(is_word));
+        ShaderError::new(self.file(), position(self.text(), whole.unwrap_or(0)), message)
     }
 
     /// Adds an error in the file, and those that were found with it, to diagnostics. Each has an excerpt if it is in

@@ -14,6 +14,7 @@ mod limits;
 mod names;
 mod parts;
 mod recorded;
+mod unread;
 mod violations;
 
 use std::collections::BTreeSet;
@@ -35,6 +36,9 @@ pub(super) use names::{is_pascal, is_snake, snake, stem};
 /// * Every kind records at its defaults and at each parameter's extremes, with and without its optional inputs, for an
 ///   image, a single pixel, and images of 7680x4320 and 8192x8192. It records the same each time, gives every output
 ///   that is used, and writes only to its own images.
+/// * Each parameter is a member of a uniform or changes what is recorded, each input is read, and so is each image that
+///   a pass stores.
+/// * A function takes pixels of images of its result's size only.
 /// * A mip level or a layer of an image is drawn before a pass reads it.
 /// * Dispatches, workgroups, buffers and bindings are within what every WebGPU device allows, also for the largest
 ///   images.

@@ -7,57 +7,96 @@ use std::sync::Arc;
 use super::limits;
 use super::names::{pascal, snake, stem};
 use super::parts;
+use super::unread::Uses;
 use super::violations::Violations;
 use crate::node::{
-    Arg, BlockId, BufferLife, InputValue, InputValues, KernelCall, NodeColors, NodeInstance, NodeKind, Origin, Pass,
-    PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
+    Arg, BlockId, BufferLife, ImageColor, Input, InputValue, InputValues, KernelCall, NodeColors, NodeInstance,
+    NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
 };
 use afterimage_base::caps::Caps;
-use afterimage_base::image::{ImageDesc, Signedness, Size};
+use afterimage_base::color::{Chromaticities, Colorimetry};
+use afterimage_base::image::{ColorState, ImageDesc, Signedness, Size};
 use afterimage_base::value::{Param, Type, Value};
 use afterimage_wgsl::{Shader, ShaderError};
 
 /// One way of using a kind.
-struct Use<'a> {
-    node: &'a NodeInstance,
-    dynamic: &'a [usize],
-    size: Size,
-    is_fully_wired: bool,
-    is_exact: bool,
-    is_default: bool,
+pub(super) struct Use<'a> {
+    pub(super) node: &'a NodeInstance,
+    pub(super) dynamic: &'a [usize],
+    pub(super) size: Size,
+    pub(super) around: Around,
+    pub(super) is_exact: bool,
+    pub(super) is_default: bool,
+}
+
+/// What arrives at the inputs.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Around {
+    /// Something at each, as large as the frame and of unknown primaries.
+    Everything,
+    /// Nothing at the optional ones.
+    Required,
+    /// Something at each but this optional one.
+    AllBut(usize),
+    /// Something at each, and all images but the first are half as large.
+    SmallOthers,
+    /// Something at each, with the primaries of Rec.2020.
+    WideColors,
+}
+
+impl Around {
+    fn wires(self, index: usize, port: &Input) -> bool {
+        let is_left_out = self == Self::Required || self == Self::AllBut(index);
+        !(port.optional && is_left_out)
+    }
 }
 
 /// What one recording came to.
 #[derive(PartialEq)]
-struct Recorded {
-    outputs: Vec<InputValue>,
-    recording: Recording,
-    given: usize,
+pub(super) struct Recorded {
+    pub(super) inputs: Vec<InputValue>,
+    pub(super) outputs: Vec<InputValue>,
+    pub(super) recording: Recording,
+    /// How many of the images arrived at the inputs: the first ones.
+    pub(super) given: usize,
+}
+
+/// Values of the parameters: the defaults, but for one.
+pub(super) struct Variant {
+    /// The parameter that is at an extreme; `None` for the defaults.
+    pub(super) param: Option<usize>,
+    pub(super) values: Vec<Value>,
 }
 
 /// An image as tests have it, a single pixel, and the largest images that every device has.
 const SIZES: [(u32, u32); 4] = [(64, 36), (1, 1), (7680, 4320), (8192, 8192)];
 
 pub(super) fn look(kind: &NodeKind, violations: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
-    let mut is_recorded = false;
-    for (index, values) in variants(kind).into_iter().enumerate() {
-        let node = NodeInstance::new(kind.clone(), values);
+    let mut uses = Uses::new(kind);
+    for variant in variants(kind) {
+        let node = NodeInstance::new(kind.clone(), variant.values);
+        let is_default = variant.param.is_none();
         // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
         let ways: &[(bool, bool)] =
-            if index == 0 { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
+            if is_default { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
         for (is_fully_wired, is_exact) in ways.iter().copied() {
             let mut computed = BTreeMap::new();
             for size in SIZES.map(|(width, height)| Size::new(width, height)) {
-                let way = Use { node: &node, dynamic: &[], size, is_fully_wired, is_exact, is_default: index == 0 };
-                if records(&way) {
-                    is_recorded = true;
-                    one(&way, &mut computed, violations, seen);
+                let around = if is_fully_wired { Around::Everything } else { Around::Required };
+                let way = Use { node: &node, dynamic: &[], size, around, is_exact, is_default };
+                let recorded = records(&way).then(|| one(&way, &mut computed, violations, seen)).flatten();
+                match recorded {
+                    Some(recorded) => uses.add(size, variant.param, recorded),
+                    None => uses.add_unrecorded(variant.param),
                 }
             }
         }
     }
-    if !is_recorded {
-        skipped(kind, violations);
+    match uses.is_recorded() {
+        // What is recorded wrongly would look like something that nothing reads.
+        true if violations.of_kind() == 0 => uses.finish(violations),
+        true => {}
+        false => skipped(kind, violations),
     }
 }
 
@@ -80,11 +119,11 @@ pub(super) fn live(kind: &NodeKind, violations: &mut Violations) {
     if all.is_empty() {
         return;
     }
-    for is_fully_wired in [true, false] {
+    for around in [Around::Everything, Around::Required] {
         let without_uniforms = |values: Vec<Value>, violations: &mut Violations| {
             let node = NodeInstance::new(kind.clone(), values);
             let (dynamic, size) = (all.as_slice(), Size::new(64, 36));
-            let way = Use { node: &node, dynamic, size, is_fully_wired, is_exact: false, is_default: false };
+            let way = Use { node: &node, dynamic, size, around, is_exact: false, is_default: false };
             let recorded = node.verify().is_ok().then(|| record(&way, Tables::new(), violations)).flatten();
             recorded.map(Recorded::without_uniforms)
         };
@@ -104,20 +143,25 @@ pub(super) fn live(kind: &NodeKind, violations: &mut Violations) {
 }
 
 /// Values that the kind refuses, such as a missing file, and those at which a fallback replaces it are not recorded.
-fn records(way: &Use<'_>) -> bool {
+pub(super) fn records(way: &Use<'_>) -> bool {
     let inputs = way.node.kind().inputs();
-    let absent = inputs.iter().filter(|port| port.optional && !way.is_fully_wired).map(|port| port.name.clone());
-    let inputs = InputValues::new(Vec::new(), absent.collect());
+    let absent = inputs.iter().enumerate().filter(|(index, port)| !way.around.wires(*index, port));
+    let inputs = InputValues::new(Vec::new(), absent.map(|(_, port)| port.name.clone()).collect());
     let is_replaced = way.node.kind().outputs().iter().all(|port| way.node.identity_of(&port.name, &inputs));
     way.node.verify().is_ok() && !is_replaced
 }
 
 /// Tables that a recording has computed.
-type Tables = BTreeMap<String, Arc<[u8]>>;
+pub(super) type Tables = BTreeMap<String, Arc<[u8]>>;
 
-fn one(way: &Use<'_>, computed: &mut Tables, violations: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
+fn one(
+    way: &Use<'_>,
+    computed: &mut Tables,
+    violations: &mut Violations,
+    seen: &mut dyn FnMut(&Recording),
+) -> Option<Recorded> {
     let is_first = computed.is_empty();
-    let Some(first) = record(way, std::mem::take(computed), violations) else { return };
+    let first = record(way, std::mem::take(computed), violations)?;
     computed.clone_from(&first.recording.computed);
     // A recording may bake a table, which no size changes, so it is made twice only at the defaults and for one size.
     let again = (way.is_default && is_first).then(|| record(way, Tables::new(), violations)).flatten();
@@ -137,11 +181,13 @@ fn one(way: &Use<'_>, computed: &mut Tables, violations: &mut Violations, seen: 
     parts::look(&first.recording, violations);
     for pass in &first.recording.passes {
         writes_its_own(pass, &first, violations);
+        pixels(pass, &first.recording, violations);
         pass.shaders().for_each(|shader| file_name(shader, violations));
         pass.kernels.iter().for_each(|kernel| blocks(kernel, way.node.kind(), violations));
         pass.kernels.iter().for_each(|kernel| samples(kernel, &first.recording, violations));
     }
     seen(&first.recording);
+    Some(first)
 }
 
 impl Recorded {
@@ -156,51 +202,66 @@ fn defaults(kind: &NodeKind) -> Vec<Value> {
     kind.params().iter().map(|param| param.default.clone()).collect()
 }
 
-/// Every parameter at its extremes, one at a time, the defaults first.
-fn variants(kind: &NodeKind) -> Vec<Vec<Value>> {
+/// The defaults, and every parameter at its extremes, one at a time.
+pub(super) fn variants(kind: &NodeKind) -> Vec<Variant> {
     let defaults = defaults(kind);
-    let mut all = vec![defaults.clone()];
+    let mut all = vec![Variant { param: None, values: defaults.clone() }];
     for (index, param) in kind.params().iter().enumerate() {
         for value in extremes(param).into_iter().filter(|value| *value != param.default) {
             let mut values = defaults.clone();
             values[index] = value;
-            all.push(values);
+            all.push(Variant { param: Some(index), values });
         }
     }
     all
 }
 
-fn extremes(param: &Param) -> Vec<Value> {
+pub(super) fn extremes(param: &Param) -> Vec<Value> {
     match param.ty {
         Type::Choice(choices) => choices.iter().map(|choice| Value::Choice(choice.name)).collect(),
         _ => param.lowest().into_iter().chain(param.highest()).collect(),
     }
 }
 
-fn record(way: &Use<'_>, computed: Tables, violations: &mut Violations) -> Option<Recorded> {
+pub(super) fn record(way: &Use<'_>, computed: Tables, violations: &mut Violations) -> Option<Recorded> {
     let attempt = catch_unwind(AssertUnwindSafe(|| recorded(way, computed)));
-    attempt.map_err(|panic| violations.add(format!("recording fails: {}", reason(&*panic)))).ok()
+    match attempt {
+        Ok(Ok(recorded)) => return Some(recorded),
+        Ok(Err(errors)) => errors.iter().for_each(|error| violations.add(format!("recording fails: {error}"))),
+        Err(panic) => violations.add(format!("recording fails: {}", reason(&*panic))),
+    }
+    None
 }
 
 fn reason(panic: &(dyn std::any::Any + Send)) -> String {
-    if let Some(error) = panic.downcast_ref::<ShaderError>() {
-        return error.to_string();
-    }
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
     text.unwrap_or("it panics").to_owned()
 }
 
-fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
+fn recorded(way: &Use<'_>, computed: Tables) -> Result<Recorded, Vec<ShaderError>> {
     let kind = way.node.kind();
     let mut recording = Recording { computed, ..Recording::default() };
     let inputs: Vec<InputValue> = kind
         .inputs()
         .iter()
-        .map(|port| match port.optional && !way.is_fully_wired {
-            true => InputValue::Absent,
-            false => arrival(port.ty, &port.name, way.size, &mut recording),
+        .enumerate()
+        .map(|(index, port)| {
+            let is_first = kind.inputs()[..index].iter().all(|before| before.ty != PortType::Image);
+            let size = if way.around == Around::SmallOthers && !is_first { way.size.half() } else { way.size };
+            match way.around.wires(index, port) {
+                true => arrival(port.ty, &port.name, size, &mut recording),
+                false => InputValue::Absent,
+            }
         })
         .collect();
+    let wide = |port: &Input| {
+        let state = port.states.first().copied().unwrap_or(ColorState::Scene);
+        Some(ImageColor { state, colorimetry: Colorimetry::linear(Chromaticities::REC2020) })
+    };
+    let colors: Vec<Option<ImageColor>> = match way.around {
+        Around::WideColors => kind.inputs().iter().map(wide).collect(),
+        _ => Vec::new(),
+    };
     let given = recording.images.len();
     let used_outputs = vec![true; kind.outputs().len()];
     let caps = Caps::default();
@@ -215,12 +276,12 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Recorded {
         caps: &caps,
         exact: way.is_exact,
         used_outputs: &used_outputs,
-        colors: NodeColors::default(),
+        colors: NodeColors { inputs: &colors, outputs: &[] },
     };
     let mut recorder = Recorder::new(context, &mut recording);
     way.node.record(&mut recorder);
-    let outputs = recorder.finish();
-    Recorded { outputs, recording, given }
+    let (outputs, errors) = recorder.finish();
+    if errors.is_empty() { Ok(Recorded { inputs, outputs, recording, given }) } else { Err(errors) }
 }
 
 /// Something plausible at an input.
@@ -273,6 +334,19 @@ fn samples(kernel: &KernelCall, recording: &Recording, violations: &mut Violatio
     violations.require(!(has_samples && is_direct), || {
         format!("`{}` reads samples directly: `texel_sample` of the library sanitizes them", kernel.function)
     });
+}
+
+/// A pixel is read at the place of the result, so its image has the size of the result.
+fn pixels(pass: &Pass, recording: &Recording, violations: &mut Violations) {
+    for misfit in recording.misfit_pixels(pass) {
+        violations.add(format!(
+            "`{}` takes the pixel `{}` of `{}`, which has another size than its result: take a texture, and read it \
+             with `tap`",
+            misfit.kernel.function,
+            misfit.argument,
+            recording.image(misfit.image).label
+        ));
+    }
 }
 
 /// A pass must not write to what it was given, nor to what is constant.

@@ -6,12 +6,15 @@ pub(super) struct Violations {
     kind: String,
     all: Vec<String>,
     skipped: Vec<String>,
+    /// Those of kinds before the present one.
+    earlier: usize,
 }
 
 impl Violations {
     /// Later violations belong to this kind.
     pub(super) fn about(&mut self, kind: &str) {
         self.kind = kind.to_owned();
+        self.earlier = self.all.len();
     }
 
     /// Adds a violation of the present kind.
@@ -20,6 +23,11 @@ impl Violations {
         if !self.all.contains(&violation) {
             self.all.push(violation);
         }
+    }
+
+    /// How many the present kind has.
+    pub(super) fn of_kind(&self) -> usize {
+        self.all.len() - self.earlier
     }
 
     /// Adds a violation unless the condition holds.

@@ -96,6 +96,9 @@ impl ComputePass<'_, '_> {
         }
         let Self { recorder, shader, entry, label, bindings, by_cells } = self;
         let (nodes, label) = (vec![recorder.node.to_owned()], label.text(&entry));
+        if recorder.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
+            recorder.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
+        }
         let call = bindings.call(recorder, shader, entry);
         let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, by_cells, ..call };
         recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });

@@ -5,12 +5,13 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
-use super::{InputValue, Recorder, shape, wrong_shader};
+use super::{InputValue, Recorder, shape};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
 use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
+use afterimage_base::diagnostic::did_you_mean;
 use afterimage_base::image::ImageDesc;
 use afterimage_wgsl::{ArgType, Function, Shader, ShaderError, UniformValue};
 
@@ -179,11 +180,21 @@ impl FunctionPass<'_, '_> {
     }
 
     fn declaration(&self) -> &Function {
-        let function = self.recorder.reflection(&self.shader).function(&self.function);
-        function.unwrap_or_else(|| {
-            let message = format!("there is no kernel function `{}`", self.function);
-            wrong_shader(ShaderError::new(self.shader.file(), (1, 1), message))
+        let reflection = self.recorder.reflection(&self.shader);
+        reflection.function(&self.function).unwrap_or_else(|| {
+            if self.shader.reflect().is_ok() {
+                let known = reflection.functions.iter().map(|function| function.name.as_str());
+                let mut error = self.error(format!("there is no kernel function `{}`", self.function));
+                error.help = did_you_mean(&self.function, known).map(String::into_boxed_str);
+                self.recorder.add_error(error);
+            }
+            &NO_FUNCTION
         })
+    }
+
+    /// An error at the function.
+    fn error(&self, message: String) -> ShaderError {
+        self.shader.error_at(&format!("fn {}", self.function), message)
     }
 
     /// The call of the function.
@@ -206,6 +217,15 @@ impl FunctionPass<'_, '_> {
 
     fn arg(&self, function: &Function, index: usize) -> Arg {
         let (name, ty) = &function.args[index];
+        let is_port = match ty {
+            ArgType::Struct(_) => name != "params",
+            ArgType::Texture | ArgType::Volume | ArgType::Multisampled | ArgType::Floats(_) => true,
+            _ => false,
+        };
+        if is_port && !self.has_source(name) {
+            self.recorder.add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.kind.name)));
+            return Arg::Zero(1);
+        }
         match ty {
             ArgType::Struct(_) if name == "params" => Arg::Params,
             ArgType::Struct(_) => Arg::Block(self.block(name)),
@@ -219,11 +239,21 @@ impl FunctionPass<'_, '_> {
             }
             ArgType::Multisampled => Arg::Texture(self.image(name, true)),
             ArgType::Floats(n) => self.numbers(name, *n),
-            other => panic!(
-                "argument `{name}` of `{}` has a type that the framework does not know: {other:?}",
-                self.function
-            ),
+            ArgType::Other(ty) => {
+                let message =
+                    format!("the argument `{name}` of `{}` has the type `{ty}`, which none has", self.function);
+                self.recorder.add_error(self.error(message));
+                Arg::Zero(1)
+            }
         }
+    }
+
+    /// Whether the argument has an image of its own, or that of an input.
+    fn has_source(&self, name: &str) -> bool {
+        let inputs = self.recorder.kind.inputs;
+        self.chosen(name).is_some()
+            || self.details.levels.iter().any(|(arg, _)| *arg == name)
+            || inputs.iter().any(|input| input.name == name)
     }
 
     fn chosen(&self, name: &str) -> Option<ImageId> {
@@ -265,7 +295,7 @@ impl FunctionPass<'_, '_> {
             Arg::Pixel(image)
         };
         if let Some(image) = self.chosen(name) {
-            return pixel(image);
+            return if self.recorder.is_black(image) { Arg::Zero(components) } else { pixel(image) };
         }
         match self.recorder.input_value(name) {
             InputValue::Image(image) => pixel(*image),
@@ -288,8 +318,11 @@ impl Recorder<'_> {
 
     /// The bytes of a uniform struct of a module; none without a struct.
     pub(super) fn uniform(&self, shader: &Shader, ty: Option<&str>, computed: &[(&str, UniformValue)]) -> Vec<u8> {
-        let pack = |ty| self.reflection(shader).pack_with(ty, |name| self.number(computed, name));
-        ty.map(pack).transpose().unwrap_or_else(|why| panic!("{shader:?}: {why}")).unwrap_or_default()
+        let Some(ty) = ty else { return Vec::new() };
+        self.reflection(shader).pack_with(ty, |name| self.number(computed, name)).unwrap_or_else(|why| {
+            self.add_error(shader.error_at(&format!("struct {ty}"), why));
+            Vec::new()
+        })
     }
 
     /// Writes a uniform over one of the same length; whether it has that length.
@@ -305,11 +338,12 @@ impl Recorder<'_> {
         if reflection.size(ty) != Some(uniform.len()) {
             return false;
         }
-        let packed = reflection.pack_into(ty, |name| self.number(computed, name), uniform);
-        packed.unwrap_or_else(|why| panic!("{shader:?}: {why}"));
-        true
+        reflection.pack_into(ty, |name| self.number(computed, name), uniform).is_ok()
     }
 }
+
+/// What stands for a function that there is not.
+static NO_FUNCTION: Function = Function { name: String::new(), args: Vec::new() };
 
 /// The struct of a function's `params`, if it has some.
 fn params(function: &Function) -> Option<&str> {

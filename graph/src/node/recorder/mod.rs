@@ -12,12 +12,13 @@ mod resources;
 mod warp;
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::fmt::Display;
 
 pub use compute::ComputePass;
 pub use draw::{AttachmentPass, DrawPass};
 pub use function::FunctionPass;
-pub use recording::Recording;
+pub use recording::{MisfitPixel, Recording};
 pub use replay::Replay;
 pub use warp::WarpPass;
 
@@ -67,6 +68,8 @@ pub struct Recorder<'a> {
     replay: Option<&'a mut Replay>,
     /// None if it is recorded again: nobody reads them then.
     outputs: Vec<InputValue>,
+    /// What is wrong with the shaders of the node.
+    errors: RefCell<Vec<ShaderError>>,
 }
 
 /// What a [`Recorder`] knows of its node; the planner fills it in.
@@ -142,6 +145,7 @@ impl<'a> Recorder<'a> {
             recording,
             replay,
             outputs,
+            errors: RefCell::default(),
         }
     }
 
@@ -152,9 +156,10 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// What each output port holds, in the order of the kind's ports.
-    pub fn finish(self) -> Vec<InputValue> {
-        self.outputs
+    /// What each output port holds, in the order of the kind's ports; and the errors in the shaders of the node, with
+    /// which its passes must not run.
+    pub fn finish(self) -> (Vec<InputValue>, Vec<ShaderError>) {
+        (self.outputs, self.errors.into_inner())
     }
 
     fn input_value(&self, port: &str) -> &'a InputValue {
@@ -305,8 +310,20 @@ impl<'a> Recorder<'a> {
         );
     }
 
+    /// What a module declares: nothing, if it is wrong.
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
-        shader.reflect().unwrap_or_else(|error| wrong_shader(error))
+        shader.reflect().unwrap_or_else(|error| {
+            self.add_error(error);
+            &NOTHING
+        })
+    }
+
+    /// Adds an error in a shader of the node. `record` of a kind cannot fail, so it goes on with passes that never run.
+    fn add_error(&self, error: ShaderError) {
+        let mut errors = self.errors.borrow_mut();
+        if !errors.contains(&error) {
+            errors.push(error);
+        }
     }
 
     /// What a pass does, for people.
@@ -318,10 +335,17 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Ends a recording by a panic with the error, which the planner turns into a value: `record` of a kind cannot fail.
-fn wrong_shader(error: ShaderError) -> ! {
-    std::panic::resume_unwind(Box::new(error))
-}
+/// What a wrong module declares.
+static NOTHING: Reflection = Reflection {
+    functions: Vec::new(),
+    entries: Vec::new(),
+    structs: Vec::new(),
+    globals: Vec::new(),
+    direct_reads: Vec::new(),
+    filtering: Vec::new(),
+    sharing: Vec::new(),
+    heavy: Vec::new(),
+};
 
 /// Samples, levels and layers of an image, for messages.
 fn shape(desc: ImageDesc) -> String {

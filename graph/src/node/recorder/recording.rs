@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::node::kernel::{Arg, KernelCall};
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
 
@@ -22,7 +23,33 @@ pub struct Recording {
     pub most_computed: Option<u64>,
 }
 
+/// A pixel of an image that has another size than the result of the function that takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct MisfitPixel<'r> {
+    /// The function.
+    pub kernel: &'r KernelCall,
+    /// The argument's name.
+    pub argument: &'r str,
+    /// The image of the pixel.
+    pub image: ImageId,
+    /// The image of the result.
+    pub result: ImageId,
+}
+
 impl Recording {
+    /// What the functions of a pass read outside of an image, or at other places of it: pixels of images of another
+    /// size.
+    pub fn misfit_pixels<'r>(&'r self, pass: &'r Pass) -> impl Iterator<Item = MisfitPixel<'r>> {
+        let result = pass.results.first().map(|result| result.image);
+        let args = pass.kernels.iter().flat_map(|kernel| kernel.args.iter().map(move |argument| (kernel, argument)));
+        args.filter_map(move |(kernel, argument)| match (argument.value, result) {
+            (Arg::Pixel(image), Some(result)) if self.image(image).desc.size != self.image(result).desc.size => {
+                Some(MisfitPixel { kernel, argument: &argument.name, image, result })
+            }
+            _ => None,
+        })
+    }
+
     /// The image with that id.
     pub fn image(&self, id: ImageId) -> &VirtualImage {
         &self.images[id.0 as usize]

@@ -13,6 +13,12 @@ impl Recorder<'_> {
         self.add_constant("black", ImageDesc::new(Size::new(1, 1)), [0; 8])
     }
 
+    /// Whether the image stands for an input that is zero: it has one texel, whatever the size of the result is.
+    pub(super) fn is_black(&self, image: ImageId) -> bool {
+        let image = self.recording.image(image);
+        matches!(&image.origin, Origin::Constant(bytes) if image.desc.size.texels() == 1 && bytes.iter().all(|byte| *byte == 0))
+    }
+
     fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
         let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
         // No device draws samples of four floats.
