@@ -19,6 +19,7 @@ mod pipelines;
 mod pixels;
 mod plan_cache;
 mod planned;
+mod prices;
 mod printing;
 mod properties;
 mod rectangles;

@@ -1,0 +1,128 @@
+//! What the built-in pipelines cost, counted in their plans and in the code of their passes. `AFTERIMAGE_BLESS=1` writes
+//! `golden/prices.txt` again, so that a commit shows the price of what it changes.
+
+mod operations;
+
+use std::fmt::Write as _;
+
+use afterimage_graph::check::{Checker, Facts, Graph};
+use afterimage_graph::document::parse;
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::Registry;
+use afterimage_pipelines::{BuiltIn, PIPELINES};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+
+use super::planned::all_formats;
+use operations::operations;
+
+const FRAME: Size = Size { width: 3840, height: 2160, depth: 1 };
+
+/// Figures may differ by this share of the known ones.
+const TOLERANCE: f64 = 0.02;
+
+const HEAD: &str =
+    "# Each built-in pipeline and tier at 3840x2160, with the scene's color alone: MB that passes read and
+# write, passes, batches, operations a pixel, MiB of placed memory.
+";
+
+/// The figures of a pipeline, in the order of the file.
+struct Prices {
+    name: String,
+    figures: [f64; 5],
+}
+
+impl Prices {
+    fn new(name: String, graph: &Graph) -> Self {
+        let image = GivenImage { desc: ImageDesc::new(FRAME), finite: false };
+        let request = PlanRequest {
+            given: HostInputs::everything(FRAME, graph.inputs.iter().filter(|input| !input.optional), image),
+            facts: Facts::default(),
+            caps: Caps { fast_workgroup_memory: true, ..all_formats() },
+            options: Options::default(),
+            dynamic: Default::default(),
+            requirement: &Requirement::typical,
+        };
+        let plan = plan(graph, &request).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let operations: f64 = (0..plan.passes.len()).map(|pass| operations_of(&plan, pass)).sum();
+        let figures = [
+            plan.bytes_moved() as f64 / 1e6,
+            plan.passes.len() as f64,
+            plan.batches.len() as f64,
+            operations / FRAME.texels() as f64,
+            plan.memory.placed as f64 / (1 << 20) as f64,
+        ];
+        Self { name, figures }
+    }
+
+    fn line(&self) -> String {
+        let [megabytes, passes, batches, operations, memory] = self.figures;
+        format!("{:<26}{megabytes:>9.1}{passes:>5}{batches:>5}{operations:>9.1}{memory:>8.1}", self.name)
+    }
+
+    fn parse(line: &str) -> Option<Self> {
+        let mut words: Vec<&str> = line.split_whitespace().collect();
+        let figures = words.split_off(words.len().checked_sub(5)?);
+        let figures: Vec<f64> = figures.into_iter().map(|figure| figure.parse().ok()).collect::<Option<_>>()?;
+        Some(Self { name: words.join(" "), figures: figures.try_into().ok()? })
+    }
+
+    /// Whether a figure is neither higher nor lower than the known one.
+    fn is_as_known(&self, known: &Self) -> bool {
+        let mut pairs = self.figures.iter().zip(known.figures);
+        self.name == known.name && pairs.all(|(new, old)| (new - old).abs() <= (TOLERANCE * old).max(0.051))
+    }
+}
+
+/// The operations of all invocations of a pass.
+fn operations_of(plan: &Plan, pass: usize) -> f64 {
+    let composed = plan.compose(pass, false).unwrap_or_else(|error| panic!("{error}"));
+    let module = composed.validate().unwrap_or_else(|error| panic!("{error}"));
+    let invocations = [plan.passes[pass].workgroups, composed.workgroup].into_iter().flatten().map(f64::from);
+    invocations.product::<f64>() * operations(&module, &composed.compute) as f64
+}
+
+/// Every pipeline as written, and at each of its tiers.
+fn all() -> Vec<Prices> {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+    let mut all = Vec::new();
+    for (name, text) in PIPELINES {
+        let document = parse(name, text).unwrap_or_else(|errors| panic!("{errors}"));
+        let checker = Checker::new(&document, &registry, &BuiltIn);
+        let tiers = checker.tiers();
+        for tier in std::iter::once(None).chain(tiers.iter().map(|tier| Some(tier.as_str()))) {
+            let (graph, _) = checker.check(tier, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+            all.push(Prices::new(format!("{name} {}", tier.unwrap_or("as written")), &graph));
+        }
+    }
+    all
+}
+
+#[test]
+fn no_pipeline_costs_more_than_is_known() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/prices.txt");
+    let prices = all();
+    if std::env::var_os("AFTERIMAGE_BLESS").is_some() {
+        let lines: String = prices.iter().map(|row| row.line() + "\n").collect();
+        std::fs::write(path, HEAD.to_owned() + &lines).unwrap_or_else(|error| panic!("{path}: {error}"));
+    }
+    let known = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let known: Vec<Prices> = known.lines().filter_map(Prices::parse).collect();
+    let mut changed = String::new();
+    for row in &prices {
+        let old = known.iter().find(|known| known.name == row.name);
+        if !old.is_some_and(|old| row.is_as_known(old)) {
+            let old = old.map(Prices::line).unwrap_or_default();
+            writeln!(changed, "- {old}\n+ {}", row.line()).expect("a string grows");
+        }
+    }
+    assert!(changed.is_empty(), "prices differ: if this is meant, set AFTERIMAGE_BLESS=1\n{HEAD}{changed}");
+    assert_eq!(known.len(), prices.len(), "prices.txt names other pipelines: set AFTERIMAGE_BLESS=1");
+}
+
+#[test]
+fn a_price_that_differs_by_more_than_the_tolerance_is_noticed() {
+    let of = |operations| Prices { name: "lynx low".into(), figures: [200.0, 12.0, 9.0, operations, 37.5] };
+    let known = Prices::parse(&of(500.0).line()).expect("a line can be read");
+    assert!([490.1, 500.0, 509.9].into_iter().all(|operations| of(operations).is_as_known(&known)));
+    assert!([489.0, 511.0].into_iter().all(|operations| !of(operations).is_as_known(&known)));
+}
