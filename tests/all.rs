@@ -4,6 +4,8 @@
 //! `cargo test -p afterimage-tests nodes::table::every_kind_with_a_cpu_reference_equals_it`.
 #![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
+/// Tables in the place of nodes.
+mod bake;
 /// The figures of `afterimage bench`.
 mod bench;
 /// Host blocks: cameras.

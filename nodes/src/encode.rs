@@ -78,7 +78,7 @@ impl Node for Encode {
         &[Input::image("source", "Display-linear light.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::DEFAULT };
+    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
 
     fn color(&self) -> ColorChange {
         let primaries = self.primaries.space();

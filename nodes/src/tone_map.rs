@@ -192,7 +192,7 @@ impl Node for ToneMap {
         "Display-linear light in the primaries of the display, 0 to `peak`.",
     )
     .or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::DEFAULT };
+    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
 
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Auto {

@@ -3,6 +3,7 @@
 //!
 //! This crate does no IO, accesses no device and depends on no other crate of the workspace.
 
+pub mod bake;
 pub mod caps;
 pub mod color;
 pub mod diagnostic;

@@ -142,6 +142,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         exact: options.exact,
         batches_first: options.fewest_batches,
         bounds_checks: options.bounds_checks,
+        bake: options.bake,
     }
 }
 

@@ -6,7 +6,7 @@ use afterimage_base::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
-use crate::plan::{Fused, PlanOutput, SharedRead, Skipped};
+use crate::plan::{Baked, Fused, PlanOutput, SharedRead, Skipped};
 use crate::setting::NodeSetting;
 
 /// The plan under construction, before its passes are ordered.
@@ -23,6 +23,8 @@ pub(crate) struct PlanBuilder {
     pub(crate) fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub(crate) shared_reads: Vec<SharedRead>,
+    /// Runs of nodes that became tables.
+    pub(crate) baked: Vec<Baked>,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
     pub(crate) dynamic: BTreeMap<usize, NodeSetting>,
 }

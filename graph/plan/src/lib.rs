@@ -8,6 +8,7 @@
 //! | `record` | lets every node record its passes; sizes images that depend on earlier frames |
 //! | `cull` | removes passes whose results nothing reads |
 //! | `sanitize` | puts copies in front of shaders that read host images directly |
+//! | `bake` | puts tables in the place of runs of point functions |
 //! | `fusion` | joins passes: point kernels, halvings by rows, reductions of one image |
 //! | `formats` | chooses dispatch or draw, formats and sample modes |
 //! | `schedule` | orders the passes, and groups them into batches without barriers inside |
@@ -24,6 +25,7 @@
 #![allow(missing_docs, reason = "many fields of a plan say what they hold by their names")]
 
 mod amounts;
+mod bake;
 mod barriers;
 mod builder;
 pub mod codegen;
@@ -59,7 +61,7 @@ pub use error::{NodeShaderError, PlanError};
 pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
-    AliasingBarrier, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
+    AliasingBarrier, Baked, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
     RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};

@@ -1,5 +1,6 @@
 //! The switches of the planner.
 
+use afterimage_graph::node::Bake;
 use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -19,6 +20,9 @@ pub struct Options {
     pub batches_first: bool,
     /// Whether unchecked shaders, too, run with the driver's checks of indices and loops. Pixels are the same.
     pub bounds_checks: bool,
+    /// Replaces `bake` of all nodes but those that have `Off`. Exact plans have no tables.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bake: Option<Bake>,
 }
 
 impl Default for Options {
@@ -31,6 +35,7 @@ impl Default for Options {
             exact: false,
             batches_first: false,
             bounds_checks: false,
+            bake: None,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use afterimage_graph::check::Graph;
 
+use crate::bake::bake;
 use crate::barriers::barriers;
 use crate::codegen::{blocks, codegen};
 use crate::crop::rectangles;
@@ -59,6 +60,7 @@ fn plan_with_tables_up_to(
     let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
     sanitize(&mut builder);
+    bake(&mut builder, graph, request);
     fusion(&mut builder, request);
     // From here on the options are those that this device can follow.
     let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
@@ -81,6 +83,7 @@ fn plan_with_tables_up_to(
         skipped: builder.skipped,
         fused: builder.fused,
         shared_reads: builder.shared_reads,
+        baked: builder.baked,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
         size: request.given.size,
         options,

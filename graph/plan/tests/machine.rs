@@ -197,10 +197,10 @@ impl<'p> Machine<'p> {
     fn image(&self, image: ImageId) -> Result<Term, String> {
         let resource = Resource::Image(image);
         match &self.plan.image(image).origin {
-            Origin::Transient if self.ready.contains(&resource) => {
+            Origin::Transient | Origin::Baked if self.ready.contains(&resource) => {
                 self.held.get(&resource).copied().ok_or_else(|| format!("{image:?} was overwritten, or never written"))
             }
-            Origin::Transient => Err(format!("no barrier after {image:?} was written")),
+            Origin::Transient | Origin::Baked => Err(format!("no barrier after {image:?} was written")),
             Origin::Input(name) => Ok(term(("input", name))),
             Origin::Constant(bytes) => Ok(term(bytes)),
             Origin::Previous { of, frames } => {

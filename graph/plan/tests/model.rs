@@ -26,6 +26,7 @@ pub const PLAIN: Options = Options {
     exact: false,
     batches_first: false,
     bounds_checks: false,
+    bake: None,
 };
 
 /// Every way in which a plan differs from it.

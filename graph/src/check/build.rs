@@ -8,7 +8,7 @@ use super::files::Files;
 use super::limits::Counted;
 use super::{Condition, FactKind, Graph, GraphInput, GraphOutput, Source};
 use crate::document::{InputEntry, OutputEntry, Override};
-use crate::node::{NodeInstance, NodeKind, PortType, Registry};
+use crate::node::{Bake, NodeInstance, NodeKind, PortType, Registry};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
@@ -48,6 +48,7 @@ pub(super) struct NodeDraft {
     /// Where `Off` or `On` was written.
     pub(super) switched: Option<Location>,
     pub(super) format: Option<Format>,
+    pub(super) bake: Option<Bake>,
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
     pub(super) states: Vec<Option<Option<ColorState>>>,

@@ -1,9 +1,10 @@
-//! What every node takes besides its ports and parameters: `when`, `format` and `label`.
+//! What every node takes besides its ports and parameters: `when`, `format`, `bake` and `label`.
 
 use super::build::GraphBuilder;
 use super::condition::{Condition, FactKind};
 use super::limits::MAX_NAME;
 use crate::document::{Item, Tree};
+use crate::node::Bake;
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 use afterimage_base::image::Format;
 
@@ -104,6 +105,29 @@ impl GraphBuilder<'_> {
         };
         self.report(diagnostic);
         None
+    }
+
+    /// Whether a node becomes part of a table.
+    pub(super) fn bake(&mut self, item: &Item) -> Option<Bake> {
+        let known = match &item.value {
+            Tree::Name(name) => Bake::named(name),
+            Tree::Int(size) => Bake::named(&size.to_string()),
+            Tree::Broken => return None,
+            _ => None,
+        };
+        if known.is_none() {
+            let sizes = Bake::SIZES.map(|size| size.to_string());
+            let names: Vec<&str> = ["Off", "Auto"].into_iter().chain(sizes.iter().map(String::as_str)).collect();
+            let diagnostic = Diagnostic::error("unknown-bake", "`bake` is `Off`, `Auto` or the size of a table")
+                .at(&item.location, format!("this is {}", item.value.describe()))
+                .help(format!("its values are {}", list(names.iter().copied(), names.len())));
+            let near = match &item.value {
+                Tree::Name(name) => did_you_mean(name, ["Off", "Auto"]),
+                _ => None,
+            };
+            self.report(diagnostic.maybe_help(near));
+        }
+        known
     }
 
     fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {

@@ -177,10 +177,10 @@ impl GraphBuilder<'_> {
                 "set" => changes = self.inner_settings(item),
                 "when" => around.when = self.condition(scope, &item),
                 "label" => around.label = self.label(&item),
-                "format" => self.report(
-                    Diagnostic::error("unknown-field", "a pipeline has no format of its own")
+                field @ ("format" | "bake") => self.report(
+                    Diagnostic::error("unknown-field", format!("a pipeline has no {field} of its own"))
                         .at(&name.location, "")
-                        .help("name a node inside: `set: { \"node.format\": ... }`"),
+                        .help(format!("name a node inside: `set: {{ \"node.{field}\": ... }}`")),
                 ),
                 _ => around.ports.entries.push((name, item)),
             }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use petgraph::graph::DiGraph;
 
-use crate::node::{HostBlock, NodeInstance, NodeKind, PortType};
+use crate::node::{Bake, HostBlock, NodeInstance, NodeKind, PortType};
 use afterimage_base::diagnostic::did_you_mean;
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::{Param, Value};
@@ -75,6 +75,8 @@ pub struct GraphNode {
     pub off: bool,
     /// The format of its results, if the file sets one.
     pub format: Option<Format>,
+    /// Whether a table may take its place, if the file says so.
+    pub bake: Option<Bake>,
     /// The name that people shall see; the node's name otherwise.
     pub label: Option<String>,
     /// The state of each output, in the order of the kind's ports; `None` for what has none.
@@ -119,13 +121,14 @@ impl GraphNode {
 
     /// Whether all but the values of parameters is the same.
     fn has_structure_of(&self, other: &Self) -> bool {
-        let Self { name, instance, wires, when, off, format, label, states } = other;
+        let Self { name, instance, wires, when, off, format, bake, label, states } = other;
         self.name == *name
             && self.kind().is(instance.kind())
             && self.wires == *wires
             && self.when == *when
             && self.off == *off
             && self.format == *format
+            && self.bake == *bake
             && self.label == *label
             && self.states == *states
     }

@@ -15,7 +15,7 @@ use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 /// The kind name of a pipeline used as a node.
 pub(super) const PIPELINE: &str = "Pipeline";
 /// Fields that every node has, besides its ports and parameters.
-pub(super) const COMMON: [&str; 3] = ["when", "format", "label"];
+pub(super) const COMMON: [&str; 4] = ["when", "format", "bake", "label"];
 
 impl GraphBuilder<'_> {
     /// A node of a kind.
@@ -95,6 +95,7 @@ impl GraphBuilder<'_> {
         match name {
             "when" => draft.when = self.condition(draft.scope, item),
             "format" => draft.format = self.format(item),
+            "bake" => draft.bake = self.bake(item),
             "label" => draft.label = self.label(item),
             _ => return false,
         }
@@ -209,6 +210,7 @@ impl GraphBuilder<'_> {
             when: draft.when.clone().into_iter().chain(outer).reduce(Condition::and),
             off: draft.off || self.scopes_around(draft.scope).any(|scope| scope.off),
             format: draft.format,
+            bake: draft.bake,
             label: self.full_label(draft),
             states: draft.states.iter().map(|state| state.flatten()).collect(),
         }
@@ -230,6 +232,7 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         off: false,
         switched: None,
         format: None,
+        bake: None,
         label: None,
         states: vec![None; kind.outputs().len()],
         is_partial: entry.fields.is_partial,

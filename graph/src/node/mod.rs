@@ -19,6 +19,7 @@ mod resource;
 mod typed;
 mod values;
 
+pub use afterimage_base::bake::Bake;
 pub use blend::{Blend, BlendComponent, BlendFactor, Factors, WriteMask};
 pub use block::{BlockData, BlockField, FieldType, HostBlock};
 pub use camera::{CAMERA, Camera, Matrix};

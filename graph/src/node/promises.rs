@@ -28,6 +28,9 @@ pub struct Promises {
     pub settles: bool,
     /// The result is an exposure in stops that falls as the frames get brighter.
     pub is_exposure: bool,
+    /// Red, green and blue of a pixel follow from those of the same pixel of the input alone, and alpha stays. `bake` can
+    /// put a table in the place of such a node.
+    pub of_color: bool,
 }
 
 impl Promises {
@@ -41,8 +44,12 @@ impl Promises {
         non_negative: true,
         settles: false,
         is_exposure: false,
+        of_color: false,
     };
 
     /// What most nodes keep: constant and symmetric images stay so, no light becomes negative, and histories settle.
     pub const DEFAULT: Self = Self { constant: true, symmetric: true, settles: true, ..Self::NONE };
+
+    /// [`DEFAULT`](Self::DEFAULT), and the color of a pixel follows from its color.
+    pub const OF_COLOR: Self = Self { of_color: true, ..Self::DEFAULT };
 }

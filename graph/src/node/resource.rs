@@ -44,6 +44,8 @@ pub enum Origin {
     Input(String),
     /// Filled once, when the plan is set up.
     Constant(Arc<[u8]>),
+    /// A table that passes fill in the first frame of a plan, and again when their uniforms have changed.
+    Baked,
     /// What `of` held so many frames ago.
     Previous {
         /// The image that is written in each frame.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use afterimage_graph::check::{CheckOptions, FactKind, Facts, Graph, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{Format, ImageDesc, Size};
-use afterimage_graph::node::NodeKind;
+use afterimage_graph::node::{Bake, NodeKind};
 use afterimage_graph::value::{Param, Type};
 use afterimage_plan::{
     Alias, Caps, GivenImage, HostInputs, Options, Part, Plan, PlanError, PlanRequest, Requirement, When, diff, plan,
@@ -200,6 +200,7 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         exact: choices.flag(),
         batches_first: choices.flag(),
         bounds_checks: choices.flag(),
+        bake: choices.one_of(&[None, Some(Bake::Off), Some(Bake::Auto), Some(Bake::Size(33))]),
     }
 }
 

@@ -98,6 +98,7 @@ impl Growing {
             when: None,
             off,
             format,
+            bake: None,
             label: None,
             states: vec![None; kind.outputs().len()],
         });

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use afterimage_graph::node::Bake;
 use afterimage_media::{Budget, default_budget};
 use clap::builder::Resettable;
 use clap::{Args, ValueEnum};
@@ -60,6 +61,9 @@ pub(crate) struct PlanOptions {
     /// Keep bounds checks in the built-in kernels, too
     #[arg(long)]
     pub(crate) bounds_checks: bool,
+    /// Replace `bake` of all nodes that do not have `Off`: `Off`, `Auto`, 33, 48 or 64
+    #[arg(long, value_name = "SIZE", value_parser = parse_bake)]
+    pub(crate) bake: Option<Bake>,
     /// Run point passes as draws instead of dispatches
     #[arg(long)]
     pub(crate) fragment: bool,
@@ -113,6 +117,11 @@ fn parse_bytes(text: &str) -> Result<Budget, String> {
     let number: Option<u64> = digits.trim().parse().ok().filter(|number| *number > 0);
     let bytes = number.zip(shift).and_then(|(number, shift)| number.checked_mul(1 << shift));
     bytes.map(Budget).ok_or_else(|| "a size of memory is a whole number with `K`, `M`, `G` or `T`, such as 512M".into())
+}
+
+/// `Off`, `Auto` or the size of a table.
+fn parse_bake(text: &str) -> Result<Bake, String> {
+    Bake::named(text).ok_or_else(|| "a table is `Off`, `Auto`, 33, 48 or 64".into())
 }
 
 /// A folder that exists.

@@ -57,6 +57,7 @@ pub struct Executor {
     fresh: bool,
     /// Passes for which the last frame has made bind groups.
     passes_bound: usize,
+    has_filled_tables: bool,
 }
 
 impl Gpu {
@@ -109,6 +110,7 @@ impl Executor {
             frame_index: 0,
             fresh: true,
             passes_bound: 0,
+            has_filled_tables: false,
         }
     }
 
@@ -159,6 +161,7 @@ impl Executor {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         // Rectangles lie between parameters, and the bytes may have zeros there.
         loaded.forget_rectangles();
+        loaded.tables.write(offset, bytes);
         let (device, what) = (&self.compiler.device, "the parameters of the plan");
         write(device, &self.queue, what, &loaded.uniforms, offset, bytes)
     }
@@ -260,6 +263,7 @@ impl Executor {
                 let write = || self.queue.write_buffer(&loaded.uniforms, 0, &uniforms);
                 watched(&self.compiler.device, what, || caught(what, write))?;
                 loaded.plan = plan;
+                loaded.tables.write(0, &uniforms);
                 loaded.forget_blocks();
                 Ok(None)
             }
@@ -293,6 +297,12 @@ impl Executor {
     /// before did not have. An attachment is in no bind group. 0 while the host alternates between a few images.
     pub fn passes_bound(&self) -> usize {
         self.passes_bound
+    }
+
+    /// Whether the last recorded frame has filled the tables of the plan: the first one does, and each before which a
+    /// number in them has changed.
+    pub fn has_filled_tables(&self) -> bool {
+        self.has_filled_tables
     }
 
     /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
@@ -344,6 +354,7 @@ impl Executor {
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
+            fills_tables: loaded.tables.are_stale(),
         };
         commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = &loaded.timing {
@@ -351,6 +362,7 @@ impl Executor {
         }
         // This frame has initialized all of it.
         loaded.uninitialized.clear();
+        self.has_filled_tables = loaded.tables.fill();
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
@@ -372,6 +384,7 @@ impl Executor {
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
+            fills_tables: true,
         };
         commands.record(pass..pass + 1, encoder, &mut []);
         Ok(())

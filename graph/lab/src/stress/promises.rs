@@ -13,6 +13,7 @@ pub(super) const ALL: Promises = Promises {
     non_negative: true,
     settles: true,
     is_exposure: false,
+    of_color: true,
 };
 
 /// What all nodes of a graph promise together; it gives an exposure if one of them does.
@@ -29,6 +30,7 @@ pub(super) fn promises(graph: &Graph) -> Promises {
             non_negative: all.non_negative && one.non_negative,
             settles: all.settles && one.settles,
             is_exposure: all.is_exposure || one.is_exposure,
+            of_color: all.of_color && one.of_color,
         };
     }
     all

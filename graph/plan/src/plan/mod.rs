@@ -8,11 +8,11 @@ mod pass;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
-use afterimage_graph::node::{BlockId, HostBlock, ImageId, Pass, Resource, VirtualBuffer};
+use afterimage_graph::node::{BlockId, HostBlock, ImageId, Origin, Pass, Resource, VirtualBuffer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
-pub use note::{Fused, SharedRead, Skipped};
+pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 
 use crate::options::Options;
@@ -45,6 +45,8 @@ pub struct Plan {
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub shared_reads: Vec<SharedRead>,
+    /// Runs of nodes that became tables.
+    pub baked: Vec<Baked>,
     /// Parameters that change while the plan runs, as `node.parameter`.
     pub dynamic: Vec<String>,
     /// The size of the frame.
@@ -148,9 +150,16 @@ impl Plan {
         self.passes.iter().map(|planned| &planned.pass)
     }
 
-    /// Bytes that all passes read and write in one frame, each image once a pass; what caches save is not counted.
+    /// Whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
+    pub fn fills_table(&self, pass: usize) -> bool {
+        let image = self.passes[pass].pass.function_result();
+        image.is_some_and(|image| self.image(image).origin == Origin::Baked)
+    }
+
+    /// Bytes that all passes read and write in one frame, each image once a pass; what caches save is not counted, and
+    /// no pass that fills a table.
     pub fn bytes_moved(&self) -> u64 {
-        (0..self.passes.len()).map(|pass| self.bytes_moved_by(pass)).sum()
+        (0..self.passes.len()).filter(|pass| !self.fills_table(*pass)).map(|pass| self.bytes_moved_by(pass)).sum()
     }
 
     /// Bytes that one pass reads and writes.

@@ -20,6 +20,16 @@ pub struct Fused {
     pub bytes_saved: u64,
 }
 
+/// A run of nodes that became a table of colors.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Baked {
+    pub nodes: Vec<String>,
+    /// The size that was asked for: levels of light.
+    pub size: u32,
+    /// Bytes of the table and of the curve of grays.
+    pub bytes: u64,
+}
+
 /// An image that several kernels read together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SharedRead {

@@ -37,6 +37,9 @@ pub(super) fn content(plan: &Plan) -> Value {
         content["rectangles"] =
             plan.rectangles.iter().map(|input| json!({ "input": input.name, "part": input.part })).collect();
     }
+    if !plan.baked.is_empty() {
+        content["baked"] = json!(plan.baked);
+    }
     if !plan.dynamic.is_empty() {
         content["dynamic"] = json!(plan.dynamic);
     }
@@ -151,6 +154,7 @@ fn origin(origin: &Origin, names: &Names) -> String {
         Origin::Transient => "transient".to_owned(),
         Origin::Input(name) => format!("input {name}"),
         Origin::Constant(bytes) => constant(bytes),
+        Origin::Baked => "table".to_owned(),
         Origin::Previous { of, frames } => format!("{} {frames} frames ago", names.image(*of)),
     }
 }

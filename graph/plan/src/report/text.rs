@@ -18,12 +18,17 @@ impl Plan {
         let skipped = self.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
         let fused = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
         let shared = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        let baked = self.baked.iter().map(|baked| {
+            let size = format!("size {}", baked.size);
+            vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
+        });
         let sections = [
             self.heading(),
             table(&self.pass_table(&names)),
             section("outputs", outputs.collect()),
             section("parameters that change without a new plan", dynamic.collect()),
             section("skipped", skipped.collect()),
+            section("tables in the place of nodes", baked.collect()),
             savings("never stored, because their passes are fused", fused.collect()),
             savings("read once by passes that are joined", shared.collect()),
             self.memory_text(),

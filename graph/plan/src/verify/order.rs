@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::walk::{Access, Faults, Walk};
-use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource};
+use afterimage_graph::node::{Arg, BufferId, BufferLife, ImageId, Origin, Resource};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     for (resource, history) in walk.histories() {
@@ -62,12 +62,38 @@ fn check_sequence(walk: &Walk<'_>, resource: Resource, history: &[(usize, Access
 fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], faults: &mut Faults) {
     let name = &walk.images[image.0 as usize];
     let origin = &walk.plan.image(image).origin;
-    if *origin == Origin::Transient {
+    if *origin == Origin::Baked {
+        for (pass, _) in history.iter().filter(|(_, access)| access.writes) {
+            check_fill(walk, *pass, faults);
+        }
+    }
+    if matches!(origin, Origin::Transient | Origin::Baked) {
         if let Some((pass, _)) = history.first().filter(|(_, access)| access.reads) {
             faults.add(format!("pass `{}` reads `{name}` before any pass has written it", walk.passes[*pass]));
         }
     } else if let Some((pass, _)) = history.iter().find(|(_, access)| access.writes) {
         faults.add(format!("pass `{}` writes `{name}`, which is not made in this frame", walk.passes[*pass]));
+    }
+}
+
+/// A pass that fills a table reads nothing that changes from frame to frame, since it does not run in all of them.
+fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
+    let lasts = |resource: Resource| match resource {
+        Resource::Image(image) => matches!(walk.plan.image(image).origin, Origin::Constant(_) | Origin::Baked),
+        Resource::Buffer(buffer) => matches!(walk.plan.buffers[buffer.0 as usize].life, BufferLife::Constant(_)),
+    };
+    let mut changing = walk.accesses[pass].iter().filter(|access| access.reads && !lasts(access.resource));
+    if let Some(access) = changing.next() {
+        let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
+        faults.add(format!("pass `{pass}` fills a table from `{name}`, which may change in every frame"));
+    }
+    if walk.plan.passes[pass].pass.args().any(|arg| matches!(arg, Arg::Frame | Arg::Block(_))) {
+        faults.add(format!("pass `{}` fills a table from numbers of the frame", walk.passes[pass]));
+    }
+    let others = walk.accesses[pass].iter().filter(|access| access.writes && !lasts(access.resource));
+    for access in others {
+        let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
+        faults.add(format!("pass `{pass}` fills a table and writes `{name}`, which is needed in every frame"));
     }
 }
 

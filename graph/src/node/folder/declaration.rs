@@ -13,6 +13,8 @@ pub(super) struct Declaration {
     /// The images between inputs and outputs, and after them the outputs. Each may read those before it.
     pub(super) made: Vec<Made>,
     pub(super) params: Vec<(Param, Location)>,
+    /// See [`Promises::of_color`](crate::node::Promises::of_color).
+    pub(super) of_color: bool,
 }
 
 /// An image or a pyramid that a function makes.

@@ -37,6 +37,8 @@
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
+//! * `of_color: true` promises that red, green and blue of a pixel follow from those of the same pixel alone, and that
+//!   alpha stays: `bake` can put a table in the place of the node.
 
 mod agree;
 mod declaration;

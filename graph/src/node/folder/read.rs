@@ -38,8 +38,9 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
-    fields.finish(&["name", "doc", "inputs", "images", "outputs", "parameters"]);
-    Some(Declaration { name: name?, doc: doc?.value, inputs, made, params })
+    let of_color = fields.flag("of_color");
+    fields.finish(&["name", "doc", "inputs", "images", "outputs", "parameters", "of_color"]);
+    Some(Declaration { name: name?, doc: doc?.value, inputs, made, params, of_color })
 }
 
 /// The images and the outputs.

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{DynNode, ImageId, Input, InputValue, Output, PortType, Recorder};
+use crate::node::{DynNode, ImageId, Input, InputValue, Output, PortType, Promises, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_wgsl::{ArgType, Shader};
@@ -39,6 +39,7 @@ pub(super) struct FolderNode {
     pub(super) outputs: Vec<Output>,
     steps: Vec<Step>,
     shader: Arc<Shader>,
+    of_color: bool,
 }
 
 /// A function and what it makes.
@@ -66,7 +67,7 @@ impl FolderNode {
         let inputs = declared.inputs.iter().map(|(port, _)| port.clone()).collect();
         let outputs = declared.made.iter().filter_map(|made| made.port.clone()).collect();
         let steps = declared.made.iter().enumerate().map(|(at, made)| step(declared, at, made, &shader)).collect();
-        Self { inputs, outputs, steps, shader }
+        Self { inputs, outputs, steps, shader, of_color: declared.of_color }
     }
 
     /// The functions whose results are read.
@@ -140,6 +141,10 @@ impl Step {
 }
 
 impl DynNode for FolderNode {
+    fn promises(&self) -> Promises {
+        Promises { of_color: self.of_color, ..Promises::NONE }
+    }
+
     fn record(&self, pass: &mut Recorder<'_>) {
         let needed = self.needed(pass);
         let size = self.size(pass);

@@ -149,6 +149,9 @@ impl<'a> Memory<'a> {
                     ImageBinding::Ring(self.ring(plan, id, known.unwrap_or_default()), 0)
                 }
                 (None, Some(output)) => ImageBinding::Output(output, self.take(image.desc, &image.label)),
+                (None, None) if image.origin == Origin::Baked => {
+                    ImageBinding::Fixed(self.take(image.desc, &image.label))
+                }
                 (None, None) => {
                     let in_heap = placement.offsets[index].and_then(|_| in_heap.next());
                     let in_heap = in_heap.map(|(_, stored)| stored.clone());
@@ -171,7 +174,7 @@ impl<'a> Memory<'a> {
                 Some(ImageBinding::Input(input.expect("every input image is listed")))
             }
             Origin::Constant(bytes) => Some(ImageBinding::Fixed(self.constant(image.desc, bytes)?)),
-            Origin::Transient => None,
+            Origin::Transient | Origin::Baked => None,
         })
     }
 

@@ -21,6 +21,7 @@ use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::residency::Residency;
+use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
 use crate::executor::rectangle::HeldRectangles;
 use crate::heap::{Place, Placed};
@@ -142,6 +143,7 @@ impl PlanCompiler {
         let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
         let shares_old_heap = old_heap.is_some_and(same);
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let tables = Tables::new(&plan, uniforms);
         let uniforms = filled_buffer(&self.device, "uniforms", uniforms, usage)?;
         let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
         let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
@@ -161,6 +163,7 @@ impl PlanCompiler {
             residency,
             passes,
             uniforms,
+            tables,
             bound: Vec::new(),
             drawn,
             is_watched: false,

@@ -8,7 +8,7 @@
 //! barrier waits for all dispatches before it, so where the batch begins with one anyway, none is added: each
 //! transition costs the host as much as half a dispatch, and a barrier of its own.
 
-use afterimage_graph::node::{ImageId, Resource};
+use afterimage_graph::node::{ImageId, Origin, Resource};
 use afterimage_plan::{AliasingBarrier, Batch, Plan, Use};
 use wgpu::{TextureUsages, TextureUses, TextureView};
 
@@ -61,10 +61,11 @@ fn explicit_transitions(
         // all that follows, which are then missing there.
         let first = batch.passes.start;
         let is_dispatched = !is_drawn[..batch.passes.end].contains(&true);
-        let made: Vec<ImageId> = images_to_read(batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
+        let made: Vec<ImageId> =
+            images_to_read(plan, batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut before = Vec::new();
         if !is_dispatched || !all_read_by(plan, first, &made) {
-            let read = images_to_read(batch).filter(|_| batch.passes.len() > 1);
+            let read = images_to_read(plan, batch).filter(|_| batch.passes.len() > 1);
             before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
         if has_heap {
@@ -73,15 +74,17 @@ fn explicit_transitions(
             before.extend(unordered.map(|barrier| (barrier.image, TextureUses::STORAGE_WRITE_ONLY)));
         }
         transitions[first] = before;
-        images_to_read(batch).for_each(|(image, _)| finished[image.0 as usize] = true);
+        images_to_read(plan, batch).for_each(|(image, _)| finished[image.0 as usize] = true);
     }
     transitions
 }
 
-/// The images that begin to be read in the batch, and their use before.
-fn images_to_read(batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
+/// The images that begin to be read in the batch, and their use before. Tables are none of them: most frames do not fill
+/// them, and then no barrier waits.
+fn images_to_read(plan: &Plan, batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
     let read = batch.transitions.iter().filter(|transition| transition.to == Use::Read);
-    read.filter_map(|transition| Some((transition.resource.image()?, transition.from)))
+    let images = read.filter_map(|transition| Some((transition.resource.image()?, transition.from)));
+    images.filter(|(image, _)| plan.image(*image).origin != Origin::Baked)
 }
 
 /// Whether one pass reads all of these images: then its own barrier is enough.

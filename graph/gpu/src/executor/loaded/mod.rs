@@ -5,6 +5,7 @@ pub(crate) mod bind_groups;
 pub(crate) mod explicit_transitions;
 pub(crate) mod previous;
 pub(crate) mod residency;
+pub(crate) mod tables;
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
+use crate::executor::loaded::tables::Tables;
 use crate::executor::rectangle::{HeldRectangles, Rectangle};
 use crate::pipelines::Built;
 use crate::timing::Timing;
@@ -28,6 +30,7 @@ pub(crate) struct Loaded {
     pub(crate) residency: Arc<Residency>,
     pub(crate) passes: LoadedPasses,
     pub(crate) uniforms: Buffer,
+    pub(crate) tables: Tables,
     /// The bytes of each host block in the uniforms.
     pub(crate) blocks: Vec<Vec<u8>>,
     /// The rectangles in the uniforms.

@@ -44,6 +44,8 @@ pub(crate) struct FrameCommands<'a> {
     /// The position of this frame's images in the rings of histories.
     pub(crate) ring_index: usize,
     pub(crate) constants: &'a FrameConstants,
+    /// Whether passes that fill tables run; otherwise the tables stay as they are.
+    pub(crate) fills_tables: bool,
 }
 
 impl FrameCommands<'_> {
@@ -58,6 +60,7 @@ impl FrameCommands<'_> {
             transition_for_draw(self.transitions_before(index), encoder);
             self.write_timestamp(index, encoder);
             match &self.groups.passes[index].built.pipeline {
+                _ if !self.runs(index) => {}
                 Pipeline::Render(pipeline) => self.record_full_screen(pipeline, index, encoder),
                 _ => self.record_drawing(index, encoder, draws),
             }
@@ -85,17 +88,19 @@ impl FrameCommands<'_> {
                     transitions.map(|(texture, state)| wgpu::TextureTransition { texture, selector: None, state });
                 pass.transition_resources(std::iter::empty(), textures);
             }
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, bound.group(self.ring_index), loaded.frame_offset(index));
-            if loaded.passes[index].immediate {
-                pass.set_immediates(0, self.constants.bytes(loaded.uses_uninitialized(index)));
-            }
-            if let Some(label) = loaded.label(index) {
-                pass.push_debug_group(label);
-            }
-            pass.dispatch_workgroups(x, y, z);
-            if loaded.label(index).is_some() {
-                pass.pop_debug_group();
+            if self.runs(index) {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, bound.group(self.ring_index), loaded.frame_offset(index));
+                if loaded.passes[index].immediate {
+                    pass.set_immediates(0, self.constants.bytes(loaded.uses_uninitialized(index)));
+                }
+                if let Some(label) = loaded.label(index) {
+                    pass.push_debug_group(label);
+                }
+                pass.dispatch_workgroups(x, y, z);
+                if loaded.label(index).is_some() {
+                    pass.pop_debug_group();
+                }
             }
             index += 1;
             if let Some(timing) = &loaded.timing {
@@ -103,6 +108,11 @@ impl FrameCommands<'_> {
             }
         }
         index
+    }
+
+    /// Whether a pass runs in this frame.
+    fn runs(&self, pass: usize) -> bool {
+        self.fills_tables || !self.loaded.plan.fills_table(pass)
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.

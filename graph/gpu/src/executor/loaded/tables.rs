@@ -1,0 +1,53 @@
+//! The tables that a plan fills when the numbers in them have changed.
+
+use afterimage_plan::Plan;
+
+/// Whether the next frame fills the tables of a plan.
+pub(crate) struct Tables {
+    /// The uniforms of the passes that fill them: offsets in the buffer, and the bytes that the next frame sees.
+    uniforms: Vec<(u64, Vec<u8>)>,
+    is_filled: bool,
+}
+
+impl Tables {
+    /// The tables of a plan that no frame has filled.
+    pub(crate) fn new(plan: &Plan, uniforms: &[u8]) -> Self {
+        let filling = (0..plan.passes.len()).filter(|pass| plan.fills_table(*pass));
+        let blocks = filling.map(|pass| &plan.passes[pass].uniform);
+        let uniforms = blocks.map(|block| {
+            let bytes = &uniforms[block.offset as usize..][..block.bytes.len()];
+            (block.offset, bytes.to_vec())
+        });
+        Self { uniforms: uniforms.collect(), is_filled: false }
+    }
+
+    /// Notes bytes that are written to the uniforms: other ones than before need other tables.
+    pub(crate) fn write(&mut self, offset: u64, bytes: &[u8]) {
+        let written = offset..offset + bytes.len() as u64;
+        for (start, held) in &mut self.uniforms {
+            let range = *start..*start + held.len() as u64;
+            let both = range.start.max(written.start)..range.end.min(written.end);
+            if both.is_empty() {
+                continue;
+            }
+            let part = |from: u64| (both.start - from) as usize..(both.end - from) as usize;
+            let (held, new): (&mut [u8], &[u8]) = (&mut held[part(*start)], &bytes[part(offset)]);
+            if held != new {
+                held.copy_from_slice(new);
+                self.is_filled = false;
+            }
+        }
+    }
+
+    /// Whether the next frame must fill the tables.
+    pub(crate) fn are_stale(&self) -> bool {
+        !self.uniforms.is_empty() && !self.is_filled
+    }
+
+    /// A frame was recorded, which has filled stale tables; whether there were any.
+    pub(crate) fn fill(&mut self) -> bool {
+        let were_stale = self.are_stale();
+        self.is_filled = true;
+        were_stale
+    }
+}

@@ -1,0 +1,63 @@
+//! Baking: runs of point functions of one color become a table of colors, which the same functions fill.
+//!
+//! A run is replaced by one function that looks a color up. Two passes fill what it reads, in the first frame of a plan
+//! and when their uniforms have changed: the table, and the curve of grays, which are then as exact as the functions.
+
+mod run;
+mod table;
+
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{Arg, KernelCall, Pass, Resource};
+
+use crate::builder::PlanBuilder;
+use crate::plan::{Baked, Fused};
+use crate::request::PlanRequest;
+use run::{Run, runs};
+use table::Table;
+
+/// Puts tables in the place of the runs that ask for one.
+pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanRequest<'_>) {
+    if request.options.exact {
+        return;
+    }
+    let runs = runs(builder, graph, request.options.bake);
+    let passes = std::mem::take(&mut builder.recording.passes);
+    let mut passes: Vec<Vec<Pass>> = passes.into_iter().map(|pass| vec![pass]).collect();
+    for run in runs {
+        let table = Table::new(run.size);
+        if table.side() <= request.caps.max_side {
+            let of_run = run.passes.iter().flat_map(|pass| std::mem::take(&mut passes[*pass])).collect();
+            passes[run.last()] = replace(builder, &run, of_run, table);
+        }
+    }
+    builder.recording.passes = passes.into_iter().flatten().collect();
+}
+
+/// The passes that take the place of a run.
+fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table) -> Vec<Pass> {
+    let (mut kernels, mut nodes, mut intermediates): (Vec<KernelCall>, Vec<String>, Vec<_>) = Default::default();
+    // The first kernel of the passes that fill the table makes the colors.
+    let mut source = run.source;
+    for pass in passes {
+        let Pass { nodes: of_pass, kernels: of_kernel, results, .. } = pass;
+        let before = kernels.len();
+        let chained =
+            of_kernel.into_iter().map(|kernel| kernel.moved(1, Some(Arg::Pixel(source)), Arg::Kernel(before)));
+        kernels.extend(chained);
+        nodes.extend(of_pass);
+        source = results[0].image;
+        intermediates.push(source);
+    }
+    nodes.dedup();
+    intermediates.pop();
+    for image in intermediates {
+        let image = builder.recording.image(image);
+        let (image, bytes_saved) = (image.label.clone(), 2 * image.desc.bytes());
+        builder.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
+    }
+    let passes = table.passes(&mut builder.recording, run, &nodes, kernels);
+    let filled = passes.iter().flat_map(Pass::writes).filter_map(Resource::image).filter(|image| *image != run.result);
+    let bytes = filled.map(|image| builder.recording.image(image).desc.bytes()).sum();
+    builder.baked.push(Baked { nodes, size: run.size, bytes });
+    passes
+}

@@ -1,0 +1,121 @@
+//! Runs: point functions of one color, each of which reads the result of the one before and nothing else.
+
+use std::collections::BTreeMap;
+
+use afterimage_base::image::ColorState;
+use afterimage_graph::check::{Graph, GraphNode, Source};
+use afterimage_graph::node::{Arg, Bake, ImageId, KernelCall, KernelOrigin, Origin, Pass, PassKind, Resource};
+
+use crate::builder::PlanBuilder;
+
+/// Functions of a run, at most: with those that make the colors and store them they fit into one pass.
+const MAX_FUNCTIONS: usize = 48;
+
+/// Passes that become a table.
+pub(super) struct Run {
+    /// The passes in order, each of which reads the result of the one before.
+    pub(super) passes: Vec<usize>,
+    /// What the first pass reads.
+    pub(super) source: ImageId,
+    /// What the last one writes.
+    pub(super) result: ImageId,
+    /// The size of the table: see [`Bake::size`].
+    pub(super) size: u32,
+}
+
+/// A pass that may be part of a run.
+struct Link {
+    source: ImageId,
+    result: ImageId,
+    /// Whether a table can begin with what the pass reads: light of an exposed scene or of a display.
+    can_begin: bool,
+    bake: Option<Bake>,
+}
+
+impl Run {
+    pub(super) fn last(&self) -> usize {
+        *self.passes.last().expect("a run has a pass")
+    }
+}
+
+/// The longest runs of which a node asks for a table. `replaced` is what all nodes ask for that do not refuse.
+pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>) -> Vec<Run> {
+    let passes = &builder.recording.passes;
+    let mut readers: BTreeMap<ImageId, usize> = BTreeMap::new();
+    for image in passes.iter().flat_map(Pass::reads).filter_map(Resource::image) {
+        *readers.entry(image).or_default() += 1;
+    }
+    let kept = builder.kept();
+    let is_read_once = |image: ImageId| {
+        let is_transient = builder.recording.image(image).origin == Origin::Transient;
+        is_transient && !kept.contains(&image) && readers.get(&image) == Some(&1)
+    };
+    let mut open: BTreeMap<ImageId, Vec<(usize, Link)>> = BTreeMap::new();
+    let mut finished = Vec::new();
+    for (number, pass) in passes.iter().enumerate() {
+        let Some(link) = link(builder, graph, pass, replaced) else { continue };
+        let mut chain = if is_read_once(link.source) { open.remove(&link.source) } else { None }.unwrap_or_default();
+        if chain.len() == MAX_FUNCTIONS {
+            finished.push(std::mem::take(&mut chain));
+        }
+        let result = link.result;
+        chain.push((number, link));
+        finished.extend(open.insert(result, chain));
+    }
+    let all = finished.into_iter().chain(open.into_values());
+    let mut runs: Vec<Run> = all.filter_map(run).collect();
+    runs.sort_by_key(Run::last);
+    runs
+}
+
+/// The part of a chain that a table can begin with, if a node of it asks for a table.
+fn run(chain: Vec<(usize, Link)>) -> Option<Run> {
+    let first = chain.iter().position(|(_, link)| link.can_begin)?;
+    let size = chain[first..].iter().filter_map(|(_, link)| link.bake?.size()).max()?;
+    Some(Run {
+        passes: chain[first..].iter().map(|(number, _)| *number).collect(),
+        source: chain[first].1.source,
+        result: chain.last()?.1.result,
+        size,
+    })
+}
+
+/// The pass as a part of a run, if its result is a function of one color.
+fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake>) -> Option<Link> {
+    let (PassKind::Point | PassKind::Gather, [kernel], [result]) = (&pass.kind, &*pass.kernels, &*pass.results) else {
+        return None;
+    };
+    let Some(KernelOrigin::Node { node, .. }) = kernel.origin else { return None };
+    let node = &graph.nodes[node];
+    let bake = match (node.bake, replaced) {
+        (Some(Bake::Off), _) | (_, Some(Bake::Off)) => return None,
+        (written, replaced) => replaced.or(written),
+    };
+    let (port, source) = node.instance.promises().of_color.then(|| color_of(builder, kernel))??;
+    let [of_source, of_result] = [source, result.image].map(|image| builder.recording.image(image).desc.size);
+    let can_begin = matches!(state_of(graph, node, port), Some(ColorState::Exposed | ColorState::DisplayLinear));
+    (of_source == of_result).then_some(Link { source, result: result.image, can_begin, bake })
+}
+
+/// What an input means, also where the node that gives it is skipped.
+fn state_of(graph: &Graph, node: &GraphNode, port: &str) -> Option<ColorState> {
+    let port = node.kind().inputs().iter().position(|input| input.name == port)?;
+    match node.wires[port]? {
+        Source::Input(input) => Some(graph.inputs[input].state),
+        Source::Node { node, output, .. } => graph.nodes[node].states[output],
+    }
+}
+
+/// The argument and the image of which the kernel reads one pixel, if all else that it reads is constant.
+fn color_of<'k>(builder: &PlanBuilder, kernel: &'k KernelCall) -> Option<(&'k str, ImageId)> {
+    let mut source = None;
+    for arg in &kernel.args {
+        match arg.value {
+            Arg::Pixel(image) if source.is_none() => source = Some((arg.name.as_str(), image)),
+            Arg::Texture(image) if matches!(builder.recording.image(image).origin, Origin::Constant(_)) => {}
+            Arg::Params | Arg::Zero(_) | Arg::Sampler => {}
+            _ => return None,
+        }
+    }
+    source
+}

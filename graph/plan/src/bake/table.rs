@@ -1,0 +1,117 @@
+//! The table of a run: its layout, and the passes that fill it and read it.
+
+use afterimage_base::image::{Format, ImageDesc, Signedness, Size};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, Recording, VirtualImage};
+use afterimage_wgsl::{Shader, UniformValue};
+
+use super::run::Run;
+
+#[allow(unsafe_code, reason = "the shader was unchecked")]
+// SAFETY: all texels that it reads are clamped to the table, and it has no loops and no buffers.
+static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("bake.wgsl")) };
+
+/// Points of the curve of grays, about.
+const GRAYS: u32 = 1024;
+
+/// How a table is divided.
+///
+/// A color is its largest channel, its level, and the ratios of the other two to it. The three channels that may be the
+/// largest have three parts of the table. Tone curves bend along the levels alone, and hues and gamuts along the
+/// ratios, which makes the errors of a table with these axes about a third of those of a cube with as many entries.
+#[derive(Clone, Copy)]
+pub(super) struct Table {
+    /// Steps between levels.
+    levels: u32,
+    /// Steps between ratios from 0 to 1.
+    positive: u32,
+    /// Steps between ratios from -4 to 0.
+    negative: u32,
+    /// Steps of the curve of grays in one step of levels.
+    grays: u32,
+}
+
+impl Table {
+    /// The table of that [size](afterimage_graph::node::Bake::size).
+    pub(super) fn new(size: u32) -> Self {
+        let levels = size / 8 * 8;
+        Self { levels, positive: levels / 2, negative: levels / 4, grays: GRAYS / levels }
+    }
+
+    fn ratios(self) -> u32 {
+        self.positive + self.negative + 1
+    }
+
+    /// One ratio within the levels from left to right, the other one within the parts from top to bottom.
+    fn texels(self) -> Size {
+        Size::new((self.levels + 1) * self.ratios(), 3 * self.ratios())
+    }
+
+    fn gray_texels(self) -> Size {
+        Size::new(self.levels * self.grays + 1, 1)
+    }
+
+    /// The longest side of its images.
+    pub(super) fn side(self) -> u32 {
+        self.texels().width.max(self.gray_texels().width)
+    }
+
+    /// The passes that fill the table and the curve of grays by `kernels`, whose first one reads the kernel before it,
+    /// and the one that reads both.
+    pub(super) fn passes(
+        self,
+        recording: &mut Recording,
+        run: &Run,
+        nodes: &[String],
+        kernels: Vec<KernelCall>,
+    ) -> Vec<Pass> {
+        let node = nodes.first().map_or("", String::as_str);
+        let result = recording.image(run.result);
+        let signedness = result.signedness;
+        let table = self.image(recording, format!("{node}.table"), self.texels(), signedness);
+        let grays = self.image(recording, format!("{node}.grays"), self.gray_texels(), Signedness::Signed);
+        let uniform = self.uniform(signedness);
+        let call = |function: &'static str, args: &[(&str, Arg)]| KernelCall {
+            uniform: uniform.clone(),
+            ..KernelCall::function(node, &SHADER, function, args)
+        };
+        let of_nodes = |label: &str, kernels: Vec<KernelCall>, image: ImageId| {
+            Pass::of_functions(nodes.to_vec(), label.to_owned(), kernels, image)
+        };
+        let colors = call("bake_color", &[("at", Arg::Point), ("params", Arg::Params)]);
+        let fill = [vec![colors], kernels.clone()].concat();
+        let ramp = call("bake_gray", &[("at", Arg::Point), ("params", Arg::Params)]);
+        let made = Arg::Kernel(kernels.len());
+        let args = [("made", made), ("table", Arg::Texture(table)), ("at", Arg::Point), ("params", Arg::Params)];
+        let curve = [vec![ramp], kernels, vec![call("bake_rest", &args)]].concat();
+        let args = [
+            ("source", Arg::Pixel(run.source)),
+            ("table", Arg::Texture(table)),
+            ("grays", Arg::Texture(grays)),
+            ("params", Arg::Params),
+        ];
+        vec![
+            of_nodes("fill table", fill, table),
+            of_nodes("fill grays", curve, grays),
+            of_nodes("look up", vec![call("bake", &args)], run.result),
+        ]
+    }
+
+    fn image(self, recording: &mut Recording, label: String, size: Size, signedness: Signedness) -> ImageId {
+        let desc = ImageDesc::new(size).format(Format::Rgba16Float);
+        recording.add_image(VirtualImage { label, desc, origin: Origin::Baked, finite: true, signedness })
+    }
+
+    fn uniform(self, signedness: Signedness) -> Vec<u8> {
+        let lowest = if signedness == Signedness::Unsigned { 0.0 } else { -65504.0 };
+        let numbers = [
+            ("levels", self.levels as f32),
+            ("positive", self.positive as f32),
+            ("negative", self.negative as f32),
+            ("grays", self.grays as f32),
+            ("lowest", lowest),
+        ];
+        let values = numbers.map(|(name, number)| (name, UniformValue::Floats(vec![number])));
+        let reflection = SHADER.reflect().expect("the shader is valid");
+        reflection.pack("Bake", &values).expect("the struct has these numbers")
+    }
+}

@@ -1,0 +1,336 @@
+//! Tables in the place of nodes: how close they are to the nodes, when they are filled, what they hold at their ends,
+//! and which nodes become one.
+
+use afterimage_generators::Rng;
+use afterimage_gpu::{Frame, Gpu};
+use afterimage_graph::check::Graph;
+use afterimage_graph::node::{Bake, NodeKind, folder_kind_of};
+use afterimage_plan::{Fault, Plan, verify};
+
+use crate::support::gpu::{Picture, Run, gpu, graph, graph_with};
+use crate::support::layer;
+use crate::support::player::Player;
+
+/// Nodes from exposed light to a signal that is stored in 32 bits. `bake` stands at the first.
+fn pipeline(nodes: &str) -> String {
+    format!("Pipeline(inputs: {{ \"in\": Exposed }}, nodes: {{ {nodes} }}, outputs: {{ \"out\": \"result\" }})")
+}
+
+const ENCODE: &str = r#""result": Encode(source: "mapped", format: Rgba32Float)"#;
+
+fn tone_map(fields: &str) -> String {
+    pipeline(&format!(r#""mapped": ToneMap(source: "in", {fields} bake: Auto), {ENCODE}"#))
+}
+
+fn shown(graph: &Graph, bake: Option<Bake>, picture: &Picture) -> Picture {
+    let mut run = Run::new(graph);
+    run.options.bake = bake;
+    run.frame(&[("in", picture)]).remove(0)
+}
+
+fn plan(graph: &Graph, bake: Option<Bake>) -> Plan {
+    let mut run = Run::new(graph);
+    run.options.bake = bake;
+    run.plan(&gpu(), &[("in", &gray_ramp())])
+}
+
+/// Colors of all levels of light from 2^-10 to 2^8 and of all saturations.
+fn colors(seed: u64) -> Picture {
+    let mut random = Random::new(seed);
+    Picture::new(256, 256, |_, _| {
+        let light = (18.0 * random.next() - 10.0).exp2();
+        let [r, g, b] = [0; 3].map(|_| light * random.next());
+        [r, g, b, random.next()]
+    })
+}
+
+/// Colors of which one channel is zero, on the border of the gamut.
+fn border(seed: u64) -> Picture {
+    let mut colors = colors(seed);
+    for (at, pixel) in colors.pixels.iter_mut().enumerate() {
+        pixel[at % 3] = 0.0;
+    }
+    colors
+}
+
+fn gray_ramp() -> Picture {
+    let gray = |x: u32, y: u32| (26.0 * (y * 128 + x) as f32 / (128.0 * 128.0) - 14.0).exp2();
+    Picture::new(128, 128, |x, y| [gray(x, y), gray(x, y), gray(x, y), 1.0])
+}
+
+/// Numbers from 0 to 1.
+struct Random(Rng);
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        Self(Rng::new(seed))
+    }
+
+    fn next(&mut self) -> f32 {
+        self.0.below(1 << 24) as f32 / (1 << 24) as f32
+    }
+}
+
+/// The largest differences of channels in codes of 255, of each pixel, in ascending order.
+fn errors(a: &Picture, b: &Picture) -> Vec<f32> {
+    let of_pixel = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| 255.0 * (a[c] - b[c]).abs()).fold(0.0, f32::max);
+    let mut errors: Vec<f32> = a.pixels.iter().zip(&b.pixels).map(of_pixel).collect();
+    errors.sort_by(f32::total_cmp);
+    errors
+}
+
+/// The errors that 99 and 99.9 per cent of the pixels stay below.
+fn shares(errors: &[f32]) -> [f32; 2] {
+    [100, 1000].map(|part| errors[errors.len() - 1 - errors.len() / part])
+}
+
+/// By how many codes a ramp falls below what it was before.
+fn fall(ramp: &Picture) -> f32 {
+    let (mut most, mut fall) = ([0.0_f32; 3], 0.0_f32);
+    for pixel in &ramp.pixels {
+        for (most, channel) in most.iter_mut().zip(pixel) {
+            *most = most.max(*channel);
+            fall = fall.max(255.0 * (*most - channel));
+        }
+    }
+    fall
+}
+
+/// A curve, the size of its table, and the errors that 99 and 99.9 % of random colors and 99 % of those on the border of
+/// the gamut stay below, in codes of 8 bits.
+type Case = (&'static str, u32, [f32; 3]);
+
+const CASES: [Case; 9] = [
+    ("", 64, [0.4, 0.8, 0.5]),
+    ("", 48, [0.6, 1.2, 1.0]),
+    ("", 33, [1.2, 2.2, 1.9]),
+    ("curve: AcesNarkowicz,", 64, [0.5, 1.2, 1.0]),
+    ("curve: Uchimura, linear_length: 0.0, space: Tsushima,", 64, [0.6, 1.8, 1.2]),
+    ("curve: KhronosNeutral,", 64, [0.6, 1.4, 0.9]),
+    ("curve: AgX,", 64, [0.5, 1.2, 0.8]),
+    ("curve: Gt7,", 64, [2.0, 7.0, 3.0]),
+    ("curve: Exponential,", 64, [0.5, 1.4, 1.2]),
+];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_table_is_close_to_its_nodes_and_exact_for_grays() {
+    let (colors, border, ramp) = (colors(7), border(8), gray_ramp());
+    let mut above = String::new();
+    for (fields, size, limits) in CASES {
+        let graph = graph(&tone_map(fields));
+        let compared = |picture: &Picture| {
+            let [exact, table] = [Bake::Off, Bake::Size(size)].map(|bake| shown(&graph, Some(bake), picture));
+            let is_same_alpha = exact.pixels.iter().zip(&table.pixels).all(|(a, b)| a[3] == b[3]);
+            assert!(is_same_alpha, "{fields} {size}: alpha stays");
+            (errors(&exact, &table), [exact, table])
+        };
+        let ([of_colors, of_border], (grays, shown)) =
+            ([&colors, &border].map(|picture| shares(&compared(picture).0)), compared(&ramp));
+        let found = [of_colors[0], of_colors[1], of_border[0]];
+        let is_above = found.iter().zip(limits).any(|(found, limit)| *found > limit);
+        let worst_gray = grays[grays.len() - 1];
+        let [of_nodes, of_table] = shown.each_ref().map(fall);
+        let tint = shown[1].pixels.iter().map(|p| (p[0] - p[1]).abs().max((p[2] - p[1]).abs())).fold(0.0, f32::max);
+        if is_above || worst_gray > 0.25 || of_table > of_nodes + 1e-3 || 255.0 * tint > 0.13 {
+            above +=
+                &format!("{fields} {size}: {found:?}, grays {worst_gray}, falls {of_table}, tint {}\n", 255.0 * tint);
+        }
+        assert!(found[0] > 1e-3, "{fields} {size}: no table is exact, so there is none");
+    }
+    assert!(above.is_empty(), "{above}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_beyond_the_ends_of_a_table_is_that_of_its_ends() {
+    let graph = graph(&tone_map(""));
+    let numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -65504.0, -1.0, -1e-6, 0.0, 1e-7, 1.0, 65504.0, 3e38];
+    let of = |at: u32| numbers[at as usize % numbers.len()];
+    let picture = Picture::new(121, 11, |x, y| [of(x / 11), of(x), of(y), 0.5]);
+    let table = shown(&graph, Some(Bake::Size(64)), &picture);
+    let exact = shown(&graph, Some(Bake::Off), &picture);
+    for ((color, exact), shown) in picture.pixels.iter().zip(&exact.pixels).zip(&table.pixels) {
+        assert!(shown[..3].iter().all(|x| (0.0..=1.001).contains(x)) && shown[3] == exact[3], "{color:?}: {shown:?}");
+        let is_gray = color[0].is_finite() && color[0] == color[1] && color[1] == color[2];
+        let error = (0..3).map(|c| 255.0 * (shown[c] - exact[c]).abs()).fold(0.0, f32::max);
+        assert!(!is_gray || error < 0.25, "{color:?}: {shown:?} and not {exact:?}");
+    }
+    let black = |color: &[f32; 4]| color[..3].iter().all(|x| *x <= 0.0);
+    let is_black = |(color, shown): (&[f32; 4], &[f32; 4])| !black(color) || shown[..3] == [0.0; 3];
+    assert!(picture.pixels.iter().zip(&table.pixels).all(is_black), "light that is not positive is black");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_run_ends_where_a_node_needs_more_than_a_color() {
+    let baked = |nodes: &str, bake: Option<Bake>| {
+        let plan = plan(&graph(&pipeline(nodes)), bake);
+        assert_eq!(verify(&plan), Ok(()), "{}", plan.to_text());
+        let filling = (0..plan.passes.len()).filter(|pass| plan.fills_table(*pass)).count();
+        assert_eq!(filling, 2 * plan.baked.len(), "{}", plan.to_text());
+        plan.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size)).collect::<Vec<_>>()
+    };
+    let run = |nodes: &str, size: u32| vec![(nodes.to_owned(), size)];
+    let whole = r#""white": WhiteBalance(source: "in", temperature: 5000.0, mode: Temperature),
+        "mapped": ToneMap(source: "white", BAKE), "result": Encode(source: "mapped")"#;
+    let asking = |bake: &str| whole.replace("BAKE", bake);
+    assert_eq!(baked(&asking("bake: Auto"), None), run("white mapped result", 64));
+    assert_eq!(baked(&asking("bake: 33"), None), run("white mapped result", 33));
+    assert_eq!(baked(&asking("bake: 33"), Some(Bake::Size(48))), run("white mapped result", 48));
+    assert_eq!(baked(&asking("bake: Auto"), Some(Bake::Off)), []);
+    assert_eq!(baked(&asking(""), None), [], "no node asks for a table");
+    let refused = asking("bake: Auto").replace(r#"source: "mapped""#, r#"source: "mapped", bake: Off"#);
+    assert_eq!(baked(&refused, None), run("white mapped", 64));
+    let around = [run("white", 64), run("result", 64)].concat();
+    assert_eq!(baked(&asking("bake: Off"), Some(Bake::Auto)), around);
+    // A vignette and a dither depend on the position; the result of the curve is read twice.
+    let cut = r#""white": WhiteBalance(source: "in", temperature: 5000.0, mode: Temperature),
+        "dark": Vignette(source: "white", amount: 0.5), "mapped": ToneMap(source: "dark", bake: 48),
+        "encoded": Encode(source: "mapped"), "result": Dither(source: "encoded", bits: 8)"#;
+    assert_eq!(baked(cut, None), run("mapped encoded", 48));
+    let twice = r#""mapped": ToneMap(source: "in", bake: 48), "soft": Gaussian(source: "mapped", sigma: 1.0),
+        "lit": Composite(base: "mapped", bloom: "soft", blend: Mix, strength: 0.5), "result": Encode(source: "lit")"#;
+    assert_eq!(baked(twice, None), run("mapped", 48));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_exact_plan_and_a_small_device_have_no_tables() {
+    let graph = graph(&tone_map(""));
+    let gpu = gpu();
+    assert_eq!(Run::new(&graph).exact().plan(&gpu, &[("in", &gray_ramp())]).baked, []);
+    let mut narrow: Gpu = (*gpu).clone();
+    // A table of 64 levels has 3185 texels a row.
+    narrow.caps.max_side = 2048;
+    assert_eq!(Run::new(&graph).plan(&narrow, &[("in", &gray_ramp())]).baked, []);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn verify_finds_a_table_that_is_filled_from_the_picture() {
+    let mut plan = plan(&graph(&tone_map("")), None);
+    let lookup = plan.passes.iter().position(|planned| planned.pass.function_result() == Some(plan.outputs[0].image));
+    let pixel = plan.passes[lookup.expect("a pass makes the output")].pass.kernels[0].args[0].clone();
+    let filling = (0..plan.passes.len()).find(|pass| plan.fills_table(*pass)).expect("a pass fills the table");
+    let color = &mut plan.passes[filling].pass.kernels[1].args[0];
+    color.value = pixel.value;
+    let faults: Vec<String> = verify(&plan).expect_err("it is wrong").iter().map(Fault::to_string).collect();
+    assert!(faults.iter().any(|fault| fault.contains("fills a table from `in`")), "{faults:?}");
+}
+
+/// A slider moves: the next frame fills the table again, with the same plan, and shows what a new executor shows. Frames
+/// between do not fill it, and neither does another slider.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_table_is_filled_when_a_number_in_it_has_changed() {
+    let _alone = layer::alone();
+    layer::messages();
+    let text = |white: f32, dark: f32| {
+        pipeline(&format!(
+            r#""dark": Vignette(source: "in", amount: {dark:?}), "result": Encode(source: "mapped"),
+            "mapped": ToneMap(source: "dark", curve: ReinhardExtended, white_level: {white:?}, bake: Auto)"#
+        ))
+    };
+    let colors = colors(3);
+    let mut player = Player::new();
+    let input = player.upload(&colors);
+    let mut filled = Vec::new();
+    let changes = [(4.0, 0.5), (4.0, 0.5), (8.0, 0.5), (8.0, 0.5), (8.0, 0.25), (8.0, 0.25), (4.0, 0.5)];
+    for (white, dark) in changes {
+        let graph = graph(&text(white, dark));
+        player.load(&Run::new(&graph), &[("in", &colors)]);
+        player.run(&Frame { inputs: &[("in", &input)], ..Frame::default() }).expect("a frame");
+        filled.push(player.executor.has_filled_tables());
+        let mut other = Player::new();
+        other.load(&Run::new(&graph), &[("in", &colors)]);
+        other.frame(&[("in", &colors)], 0.0, false);
+        assert!(other.executor.has_filled_tables());
+        assert!(player.output("out") == other.output("out"), "{white} {dark}");
+    }
+    assert_eq!(filled, [true, false, true, false, false, false, true]);
+    assert_eq!(layer::messages(), Vec::<String>::new());
+}
+
+/// The parts of random chains: what they take, and what they give.
+const PARTS: [(&str, &str, &str); 12] = [
+    ("Exposed", "Exposed", "WhiteBalance(mode: Temperature, temperature: 5200.0,"),
+    ("Exposed", "Exposed", "Saturation(amount: 1.3,"),
+    ("Exposed", "Exposed", "Contrast(amount: 1.1,"),
+    ("Exposed", "Display", "ToneMap(curve: AcesNarkowicz,"),
+    ("Exposed", "Display", "ToneMap(curve: AgX,"),
+    ("Exposed", "Display", "ToneMap(curve: Reinhard, gamut: Clip,"),
+    ("Display", "Display", "LiftGammaGain(gamma: (1.1, 1.0, 0.95),"),
+    ("Display", "Display", "Saturation(amount: 0.8,"),
+    ("Display", "Display", "Cdl(slope: (1.1, 1.0, 0.9),"),
+    ("Display", "Encoded", "Encode("),
+    ("Encoded", "Encoded", "Brightness(amount: 0.02,"),
+    ("Encoded", "Encoded", "ColorBalance(midtones: (0.02, 0.0, -0.02),"),
+];
+
+/// Nodes from exposed light to a signal, at random.
+fn chain(seed: u64) -> String {
+    let mut rng = Rng::new(seed);
+    let (mut state, mut before, mut nodes) = ("Exposed", "in".to_owned(), String::new());
+    for number in 0..12 {
+        let fitting: Vec<_> = PARTS.iter().filter(|(takes, ..)| *takes == state).collect();
+        let (_, gives, text) = fitting[rng.below(fitting.len())];
+        nodes += &format!("\"node{number}\": {text} source: \"{before}\", bake: Auto), ");
+        (state, before) = (gives, format!("node{number}"));
+        if state == "Encoded" && rng.per_cent(50) {
+            break;
+        }
+    }
+    for (from, to, text) in [("Exposed", "Display", "ToneMap("), ("Display", "Encoded", "Encode(")] {
+        if state == from {
+            nodes += &format!("\"{to}\": {text} source: \"{before}\", bake: Auto), ");
+            (state, before) = (to, to.to_owned());
+        }
+    }
+    nodes + &format!(r#""result": Brightness(source: "{before}", amount: 0.001, format: Rgba32Float, bake: Auto)"#)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn random_chains_with_and_without_a_table_agree() {
+    for seed in 0..12 {
+        let text = pipeline(&chain(seed));
+        let graph = graph(&text);
+        assert_eq!(plan(&graph, None).baked.len(), 1, "{text}");
+        let colors = colors(100 + seed);
+        let [exact, table] = [Some(Bake::Off), None].map(|bake| shown(&graph, bake, &colors));
+        let found = shares(&errors(&exact, &table));
+        assert!(found[0] < 1.5 && found[1] < 3.5, "{text}: {found:?}");
+    }
+}
+
+const KIND: &str = r#"Kind(
+    name: "Tint", doc: "Tints an image.", of_color: true,
+    inputs: { "source": Image(doc: "An image.", accepts: [DisplayLinear]) },
+    outputs: { "result": Image(doc: "The image.", state: Same("source")) },
+    parameters: { "amount": Float(doc: "How much.", default: 0.5, within: (0.0, 1.0)) },
+)"#;
+const SHADER: &str = "struct Tint { amount: f32 }
+fn tint(source: vec4f, params: Tint) -> vec4f {
+    return vec4f(mix(source.rgb, source.gbr, params.amount * 0.1), source.a);
+}";
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_kind_in_a_folder_is_part_of_a_run_if_it_says_so() {
+    let kind = |text: &str| -> NodeKind {
+        folder_kind_of(("node.ron", text), &[("tint.wgsl", SHADER)]).unwrap_or_else(|errors| panic!("{errors}"))
+    };
+    let text = pipeline(&format!(
+        r#""before": ToneMap(source: "in", bake: Auto), "mapped": Tint(source: "before"), {ENCODE}"#
+    ));
+    let [says_so, does_not] = [KIND.to_owned(), KIND.replace(" of_color: true,", "")];
+    let with = graph_with(&text, &[kind(&says_so)]);
+    let nodes = |graph: &Graph| plan(graph, None).baked.iter().map(|baked| baked.nodes.join(" ")).collect::<Vec<_>>();
+    assert_eq!(nodes(&with), ["before mapped result"]);
+    assert_eq!(nodes(&graph_with(&text, &[kind(&does_not)])), ["before"]);
+    let colors = colors(5);
+    let [exact, table] = [Some(Bake::Off), None].map(|bake| shown(&with, bake, &colors));
+    let found = shares(&errors(&exact, &table));
+    assert!(found[0] < 0.5 && found[1] < 1.0 && found[0] > 1e-3, "{found:?}");
+}
