@@ -1,12 +1,12 @@
 //! `measure` and `bench` report the same quantity: the time of a frame, by the one clock.
 
-use afterimage_gpu::{Clock, FrameTime, Gpu};
+use afterimage_gpu::{Clock, FrameTime, Gpu, Session, input_image};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_graph::image::Size;
+use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_lab::LabError;
 use afterimage_lab::bench::{BenchOptions, bench};
 use afterimage_lab::measure::{ClipOptions, MeasureOptions, Pipeline, VariantKind, json, measure};
-use afterimage_plan::Options;
+use afterimage_plan::{Options, PlacedPlan};
 
 use crate::support::gpu::{built_in, gpu, registry};
 
@@ -61,4 +61,24 @@ fn measure_and_bench_time_a_frame_by_the_same_function() {
         assert_eq!(json["gpu_ms"].as_f64(), Some(time.ms()));
         assert_eq!(json["clock"], source.name());
     }
+}
+
+/// `measure` runs the reference first, whose images are twice as large; `bench` runs nothing else.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_is_timed_in_the_memory_of_its_own_plan_whatever_ran_before() {
+    let (gpu, graph) = (gpu(), built_in("lynx.ron", None));
+    let desc = ImageDesc::new(Size::new(320, 180));
+    let texels = vec![0; desc.bytes() as usize];
+    let images = [input_image(&gpu, "scene", desc, &texels).expect("the device has room")];
+    let exact = Options { exact: true, ..Options::default() };
+    let mut session = Session::new(&gpu, graph.clone(), Facts::default(), exact);
+    session.load(desc.size, &images).expect("the plan is loaded");
+    session.change(graph, Options::default());
+    let plan = session.load(desc.size, &images).expect("the plan is loaded").clone();
+    let own = PlacedPlan::new(plan);
+    let kept = session.executor().placed_plan().expect("a plan is loaded");
+    assert_ne!(kept.placement, own.placement, "the session keeps the larger heap of the reference");
+    let mut timed = session.clone_in_new_memory(&images).expect("the device has room");
+    assert_eq!(timed.executor().placed_plan(), Some(own));
 }

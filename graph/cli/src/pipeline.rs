@@ -39,7 +39,8 @@ impl<'a> PipelineFile<'a> {
     pub(crate) fn check(&self, options: &PipelineOptions) -> Result<(Graph, Diagnostics), Failure> {
         let sets = assignments(&options.sets, "--set")?;
         let (graph, mut warnings) = self.0.check(options.tier.as_deref(), &sets)?;
-        check_facts(&graph, &self.0.facts(), options, &mut warnings)?;
+        let declared: Vec<String> = self.0.facts().into_iter().map(|(name, _)| name).collect();
+        check_facts(&graph, &declared, options, &mut warnings)?;
         Ok((graph, warnings))
     }
 

@@ -21,6 +21,7 @@ pub mod bench;
 pub mod dump;
 mod error;
 mod files;
+mod frame_time;
 pub mod measure;
 pub mod metrics;
 pub mod plot;

@@ -36,7 +36,7 @@ pub fn still(gpu: &Gpu, registry: &Registry, graph: &Graph, size: Size) -> Resul
     }
     let mut scene = session(gpu, registry)?;
     scene.render(size, &[], FrameStep::FIRST)?;
-    Ok(outputs.iter().map(|(input, output)| scene.output_image(output, input)).collect())
+    outputs.iter().map(|(input, output)| copy(&mut scene, input, output)).collect()
 }
 
 /// Images of the scene for `frames` frames of a walk through it, at `fps` frames per second.
@@ -73,7 +73,7 @@ fn session(gpu: &Gpu, registry: &Registry) -> Result<Session, LabError> {
     Ok(Session::new(gpu, scene, Facts::default(), Options::default()))
 }
 
-/// A copy of an output that the next frame does not overwrite.
+/// A copy of an output that the next frame does not overwrite, in a texture as that of a file.
 fn copy(session: &mut Session, input: &str, output: &str) -> Result<InputImage, LabError> {
     let texels = session.output(output)?;
     Ok(input_image(session.gpu(), input, texels.desc, &texels.bytes)?)

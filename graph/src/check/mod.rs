@@ -85,10 +85,10 @@ impl<'a> Checker<'a> {
         document.tiers.into_iter().map(|(name, _)| name.value).collect()
     }
 
-    /// The names of the facts that the document declares, inherited ones first.
-    pub fn facts(&self) -> Vec<String> {
+    /// The names of the facts that the document declares, with their meanings, inherited ones first.
+    pub fn facts(&self) -> Vec<(String, String)> {
         let document = self.builder().inherited(self.document);
-        document.facts.into_iter().flatten().map(|(name, _)| name.value).collect()
+        document.facts.into_iter().flatten().map(|(name, meaning)| (name.value, meaning)).collect()
     }
 
     /// Makes a graph of the document at a tier, with overrides in the order in which they are applied: `node.parameter`

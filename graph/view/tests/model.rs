@@ -5,7 +5,7 @@
 mod support;
 
 use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
-use afterimage_graph::check::{Facts, Source};
+use afterimage_graph::check::{Fact, Facts, Source};
 use afterimage_graph::node::{Origin, PortType};
 use afterimage_graph::value::Value;
 use afterimage_plan::Options;
@@ -66,6 +66,39 @@ fn a_node_can_be_switched_off_and_on() {
     assert!(apart(&picture(&model), &before) > 5);
     model.set(&vignette, Some(Value::Bool(true)));
     assert!(model.changes().is_empty(), "that is what the file says");
+}
+
+#[test]
+fn a_fact_is_unknown_until_it_is_set_and_can_become_unknown_again() {
+    let mut model = model("caracal");
+    settle(&mut model);
+    let runs = |model: &Model| {
+        let plan = model.shown().unwrap().plan().unwrap();
+        !plan.skipped.iter().any(|skipped| skipped.node == "glowing")
+    };
+    assert!(model.fact("emissive").is_none() && runs(&model));
+    assert!(model.fact_meaning("emissive").is_some_and(|meaning| meaning.contains("gives out light")));
+    model.set_fact("emissive", Some(Fact::Flag(false)));
+    settle(&mut model);
+    assert!(!runs(&model));
+    model.set_fact("emissive", None);
+    settle(&mut model);
+    assert!(model.fact("emissive").is_none() && runs(&model));
+}
+
+#[test]
+fn a_parameter_that_does_nothing_is_known_with_the_reason_and_another_choice_wakes_it() {
+    let mut model = model("lynx");
+    let graph = model.graph().unwrap().clone();
+    let mapped = graph.nodes.iter().find(|node| node.kind().name() == "ToneMap").unwrap().name.clone();
+    let named = |name: &str| format!("{mapped}.{name}");
+    let toe = graph.parameter(&named("toe")).unwrap();
+    assert!(model.is_inactive(toe) && !model.is_inactive(graph.parameter(&named("peak")).unwrap()));
+    let reason = model.inactive_reason(toe).unwrap();
+    assert!(reason.starts_with("Does nothing while `curve` is") && reason.contains("Uchimura"), "{reason}");
+    model.set(&parameter(&named("curve")), Some(Value::Choice("Uchimura")));
+    model.release();
+    assert!(!model.is_inactive(toe) && model.inactive_reason(toe).is_none());
 }
 
 #[test]

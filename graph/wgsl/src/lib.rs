@@ -18,6 +18,7 @@ mod sample_mode;
 mod shader;
 mod token;
 mod uniform;
+mod uniform_reads;
 mod validate;
 mod walk;
 
@@ -30,6 +31,7 @@ pub use sample_mode::SampleMode;
 pub use shader::Shader;
 pub use token::imports;
 pub use uniform::UniformValue;
+pub use uniform_reads::UniformReads;
 pub use validate::validate;
 
 /// Whether a name may be declared in a module: WGSL does not reserve it.

@@ -266,6 +266,24 @@ impl Session {
         InputImage { input: input.to_owned(), view, desc, finite: false }
     }
 
+    /// The same pipeline in memory of its own, with the plan for these images loaded; compiled pipelines are shared.
+    ///
+    /// A session keeps the places of images in memory from one plan to the next, and the time of a frame depends on
+    /// them. Here the places are those of a program that has run nothing else.
+    ///
+    /// # Errors
+    /// See [`load`](Self::load).
+    ///
+    /// # Panics
+    /// If nothing was loaded or rendered yet.
+    pub fn clone_in_new_memory(&self, images: &[InputImage]) -> Result<Self, PostError> {
+        let (post, blocks) = (self.post.clone_for_view(), self.blocks.clone());
+        let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
+        let mut session = Self { gpu: self.gpu.clone(), post, feeds: BTreeMap::new(), blocks, readback };
+        session.load(self.plan().size, images)?;
+        Ok(session)
+    }
+
     /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps`
     /// gives the position in time of each frame. `baselines` are other work that is timed under the same conditions.
     ///

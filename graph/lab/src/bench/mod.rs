@@ -15,10 +15,9 @@ use afterimage_plan::{Options, Plan, Stage};
 pub use copy::bandwidth;
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
 
+use crate::frame_time::{frame_time, next_step};
 use crate::{LabError, scene};
 
-/// Seconds between two frames.
-const STEP: f32 = 1.0 / 60.0;
 /// Frames that a renderer has in flight while it records another.
 const IN_FLIGHT: usize = 2;
 
@@ -88,9 +87,7 @@ struct Bench<'a> {
 impl Bench<'_> {
     fn report(mut self, name: &str, first_frame: FirstFrame) -> Result<BenchReport, LabError> {
         let clock = Clock::new(self.gpu)?;
-        let Self { session, images, frames, options, .. } = &mut self;
-        let mut step = || next_step(frames);
-        let (frame, _) = session.frame_time(&clock, options.samples, images, &mut step, Vec::new())?;
+        let frame = frame_time(&self.session, &clock, self.options.samples, &self.images)?;
         let host = self.host_times()?;
         let copy_gbps = bandwidth(self.gpu, &clock)?;
         let pass_times = self.pass_times(&clock)?;
@@ -142,13 +139,6 @@ impl Bench<'_> {
         self.gpu.wait()?;
         Ok(HostTimes { encode_us: median(encode), submit_us: median(submit) })
     }
-}
-
-/// The position of the next frame in time.
-fn next_step(frames: &mut u32) -> FrameStep {
-    let (number, reset) = (*frames, *frames == 0);
-    *frames += 1;
-    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, reset }
 }
 
 /// Bytes per time as a share of the copy bandwidth; 0 for a time of 0.

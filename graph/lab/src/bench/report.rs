@@ -47,6 +47,8 @@ pub struct FrameFigures {
     /// `gpu`: timestamps on the GPU; `host`: the host's clock, from recording to completion.
     clock: &'static str,
     gpu_ms: f64,
+    /// The interval that holds the true median with a confidence of 95 %.
+    gpu_ms_interval: [f64; 2],
     #[serde(skip)]
     time: FrameTime,
 }
@@ -59,7 +61,8 @@ impl FrameFigures {
 
 impl From<FrameTime> for FrameFigures {
     fn from(time: FrameTime) -> Self {
-        Self { frames: time.samples(), clock: time.source().name(), gpu_ms: time.ms(), time }
+        let (gpu_ms, gpu_ms_interval) = (time.ms(), time.interval());
+        Self { frames: time.samples(), clock: time.source().name(), gpu_ms, gpu_ms_interval, time }
     }
 }
 
@@ -121,7 +124,7 @@ impl BenchReport {
             vec![name, format!("{:.4}", pass.ms), megabytes(pass.bytes), percent(pass.share)]
         };
         let sum: f64 = self.passes.iter().map(|pass| pass.ms).sum();
-        let all = vec!["sum of passes".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
+        let all = vec!["sum, without overlap".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }
 }
@@ -136,7 +139,9 @@ impl fmt::Display for BenchReport {
         )?;
         writeln!(f, "{}", self.passes())?;
         let clock = if self.frame.clock == "gpu" { "GPU, a frame              " } else { "host clock, a frame       " };
-        writeln!(f, "{clock} {:.4} ms, {} of the copy bandwidth", self.frame.gpu_ms, percent(self.share))?;
+        let (ms, [low, high]) = (self.frame.gpu_ms, self.frame.gpu_ms_interval);
+        let share = percent(self.share);
+        writeln!(f, "{clock} {ms:.4} ms ({low:.4} to {high:.4} with 95 %), {share} of the copy bandwidth")?;
         let HostTimes { encode_us, submit_us } = self.host;
         writeln!(f, "host, a frame              {encode_us:.1} us to record, {submit_us:.1} us to submit")?;
         writeln!(f, "copy bandwidth             {:.0} GB/s", self.copy_gbps)?;

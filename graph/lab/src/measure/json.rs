@@ -46,6 +46,7 @@ fn figures(report: &MeasureReport, figures: &Figures) -> Map<String, Value> {
     let cost = figures.cost;
     let mut object = Map::new();
     object.insert("gpu_ms".into(), json!(cost.time.ms()));
+    object.insert("gpu_ms_interval".into(), json!(cost.time.interval()));
     object.insert("bytes".into(), json!(cost.bytes));
     object.insert("bytes_moved".into(), json!(cost.bytes_moved));
     object.insert("passes".into(), json!(cost.passes));

@@ -10,6 +10,7 @@ use afterimage_plan::{Options, Plan};
 
 use super::clips::Clip;
 use crate::LabError;
+use crate::frame_time::frame_time;
 
 /// The samples of a median where nothing else is asked for: on a GPU, and on a processor.
 const SAMPLES: (u32, u32) = (50, 7);
@@ -96,11 +97,9 @@ impl Player {
         Ok(self.session.output(name)?)
     }
 
-    /// What the last frame of the clip costs with the loaded plan.
+    /// What a frame with the first images of the clip costs with the loaded plan.
     pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, LabError> {
-        let (last, samples) = (clip.len() - 1, self.samples());
-        let mut step = || clip.step(last);
-        let (time, _) = self.session.frame_time(&self.clock, samples, clip.images(last), &mut step, Vec::new())?;
+        let time = frame_time(&self.session, &self.clock, self.samples(), clip.images(0))?;
         let plan = self.session.plan();
         Ok(Cost {
             time,

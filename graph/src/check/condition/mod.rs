@@ -51,6 +51,11 @@ impl Facts {
         self.0.insert(name.into(), fact.into());
     }
 
+    /// Makes a fact unknown again.
+    pub fn unset(&mut self, name: &str) {
+        self.0.remove(name);
+    }
+
     /// The fact of that name, if it is set.
     pub fn get(&self, name: &str) -> Option<Fact> {
         self.0.get(name).copied()

@@ -25,6 +25,7 @@ use violations::Violations;
 
 pub use names::kind_file_name;
 pub(super) use names::{is_pascal, is_snake, snake, stem};
+pub(super) use recorded::arrival;
 
 /// Checks the contract for each kind of a table.
 ///

@@ -285,7 +285,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Result<Recorded, Vec<ShaderError
 }
 
 /// Something plausible at an input.
-fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> InputValue {
+pub(in crate::node) fn arrival(ty: PortType, name: &str, size: Size, recording: &mut Recording) -> InputValue {
     let mut image = |desc: ImageDesc| {
         let origin = Origin::Input(name.to_owned());
         recording.add_image(VirtualImage {

@@ -162,7 +162,7 @@ impl Shown {
         let images = (desktop.images)(&gpu)?;
         let mut model = Model::new(&gpu, desktop.project, images);
         model.set_tier(desktop.tier);
-        desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, fact));
+        desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
         let stage = Stage::new(model, surface.format(), desktop.open);
         let input = egui_winit::State::new(
             stage.ctx().clone(),

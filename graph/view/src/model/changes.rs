@@ -137,6 +137,11 @@ impl Changes {
         self.held = Some(target.clone());
     }
 
+    /// Whether a control is being dragged.
+    pub fn is_held(&self) -> bool {
+        self.held.is_some()
+    }
+
     /// Ends a drag: the next change is another step.
     pub fn release(&mut self) {
         self.held = None;

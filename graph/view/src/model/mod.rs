@@ -11,6 +11,7 @@ mod files;
 mod frame;
 mod frame_images;
 mod images;
+mod inactive;
 mod inspect;
 mod measure;
 mod project;
@@ -18,6 +19,7 @@ mod reading;
 mod savings;
 mod tap;
 
+use std::cell::RefCell;
 use std::sync::Arc;
 
 use afterimage_gpu::{Gpu, GpuError, Watch};
@@ -35,11 +37,12 @@ pub use frame::Rendered;
 pub use frame_images::FrameImages;
 pub use images::{Images, Scene};
 pub use project::{Checked, Project, TextProject, saved};
-pub use savings::{Saving, Savings};
+pub use savings::{Saving, Savings, SavingsTotal};
 pub use tap::{Tap, TapImage};
 
 use crate::Problem;
 use chains::Chains;
+use inactive::InactiveCache;
 
 /// A pipeline that is open in the viewer.
 pub struct Model {
@@ -50,6 +53,8 @@ pub struct Model {
     warnings: Diagnostics,
     tiers: Vec<String>,
     facts: Facts,
+    /// The facts that the pipeline declares, with their meanings.
+    fact_meanings: Vec<(String, String)>,
     changes: Changes,
     conflict: Option<Conflict>,
     /// Whether the last check of the text has found errors.
@@ -62,6 +67,7 @@ pub struct Model {
     clock: PlayClock,
     chains: Chains,
     savings: Option<Savings>,
+    inactive: RefCell<InactiveCache>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
     watched: Option<Watch>,
@@ -81,6 +87,7 @@ impl Model {
             warnings: Diagnostics::default(),
             tiers: Vec::new(),
             facts: Facts::default(),
+            fact_meanings: Vec::new(),
             changes: Changes::default(),
             conflict: None,
             has_errors: false,
@@ -90,6 +97,7 @@ impl Model {
             clock: PlayClock::default(),
             chains: Chains::default(),
             savings: None,
+            inactive: RefCell::default(),
             tap: None,
             watched: None,
             probes: false,
@@ -141,9 +149,18 @@ impl Model {
         self.facts.get(name)
     }
 
-    /// Sets a fact that `when` conditions test.
-    pub fn set_fact(&mut self, name: &str, fact: impl Into<Fact>) {
-        self.facts.set(name, fact);
+    /// What a fact means, as the pipeline declares it.
+    pub fn fact_meaning(&self, name: &str) -> Option<&str> {
+        let (_, meaning) = self.fact_meanings.iter().find(|(known, _)| known == name)?;
+        Some(meaning)
+    }
+
+    /// Sets a fact that `when` conditions test; `None` makes it unknown.
+    pub fn set_fact(&mut self, name: &str, fact: Option<Fact>) {
+        match fact {
+            Some(fact) => self.facts.set(name, fact),
+            None => self.facts.unset(name),
+        }
         self.chains.set_facts(&self.facts);
         (self.is_stale, self.savings) = (true, None);
     }

@@ -60,6 +60,8 @@ pub struct Checked {
     pub warnings: Diagnostics,
     /// The tiers of the pipeline.
     pub tiers: Vec<String>,
+    /// The facts that the pipeline declares, with their meanings.
+    pub facts: Vec<(String, String)>,
 }
 
 impl Checked {
@@ -77,7 +79,7 @@ impl Checked {
         let document = parse(name, text)?;
         let checker = Checker::new(&document, registry, loader);
         let (graph, warnings) = checker.check(tier, &[])?;
-        Ok(Self { graph, warnings, tiers: checker.tiers() })
+        Ok(Self { graph, warnings, tiers: checker.tiers(), facts: checker.facts() })
     }
 }
 

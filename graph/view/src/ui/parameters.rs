@@ -88,8 +88,7 @@ impl Parameters {
         let header = state.show_header(ui, |ui| header(ui, model, node, actions));
         header.body(|ui| {
             for parameter in rows {
-                let name = graph.parameter_name(parameter);
-                row(ui, model, &name, graph.declaration(parameter), actions);
+                row(ui, model, graph, parameter, actions);
             }
         });
     }
@@ -109,19 +108,31 @@ fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelA
     }
 }
 
+/// The opacity of what has no effect at present.
+const DIMMED: f32 = 0.45;
+
 /// In less width than this, in points, a unit would be two letters; the text over the name states it anyway.
 const NARROWEST_UNIT: f32 = 36.0;
 
-/// A row: the name, marked if it is changed, and the control.
-fn row(ui: &mut Ui, model: &Model, name: &str, param: &Param, actions: &mut Vec<PanelAction>) {
-    let target = Target::Parameter(name.to_owned());
-    let Some(value) = model.value(name) else { return };
+/// A row: the name, marked if it is changed, and the control. It is dim while the parameter does nothing.
+fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, actions: &mut Vec<PanelAction>) {
+    let (name, param) = (graph.parameter_name(parameter), graph.declaration(parameter));
+    let Some(value) = model.value(&name) else { return };
+    let target = Target::Parameter(name);
     let is_changed = model.changes().get(&target).is_some();
     ui.horizontal(|ui| {
+        if model.is_inactive(parameter) {
+            ui.multiply_opacity(DIMMED);
+        }
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
         let marked = RichText::new(&*param.name).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
-        let label = ui.add_sized([94.0, 20.0], text).on_hover_text(about(param, model.written(&target).as_ref()));
+        let label = ui.add_sized([94.0, 20.0], text).on_hover_ui(|ui| {
+            if let Some(why) = model.inactive_reason(parameter) {
+                ui.label(RichText::new(why).color(ACCENT));
+            }
+            ui.label(about(param, model.written(&target).as_ref()));
+        });
         if label.double_clicked() && is_changed {
             actions.push(PanelAction::Set(target.clone(), None));
             actions.push(PanelAction::Release);
@@ -165,29 +176,67 @@ fn first_sentence(doc: &str) -> String {
     doc.split("\n\n").next().unwrap_or(doc).to_owned()
 }
 
-/// The facts that the conditions of the pipeline test.
+/// The facts that the conditions of the pipeline test: unknown until the user states them.
 fn facts(ui: &mut Ui, model: &mut Model, graph: &Graph) {
     let facts = graph.facts();
     if facts.is_empty() {
         return;
     }
-    ui.label(RichText::new("Facts about the scene").strong());
+    let hint =
+        "A node runs unless its condition is known not to hold: while a fact is unknown, what depends on it runs";
+    ui.label(RichText::new("Facts about the scene").strong()).on_hover_text(hint);
     for (name, kind) in facts {
-        ui.horizontal(|ui| match (kind, model.fact(&name)) {
-            (FactKind::Flag, fact) => {
-                let mut on = matches!(fact, Some(Fact::Flag(true)));
-                if ui.checkbox(&mut on, &name).changed() {
-                    model.set_fact(&name, on);
+        let present = model.fact(&name);
+        let mut fact = present;
+        ui.horizontal(|ui| {
+            let layout = egui::Layout::left_to_right(egui::Align::Center);
+            ui.allocate_ui_with_layout(egui::vec2(94.0, 20.0), layout, |ui| {
+                ui.set_min_width(94.0);
+                ui.add(egui::Label::new(&name).truncate()).on_hover_text(about_fact(graph, &name));
+            });
+            ui.selectable_value(&mut fact, None, "unknown");
+            match kind {
+                FactKind::Flag => {
+                    ui.selectable_value(&mut fact, Some(Fact::Flag(false)), "no");
+                    ui.selectable_value(&mut fact, Some(Fact::Flag(true)), "yes");
                 }
-            }
-            (FactKind::Number, fact) => {
-                let mut number = if let Some(Fact::Number(number)) = fact { number } else { 0.0 };
-                ui.label(&name);
-                if ui.add(egui::DragValue::new(&mut number).speed(0.05)).changed() {
-                    model.set_fact(&name, number);
-                }
+                FactKind::Number => number_of_fact(ui, &mut fact),
             }
         });
+        if let Some(meaning) = model.fact_meaning(&name) {
+            ui.label(RichText::new(meaning).color(DIM).small());
+        }
+        if fact != present {
+            model.set_fact(&name, fact);
+        }
     }
     ui.separator();
+}
+
+/// The number of a fact; dim while it is unknown.
+fn number_of_fact(ui: &mut Ui, fact: &mut Option<Fact>) {
+    let known = if let Some(Fact::Number(number)) = fact { Some(*number) } else { None };
+    let mut number = known.unwrap_or(0.0);
+    ui.scope(|ui| {
+        if known.is_none() {
+            ui.multiply_opacity(DIMMED);
+        }
+        let response = ui.add(egui::DragValue::new(&mut number).speed(0.05));
+        // Enter also accepts the number that is shown while the fact is unknown.
+        let is_entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        if response.changed() || is_entered {
+            *fact = Some(Fact::Number(number));
+        }
+    });
+}
+
+/// The nodes whose conditions ask for a fact.
+fn about_fact(graph: &Graph, name: &str) -> String {
+    let mut text = "Asked for by".to_owned();
+    for node in &graph.nodes {
+        if let Some(when) = node.when.as_ref().filter(|when| when.facts().contains(&name)) {
+            text += &format!("\n{}, when: {when}", node.name);
+        }
+    }
+    text
 }
