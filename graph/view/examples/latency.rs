@@ -370,9 +370,14 @@ fn savings(bench: &mut Bench) -> Result<(), Box<dyn std::error::Error>> {
     println!("what a frame without a node saves");
     for saving in bench.model().savings().map_or(&[][..], Savings::found) {
         match &saving.ms {
-            Ok(ms) => println!("  {:<12} {:+.4} ms", saving.node, ms),
+            Ok(estimate) => {
+                println!("  {:<12} {:+.4} ms ±{:.4}", saving.node, estimate.median, estimate.half_width());
+            }
             Err(why) => println!("  {:<12} {why}", saving.node),
         }
+    }
+    if let Some(total) = bench.model().savings().and_then(Savings::total) {
+        println!("  {:<12} {:+.4} ms of a frame of {:.4} ms; {}", "all", total.sum, total.frame, total.why());
     }
     Ok(())
 }

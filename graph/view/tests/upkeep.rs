@@ -110,11 +110,13 @@ fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
     assert_eq!(found.len(), wanted);
     for saving in found {
         // Without its only picture the pipeline has nothing to show; all other nodes can be off.
-        let ms = saving.ms.as_ref().unwrap_or(&0.0);
-        assert!(ms.is_finite(), "{saving:?}");
+        let estimate = saving.ms.clone().unwrap_or_default();
+        assert!(estimate.median.is_finite() && estimate.interval[0] <= estimate.interval[1], "{saving:?}");
     }
     assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
-    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| *ms != 0.0)), "{found:?}");
+    let total = model.savings().unwrap().total().unwrap();
+    assert!((total.sum + total.rest() - total.frame).abs() < 1e-9 && total.frame > 0.0, "{total:?}");
+    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|estimate| estimate.median != 0.0)), "{found:?}");
     assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
     assert!(apart(&picture(&model), &before) <= 1);
     model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));

@@ -4,12 +4,16 @@
 
 mod support;
 
+use afterimage_graph::check::Fact;
 use afterimage_graph::color::Transfer;
 use afterimage_graph::value::Value;
 use afterimage_view::{CompareWith, Comparison, ExportKind, Tab, Tap, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
 use support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 
+/// Where the fact of `caracal.ron` is set: to no, to yes, to unknown.
+const FACT_COLUMNS: [f32; 3] = [185.0, 215.0, 138.0];
+const FACT_ROW: f32 = 93.0;
 /// A place in the picture.
 const PLACE: egui::Pos2 = pos2(660.0, 230.0);
 
@@ -177,6 +181,18 @@ fn closing_asks_while_changes_are_not_saved() {
     assert!(window.stage.viewer.is_leaving());
 }
 
+#[test]
+fn a_fact_is_unknown_no_or_yes_and_goes_back() {
+    let mut window = open("caracal");
+    let mut seen = Vec::new();
+    // The row of the fact, below its heading: unknown, no, yes.
+    for x in FACT_COLUMNS {
+        window.click(pos2(x, FACT_ROW));
+        seen.push(window.stage.viewer.model.fact("emissive"));
+    }
+    assert_eq!(seen, [Some(Fact::Flag(false)), Some(Fact::Flag(true)), None]);
+}
+
 /// The file that an export of the window makes.
 fn exported(window: &mut Window, kind: ExportKind) -> afterimage_view::Exported {
     window.stage.viewer.export(kind);
@@ -245,6 +261,17 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
 }
 
 #[test]
+fn the_exported_pipeline_is_the_text_with_the_changed_values() {
+    let mut window = open("lynx");
+    window.stage.viewer.model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(0.31)));
+    window.stage.viewer.export_pipeline();
+    let file = window.stage.viewer.take_export().unwrap();
+    let text = String::from_utf8(file.bytes).unwrap();
+    assert!(file.name == "lynx.ron" && text.contains("strength: 0.31"), "{}: {text}", file.name);
+    assert!(!window.stage.viewer.model.changes().is_empty(), "an export is no save");
+}
+
+#[test]
 fn a_press_outside_of_a_field_gives_the_keys_back() {
     let mut window = open("lynx");
     // The field of the search, at the top of the parameters.
@@ -283,6 +310,27 @@ fn a_dropped_pipeline_is_opened_and_a_file_that_is_none_changes_nothing() {
     assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
     settle(&mut window.stage.viewer.model);
     assert!(window.stage.viewer.model.problem().is_none());
+}
+
+#[test]
+fn narrow_windows_show_the_picture_in_their_whole_width_and_the_parameters_below_it() {
+    // The parts of the windows that the picture must cover, in percent.
+    for (size, least) in [([390, 844], 24), ([768, 1024], 38), ([844, 390], 25)] {
+        let mut window = Window::of_size(model("lynx"), size);
+        for _ in 0..4 {
+            window.frame(Vec::new());
+        }
+        let (mut covered, mut all) = (0, 0);
+        for y in (4..size[1]).step_by(62) {
+            for x in (4..size[0]).step_by(82) {
+                window.frame(vec![Event::PointerMoved(pos2(x as f32, y as f32))]);
+                covered += u32::from(window.stage.viewer.picture.pointer.is_some());
+                all += 1;
+            }
+        }
+        assert!(100 * covered > least * all, "{size:?}: {covered} of {all}");
+        assert_eq!(window.stage.viewer.tab, Some(Tab::Parameters), "{size:?}");
+    }
 }
 
 #[test]

@@ -42,6 +42,7 @@ impl Model {
         match checked {
             Ok(checked) => {
                 (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
+                self.fact_meanings = checked.facts;
                 self.graph = Some(Arc::new(checked.graph));
                 self.apply_graph();
             }
@@ -129,6 +130,14 @@ impl Model {
     pub fn edit(&mut self, text: &str) {
         self.changes.edit(text);
         self.reload();
+    }
+
+    /// The text with all changed values in it, as [`save`](Self::save) would write it. While the text has errors, it is
+    /// the text alone.
+    pub fn text_with_changes(&self) -> String {
+        let values: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
+        let saved = self.project.saved(self.changes.text(), self.changes.tier(), None, &values);
+        saved.unwrap_or_else(|_| self.changes.text().to_owned())
     }
 
     /// Writes the text with all changed values in it, where everything else stays as it is, or into a new tier of it,

@@ -18,27 +18,34 @@ impl Viewer {
         self.exporter.requested = Some(kind);
     }
 
+    /// Makes a file of the text with the changed values in it: see [`take_export`](Self::take_export).
+    pub fn export_pipeline(&mut self) {
+        self.text.apply(&mut self.model);
+        let (name, bytes) = (self.model.project().name(), self.model.text_with_changes().into_bytes());
+        self.exporter.finished = Some(Exported { name, bytes });
+    }
+
     /// A file that is finished, for the shell to store.
     pub fn take_export(&mut self) -> Option<Exported> {
         self.exporter.finished.take()
     }
 
     pub(super) fn export_menu(&mut self, ui: &mut Ui) {
-        let can = Subject::of(&self.model).is_some();
-        ui.add_enabled_ui(can, |ui| self.export_items(ui));
-    }
-
-    fn export_items(&mut self, ui: &mut Ui) {
+        let has_image = Subject::of(&self.model).is_some();
         ui.menu_button("Export", |ui| {
             let items = [
                 ("Picture as PNG", "Ctrl+E: what is seen, at the size of the image", ExportKind::Picture),
                 ("Numbers as EXR", "The image that is shown, with its numbers as they are", ExportKind::Numbers),
             ];
             for (name, what, kind) in items {
-                if ui.button(name).on_hover_text(what).clicked() {
+                if ui.add_enabled(has_image, egui::Button::new(name)).on_hover_text(what).clicked() {
                     self.export(kind);
                     ui.close();
                 }
+            }
+            if ui.button("Pipeline as .ron").on_hover_text("The text with the changed values in it").clicked() {
+                self.export_pipeline();
+                ui.close();
             }
         });
     }

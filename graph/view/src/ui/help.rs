@@ -26,7 +26,7 @@ const KEYS: &[(&str, &str)] = &[
 
 /// Shows the sheet in a window.
 pub(super) fn show(ctx: &egui::Context, is_open: &mut bool) {
-    egui::Window::new("Keys").open(is_open).collapsible(false).resizable(false).show(ctx, |ui| {
+    egui::Window::new("Keys").open(is_open).collapsible(false).resizable(false).scroll(true).show(ctx, |ui| {
         Grid::new("keys").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
             for (key, what) in KEYS {
                 ui.label(RichText::new(*key).monospace().color(ACCENT));

@@ -1,5 +1,6 @@
 //! The user interface: panels around the picture. A window or a page passes events in and draws the output.
 
+mod arrangement;
 mod controls;
 mod cost;
 mod export;
@@ -44,6 +45,10 @@ pub enum Tab {
     Text,
     Cost,
     Messages,
+    /// The parameters, in a window that is too narrow to show them next to the picture.
+    Parameters,
+    /// The scopes and the probe, likewise.
+    Scopes,
 }
 
 /// The viewer: what is shown, and how.
@@ -55,6 +60,10 @@ pub struct Viewer {
     pub tab: Option<Tab>,
     /// The value of `tab` before a problem opened the messages, to go back to once it is solved.
     tab_before_problem: Option<Option<Tab>>,
+    /// Whether all panels are tabs, because the window is narrow.
+    is_narrow: bool,
+    /// The value of `tab` in the wide window.
+    tab_of_wide: Option<Tab>,
     /// Whether the last frame had a problem.
     had_problem: bool,
     /// Whether the scopes are shown.
@@ -98,6 +107,8 @@ impl Viewer {
             picture: PictureView::default(),
             tab: Some(Tab::Graph),
             tab_before_problem: None,
+            is_narrow: false,
+            tab_of_wide: None,
             had_problem: false,
             shows_scopes: true,
             shows_probe: false,
@@ -205,25 +216,6 @@ impl Viewer {
         self.show_message(ui);
     }
 
-    fn panels(&mut self, ui: &mut Ui) {
-        Panel::top("top").show(ui, |ui| self.top_bar(ui));
-        self.bottom_panel(ui);
-        Panel::left("parameters").default_size(308.0).size_range(240.0..=460.0).show(ui, |ui| {
-            ui.add_space(4.0);
-            self.parameters.show(ui, &mut self.model);
-        });
-        if self.shows_scopes || self.shows_probe {
-            Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.right_panel(ui));
-        }
-        Panel::bottom("picture bar").show(ui, |ui| {
-            self.picture_bar(ui);
-            self.time_bar(ui);
-        });
-        if self.model.tap().is_some() {
-            Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
-        }
-    }
-
     fn right_panel(&mut self, ui: &mut Ui) {
         ui.take_available_width();
         match (self.shows_scopes, self.shows_probe) {
@@ -233,7 +225,7 @@ impl Viewer {
                 ScrollArea::vertical().show(ui, |ui| self.scopes.show(ui));
             }
             (false, true) => self.show_probe(ui),
-            _ => self.scopes.show(ui),
+            _ => drop(ScrollArea::vertical().show(ui, |ui| self.scopes.show(ui))),
         }
     }
 
@@ -244,35 +236,50 @@ impl Viewer {
     }
 
     fn bottom_panel(&mut self, ui: &mut Ui) {
-        if self.tab != Some(Tab::Text) {
-            self.text.apply(&mut self.model);
-        }
+        self.apply_hidden_text();
         if let Some(tab) = self.tab {
             Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
                 ui.take_available_height();
                 self.tabs(ui);
                 ui.separator();
-                match tab {
-                    Tab::Graph => self.graph.show(ui, &mut self.model),
-                    Tab::Text => self.show_text(ui),
-                    Tab::Cost => self.cost.show(ui, &mut self.model),
-                    Tab::Messages => {
-                        if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
-                            self.text.go_to(line);
-                            self.tab = Some(Tab::Text);
-                        }
-                    }
-                }
+                self.tab_content(ui, tab);
             });
         } else {
             Panel::bottom("closed tabs").show(ui, |ui| self.tabs(ui));
         }
     }
 
+    /// Gives the model what was typed before the text was hidden.
+    fn apply_hidden_text(&mut self) {
+        if self.tab != Some(Tab::Text) {
+            self.text.apply(&mut self.model);
+        }
+    }
+
+    fn tab_content(&mut self, ui: &mut Ui, tab: Tab) {
+        match tab {
+            Tab::Parameters => self.parameters.show(ui, &mut self.model),
+            Tab::Scopes => self.right_panel(ui),
+            Tab::Graph => self.graph.show(ui, &mut self.model),
+            Tab::Text => self.show_text(ui),
+            Tab::Cost => self.cost.show(ui, &mut self.model),
+            Tab::Messages => {
+                if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
+                    self.text.go_to(line);
+                    self.tab = Some(Tab::Text);
+                }
+            }
+        }
+    }
+
     /// The text, with what is wrong beside it.
     fn show_text(&mut self, ui: &mut Ui) {
         if self.model.problem().is_some() || !self.model.warnings().is_empty() || self.save_error.is_some() {
-            Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0).show(ui, |ui| {
+            let panel = match self.is_narrow {
+                true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
+                false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
+            };
+            panel.resizable(true).show(ui, |ui| {
                 if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
                     self.text.go_to(line);
                 }
@@ -282,9 +289,11 @@ impl Viewer {
     }
 
     fn tabs(&mut self, ui: &mut Ui) {
+        let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
+        let narrow = [("Parameters", Tab::Parameters), ("Scopes", Tab::Scopes)];
+        let narrow = if self.is_narrow { &narrow[..] } else { &[] };
         ui.horizontal(|ui| {
-            let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
-            for (name, tab) in tabs {
+            for (name, tab) in narrow.iter().copied().chain(tabs) {
                 let is_wrong = tab == Tab::Messages && (self.model.problem().is_some() || self.save_error.is_some());
                 let text = RichText::new(name);
                 let text = if is_wrong { text.color(theme::ERROR) } else { text };
@@ -296,7 +305,7 @@ impl Viewer {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());
             }
-            if let Some(median) = self.cost.median() {
+            if let Some(median) = self.cost.median().filter(|_| !self.is_narrow) {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     ui.label(RichText::new(format!("{median:.2} ms")).color(theme::DIM));
                 });
@@ -315,6 +324,7 @@ impl Viewer {
         let Some((text, _)) = &self.message else { return };
         let anchor = egui::Align2::CENTER_BOTTOM;
         egui::Area::new("message".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
+            ui.set_max_width((ui.ctx().content_rect().width() - 48.0).max(120.0));
             egui::Frame::popup(ui.style()).show(ui, |ui| match text.contains('\n') {
                 // Excerpts of a text are aligned by their letters.
                 true => ui.monospace(text),

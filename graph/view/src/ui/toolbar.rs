@@ -16,26 +16,46 @@ impl Viewer {
             self.pipeline_menu(ui);
             self.tier_menu(ui);
             ui.separator();
-            let can_undo = self.model.changes().can_undo() || self.text.typed().is_some();
-            if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
-                self.undo();
-            }
-            let can_redo = self.model.changes().can_redo();
-            if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
-                self.redo();
-            }
-            self.save_menu(ui);
+            self.change_buttons(ui);
             self.export_menu(ui);
             ui.separator();
             self.compare_menu(ui);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                if ui.button("Help").on_hover_text("F1").clicked() {
-                    self.shows_help = !self.shows_help;
-                }
+                self.help_button(ui);
                 ui.toggle_value(&mut self.shows_scopes, "Scopes").on_hover_text("S");
                 ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
             });
         });
+    }
+
+    /// The same for a narrow window, where scopes are a tab.
+    pub(super) fn narrow_bar(&mut self, ui: &mut Ui) {
+        self.pipeline_menu(ui);
+        self.tier_menu(ui);
+        self.change_buttons(ui);
+        self.export_menu(ui);
+        self.compare_menu(ui);
+        ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
+        self.help_button(ui);
+    }
+
+    /// Undo, redo and save.
+    fn change_buttons(&mut self, ui: &mut Ui) {
+        let can_undo = self.model.changes().can_undo() || self.text.typed().is_some();
+        if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+            self.undo();
+        }
+        let can_redo = self.model.changes().can_redo();
+        if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
+            self.redo();
+        }
+        self.save_menu(ui);
+    }
+
+    fn help_button(&mut self, ui: &mut Ui) {
+        if ui.button("Help").on_hover_text("F1").clicked() {
+            self.shows_help = !self.shows_help;
+        }
     }
 
     fn pipeline_menu(&mut self, ui: &mut Ui) {
@@ -117,36 +137,32 @@ impl Viewer {
 
     /// The bar below the picture.
     pub(super) fn picture_bar(&mut self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
-            let view = &mut self.picture;
-            if ui.selectable_label(view.zoom.is_none(), "Fit").on_hover_text("F, or a double click").clicked() {
-                view.zoom = None;
-            }
-            if ui.selectable_label(view.zoom == Some(1.0), "1:1").on_hover_text("1").clicked() {
-                view.zoom = Some(1.0);
-            }
-            ui.toggle_value(&mut view.smooth, "Smooth").on_hover_text("Filtered when it is made smaller");
+        let view = &mut self.picture;
+        if ui.selectable_label(view.zoom.is_none(), "Fit").on_hover_text("F, or a double click").clicked() {
+            view.zoom = None;
+        }
+        if ui.selectable_label(view.zoom == Some(1.0), "1:1").on_hover_text("1").clicked() {
+            view.zoom = Some(1.0);
+        }
+        ui.toggle_value(&mut view.smooth, "Smooth").on_hover_text("Filtered when it is made smaller");
+        ui.separator();
+        let mut channel = view.channel;
+        for (index, name) in ["R", "G", "B", "A", "RGB"].into_iter().enumerate() {
+            ui.selectable_value(&mut channel, index as u32, name);
+        }
+        view.channel = channel;
+        ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
+            .on_hover_text("Makes the picture brighter to look at, and nothing else. Double-click to type a number.");
+        ui.separator();
+        ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
+        ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
+        ui.toggle_value(&mut view.faults, "Faults")
+            .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
+        if let Some(headroom) = view.headroom {
             ui.separator();
-            let mut channel = view.channel;
-            for (index, name) in ["R", "G", "B", "A", "RGB"].into_iter().enumerate() {
-                ui.selectable_value(&mut channel, index as u32, name);
-            }
-            view.channel = channel;
-            ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
-                .on_hover_text(
-                    "Makes the picture brighter to look at, and nothing else. Double-click to type a number.",
-                );
-            ui.separator();
-            ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
-            ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
-            ui.toggle_value(&mut view.faults, "Faults")
-                .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
-            if let Some(headroom) = view.headroom {
-                ui.separator();
-                let text = format!("The screen shows light up to {headroom:.1} times SDR white");
-                ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
-            }
-        });
+            let text = format!("The screen shows light up to {headroom:.1} times SDR white");
+            ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
+        }
     }
 
     pub(super) fn time_bar(&mut self, ui: &mut Ui) {

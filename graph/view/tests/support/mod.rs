@@ -68,14 +68,15 @@ pub(crate) fn picture(model: &Model) -> Texels {
 pub(crate) struct Window {
     pub(crate) stage: Stage,
     target: wgpu::Texture,
+    size: [u32; 2],
     time: f64,
 }
 
 /// What a window draws into.
-fn window_target(gpu: &Gpu) -> wgpu::Texture {
+fn window_target(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("window"),
-        size: wgpu::Extent3d { width: WINDOW[0], height: WINDOW[1], depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -109,15 +110,20 @@ impl egui::DroppedFile for Dropped {
 impl Window {
     /// A viewer of a model.
     pub(crate) fn new(model: Model) -> Self {
-        let target = window_target(model.gpu());
-        Self { stage: Stage::new(model, FORMAT, Box::new(open)), target, time: 0.0 }
+        Self::of_size(model, WINDOW)
+    }
+
+    /// The same in a window of another size.
+    pub(crate) fn of_size(model: Model, size: [u32; 2]) -> Self {
+        let target = window_target(model.gpu(), size);
+        Self { stage: Stage::new(model, FORMAT, Box::new(open)), target, size, time: 0.0 }
     }
 
     /// Goes on on another device, as the window does after a loss.
     pub(crate) fn replace_device(&mut self, gpu: &Gpu) {
         self.stage.viewer.model.rebuild(gpu).expect("the scene can be made again");
         self.stage.renew(FORMAT);
-        self.target = window_target(gpu);
+        self.target = window_target(gpu, self.size);
     }
 
     /// A file is dropped on the window.
@@ -138,7 +144,7 @@ impl Window {
             return;
         }
         self.time += 1.0 / 60.0;
-        let [width, height] = WINDOW.map(|side| side as f32);
+        let [width, height] = self.size.map(|side| side as f32);
         let input = egui::RawInput {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height))),
             time: Some(self.time),
@@ -146,7 +152,7 @@ impl Window {
             ..input
         };
         let view = self.target.create_view(&Default::default());
-        self.stage.frame(input, FrameTarget { view: &view, size: WINDOW }, 1.0 / 60.0);
+        self.stage.frame(input, FrameTarget { view: &view, size: self.size }, 1.0 / 60.0);
     }
 
     /// Presses and releases a key.
