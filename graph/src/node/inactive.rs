@@ -3,7 +3,6 @@
 //! A node is recorded at its present values and at others of one parameter. If nothing differs but members of uniforms
 //! that the kernels do not read, the parameter has no effect.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 
 use super::contract::arrival;
@@ -262,13 +261,11 @@ fn recorded(node: NodeInUse<'_>) -> Option<Recorded> {
         used_outputs: &vec![true; kind.outputs().len()],
         colors: NodeColors::default(),
     };
-    // A recorder panics with the error of a shader, which the plan reports.
-    let outputs = catch_unwind(AssertUnwindSafe(|| {
-        let mut recorder = Recorder::new(context, &mut recording);
-        node.instance.record(&mut recorder);
-        recorder.finish()
-    }));
-    Some(Recorded { outputs: outputs.ok()?, recording })
+    let mut recorder = Recorder::new(context, &mut recording);
+    node.instance.record(&mut recorder);
+    // The plan reports the errors of shaders.
+    let (outputs, errors) = recorder.finish();
+    errors.is_empty().then_some(Recorded { outputs, recording })
 }
 
 impl Recorded {

@@ -80,9 +80,8 @@ impl Viewer {
     fn panels_in_one(&mut self, ui: &mut Ui, arrangement: Arrangement) {
         Panel::top("narrow top").show(ui, |ui| {
             ui.add_space(2.0);
-            // A button that has no room goes to the next row as a whole.
             ui.style_mut().wrap_mode = Some(TextWrapMode::Extend);
-            ui.horizontal_wrapped(|ui| self.narrow_bar(ui));
+            self.narrow_bars(ui);
         });
         self.apply_hidden_text();
         let window = ui.available_size();

@@ -21,14 +21,15 @@ impl Viewer {
         self.tell(ctx, self.save_error.clone().unwrap_or(done));
     }
 
-    /// The button and its menu.
-    pub(super) fn save_menu(&mut self, ui: &mut Ui) {
-        let is_unsaved = self.is_unsaved();
-        if ui.add_enabled(is_unsaved, egui::Button::new("Save")).on_hover_text(SAVE).clicked() {
+    pub(super) fn save_button(&mut self, ui: &mut Ui) {
+        if ui.add_enabled(self.is_unsaved(), egui::Button::new("Save")).on_hover_text(SAVE).clicked() {
             let ctx = ui.ctx().clone();
             self.save(&ctx, None);
         }
-        ui.add_enabled_ui(is_unsaved, |ui| {
+    }
+
+    pub(super) fn save_as_tier_menu(&mut self, ui: &mut Ui) {
+        ui.add_enabled_ui(self.is_unsaved(), |ui| {
             ui.menu_button("Save as tier", |ui| self.tier_name(ui));
         });
     }

@@ -16,7 +16,9 @@ impl Viewer {
             self.pipeline_menu(ui);
             self.tier_menu(ui);
             ui.separator();
-            self.change_buttons(ui);
+            self.history_buttons(ui);
+            self.save_button(ui);
+            self.save_as_tier_menu(ui);
             self.export_menu(ui);
             ui.separator();
             self.compare_menu(ui);
@@ -28,19 +30,25 @@ impl Viewer {
         });
     }
 
-    /// The same for a narrow window, where scopes are a tab.
-    pub(super) fn narrow_bar(&mut self, ui: &mut Ui) {
-        self.pipeline_menu(ui);
-        self.tier_menu(ui);
-        self.change_buttons(ui);
-        self.export_menu(ui);
-        self.compare_menu(ui);
-        ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
-        self.help_button(ui);
+    /// The same in two rows for a narrow window, where scopes are a tab.
+    pub(super) fn narrow_bars(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            self.pipeline_menu(ui);
+            self.tier_menu(ui);
+            self.history_buttons(ui);
+            self.save_button(ui);
+        });
+        ui.horizontal(|ui| {
+            self.save_as_tier_menu(ui);
+            self.export_menu(ui);
+            self.compare_menu(ui);
+            ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
+            self.help_button(ui);
+        });
     }
 
-    /// Undo, redo and save.
-    fn change_buttons(&mut self, ui: &mut Ui) {
+    /// Undo and redo.
+    fn history_buttons(&mut self, ui: &mut Ui) {
         let can_undo = self.model.changes().can_undo() || self.text.typed().is_some();
         if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
             self.undo();
@@ -49,7 +57,6 @@ impl Viewer {
         if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
             self.redo();
         }
-        self.save_menu(ui);
     }
 
     fn help_button(&mut self, ui: &mut Ui) {
