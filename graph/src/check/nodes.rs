@@ -63,6 +63,11 @@ impl GraphBuilder<'_> {
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.wire_texts[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
+            if let Some(port) = kind.inputs().iter().position(|port| port.former.as_deref() == Some(&*name.value)) {
+                self.report(renamed(name, &kind.inputs()[port].name));
+                draft.wire_texts[port] = self.wire(&name.value, item);
+                return;
+            }
             if let Some(param) = kind.former_param(&name.value) {
                 return self.report(renamed(name, &param.name));
             }

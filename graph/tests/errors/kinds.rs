@@ -127,7 +127,9 @@ node!(
     [
         Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs.")
             .content("histogram"),
-        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.").content("exposure"),
+        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.")
+            .content("exposure")
+            .formerly("stops"),
         Output::new("light", PortType::Value, OutputState::Nothing, "The light in lux.").content("lux")
     ]
 );
@@ -137,7 +139,10 @@ node!(Resolve, [Input::multisampled("source", "The samples.")], [SAME]);
 node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
 node!(
     Composite,
-    [Input::image("base", "The picture.").accepts(LIGHT), Input::image("bloom", "The light.").accepts(LIGHT)],
+    [
+        Input::image("base", "The picture.").accepts(LIGHT),
+        Input::image("bloom", "The light.").accepts(LIGHT).formerly("light")
+    ],
     [Output::image("result", OutputState::same("base"), "Their sum.")]
 );
 node!(Tint, [SOURCE], [SAME]);

@@ -84,7 +84,16 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     fields.finish(known);
     let content = content.map(|content| content.value.into());
     let (states, doc) = (states.into(), doc?.value.into());
-    let input = Input { name: name.value.clone().into(), ty: port?, states, optional, content, block: block?, doc };
+    let input = Input {
+        name: name.value.clone().into(),
+        ty: port?,
+        states,
+        optional,
+        content,
+        block: block?,
+        former: None,
+        doc,
+    };
     Some((input, name.location.clone()))
 }
 
