@@ -28,6 +28,7 @@ mod full_screen;
 mod governor;
 mod heap;
 mod layout;
+mod median;
 mod pipelines;
 mod platform;
 mod post;
@@ -42,12 +43,13 @@ mod timing;
 mod transfer;
 
 #[cfg(not(target_family = "wasm"))]
-pub use clock::{Clock, ClockSource, FrameTime, MedianEstimate, Recording, median};
+pub use clock::{Clock, ClockSource, FrameTime, Recording};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
 pub use full_screen::FullScreenPipeline;
 pub use governor::{Governor, TierChange};
+pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
 pub use post::{Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]

@@ -1,7 +1,8 @@
 //! The split of a frame by passes.
 
 use super::{FrameStep, InputImage, Session, with_frame};
-use crate::clock::{Clock, Recording, median};
+use crate::clock::{Clock, Recording};
+use crate::median::median;
 use crate::post::PostError;
 
 impl Session {

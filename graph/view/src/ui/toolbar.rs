@@ -38,7 +38,7 @@ impl Viewer {
             self.history_buttons(ui);
             self.save_button(ui);
         });
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             self.save_as_tier_menu(ui);
             self.export_menu(ui);
             self.compare_menu(ui);
