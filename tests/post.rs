@@ -174,6 +174,28 @@ fn a_tier_keeps_what_the_host_has_set() {
     assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
 }
 
+/// The next frame fills the table again, with the same plan; a parameter outside of the table, and a cut, do not.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_parameter_of_a_table_needs_no_plan() {
+    let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
+    let [hue, strength] = ["mapped.keep_hue", "lit.strength"].map(|name| host.post.parameter::<f32>(name).unwrap());
+    host.shown();
+    let plan = host.plan();
+    assert_eq!(plan.baked.len(), 1, "{}", plan.to_text());
+    assert!(host.post.executor().has_filled_tables());
+    host.shown();
+    assert!(!host.post.executor().has_filled_tables());
+    host.post.set(strength, 0.3).unwrap();
+    host.shown();
+    assert!(!host.post.executor().has_filled_tables());
+    host.post.set(hue, 0.5).unwrap();
+    let shown = host.shown();
+    assert!(host.post.executor().has_filled_tables());
+    assert!(Arc::ptr_eq(&plan, &host.plan()));
+    assert_same(&shown, &fresh("lynx.ron", Some("high"), &[("lit.strength", "0.3"), ("mapped.keep_hue", "0.5")]));
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_graph_with_other_values_of_parameters_with_handles_needs_no_plan() {

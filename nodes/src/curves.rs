@@ -1,15 +1,13 @@
-//! The tone curves in double precision, with the parameters of `ToneMap`: for `BakedGrade`.
+//! The tone curves in double precision, with the parameters of `ToneMap`: what they do to middle gray.
 
 use std::sync::LazyLock;
 
-use afterimage_graph::color::Chromaticities;
 use glam::{DMat3, DVec3, dvec3};
 
-use crate::tone_map::{AgxLook, Curve, Gamut, MiddleGray, Sigmoid, ToneMap};
+use crate::tone_map::{AgxLook, Curve, MiddleGray, Sigmoid, ToneMap};
 use afterimage_color::adaptation::LUMINANCE;
 use afterimage_color::bisection::bisected;
 use afterimage_color::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
-use afterimage_color::oklab::Lab;
 
 /// PQ (SMPTE ST 2084) to cd/m².
 fn pq_decode(v: f64) -> f64 {
@@ -18,22 +16,6 @@ fn pq_decode(v: f64) -> f64 {
 }
 
 impl ToneMap {
-    /// The whole operator, from exposed light in Rec.709 to light in the primaries of a display.
-    pub(crate) fn operator(&self, display: &Chromaticities) -> impl Fn(DVec3) -> DVec3 {
-        let [enter, leave] = self.space_conversions(&Chromaticities::REC709);
-        let to_display = Chromaticities::REC709.conversion(display);
-        let (scale, peak) = (self.light_scale(), f64::from(self.peak));
-        move |exposed| {
-            let inside = scale * (enter * exposed).max(DVec3::ZERO);
-            let mapped = leave * self.bend(inside, scale);
-            let turned = Lab::of(mapped).with_hue_of(Lab::of(exposed), self.hue_share());
-            match self.gamut {
-                Gamut::Compress => turned.fitted(&to_display, peak, f64::from(self.gamut_knee)),
-                Gamut::Clip => (to_display * turned.rgb()).clamp(DVec3::ZERO, DVec3::splat(peak)),
-            }
-        }
-    }
-
     /// The factor of exposed light before the curve.
     pub(crate) fn light_scale(&self) -> f64 {
         match self.middle_gray {

@@ -32,8 +32,6 @@ mod aces2_output;
 mod adapt;
 mod antialiasing;
 mod auto_exposure;
-mod bake;
-mod baked_grade;
 mod bilateral_blur;
 mod brightness;
 mod cas;
@@ -104,7 +102,6 @@ pub use afterimage_color::shaper::Shaper;
 pub use aces2_output::{Aces2Gamut, Aces2Output};
 pub use adapt::Adapt;
 pub use auto_exposure::{AutoExposure, AutoExposureHighlights};
-pub use baked_grade::{BakedGrade, BakedShaper, BakedTransfer};
 pub use bilateral_blur::BilateralBlur;
 pub use brightness::Brightness as BrightnessKind;
 pub use cas::Cas;
@@ -180,7 +177,6 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Aces2Output>(),
     NodeKind::of::<Adapt>(),
     NodeKind::of::<AutoExposure>(),
-    NodeKind::of::<BakedGrade>(),
     NodeKind::of::<BilateralBlur>(),
     NodeKind::of::<BrightnessKind>(),
     NodeKind::of::<Cas>(),

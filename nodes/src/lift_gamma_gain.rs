@@ -75,17 +75,4 @@ impl LiftGammaGain {
     fn power(&self) -> DVec3 {
         DVec3::from(self.gamma.map(|gamma| 1.0 / f64::from(gamma.max(MIN_GAMMA))))
     }
-
-    /// The same as the shader in double precision, with `lift_by: Luminance`, for baked tables. `weights` are those of
-    /// luminance.
-    pub(crate) fn by_luminance(&self, rgb: DVec3, weights: DVec3) -> DVec3 {
-        if self.is_neutral() {
-            return rgb;
-        }
-        let [lift, gain] = [self.lift, self.gain].map(|v| DVec3::from(v.map(f64::from)));
-        let gained = rgb * gain;
-        let lifted = (gained + lift * (1.0 - weights.dot(gained)).clamp(0.0, 1.0)).max(DVec3::ZERO);
-        let power = self.power();
-        DVec3::new(lifted.x.powf(power.x), lifted.y.powf(power.y), lifted.z.powf(power.z))
-    }
 }

@@ -1,7 +1,6 @@
 //! The tone and color kinds on the GPU, compared with their CPU references.
 
 pub(super) mod aces2;
-mod baked;
 mod curves;
 mod files;
 mod gamut;

@@ -65,9 +65,7 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
             let Some(found) = alone(kind, state) else { continue };
             let wanted = match (kind.name(), &kind.outputs()[0].state) {
                 ("ToneMap" | "Aces2Output", _) => ImageColor::of(ColorState::DisplayLinear),
-                ("Encode" | "BakedGrade", _) => {
-                    ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB }
-                }
+                ("Encode", _) => ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB },
                 ("Exposure", _) => ImageColor::of(ColorState::Exposed),
                 ("LogGaussian", _) => ImageColor::of(ColorState::LogLuminance),
                 (_, OutputState::Same(_) | OutputState::Chosen(_)) => ImageColor::of(state),
@@ -81,7 +79,7 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
 }
 
 /// The kinds that change colorimetry with their defaults, or the range of light.
-const CHANGING: [&str; 5] = ["Aces2Output", "BakedGrade", "Eetf", "Encode", "ToneMap"];
+const CHANGING: [&str; 4] = ["Aces2Output", "Eetf", "Encode", "ToneMap"];
 
 #[test]
 fn only_a_tone_curve_an_encoding_and_an_adaptation_change_colorimetry() {

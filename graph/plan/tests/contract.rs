@@ -3,14 +3,9 @@
 use afterimage_graph::prelude::*;
 use afterimage_plan::contract;
 
-use super::sweep;
-
-/// All but `BakedGrade`, unless all of each sweep runs: it bakes a table for each of its recordings, for a minute.
 #[test]
 fn the_modules_of_the_built_in_kinds_are_valid_alone_and_fused() {
-    let is_chosen = |kind: &&NodeKind| sweep::is_whole() || kind.name() != "BakedGrade";
-    let kinds: Vec<NodeKind> = afterimage_nodes::ALL.iter().filter(is_chosen).cloned().collect();
-    contract(&kinds).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
+    contract(afterimage_nodes::ALL).unwrap_or_else(|complaints| panic!("{}", complaints.join("\n")));
 }
 
 static SHARED: Shader = Shader::new(

@@ -5,7 +5,7 @@ use afterimage_nodes::Aces2Output;
 use super::{POWERS, ROUNDING, Reference};
 use crate::nodes::color::{self, noise, stored, stored_light, tolerance};
 use crate::reference::color::{BRADFORD, white_balance_target};
-use crate::reference::curves::{UCHIMURA, display, matched_scale, narkowicz, uchimura};
+use crate::reference::curves::{display, narkowicz};
 use crate::reference::film_grain::Grain;
 use crate::reference::gamut::{Eetf, reference_compress};
 use crate::reference::grade::{Cdl, LiftGammaGain, balance, brightness, contrast, saturation};
@@ -56,7 +56,6 @@ pub(super) fn exposure_and_grade() -> Vec<Reference> {
 pub(super) fn display_kinds() -> Vec<Reference> {
     let cube = Cube::new(5, color::lut::look);
     let one_code = tolerance(1.0 / 255.0, 0.0, "a value at the border of two codes may be rounded to either");
-    let table = tolerance(2.0 / 255.0, 0.0, "a table of half floats, interpolated between 48 colors a side");
     let grain = Grain { amount: 0.5, size: 1.5, color: 0.5, seed: 3 };
     vec![
         Reference::colors(
@@ -88,16 +87,6 @@ pub(super) fn display_kinds() -> Vec<Reference> {
         Reference::colors(("ColorLut", "Encoded"), "file: \"look.cube\"", color::lut::LUT, move |rgb| {
             cube.tetrahedral(rgb)
         }),
-        Reference::new(
-            ("BakedGrade", "Exposed"),
-            "\"result\": BakedGrade(source: \"scene\", curve: Uchimura)",
-            |size| color::picture(size, |index| [0.05 * (1 + index % 17) as f64; 3]),
-            table,
-            |image| {
-                let scale = matched_scale(|x| uchimura(x, &UCHIMURA));
-                image.map_rgb(|rgb| rgb.map(|x| srgb_encode(uchimura(scale * x, &UCHIMURA).min(1.0))))
-            },
-        ),
         Reference::new(
             ("Dither", "Encoded"),
             "\"result\": Dither(source: \"scene\", bits: 8, seed: 7)",

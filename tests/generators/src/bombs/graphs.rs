@@ -100,17 +100,6 @@ pub(super) fn live_pyramids(count: usize) -> Bomb {
     Bomb::of(pipeline(&format!("\"mips\": Downsample(source: \"scene\", levels: 16),\n{nodes}"), &last(count)))
 }
 
-/// Tables of colors that are baked when a plan is made.
-pub(super) fn bakes(count: usize) -> Bomb {
-    let node = |at| {
-        let gamma = 1.0 + at as f64 / 1000.0;
-        format!("\"n{at}\": BakedGrade(source: \"scene\", size: 96, display_gamma: {gamma:.3})")
-    };
-    let outputs = lines(count, |at| format!("\"o{at}\": \"n{at}\""));
-    let nodes = lines(count, node);
-    Bomb::of(format!("Pipeline(inputs: {{\"scene\": Exposed}}, nodes: {{\n{nodes}}}, outputs: {{\n{outputs}}})"))
-}
-
 /// Output transforms, each with tables of its own.
 pub(super) fn transforms(count: usize) -> Bomb {
     let node = |at| format!("\"n{at}\": Aces2Output(source: \"scene\", peak: {:.3})", 1.0 + at as f64 / 1000.0);

@@ -12,8 +12,8 @@ use documents::{
     tiers, unknown_facts, unknown_fields, unknown_kinds, unknown_names, unknown_outputs,
 };
 use graphs::{
-    bakes, blurred_fan_in, blurs, fan_in, fan_out, ladder, live_pyramids, lives, meters, points, previous,
-    previous_backwards, previous_far, pyramids, readers, stencils, tables, transforms,
+    blurred_fan_in, blurs, fan_in, fan_out, ladder, live_pyramids, lives, meters, points, previous, previous_backwards,
+    previous_far, pyramids, readers, stencils, tables, transforms,
 };
 
 /// Makes a bomb of a size: the number of what it has many of.
@@ -31,7 +31,6 @@ pub const BOMBS: &[(&str, MakeBomb)] = &[
     ("blurred-fan-in", blurred_fan_in),
     ("lives", lives),
     ("live-pyramids", live_pyramids),
-    ("bakes", bakes),
     ("transforms", transforms),
     ("tables", tables),
     ("readers", readers),
