@@ -79,11 +79,10 @@ fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
     return max(upper, lower);
 }
 
-// Whether the pixel beside shows that this one is no firefly. It decides nearly all pixels with one read.
-fn extract_is_plain(source: texture_2d<f32>, color: vec4f, p: vec2i) -> bool {
-    let side = p + vec2i(select(1, -1, p.x > 0), 0);
-    let is_other = side.x < i32(textureDimensions(source).x);
-    return is_other && brightest(color.rgb) <= EXTRACT_CONTRAST * brightest(texel(source, side).rgb);
+// Whether a pixel beside or above shows that this one is no firefly, which decides nearly all pixels.
+fn extract_is_plain(color: vec4f, beside: vec4f, above: vec4f, at: Point) -> bool {
+    let near = max(select(0.0, brightest(beside.rgb), at.size.x > 1.0), select(0.0, brightest(above.rgb), at.size.y > 1.0));
+    return brightest(color.rgb) <= EXTRACT_CONTRAST * near;
 }
 
 // The color, dimmed so that no channel exceeds the limit. The only pixel of an image has nothing around it.
@@ -94,15 +93,23 @@ fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
 }
 
 fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
-    let color = texel(source, at.pixel);
-    if extract_is_plain(source, color, at.pixel) { return color; }
+    let beside = vec2i(at.pixel.x + select(1, -1, at.pixel.x > 0), at.pixel.y);
+    let above = vec2i(at.pixel.x, at.pixel.y + select(1, -1, at.pixel.y > 0));
+    let last = vec2i(at.size) - 1;
+    let texels = texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
+    let color = texels[0];
+    if extract_is_plain(color, texels[1], texels[2], at) { return color; }
     return extract_dimmed(color, EXTRACT_CONTRAST * extract_around(source, at.pixel), at);
 }
 
 // The same with the peaks of the frame before.
 fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point) -> vec4f {
-    let color = texel(source, at.pixel);
-    if extract_is_plain(source, color, at.pixel) { return color; }
+    let beside = vec2i(at.pixel.x + select(1, -1, at.pixel.x > 0), at.pixel.y);
+    let above = vec2i(at.pixel.x, at.pixel.y + select(1, -1, at.pixel.y > 0));
+    let last = vec2i(at.size) - 1;
+    let texels = texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
+    let color = texels[0];
+    if extract_is_plain(color, texels[1], texels[2], at) { return color; }
     let near = max(extract_around(source, at.pixel), extract_before(before, at.pixel));
     return extract_dimmed(color, EXTRACT_CONTRAST * near, at);
 }
@@ -113,7 +120,12 @@ fn extract_peaks(source: texture_2d<f32>, at: Point) -> vec4f {
     let half = vec2i(at.size);
     let first = at.pixel * size / half;
     let end = ((at.pixel + 1) * size + half - 1) / half;
-    var peak = 0.0;
+    let last = end - 1;
+    let corners = texels_inside(source, first, vec2i(last.x, first.y), vec2i(first.x, last.y), last);
+    let upper = max(brightest(corners[0].rgb), brightest(corners[1].rgb));
+    let lower = max(brightest(corners[2].rgb), brightest(corners[3].rgb));
+    var peak = max(max(upper, lower), 0.0);
+    if all(end - first <= vec2i(2)) { return vec4f(peak, 0.0, 0.0, 1.0); }
     for (var y = first.y; y < end.y; y++) {
         for (var x = first.x; x < end.x; x++) {
             peak = max(peak, brightest(texel(source, vec2i(x, y)).rgb));

@@ -57,22 +57,16 @@ fn histogram(@builtin(workgroup_id) tile: vec3u, own: Invocation) {
     for (var row = 0u; row < HISTOGRAM_ROWS; row += 16u) {
         let cell = tile.xy * vec2u(HISTOGRAM_COLUMNS, HISTOGRAM_ROWS)
             + vec2u(invocation % HISTOGRAM_COLUMNS, row + invocation / HISTOGRAM_COLUMNS);
-        // All four are loaded before the first is counted, so that their latencies overlap.
         let pixels = array(
             stride_pixel(cell, size, params.step),
             stride_pixel(cell + vec2u(0u, 4u), size, params.step),
             stride_pixel(cell + vec2u(0u, 8u), size, params.step),
             stride_pixel(cell + vec2u(0u, 12u), size, params.step),
         );
-        let colors = array(
-            texel(source, pixels[0]).rgb,
-            texel(source, pixels[1]).rgb,
-            texel(source, pixels[2]).rgb,
-            texel(source, pixels[3]).rgb,
-        );
+        let colors = texels_inside(source, pixels[0], pixels[1], pixels[2], pixels[3]);
         for (var k = 0u; k < 4u; k++) {
             if all(cell + vec2u(0u, 4u * k) < sampled) {
-                brightest = max(brightest, histogram_count(colors[k], pixels[k], size));
+                brightest = max(brightest, histogram_count(colors[k].rgb, pixels[k], size));
             }
         }
     }

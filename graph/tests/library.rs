@@ -5,9 +5,8 @@ use std::path::Path;
 
 use afterimage_graph::node::folder_kind;
 
-/// What no author calls: what counts the steps of loops, reads one sample of several, which folders do not take, or
-/// works on a pointer to the memory of its caller.
-const INTERNAL: &[&str] = &["begin_steps", "is_last_step", "texel_sample", "sanitize_median"];
+/// What no author calls: what counts the steps of loops, or reads one sample of several, which folders do not take.
+const INTERNAL: &[&str] = &["begin_steps", "is_last_step", "texel_sample"];
 
 /// A value of an argument's type.
 fn value(ty: &str) -> String {

@@ -9,21 +9,6 @@ const TEXEL_SANITIZE: u32 = 0u;
 // NaN in four pixels. True whenever textures are sanitized.
 const TAP_BY_HAND: bool = false;
 
-// A channel of the bits of a texel.
-fn sanitize_channel(bits: vec4u, channel: i32) -> u32 {
-    return select(select(bits.x, bits.y, channel == 1), select(bits.z, bits.w, channel == 3), channel >= 2);
-}
-
-// The bits of a number of a neighbor: 0 to 8 are the rows of the square around a texel. NaN for the texel itself and
-// outside of the texture, so that these are not used.
-fn sanitize_neighbor(t: texture_2d<f32>, p: vec2i, index: i32, channel: i32) -> u32 {
-    let at = p + vec2i(index % 3 - 1, index / 3 - 1);
-    let inside = clamp(at, vec2i(0), vec2i(textureDimensions(t)) - 1);
-    let is_other = all(at == inside) && any(at != p);
-    let bits = bitcast<vec4u>(textureLoad(t, inside, 0));
-    return select(0x7fc00000u, sanitize_channel(bits, channel), is_other);
-}
-
 // Limits a texel. The modes are those of TEXEL_SANITIZE.
 fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
     if mode == 2u { return sanitize_signed(v); }
@@ -31,87 +16,106 @@ fn sanitize_limited(v: vec4f, mode: u32) -> vec4f {
     return sanitize(v);
 }
 
-// The number of this rank, from 1, among the finite neighbors in one channel, within the limits. Equal numbers have
-// successive ranks.
-fn sanitize_ranked(t: texture_2d<f32>, p: vec2i, channel: i32, rank: i32, end: i32) -> f32 {
-    var found = -1e9;
-    var left = rank;
-    while left > 0 {
-        var next = 1e9;
-        var count = 0;
-        for (var index = 0; index < end; index++) {
-            let bits = sanitize_neighbor(t, p, index, channel);
-            let limited = clamp(bitcast<f32>(bits), -HALF_MAX, HALF_MAX);
-            let one = select(-1e9, limited, (bits & INFINITY_BITS) != INFINITY_BITS);
-            if one > found {
-                count = select(select(count, count + 1, one == next), 1, one < next);
-                next = min(next, one);
-            }
-        }
-        found = next;
-        left -= max(count, 1);
+// Less and more than all numbers of texels.
+const SANITIZE_NONE: vec4f = vec4f(-1e9);
+const SANITIZE_ALL: vec4f = vec4f(1e9);
+
+// The bits of a neighbor. NaN outside of the texture, so that these are not used.
+fn sanitize_neighbor(t: texture_2d<f32>, p: vec2i) -> vec4u {
+    let inside = clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1);
+    let bits = bitcast<vec4u>(textureLoad(t, inside, 0));
+    return select(vec4u(INFINITY_BITS | 1u), bits, all(p == inside));
+}
+
+// The numbers of bits within the limits, in place of those that are not finite the least.
+fn sanitize_finite(bits: vec4u) -> vec4f {
+    let limited = clamp(bitcast<vec4f>(bits), vec4f(-HALF_MAX), vec4f(HALF_MAX));
+    return select(SANITIZE_NONE, limited, is_finite(bits));
+}
+
+// Which numbers of the neighbors are infinities.
+fn sanitize_lights(t: texture_2d<f32>, p: vec2i, end: i32) -> vec4<bool> {
+    var found = vec4<bool>();
+    for (var index = 0; index < end; index++) {
+        let step = vec2i(index % 3 - 1, index / 3 - 1);
+        found |= (sanitize_neighbor(t, p + step) == vec4u(INFINITY_BITS)) & vec4<bool>(any(step != vec2i()));
     }
     return found;
 }
 
-// Repairs a number that is not finite. NaN, negative infinity, and an infinity that no neighbor shares become the
-// median of the finite neighbors: the lower of two. The median is one of the numbers, so it is exact in any format. An
-// infinity among others is light, such as a sun, and becomes the limit.
-fn sanitize_number(t: texture_2d<f32>, p: vec2i, bits: u32, channel: i32, end: i32) -> u32 {
-    var count = 0;
-    var is_shared = false;
-    for (var index = 0; index < end; index++) {
-        let near = sanitize_neighbor(t, p, index, channel);
-        count += select(0, 1, (near & INFINITY_BITS) != INFINITY_BITS);
-        is_shared |= near == INFINITY_BITS;
-    }
-    if count == 0 || (is_shared && bits == INFINITY_BITS) { return bits; }
-    return bitcast<u32>(sanitize_ranked(t, p, channel, (count + 1) / 2, end));
-}
-
-// Repairs a texel channel by channel. This code runs for few texels, but every read of a host image contains it: one
-// number at a time takes few registers, and the loops end at numbers that are not constants, because drivers would
-// unroll them otherwise.
+// Repairs a texel channel by channel. An infinity next to another is light, such as a sun, and becomes the limit. Other
+// numbers that are not finite become the least of four: of each pair of opposite neighbors the larger finite number. So
+// the sides of an edge and thin lines stay what they are, and a bright pixel is not repeated. The number is one of the
+// neighbors', so it is exact in any format.
+//
+// This code runs for few texels, but every read of a host image contains it, and its registers are taken from the rest:
+// its loops end at numbers that are not constants, because drivers would unroll them otherwise.
 fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
     let zero = min(p.x, 0);
     var clean = bits;
-    for (var channel = 0; channel < 4 + zero; channel++) {
-        let number = sanitize_channel(bits, channel);
-        if (number & INFINITY_BITS) == INFINITY_BITS {
-            let repaired = sanitize_number(t, p, number, channel, 9 + zero);
-            clean = select(clean, vec4u(repaired), vec4i(0, 1, 2, 3) == vec4i(channel));
-        }
+    if any(bits == vec4u(INFINITY_BITS)) {
+        let is_light = (bits == vec4u(INFINITY_BITS)) & sanitize_lights(t, p, 9 + zero);
+        clean = select(bits, vec4u(HALF_MAX_BITS), is_light);
     }
-    return sanitize_limited(bitcast<vec4f>(clean), mode);
+    var least = SANITIZE_ALL;
+    for (var index = 0; index < 4 + zero; index++) {
+        let step = select(vec2i(index - 2, 1), vec2i(1, 0), index == 0);
+        let one = sanitize_finite(sanitize_neighbor(t, p + step));
+        let larger = max(one, sanitize_finite(sanitize_neighbor(t, p - step)));
+        least = min(least, select(larger, SANITIZE_ALL, larger == SANITIZE_NONE));
+    }
+    let stays = is_finite(clean) | (least == SANITIZE_ALL);
+    return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
 }
 
-// Whether a value is within the limits of a mode, so that it stays the same: one comparison of its bits, which nearly
-// all values pass. Negative light does not, even where it may stay.
-fn sanitize_is_clean(bits: vec4u, mode: u32) -> bool {
+// The largest bits of the numbers of a value. Up to those of the limit, all numbers are within the limits of the mode,
+// so that the value stays the same. Negative light is above, even where it may stay.
+fn sanitize_largest(bits: vec4u, mode: u32) -> u32 {
     let magnitudes = select(bits, bits & vec4u(~SIGN_BIT), mode == 2u);
     let largest = max(magnitudes.xy, magnitudes.zw);
-    return max(largest.x, largest.y) <= HALF_MAX_BITS;
+    return max(largest.x, largest.y);
 }
 
 // The value of a kernel that may make any numbers.
 fn sanitize_value(v: vec4f, mode: u32) -> vec4f {
-    if sanitize_is_clean(bitcast<vec4u>(v), mode) { return v; }
+    if sanitize_largest(bitcast<vec4u>(v), mode) <= HALF_MAX_BITS { return v; }
     return sanitize_limited(v, mode);
 }
 
-// A texel of a host image. Only one with a number that is not finite reads its neighbors.
-fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
-    let v = textureLoad(t, p, 0);
+// A texel of a host image that is loaded. Only one with a number that is not finite reads its neighbors.
+fn sanitize_loaded(t: texture_2d<f32>, p: vec2i, v: vec4f, mode: u32) -> vec4f {
     let bits = bitcast<vec4u>(v);
-    if sanitize_is_clean(bits, mode) { return v; }
+    if sanitize_largest(bits, mode) <= HALF_MAX_BITS { return v; }
     if all(is_finite(bits)) { return sanitize_limited(v, mode); }
     return sanitize_repair(t, p, bits, mode);
+}
+
+// A texel of a host image.
+fn sanitize_texel(t: texture_2d<f32>, p: vec2i, mode: u32) -> vec4f {
+    return sanitize_loaded(t, p, textureLoad(t, p, 0), mode);
 }
 
 // One texel of a texture at a position inside.
 fn texel_inside(t: texture_2d<f32>, p: vec2i) -> vec4f {
     if TEXEL_SANITIZE == 0u { return textureLoad(t, p, 0); }
     return sanitize_texel(t, p, TEXEL_SANITIZE);
+}
+
+// Four texels at positions inside. All are loaded before the first is examined, so that their latencies overlap.
+fn texels_inside(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> array<vec4f, 4> {
+    let texels = array(textureLoad(t, a, 0), textureLoad(t, b, 0), textureLoad(t, c, 0), textureLoad(t, d, 0));
+    if TEXEL_SANITIZE == 0u { return texels; }
+    var largest = sanitize_largest(bitcast<vec4u>(texels[0]), TEXEL_SANITIZE);
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[1]), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[2]), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[3]), TEXEL_SANITIZE));
+    if largest <= HALF_MAX_BITS { return texels; }
+    return array(
+        sanitize_loaded(t, a, texels[0], TEXEL_SANITIZE),
+        sanitize_loaded(t, b, texels[1], TEXEL_SANITIZE),
+        sanitize_loaded(t, c, texels[2], TEXEL_SANITIZE),
+        sanitize_loaded(t, d, texels[3], TEXEL_SANITIZE),
+    );
 }
 
 // A texel of a host image times a factor that brings numbers above the limit below it.
@@ -150,8 +154,12 @@ fn tap_by_hand(t: texture_2d<f32>, uv: vec2f) -> vec4f {
     let base = floor(p);
     let f = p - base;
     let i = vec2i(base);
-    let top = between(texel(t, i), texel(t, i + vec2i(1, 0)), f.x);
-    let bottom = between(texel(t, i + vec2i(0, 1)), texel(t, i + vec2i(1, 1)), f.x);
+    let last = vec2i(textureDimensions(t)) - 1;
+    let low = clamp(i, vec2i(0), last);
+    let high = clamp(i + 1, vec2i(0), last);
+    let corners = texels_inside(t, low, vec2i(high.x, low.y), vec2i(low.x, high.y), high);
+    let top = between(corners[0], corners[1], f.x);
+    let bottom = between(corners[2], corners[3], f.x);
     return between(top, bottom, f.y);
 }
 
@@ -162,58 +170,32 @@ fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
     return sanitize_texel3(t, inside, TEXEL_SANITIZE);
 }
 
-// A texel of a volume of the host. What is not finite is repaired by its neighbors in its slice: a march from the
-// camera carries a NaN into all slices behind it.
+// A texel of a volume of the host. What is not finite is repaired by its neighbors in its slice, as in an image: a march
+// from the camera carries a NaN into all slices behind it.
 fn sanitize_texel3(t: texture_3d<f32>, p: vec3i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);
     let bits = bitcast<vec4u>(v);
-    if sanitize_is_clean(bits, mode) { return v; }
+    if sanitize_largest(bits, mode) <= HALF_MAX_BITS { return v; }
     if all(is_finite(bits)) { return sanitize_limited(v, mode); }
-    var near: array<vec4u, 9>;
-    for (var index = 0; index < 9; index++) {
-        let at = p + vec3i(index % 3 - 1, index / 3 - 1, 0);
-        let inside = clamp(at, vec3i(0), vec3i(textureDimensions(t)) - 1);
-        let is_other = all(at == inside) && index != 4;
-        near[index] = select(vec4u(0x7fc00000u), bitcast<vec4u>(textureLoad(t, inside, 0)), is_other);
+    var is_light = vec4<bool>();
+    var least = SANITIZE_ALL;
+    for (var index = 0; index < 4; index++) {
+        let step = vec3i(select(vec2i(index - 2, 1), vec2i(1, 0), index == 0), 0);
+        let one = sanitize_neighbor3(t, p + step);
+        let other = sanitize_neighbor3(t, p - step);
+        is_light |= (one == vec4u(INFINITY_BITS)) | (other == vec4u(INFINITY_BITS));
+        let larger = max(sanitize_finite(one), sanitize_finite(other));
+        least = min(least, select(larger, SANITIZE_ALL, larger == SANITIZE_NONE));
     }
-    var clean = bits;
-    for (var channel = 0; channel < 4; channel++) {
-        let number = sanitize_channel(bits, channel);
-        if (number & INFINITY_BITS) == INFINITY_BITS {
-            let repaired = sanitize_median(&near, number, channel);
-            clean = select(clean, vec4u(repaired), vec4i(0, 1, 2, 3) == vec4i(channel));
-        }
-    }
-    return sanitize_limited(bitcast<vec4f>(clean), mode);
+    let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
+    let stays = is_finite(clean) | (least == SANITIZE_ALL);
+    return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
 }
 
-// What `sanitize_number` puts in the place of a number, from the texels around it.
-fn sanitize_median(near: ptr<function, array<vec4u, 9>>, bits: u32, channel: i32) -> u32 {
-    var numbers: array<f32, 9>;
-    var count = 0;
-    var is_shared = false;
-    for (var index = 0; index < 9; index++) {
-        let one = sanitize_channel((*near)[index], channel);
-        is_shared |= one == INFINITY_BITS;
-        if (one & INFINITY_BITS) != INFINITY_BITS {
-            numbers[count] = clamp(bitcast<f32>(one), -HALF_MAX, HALF_MAX);
-            count++;
-        }
-    }
-    if count == 0 || (is_shared && bits == INFINITY_BITS) { return bits; }
-    // The number that has this rank, from 1: fewer are less than it, and it and its equals reach the rank.
-    let rank = (count + 1) / 2;
-    var median = numbers[0];
-    for (var i = 0; i < count; i++) {
-        var less = 0;
-        var equal = 0;
-        for (var j = 0; j < count; j++) {
-            less += select(0, 1, numbers[j] < numbers[i]);
-            equal += select(0, 1, numbers[j] == numbers[i]);
-        }
-        median = select(median, numbers[i], less < rank && rank <= less + equal);
-    }
-    return bitcast<u32>(median);
+fn sanitize_neighbor3(t: texture_3d<f32>, p: vec3i) -> vec4u {
+    let inside = clamp(p, vec3i(0), vec3i(textureDimensions(t)) - 1);
+    let bits = bitcast<vec4u>(textureLoad(t, inside, 0));
+    return select(vec4u(INFINITY_BITS | 1u), bits, all(p == inside));
 }
 
 // Trilinear filter, clamped to the border.

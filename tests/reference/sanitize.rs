@@ -19,7 +19,8 @@ pub(crate) fn sanitize_rgb(rgb: Rgb) -> Rgb {
 }
 
 /// The image of scene light as nodes read it. NaN, negative infinity, and an infinity that no neighbor of the pixel
-/// shares become the lower median of the finite neighbors in the same channel; then [`sanitize_scene`].
+/// shares become the least of four numbers of the same channel: of each pair of opposite neighbors the larger finite
+/// one; then [`sanitize_scene`].
 pub(crate) fn sanitized(image: &Image) -> Image {
     Image::new(image.width, image.height, |x, y| {
         sanitize_scene([0, 1, 2, 3].map(|channel| repaired(image, x as i64, y as i64, channel)))
@@ -43,22 +44,18 @@ pub(crate) fn extended(rgb: Rgb) -> Rgb {
 
 fn repaired(image: &Image, x: i64, y: i64, channel: usize) -> f64 {
     let value = image.texel(x, y)[channel];
-    let near: Vec<f64> = neighbors(image, x, y).map(|pixel| pixel[channel]).collect();
-    let is_light = value == f64::INFINITY && near.contains(&f64::INFINITY);
-    let limited = |v: &&f64| v.is_finite();
-    let mut finite: Vec<f64> = near.iter().filter(limited).map(|v| v.clamp(-MAX_HALF, MAX_HALF)).collect();
-    finite.sort_by(f64::total_cmp);
-    if value.is_finite() || is_light || finite.is_empty() {
+    let at = |x: i64, y: i64| {
+        let is_inside = (0..image.width as i64).contains(&x) && (0..image.height as i64).contains(&y);
+        if is_inside { image.texel(x, y)[channel] } else { f64::NAN }
+    };
+    let pairs = [(1, 0), (-1, 1), (0, 1), (1, 1)].map(|(dx, dy)| [at(x + dx, y + dy), at(x - dx, y - dy)]);
+    let is_light = value == f64::INFINITY && pairs.as_flattened().contains(&f64::INFINITY);
+    if value.is_finite() || is_light {
         return value;
     }
-    finite[(finite.len() - 1) / 2]
-}
-
-fn neighbors(image: &Image, x: i64, y: i64) -> impl Iterator<Item = [f64; 4]> + '_ {
-    let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))).filter(|offset| *offset != (0, 0));
-    let at = around.map(move |(i, j)| (x + i, y + j));
-    let is_inside = |(x, y): &(i64, i64)| (0..image.width as i64).contains(x) && (0..image.height as i64).contains(y);
-    at.filter(is_inside).map(|(x, y)| image.texel(x, y))
+    let larger = |pair: [f64; 2]| pair.into_iter().filter(|x| x.is_finite()).reduce(f64::max);
+    let least = pairs.into_iter().filter_map(larger).reduce(f64::min);
+    least.map_or(value, |x| x.clamp(-MAX_HALF, MAX_HALF))
 }
 
 #[test]
@@ -78,8 +75,8 @@ fn only_isolated_infinities_are_repaired() {
         _ => [1.0 + x as f64, 2.0, 3.0, 1.0],
     });
     let clean = sanitized(&image);
-    // The three neighbors of the corner have 1, 2 and 2 in red.
-    assert_eq!(clean.texel(0, 0), [2.0, 2.0, 3.0, 1.0]);
+    // The three neighbors of the corner have 1, 2 and 2 in red, and none has an opposite one.
+    assert_eq!(clean.texel(0, 0), [1.0, 2.0, 3.0, 1.0]);
     assert_eq!(clean.texel(3, 1), [MAX_HALF, 7.0, -1.0, 1.0]);
     let nothing = sanitized(&Image::new(2, 2, |_, _| [f64::NAN; 4]));
     assert_eq!(nothing.pixels, [[0.0; 4]; 4]);

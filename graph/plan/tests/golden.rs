@@ -71,7 +71,7 @@ fn kinds(size: Size, options: Options) -> Plan {
 
 /// The part of a module that is generated: from its first item that is neither of a kernel nor of the library.
 fn generated(source: &str) -> &str {
-    let marks = ["struct PassUniform", "fn run", "fn point_at", "fn texel_of_source", "@compute"];
+    let marks = ["struct PassUniform", "fn run", "fn point_at", "fn point_of_source", "@compute"];
     &source[marks.into_iter().filter_map(|mark| source.find(mark)).min().expect("an entry point")..]
 }
 

@@ -8,7 +8,9 @@ use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Arg, KernelCall, NodeKind, Pass, PassKind, Registry};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Options, Plan, PlanError, PlannedImage, When, verify};
+use afterimage_plan::{
+    GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedImage, Requirement, When, plan, verify,
+};
 use afterimage_wgsl::SampleMode;
 
 use super::planned::{FRAME, all_formats, attempt, built_in, plan_of};
@@ -377,9 +379,30 @@ fn functions_sanitize_what_they_read_of_the_host() {
     for (index, pass) in plan.work().enumerate() {
         let reads_host = pass.args().filter_map(Arg::read).any(|read| read.image() == Some(host));
         let source = plan.compose(index, false).unwrap_or_else(|error| panic!("{error}")).source;
-        let sanitizes = source.contains("TEXEL_SANITIZE: u32 = 3u") || source.contains(", at.pixel, 3u)");
+        let sanitizes = source.contains("TEXEL_SANITIZE: u32 = 3u") || source.contains(", at0.pixel, host0_0, 3u)");
         assert_eq!(sanitizes, reads_host, "{}:\n{source}", pass.label);
     }
+}
+
+#[test]
+fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
+    let size = Size::new(1920, 1080);
+    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let request = PlanRequest {
+        given: HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(size) },
+        facts: Facts::default(),
+        caps: all_formats(),
+        options: Options::default(),
+        dynamic: Default::default(),
+        requirement: &Requirement::typical,
+    };
+    let graph = graph(r#""a": Exposure(source: "in", stops: 1.0)"#, r#""a": "a""#);
+    let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));
+    let source = plan.compose(0, false).unwrap_or_else(|error| panic!("{error}")).source;
+    let entry = source.split("@compute").nth(1).and_then(|code| code.split("@vertex").next()).expect("an entry point");
+    let loads: Vec<usize> = entry.match_indices("textureLoad").map(|(at, _)| at).collect();
+    let examined = entry.find("sanitize").expect("the pixels are examined");
+    assert!(loads.len() == 4 && loads.iter().all(|at| *at < examined), "{entry}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
-use afterimage_wgsl::Shader;
+use afterimage_wgsl::{Effort, Shader};
 
 use super::drawing::Subresource;
 use super::resource::{BlockId, BufferId, ImageId, Resource};
@@ -194,6 +194,11 @@ impl KernelCall {
     /// Whether to compute its result again takes longer than to store it and to read it again.
     pub fn is_heavy(&self) -> bool {
         self.shader.is_heavy(&self.function)
+    }
+
+    /// How much it computes.
+    pub fn effort(&self) -> Effort {
+        self.shader.effort(&self.function)
     }
 
     /// The images that it reads as textures.

@@ -1,48 +1,188 @@
-//! Functions that compute much for each pixel.
+//! How much functions compute for each pixel.
 
-use naga::{Expression, Function, MathFunction, Module, Statement};
-
-use crate::walk::statements;
+use naga::{
+    BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, MathFunction, Module, Statement,
+};
 
 /// Powers, exponentials and logarithms of a number, at most, of a function that takes less time than to store an image
 /// and to read it again. On an H200 that trip takes as long as eight powers.
 const FEW_POWERS: usize = 6;
 
-/// The functions that take longer than a trip of their result through memory: those with a loop or many powers, also in
-/// what they call.
-pub(crate) fn heavy(module: &Module) -> Vec<&String> {
+/// Turns of a loop, at most, that are as good as none.
+const FEW_TURNS: i64 = 4;
+/// Turns of a loop, at most, that compute no more than many powers.
+const SOME_TURNS: i64 = 8;
+
+/// How much a function and all that it calls computes. Code that a constant switches off does not count.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Work {
+    powers: usize,
+    has_loop: bool,
+    effort: Effort,
+}
+
+/// How much a function computes, in the measure of registers: more texels in flight need more of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effort {
+    /// Few powers, and loops of a few turns at most.
+    #[default]
+    Light,
+    /// Many powers, or loops of some turns.
+    Medium,
+    /// Loops of many turns, or of a number that no constant states.
+    Heavy,
+}
+
+/// The work of each function of a module.
+pub(crate) fn works(module: &Module) -> Vec<(&String, Work)> {
     let mut works: Vec<Work> = Vec::with_capacity(module.functions.len());
     // A module declares functions before those that call them.
     for (_, function) in module.functions.iter() {
-        works.push(Work::of(function, &works));
+        works.push(Work::of(module, function, &works));
     }
-    let is_heavy = |work: &Work| work.has_loop || work.powers > FEW_POWERS;
-    let heavy = module.functions.iter().zip(&works).filter(|(_, work)| is_heavy(work));
-    heavy.filter_map(|((_, function), _)| function.name.as_ref()).collect()
-}
-
-/// What a function and all that it calls computes.
-#[derive(Clone, Copy, Default)]
-struct Work {
-    powers: usize,
-    has_loop: bool,
+    let named = module.functions.iter().zip(works);
+    named.filter_map(|((_, function), work)| Some((function.name.as_ref()?, work))).collect()
 }
 
 impl Work {
+    /// Whether it takes longer than a trip of its result through memory.
+    pub(crate) fn is_heavy(self) -> bool {
+        self.has_loop || self.powers > FEW_POWERS
+    }
+
+    pub(crate) fn effort(self) -> Effort {
+        if self.powers > FEW_POWERS { self.effort.max(Effort::Medium) } else { self.effort }
+    }
+
     /// `known` holds the work of the functions before.
-    fn of(function: &Function, known: &[Self]) -> Self {
+    fn of(module: &Module, function: &Function, known: &[Self]) -> Self {
         let powers = function.expressions.iter().filter(|(_, expression)| is_power(expression)).count();
-        let mut work = Self { powers, has_loop: false };
-        statements(&function.body, &mut |statement| match statement {
-            Statement::Call { function, .. } => {
-                let called = known[function.index()];
-                work.powers = work.powers.saturating_add(called.powers);
-                work.has_loop |= called.has_loop;
+        let mut walk = Walk { module, function, known, work: Self { powers, ..Self::default() } };
+        walk.block(&function.body);
+        walk.work
+    }
+}
+
+/// A walk over the statements of a function that may run.
+struct Walk<'m> {
+    module: &'m Module,
+    function: &'m Function,
+    known: &'m [Work],
+    work: Work,
+}
+
+impl Walk<'_> {
+    /// Whether what follows the block may run.
+    fn block(&mut self, block: &Block) -> bool {
+        for (index, statement) in block.iter().enumerate() {
+            let goes_on = match statement {
+                Statement::Call { function, .. } => {
+                    let called = self.known[function.index()];
+                    self.work.powers = self.work.powers.saturating_add(called.powers);
+                    self.work.has_loop |= called.has_loop;
+                    self.work.effort = self.work.effort.max(called.effort);
+                    true
+                }
+                Statement::Loop { body, continuing, .. } => {
+                    self.work.has_loop = true;
+                    let effort = match self.turns(&block[..index], body, continuing) {
+                        Some(..=FEW_TURNS) => Effort::Light,
+                        Some(..=SOME_TURNS) => Effort::Medium,
+                        _ => Effort::Heavy,
+                    };
+                    self.work.effort = self.work.effort.max(effort);
+                    self.block(body);
+                    self.block(continuing);
+                    true
+                }
+                Statement::If { condition, accept, reject } => match self.constant(*condition) {
+                    Some(Literal::Bool(true)) => self.block(accept),
+                    Some(_) => self.block(reject),
+                    None => {
+                        let ends = [self.block(accept), self.block(reject)];
+                        ends.contains(&true)
+                    }
+                },
+                Statement::Switch { cases, .. } => {
+                    for case in cases {
+                        self.block(&case.body);
+                    }
+                    true
+                }
+                Statement::Block(inner) => self.block(inner),
+                Statement::Return { .. } | Statement::Kill => false,
+                _ => true,
+            };
+            if !goes_on {
+                return false;
             }
-            Statement::Loop { .. } => work.has_loop = true,
-            _ => {}
-        });
-        work
+        }
+        true
+    }
+
+    /// The turns of a loop that counts up from a constant to a constant.
+    fn turns(&self, before: &[Statement], body: &Block, continuing: &Block) -> Option<i64> {
+        let condition = body.iter().find_map(|statement| match statement {
+            Statement::If { condition, accept, .. } if accept.is_empty() => Some(*condition),
+            _ => None,
+        })?;
+        let Expression::Binary { op, left, right } = self.function.expressions[condition] else { return None };
+        let counter = self.counter(left)?;
+        let stored = |block: &[Statement]| {
+            block.iter().rev().find_map(|statement| match statement {
+                Statement::Store { pointer, value } if self.variable(*pointer) == Some(counter) => Some(*value),
+                _ => None,
+            })
+        };
+        let first = self.integer(stored(before).or(self.function.local_variables[counter].init)?)?;
+        let Expression::Binary { op: BinaryOperator::Add, right: step, .. } =
+            self.function.expressions[stored(continuing)?]
+        else {
+            return None;
+        };
+        let (end, step) = (self.integer(right)?, self.integer(step)?);
+        let distance = match op {
+            BinaryOperator::Less => end - first,
+            BinaryOperator::LessEqual => end - first + 1,
+            _ => return None,
+        };
+        (step > 0).then(|| (distance + step - 1).div_euclid(step))
+    }
+
+    /// The variable that an expression loads.
+    fn counter(&self, expression: Handle<Expression>) -> Option<Handle<LocalVariable>> {
+        match self.function.expressions[expression] {
+            Expression::Load { pointer } => self.variable(pointer),
+            _ => None,
+        }
+    }
+
+    fn variable(&self, pointer: Handle<Expression>) -> Option<Handle<LocalVariable>> {
+        match self.function.expressions[pointer] {
+            Expression::LocalVariable(variable) => Some(variable),
+            _ => None,
+        }
+    }
+
+    fn integer(&self, expression: Handle<Expression>) -> Option<i64> {
+        match self.constant(expression)? {
+            Literal::I32(value) => Some(value.into()),
+            Literal::U32(value) => Some(value.into()),
+            _ => None,
+        }
+    }
+
+    fn constant(&self, expression: Handle<Expression>) -> Option<Literal> {
+        let literal = |expression: &Expression| match expression {
+            Expression::Literal(value) => Some(*value),
+            _ => None,
+        };
+        match &self.function.expressions[expression] {
+            Expression::Constant(constant) => {
+                literal(&self.module.global_expressions[self.module.constants[*constant].init])
+            }
+            other => literal(other),
+        }
     }
 }
 
@@ -55,6 +195,7 @@ fn is_power(expression: &Expression) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::Effort;
     use crate::Shader;
 
     #[test]
@@ -70,5 +211,27 @@ fn calls(v: vec4f) -> vec4f {{ if v.x > 0.0 {{ return turns(v); }} return v; }}"
         let shader = Shader::loaded("heavy.wgsl".into(), source);
         assert_eq!(["many", "turns", "calls"].map(|name| shader.is_heavy(name)), [true; 3]);
         assert_eq!(["few", "power"].map(|name| shader.is_heavy(name)), [false; 2]);
+        assert_eq!(["few", "turns"].map(|name| shader.effort(name)), [Effort::Light; 2]);
+        assert_eq!(shader.effort("many"), Effort::Medium);
+    }
+
+    #[test]
+    fn the_effort_of_a_loop_is_that_of_its_turns() {
+        let source = "const OFF: bool = false;
+fn square(t: texture_2d<f32>, at: Point) -> vec4f {
+    var sum = vec4f();
+    for (var y = -1; y <= 1; y++) { for (var x = -1; x <= 1; x++) { sum += texel(t, at.pixel + vec2i(x, y)); } }
+    return sum;
+}
+fn eight(v: vec4f) -> vec4f { var x = v; for (var i = 0u; i < 16u; i += 2u) { x *= v; } return x; }
+fn nine(v: vec4f) -> vec4f { var x = v; for (var i = 0; i < 9; i++) { x *= v; } return x; }
+fn given(v: vec4f) -> vec4f { var x = v; for (var i = 0; i < i32(v.x); i++) { x *= v; } return x; }
+fn waits(v: vec4f) -> vec4f { var x = v; while x.x > 0.0 { x -= v; } return x; }
+fn off(v: vec4f) -> vec4f { if OFF { return nine(v); } return v; }
+fn ended(v: vec4f) -> vec4f { if !OFF { return v; } return nine(v); }";
+        let shader = Shader::loaded("loops.wgsl".into(), source.into());
+        assert_eq!(["square", "off", "ended"].map(|name| shader.effort(name)), [Effort::Light; 3]);
+        assert_eq!(shader.effort("eight"), Effort::Medium);
+        assert_eq!(["nine", "given", "waits"].map(|name| shader.effort(name)), [Effort::Heavy; 3]);
     }
 }

@@ -22,6 +22,7 @@ mod uniform_reads;
 mod validate;
 mod walk;
 
+pub use arithmetic::{Effort, Work};
 pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::{Place, ShaderError, ShaderLabel};
 pub use library::{Library, Source};

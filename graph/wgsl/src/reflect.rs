@@ -2,7 +2,7 @@
 
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
-use crate::arithmetic::heavy;
+use crate::arithmetic::{Work, works};
 use crate::barriers::sharing;
 use crate::direct_reads::{direct_reads, filtering};
 use crate::entry::{EntryPoint, entry_point};
@@ -29,8 +29,8 @@ pub struct Reflection {
     pub filtering: Vec<String>,
     /// Functions of the file that use memory of a workgroup, or wait for its other invocations.
     pub sharing: Vec<String>,
-    /// Functions of the file that take longer than a trip of their result through memory.
-    pub heavy: Vec<String>,
+    /// How much the functions of the file compute.
+    pub works: Vec<(String, Work)>,
 }
 
 /// A kernel function.
@@ -227,7 +227,10 @@ impl Reader<'_> {
             direct_reads: self.own(direct_reads(module, &|name| self.names.of_framework(name).is_some())),
             filtering: self.own(filtering(module)),
             sharing: self.own(sharing(module)),
-            heavy: self.own(heavy(module)),
+            works: works(module)
+                .into_iter()
+                .filter_map(|(name, work)| Some((self.names.own(Some(name))?, work)))
+                .collect(),
         }
     }
 

@@ -47,6 +47,22 @@ impl SampleMode {
         }
     }
 
+    /// Whether texels are sanitized.
+    pub fn sanitizes(self) -> bool {
+        self.number().is_some()
+    }
+
+    /// The WGSL expression of the largest bits of a loaded texel: those of the limit at most, if nothing about it has
+    /// to change.
+    pub fn largest_bits(self, texel: &str) -> String {
+        format!("sanitize_largest(bitcast<vec4u>({texel}), {}u)", self.number().unwrap_or(0))
+    }
+
+    /// The WGSL expression of a loaded texel, sanitized.
+    pub fn sanitized(self, texture: &str, at: &str, texel: &str) -> String {
+        format!("sanitize_loaded({texture}, {at}, {texel}, {}u)", self.number().unwrap_or(0))
+    }
+
     /// The WGSL expression of a value within the limits of the mode.
     pub fn limited(self, value: &str) -> String {
         self.number().map_or(value.to_owned(), |number| format!("sanitize_value({value}, {number}u)"))
@@ -73,6 +89,7 @@ mod tests {
         for (signedness, number) in [(Signedness::Unsigned, 1), (Signedness::Signed, 2), (Signedness::Extended, 3)] {
             let mode = SampleMode::sanitizing(signedness);
             assert_eq!(mode.pixel_read("t"), format!("sanitize_texel(t, at.pixel, {number}u)"));
+            assert_eq!(mode.sanitized("t", "p", "v"), format!("sanitize_loaded(t, p, v, {number}u)"));
             assert_eq!(mode.limited("v"), format!("sanitize_value(v, {number}u)"));
             assert!(mode.constants().contains(&("TEXEL_SANITIZE", ["1u", "2u", "3u"][number - 1])), "{mode:?}");
         }

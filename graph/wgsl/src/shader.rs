@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
+use crate::arithmetic::{Effort, Work};
 use crate::error::{Place, ShaderError, ShaderLabel, position};
 use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::reflect::{Reflection, reflect};
@@ -119,7 +120,18 @@ impl Shader {
 
     /// Whether to compute a function again takes longer than to store its result and to read it again.
     pub fn is_heavy(&self, function: &str) -> bool {
-        self.reflect().is_ok_and(|reflection| reflection.heavy.iter().any(|name| name == function))
+        self.work(function).is_heavy()
+    }
+
+    /// How much a function computes.
+    pub fn effort(&self, function: &str) -> Effort {
+        self.work(function).effort()
+    }
+
+    fn work(&self, function: &str) -> Work {
+        let reflection = self.reflect().ok();
+        let known = reflection.and_then(|reflection| reflection.works.iter().find(|(name, _)| name == function));
+        known.map(|(_, work)| *work).unwrap_or_default()
     }
 
     /// An error at the place where the file has these words, such as `fn name`; at its start, if it has not.

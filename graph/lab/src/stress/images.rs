@@ -166,13 +166,14 @@ impl Extreme {
 }
 
 /// An image after sanitizing, which happens at the inputs of every graph: NaN, negative infinity, and an infinity that
-/// no neighbor of the pixel shares become the lower median of the finite neighbors; then all is limited.
+/// no neighbor of the pixel shares become the least of four: of each pair of opposite neighbors the larger finite
+/// number; then all is limited.
 pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness) -> Vec<[f32; 4]> {
     let mut clean = pixels.to_vec();
     for (index, pixel) in clean.iter_mut().enumerate() {
         if !pixel.iter().all(|x| x.is_finite()) {
-            let near = neighbors(pixels, size, index);
-            *pixel = [0, 1, 2, 3].map(|c| repaired(pixel[c], near.iter().map(|pixel| pixel[c])));
+            let pairs = opposite_neighbors(pixels, size, index);
+            *pixel = [0, 1, 2, 3].map(|c| repaired(pixel[c], pairs.map(|pair| pair.map(|pixel| pixel[c]))));
         }
         *pixel = limited(*pixel, signedness);
     }
@@ -207,22 +208,24 @@ fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
 }
 
 /// A number of a pixel, from those of the pixels around it.
-fn repaired(value: f32, near: impl Iterator<Item = f32> + Clone) -> f32 {
-    let is_light = value == f32::INFINITY && near.clone().any(|x| x == f32::INFINITY);
-    let mut finite: Vec<f32> = near.filter(|x| x.is_finite()).collect();
-    if value.is_finite() || is_light || finite.is_empty() {
+fn repaired(value: f32, pairs: [[f32; 2]; 4]) -> f32 {
+    let is_light = value == f32::INFINITY && pairs.as_flattened().contains(&f32::INFINITY);
+    if value.is_finite() || is_light {
         return value;
     }
-    finite.sort_by(f32::total_cmp);
-    finite[(finite.len() - 1) / 2]
+    let larger = |pair: [f32; 2]| pair.into_iter().filter(|x| x.is_finite()).reduce(f32::max);
+    pairs.into_iter().filter_map(larger).reduce(f32::min).unwrap_or(value)
 }
 
-fn neighbors(pixels: &[[f32; 4]], size: Size, index: usize) -> Vec<[f32; 4]> {
-    let (width, height) = (size.width as usize, size.height as usize);
-    let (x, y) = (index % width, index / width);
-    let around = |at: usize, side: usize| at.saturating_sub(1)..(at + 2).min(side);
-    let places = around(y, height).flat_map(|j| around(x, width).map(move |i| i + j * width));
-    places.filter(|place| *place != index).map(|place| pixels[place]).collect()
+/// The eight pixels around one, opposite ones together. NaN outside of the image.
+fn opposite_neighbors(pixels: &[[f32; 4]], size: Size, index: usize) -> [[[f32; 4]; 2]; 4] {
+    let (width, height) = (i64::from(size.width), i64::from(size.height));
+    let (x, y) = (index as i64 % width, index as i64 / width);
+    let at = |x: i64, y: i64| {
+        let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
+        if is_inside { pixels[(x + y * width) as usize] } else { [f32::NAN; 4] }
+    };
+    [(1, 0), (-1, 1), (0, 1), (1, 1)].map(|(dx, dy)| [at(x + dx, y + dy), at(x - dx, y - dy)])
 }
 
 #[cfg(test)]
@@ -256,7 +259,7 @@ mod tests {
         let row = |pixels: &[[f32; 4]], sign| sanitized(pixels, Size::new(pixels.len() as u32, 1), sign);
         let one = [f32::NAN, -2.0, f32::INFINITY, 1e-30];
         assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);
-        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [0.5, 0.0, 0.5, 1e-30]);
+        assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [3.0, 0.0, 3.0, 1e-30]);
         assert_eq!(row(&[one, one], Signedness::Unsigned)[0], [0.0, 0.0, 65504.0, 1e-30]);
         let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
         assert_eq!(row(&[signed, [-3.0; 4]], Signedness::Signed)[0], [-2.0, -3.0, 0.5, 65504.0]);

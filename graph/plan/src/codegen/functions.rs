@@ -2,7 +2,7 @@
 
 use afterimage_base::image::Size;
 use afterimage_graph::node::{KernelCall, Pass};
-use afterimage_wgsl::ShaderError;
+use afterimage_wgsl::{Effort, ShaderError};
 
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
@@ -27,7 +27,7 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let function = writer.function("run", 0..code.pass.kernels.len());
     let (result, extent) = (writer.storage(image, desc.format), writer.extent());
     let origin = writer.origin();
-    let entry_points = entry_points(&result, origin.as_deref(), &extent, rows_of(code.pass, desc.size));
+    let entry_points = entry_points(&writer, &result, origin.as_deref(), &extent, rows_of(code.pass, desc.size));
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
@@ -36,30 +36,37 @@ pub(crate) fn functions_cover(pass: &Pass, size: Size) -> [u32; 2] {
     [WIDTH, HEIGHT * rows_of(pass, size)]
 }
 
-/// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting (at 4K an H200
-/// takes a third less time for four than for one), but a small image needs all of its texels to occupy the device, and
-/// loops of several texels would need more registers: one takes 2 to 7 % less time.
+/// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting, but a small image
+/// needs all of its texels to occupy the device, and what computes much needs registers. On an H200 at 4K, four take 25
+/// to 40 % less time than one for reads around a pixel, such as those of `Streaks` and `Smaa`; for curves with many
+/// powers two take 4 to 5 % less, and four as long as one; of long loops, those of `DemoScene` take 1.7 times as long
+/// for two.
 fn rows_of(pass: &Pass, size: Size) -> u32 {
-    if pass.kernels.iter().any(KernelCall::is_heavy) {
-        return 1;
-    }
-    match size.texels() {
-        0..0x4_0000 => 1,
-        0x4_0000..0x10_0000 => 2,
-        _ => 4,
+    let effort = pass.kernels.iter().map(KernelCall::effort).max().unwrap_or_default();
+    match (effort, size.texels()) {
+        (Effort::Heavy, _) | (Effort::Medium, 0..0x40_0000) | (Effort::Light, 0..0x4_0000) => 1,
+        (Effort::Medium, _) | (Effort::Light, 0x4_0000..0x10_0000) => 2,
+        (Effort::Light, _) => 4,
     }
 }
 
 /// `origin` is the first texel of a result in a rectangle.
-fn entry_points(result: &str, origin: Option<&str>, extent: &str, rows: u32) -> String {
+fn entry_points(
+    writer: &FunctionWriter<'_, '_>,
+    result: &str,
+    origin: Option<&str>,
+    extent: &str,
+    rows: u32,
+) -> String {
     let plus = origin.map_or(String::new(), |origin| format!(" + {origin}"));
     let minus = origin.map_or(String::new(), |origin| format!(" - {origin}"));
     // From the bottom up, because what the pass before has read last is still in the cache. Texels above the first row
     // are made like the first row, and not stored: a branch around each would let none overlap another.
-    let (mut made, mut stored) = (String::new(), String::new());
+    let (mut places, mut made, mut stored) = (String::new(), String::new(), String::new());
     for row in 0..rows {
         let offset = row * HEIGHT;
-        made += &format!("    let value{row} = run(point_at(max(first - vec2i(0, {offset}), vec2i())));\n");
+        places += &format!("    let at{row} = point_at(max(first - vec2i(0, {offset}), vec2i()));\n");
+        made += &format!("    let value{row} = {};\n", writer.call_at("run", row));
         stored += &format!(
             "    if first.y >= {offset} {{ textureStore({result}, first - vec2i(0, {offset}){plus}, value{row}); }}\n"
         );
@@ -74,12 +81,16 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) lo
     let size = vec2i({extent});
     let first = vec2i(away.x, size.y - 1 - away.y);
     if first.x >= size.x {{ return; }}
-{made}{stored}}}
+{places}{loads}{made}{stored}}}
 {FULL_SCREEN_TRIANGLE}
 @fragment
 fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
-    return run(point_at(vec2i(position.xy){minus}));
+    let at0 = point_at(vec2i(position.xy){minus});
+{load}    return {run};
 }}",
-        HEIGHT * rows
+        HEIGHT * rows,
+        loads = writer.load_host_pixels(rows, "    "),
+        load = writer.load_host_pixels(1, "    "),
+        run = writer.call_at("run", 0),
     )
 }

@@ -22,7 +22,8 @@ pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) 
         state: writer.name(last, rows.state),
         halve: writer.name(last, &code.pass.kernels[last].function),
     };
-    writer.finish(&(function + &entry_point(rows, &names)), [ROW_INVOCATIONS, 1, 1], &["compute"])
+    let entry_point = entry_point(&writer, rows, &names);
+    writer.finish(&(function + &entry_point), [ROW_INVOCATIONS, 1, 1], &["compute"])
 }
 
 struct Names {
@@ -32,13 +33,14 @@ struct Names {
     halve: String,
 }
 
-fn entry_point(rows: &RowDownsample, names: &Names) -> String {
+fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
+    let texels: Vec<String> = (0..4).map(|place| writer.call_at("run", place)).collect();
     let Names { result, extent, state, halve } = names;
     format!(
-        "fn texel_of_source(pixel: vec2i) -> vec4f {{
+        "fn point_of_source(pixel: vec2i) -> Point {{
     let size = 2.0 * {extent};
     let inside = clamp(pixel, vec2i(0), vec2i(size) - 1);
-    return run(Point(inside, (vec2f(inside) + 0.5) / size, size));
+    return Point(inside, (vec2f(inside) + 0.5) / size, size);
 }}
 @compute @workgroup_size({invocations})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
@@ -49,12 +51,11 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     var state: {state};
     for (var row = first - 1; row <= end; row++) {{
         let corner = 2 * vec2i(column, row);
-        let square = Square(
-            texel_of_source(corner),
-            texel_of_source(corner + vec2i(1, 0)),
-            texel_of_source(corner + vec2i(0, 1)),
-            texel_of_source(corner + vec2i(1, 1)),
-        );
+        let at0 = point_of_source(corner);
+        let at1 = point_of_source(corner + vec2i(1, 0));
+        let at2 = point_of_source(corner + vec2i(0, 1));
+        let at3 = point_of_source(corner + vec2i(1, 1));
+{loads}        let square = Square({texels});
         let value = {halve}(&state, square, invocation);
         if row > first && invocation > 0u && invocation < {last_invocation}u && column <= last.x {{
             textureStore({result}, vec2i(column, row - 1), value);
@@ -65,5 +66,7 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         covered = ROW_INVOCATIONS - 2,
         last_invocation = ROW_INVOCATIONS - 1,
         count = rows.rows,
+        loads = writer.load_host_pixels(4, "        "),
+        texels = texels.join(", "),
     )
 }

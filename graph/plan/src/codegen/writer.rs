@@ -23,6 +23,15 @@ pub(super) struct FunctionWriter<'c, 'a> {
     immediate: bool,
     /// The place that functions get.
     point: &'static str,
+    /// The textures of host images of which the function takes a pixel.
+    host_pixels: Vec<HostPixel>,
+}
+
+/// A texture of a host image of which a function takes a pixel. The entry point loads the pixels of all its texels and
+/// examines them together: a branch after each load would let none overlap another.
+struct HostPixel {
+    texture: String,
+    mode: SampleMode,
 }
 
 impl<'c, 'a> FunctionWriter<'c, 'a> {
@@ -41,6 +50,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             body: String::new(),
             immediate: false,
             point: "at",
+            host_pixels: Vec::new(),
         })
     }
 
@@ -61,12 +71,38 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.linker.name(self.instances[kernel], name)
     }
 
-    /// A function `name` from a `Point` to the value of the last of these kernels.
+    /// A function `name` to the value of the last of these kernels, from a `Point` and the pixels of host images there.
     pub(super) fn function(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
         let last = kernels.end - 1;
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
-        format!("fn {name}(at: Point) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+        let pixels: String = (0..self.host_pixels.len()).map(|index| format!(", host{index}: vec4f")).collect();
+        format!("fn {name}(at: Point{pixels}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+    }
+
+    /// Statements that load the pixels of host images at the places `at0` up to `at{count}`, and sanitize them.
+    pub(super) fn load_host_pixels(&self, count: u32, indent: &str) -> String {
+        let (mut loads, mut largest, mut repairs) = (String::new(), String::new(), String::new());
+        for (index, HostPixel { texture, mode }) in self.host_pixels.iter().enumerate() {
+            for place in 0..count {
+                let pixel = format!("host{index}_{place}");
+                let at = format!("at{place}.pixel");
+                loads += &format!("{indent}var {pixel} = textureLoad({texture}, {at}, 0);\n");
+                let bits = mode.largest_bits(&pixel);
+                largest = if largest.is_empty() { bits } else { format!("max({largest}, {bits})") };
+                repairs += &format!("{indent}    {pixel} = {};\n", mode.sanitized(texture, &at, &pixel));
+            }
+        }
+        if loads.is_empty() {
+            return loads;
+        }
+        format!("{loads}{indent}if {largest} > HALF_MAX_BITS {{\n{repairs}{indent}}}\n")
+    }
+
+    /// A call of the [`function`](Self::function) of that name at the place `at{place}`.
+    pub(super) fn call_at(&self, name: &str, place: u32) -> String {
+        let pixels: String = (0..self.host_pixels.len()).map(|index| format!(", host{index}_{place}")).collect();
+        format!("{name}(at{place}{pixels})")
     }
 
     /// A function `name` from a place to the value of the only kernel, in a workgroup. Beyond the border, pixels are
@@ -199,7 +235,10 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Level(part) => self.variable(SlotKind::Level(part), "var", "image", TEXTURE),
             Arg::Pixel(image) => {
                 let texture = self.texture(image, TEXTURE);
-                (self.code.sample_mode_of)(image).pixel_read(&texture)
+                match (self.code.sample_mode_of)(image) {
+                    mode if mode.sanitizes() && self.point == "at" => self.host_pixel(texture, mode),
+                    mode => mode.pixel_read(&texture),
+                }
             }
             Arg::Value(buffer, components) => {
                 let name =
@@ -212,6 +251,16 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
                 panic!("{arg:?} is no argument of a function of one pixel")
             }
         }
+    }
+
+    /// The argument of the function that holds the pixel of a host image.
+    fn host_pixel(&mut self, texture: String, mode: SampleMode) -> String {
+        let known = self.host_pixels.iter().position(|pixel| pixel.texture == texture);
+        let index = known.unwrap_or_else(|| {
+            self.host_pixels.push(HostPixel { texture, mode });
+            self.host_pixels.len() - 1
+        });
+        format!("host{index}")
     }
 
     fn texture(&mut self, image: ImageId, ty: &str) -> String {

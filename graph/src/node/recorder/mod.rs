@@ -344,7 +344,7 @@ static NOTHING: Reflection = Reflection {
     direct_reads: Vec::new(),
     filtering: Vec::new(),
     sharing: Vec::new(),
-    heavy: Vec::new(),
+    works: Vec::new(),
 };
 
 /// Samples, levels and layers of an image, for messages.
