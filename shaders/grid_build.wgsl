@@ -64,12 +64,6 @@ fn grid_build_add(bin: u32, weight: f32, level: f32) {
     atomicAdd(&grid_build_weights[bin], u32(weight * params.unit + 0.5));
 }
 
-// A pixel of the picture by its number among those of a column; the last one beyond them.
-fn grid_build_pixel(first: vec2u, extent: vec2u, number: u32, size: vec2u) -> vec2i {
-    let i = min(number, extent.x * extent.y - 1u);
-    return stride_pixel(first + vec2u(i % extent.x, i / extent.x), size, params.step);
-}
-
 @compute @workgroup_size(256)
 fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
     grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
@@ -77,21 +71,10 @@ fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invoc
     let pixels = stride_size(size, params.step);
     let first = cell_first(column.xy, pixels, params.size.xy);
     let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
-    let count = extent.x * extent.y;
-    for (var i = invocation; i < count; i += 4u * GRID_BUILD_INVOCATIONS) {
-        let colors = texels_inside(
-            source,
-            grid_build_pixel(first, extent, i, size),
-            grid_build_pixel(first, extent, i + GRID_BUILD_INVOCATIONS, size),
-            grid_build_pixel(first, extent, i + 2u * GRID_BUILD_INVOCATIONS, size),
-            grid_build_pixel(first, extent, i + 3u * GRID_BUILD_INVOCATIONS, size),
-        );
-        for (var k = 0u; k < 4u; k++) {
-            if i + k * GRID_BUILD_INVOCATIONS < count {
-                let level = grid_build_level(colors[k]);
-                grid_build_add(grid_build_bin(level), 1.0, level);
-            }
-        }
+    for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
+        let pixel = stride_pixel(first + vec2u(i % extent.x, i / extent.x), size, params.step);
+        let level = grid_build_level(texel(source, pixel));
+        grid_build_add(grid_build_bin(level), 1.0, level);
     }
     grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
 }

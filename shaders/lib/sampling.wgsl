@@ -33,37 +33,26 @@ fn sanitize_finite(bits: vec4u) -> vec4f {
     return select(SANITIZE_NONE, limited, is_finite(bits));
 }
 
-// Which numbers of the neighbors are infinities.
-fn sanitize_lights(t: texture_2d<f32>, p: vec2i, end: i32) -> vec4<bool> {
-    var found = vec4<bool>();
-    for (var index = 0; index < end; index++) {
-        let step = vec2i(index % 3 - 1, index / 3 - 1);
-        found |= (sanitize_neighbor(t, p + step) == vec4u(INFINITY_BITS)) & vec4<bool>(any(step != vec2i()));
-    }
-    return found;
-}
-
 // Repairs a texel channel by channel. An infinity next to another is light, such as a sun, and becomes the limit. Other
 // numbers that are not finite become the least of four: of each pair of opposite neighbors the larger finite number. So
 // the sides of an edge and thin lines stay what they are, and a bright pixel is not repeated. The number is one of the
 // neighbors', so it is exact in any format.
 //
 // This code runs for few texels, but every read of a host image contains it, and its registers are taken from the rest:
-// its loops end at numbers that are not constants, because drivers would unroll them otherwise.
+// its loop ends at a number that is not constant, because drivers would unroll it otherwise.
 fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4f {
     let zero = min(p.x, 0);
-    var clean = bits;
-    if any(bits == vec4u(INFINITY_BITS)) {
-        let is_light = (bits == vec4u(INFINITY_BITS)) & sanitize_lights(t, p, 9 + zero);
-        clean = select(bits, vec4u(HALF_MAX_BITS), is_light);
-    }
+    var is_light = vec4<bool>();
     var least = SANITIZE_ALL;
     for (var index = 0; index < 4 + zero; index++) {
         let step = select(vec2i(index - 2, 1), vec2i(1, 0), index == 0);
-        let one = sanitize_finite(sanitize_neighbor(t, p + step));
-        let larger = max(one, sanitize_finite(sanitize_neighbor(t, p - step)));
+        let one = sanitize_neighbor(t, p + step);
+        let other = sanitize_neighbor(t, p - step);
+        is_light |= (one == vec4u(INFINITY_BITS)) | (other == vec4u(INFINITY_BITS));
+        let larger = max(sanitize_finite(one), sanitize_finite(other));
         least = min(least, select(larger, SANITIZE_ALL, larger == SANITIZE_NONE));
     }
+    let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
     let stays = is_finite(clean) | (least == SANITIZE_ALL);
     return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
 }
@@ -103,19 +92,22 @@ fn texel_inside(t: texture_2d<f32>, p: vec2i) -> vec4f {
 
 // Four texels at positions inside. All are loaded before the first is examined, so that their latencies overlap.
 fn texels_inside(t: texture_2d<f32>, a: vec2i, b: vec2i, c: vec2i, d: vec2i) -> array<vec4f, 4> {
-    let texels = array(textureLoad(t, a, 0), textureLoad(t, b, 0), textureLoad(t, c, 0), textureLoad(t, d, 0));
-    if TEXEL_SANITIZE == 0u { return texels; }
-    var largest = sanitize_largest(bitcast<vec4u>(texels[0]), TEXEL_SANITIZE);
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[1]), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[2]), TEXEL_SANITIZE));
-    largest = max(largest, sanitize_largest(bitcast<vec4u>(texels[3]), TEXEL_SANITIZE));
-    if largest <= HALF_MAX_BITS { return texels; }
-    return array(
-        sanitize_loaded(t, a, texels[0], TEXEL_SANITIZE),
-        sanitize_loaded(t, b, texels[1], TEXEL_SANITIZE),
-        sanitize_loaded(t, c, texels[2], TEXEL_SANITIZE),
-        sanitize_loaded(t, d, texels[3], TEXEL_SANITIZE),
-    );
+    var first = textureLoad(t, a, 0);
+    var second = textureLoad(t, b, 0);
+    var third = textureLoad(t, c, 0);
+    var fourth = textureLoad(t, d, 0);
+    if TEXEL_SANITIZE == 0u { return array(first, second, third, fourth); }
+    var largest = sanitize_largest(bitcast<vec4u>(first), TEXEL_SANITIZE);
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(second), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(third), TEXEL_SANITIZE));
+    largest = max(largest, sanitize_largest(bitcast<vec4u>(fourth), TEXEL_SANITIZE));
+    if largest > HALF_MAX_BITS {
+        first = sanitize_loaded(t, a, first, TEXEL_SANITIZE);
+        second = sanitize_loaded(t, b, second, TEXEL_SANITIZE);
+        third = sanitize_loaded(t, c, third, TEXEL_SANITIZE);
+        fourth = sanitize_loaded(t, d, fourth, TEXEL_SANITIZE);
+    }
+    return array(first, second, third, fourth);
 }
 
 // A texel of a host image times a factor that brings numbers above the limit below it.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
-    Arg, CellReduce, ImageId, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
+    Arg, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
 };
 use afterimage_wgsl::SampleMode;
 
@@ -76,7 +76,8 @@ fn shape(pass: &Pass, recording: &Recording) -> String {
 
 /// Texels that a workgroup of functions makes: more of large images.
 fn cover(pass: &Pass, recording: &Recording) -> Option<[u32; 2]> {
-    pass.function_result().map(|image| functions_cover(pass, recording.image(image).desc.size))
+    let sanitizes = pass.kernels.iter().flat_map(KernelCall::textures).any(|image| !recording.image(image).finite);
+    pass.function_result().map(|image| functions_cover(pass, recording.image(image).desc.size, sanitizes))
 }
 
 /// Every way in which a module may be composed: how its textures are sampled, and whether the frame's time comes from
@@ -109,7 +110,7 @@ impl Modules {
             return;
         }
         // In large images the same functions are called in a longer entry point.
-        let small = functions_cover(pass, Size::new(1, 1));
+        let small = functions_cover(pass, Size::new(1, 1), false);
         let is_small = cover(pass, recording).is_none_or(|cover| cover == small);
         self.ways(pass, recording, "", if is_small { &WAYS } else { &WAYS[..1] });
         if let Some(fused) = fused(pass) {

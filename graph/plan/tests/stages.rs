@@ -384,10 +384,10 @@ fn functions_sanitize_what_they_read_of_the_host() {
     }
 }
 
-#[test]
-fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
+/// The plan of a node for an image of the host at 1920x1080.
+fn large(node: &str, finite: bool) -> Plan {
     let size = Size::new(1920, 1080);
-    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let image = GivenImage { desc: ImageDesc::new(size), finite };
     let request = PlanRequest {
         given: HostInputs { inputs: [("in".to_owned(), image)].into(), ..HostInputs::nothing(size) },
         facts: Facts::default(),
@@ -396,13 +396,25 @@ fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
         dynamic: Default::default(),
         requirement: &Requirement::typical,
     };
-    let graph = graph(r#""a": Exposure(source: "in", stops: 1.0)"#, r#""a": "a""#);
-    let plan = plan(&graph, &request).unwrap_or_else(|error| panic!("{error}"));
+    let plan = plan(&graph(&format!(r#""a": {node}"#), r#""a": "a""#), &request);
+    plan.unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn the_pixels_of_an_invocation_are_loaded_before_one_is_examined() {
+    let plan = large(r#"Exposure(source: "in", stops: 1.0)"#, false);
     let source = plan.compose(0, false).unwrap_or_else(|error| panic!("{error}")).source;
     let entry = source.split("@compute").nth(1).and_then(|code| code.split("@vertex").next()).expect("an entry point");
     let loads: Vec<usize> = entry.match_indices("textureLoad").map(|(at, _)| at).collect();
     let examined = entry.find("sanitize").expect("the pixels are examined");
     assert!(loads.len() == 4 && loads.iter().all(|at| *at < examined), "{entry}");
+}
+
+#[test]
+fn texels_that_are_examined_one_by_one_leave_an_invocation_one_texel() {
+    let node = r#"Extract(source: "in", fireflies: Limit)"#;
+    let [repaired, finite] = [false, true].map(|finite| large(node, finite).passes[0].workgroups);
+    assert_eq!((repaired, finite), ([120, 135, 1], [120, 34, 1]));
 }
 
 #[test]

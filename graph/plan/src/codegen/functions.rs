@@ -27,21 +27,26 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     let function = writer.function("run", 0..code.pass.kernels.len());
     let (result, extent) = (writer.storage(image, desc.format), writer.extent());
     let origin = writer.origin();
-    let entry_points = entry_points(&writer, &result, origin.as_deref(), &extent, rows_of(code.pass, desc.size));
+    let rows = rows_of(code.pass, desc.size, code.sample_mode().sanitizes());
+    let entry_points = entry_points(&writer, &result, origin.as_deref(), &extent, rows);
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
-/// Texels of a result of that size that a workgroup makes, across and down.
-pub(crate) fn functions_cover(pass: &Pass, size: Size) -> [u32; 2] {
-    [WIDTH, HEIGHT * rows_of(pass, size)]
+/// Texels of a result of that size that a workgroup makes, across and down. `sanitizes` states whether the pass sanitizes
+/// the textures that it reads around a pixel.
+pub(crate) fn functions_cover(pass: &Pass, size: Size, sanitizes: bool) -> [u32; 2] {
+    [WIDTH, HEIGHT * rows_of(pass, size, sanitizes)]
 }
 
 /// Texels that an invocation makes, one below the other. Several in flight hide each other's waiting, but a small image
 /// needs all of its texels to occupy the device, and what computes much needs registers. On an H200 at 4K, four take 25
 /// to 40 % less time than one for reads around a pixel, such as those of `Streaks` and `Smaa`; for curves with many
 /// powers two take 4 to 5 % less, and four as long as one; of long loops, those of `DemoScene` take 1.7 times as long
-/// for two.
-fn rows_of(pass: &Pass, size: Size) -> u32 {
+/// for two. Texels of host images that are read around a pixel are examined one by one, and overlap no others.
+fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
+    if sanitizes {
+        return 1;
+    }
     let effort = pass.kernels.iter().map(KernelCall::effort).max().unwrap_or_default();
     match (effort, size.texels()) {
         (Effort::Heavy, _) | (Effort::Medium, 0..0x40_0000) | (Effort::Light, 0..0x4_0000) => 1,
