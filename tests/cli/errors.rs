@@ -78,6 +78,9 @@ fn errors_are_reported_with_a_hint() {
 fn facts_tiers_and_parameters_are_checked() {
     let folder = folder("facts");
     folder.run("render {caracal} room.exr -o out.png --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("stress {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("view {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("view caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);
     folder.run("render {glare} room.exr -o out.png --fact emissive=false").fails_saying(1, &["emissive"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=0").fails(

@@ -145,6 +145,9 @@ impl From<GpuError> for Failure {
                 }
             },
             GpuError::NoAdapter { wanted: Some(_), .. } | GpuError::Shader(_) => Self::user(error),
+            GpuError::NoThreads { .. } if address_space_limit().is_some() => {
+                Self::machine(error).hint("this process may use no more memory (`ulimit -v`)")
+            }
             _ => Self::machine(error),
         }
     }

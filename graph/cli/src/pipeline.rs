@@ -40,7 +40,7 @@ impl<'a> PipelineFile<'a> {
         let sets = assignments(&options.sets, "--set")?;
         let (graph, mut warnings) = self.0.check(options.tier.as_deref(), &sets)?;
         let declared: Vec<String> = self.0.facts().into_iter().map(|(name, _)| name).collect();
-        check_facts(&graph, &declared, options, &mut warnings)?;
+        check_facts(&graph, &declared, &options.facts, &mut warnings)?;
         Ok((graph, warnings))
     }
 
@@ -75,14 +75,14 @@ pub(crate) fn split(text: &str, flag: &str) -> Result<(String, String), Failure>
 
 /// Refuses facts that the pipeline does not know or takes for another kind of value: they are typing errors. Warns of
 /// facts that it declares and nothing reads.
-fn check_facts(
+pub(crate) fn check_facts(
     graph: &Graph,
     declared: &[String],
-    options: &PipelineOptions,
+    given: &[String],
     warnings: &mut Diagnostics,
 ) -> Result<(), Failure> {
     let read = graph.facts();
-    for fact in &options.facts {
+    for fact in given {
         let (name, value) = split(fact, "--fact")?;
         let is_number = value.parse::<f64>().is_ok();
         match read.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind) {

@@ -1,6 +1,7 @@
 //! `afterimage stress`: every pipeline and every kind with extreme inputs.
 
-use afterimage_graph::diagnostic::did_you_mean;
+use afterimage_graph::check::Graph;
+use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::stress::{self, StressOptions, Subject};
 use afterimage_media::write_atomic;
@@ -11,7 +12,7 @@ use crate::args::stress::StressArgs;
 use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, read_document, text};
-use crate::pipeline::{assignments, facts};
+use crate::pipeline::{assignments, check_facts, facts};
 use crate::progress::Bar;
 use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
@@ -94,9 +95,24 @@ fn subjects(
     }
     subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
     let base = assignments(&args.options.sets, "--set")?;
+    check_fact_names(args, registry, &subjects)?;
     let facts = facts(&args.options)?;
     subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
     Ok((subjects, skipped))
+}
+
+/// A fact that none of the subjects knows is a typing error.
+fn check_fact_names(args: &StressArgs, registry: &Registry, subjects: &[Subject]) -> Result<(), Failure> {
+    let graphs: Vec<Graph> = subjects.iter().filter_map(|subject| subject.graph(registry, &Vec::new()).ok()).collect();
+    for fact in &args.options.facts {
+        let given = std::slice::from_ref(fact);
+        let mut checks = graphs.iter().map(|graph| check_facts(graph, &[], given, &mut Diagnostics::default()));
+        let first = checks.next().unwrap_or(Ok(()));
+        if first.is_err() && !checks.any(|check| check.is_ok()) {
+            return first;
+        }
+    }
+    Ok(())
 }
 
 fn one_kind(registry: &Registry, name: &str) -> Result<(Vec<Subject>, Vec<String>), Failure> {

@@ -21,6 +21,12 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
+    /// The system has no thread with the stack that shaders need.
+    #[error("the system has no thread to compile shaders on: {why}")]
+    NoThreads {
+        /// The system's reason.
+        why: String,
+    },
     /// The device has too little memory.
     #[error("out of graphics memory while making {what}")]
     OutOfMemory {

@@ -178,7 +178,7 @@ impl Pipelines {
                     refused.lock().expect(UNBROKEN).get_or_insert(error);
                 }
             }
-        });
+        })?;
         let refused = work.1.lock().expect(UNBROKEN).take();
         refused.map_or(Ok(()), Err)
     }

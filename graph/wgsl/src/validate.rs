@@ -1,10 +1,12 @@
 //! Validation by naga and the lints, with errors at the author's line.
 
+use std::io;
+
 use naga::valid::ModuleInfo;
 
 use crate::barriers::check_barriers;
 use crate::error::ShaderError;
-use crate::limits::{check_cost, check_memory};
+use crate::limits::{STACK_BYTES, check_cost, check_memory};
 use crate::link::SourceMap;
 use crate::lints;
 use crate::naga_error::{self, error_at, first_byte, parse};
@@ -14,7 +16,7 @@ use crate::naga_error::{self, error_at, first_byte, parse};
 /// # Errors
 /// What naga or the lints refuse, at the author's line.
 pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
-    on_large_stack(|| validate_here(source, map))
+    on_stack(STACK_BYTES, || validate_here(source, map)).unwrap_or_else(|why| Err(no_thread(map, &why)))
 }
 
 /// The same for a module of untrusted files, whose values, variables and functions have limits; those of the library do
@@ -24,7 +26,7 @@ pub(crate) fn validate_untrusted(
     map: &SourceMap,
     is_of_library: &(dyn Fn(Option<&String>) -> bool + Sync),
 ) -> Result<naga::Module, ShaderError> {
-    on_large_stack(|| {
+    let validated = on_stack(STACK_BYTES, || {
         let module = parse(source, map)?;
         match check_memory(&module, is_of_library) {
             Some((span, why)) => Err(error_at(map, first_byte(span), why)),
@@ -36,23 +38,27 @@ pub(crate) fn validate_untrusted(
                 }
             }
         }
-    })
+    });
+    validated.unwrap_or_else(|why| Err(no_thread(map, &why)))
+}
+
+fn no_thread(map: &SourceMap, why: &io::Error) -> ShaderError {
+    error_at(map, None, format!("the system has no thread to read this on: {why}"))
 }
 
 /// The web has no threads. What may be nested there is limited as everywhere.
 #[cfg(target_family = "wasm")]
-fn on_large_stack<T>(work: impl FnOnce() -> T) -> T {
-    work()
+fn on_stack<T>(_: usize, work: impl FnOnce() -> T) -> io::Result<T> {
+    Ok(work())
 }
 
 /// naga's parser recurses, more deeply than the stack of every thread allows.
 #[cfg(not(target_family = "wasm"))]
-fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    let builder = std::thread::Builder::new().stack_size(crate::limits::STACK_BYTES);
+fn on_stack<T: Send>(bytes: usize, work: impl FnOnce() -> T + Send) -> io::Result<T> {
+    let builder = std::thread::Builder::new().stack_size(bytes);
     std::thread::scope(|scope| {
-        let thread = builder.spawn_scoped(scope, work);
-        let thread = thread.unwrap_or_else(|error| panic!("the system has no more threads: {error}"));
-        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        let thread = builder.spawn_scoped(scope, work)?;
+        Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
@@ -70,4 +76,14 @@ fn checked(module: naga::Module, source: &str, map: &SourceMap) -> Result<(naga:
         .validate(&module)
         .map_err(|error| naga_error::validation_error(source, map, &module, &error))?;
     Ok((module, info))
+}
+
+#[cfg(all(test, not(target_family = "wasm")))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stack_that_the_system_does_not_have_is_an_error() {
+        assert!(on_stack(usize::MAX / 4, || ()).is_err());
+    }
 }

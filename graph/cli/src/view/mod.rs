@@ -3,19 +3,28 @@
 mod open;
 mod project;
 
+use std::path::Path;
+
+use afterimage_graph::check::Loader;
+use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_pipelines::PIPELINES;
+use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
 
+use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
 use crate::failure::Failure;
+use crate::files::{Files, read_document, registry};
+use crate::pipeline::PipelineFile;
+use crate::run_files::RunFiles;
 use open::Opener;
 
 /// The pipeline that is shown if none is named.
 const FIRST: &str = "tsushima";
 
 pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    check_fact_names(args, tables)?;
     let opener = Opener::new(args, tables);
     let images = args.input.clone().map(|file| opener.clone().images(file));
     let size = Size::new(args.size.0, args.size.1);
@@ -33,6 +42,31 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         facts: crate::pipeline::fact_list(&args.facts)?,
     };
     Ok(desktop.run()?)
+}
+
+/// A fact that the pipeline does not know is a typing error. A pipeline with errors is shown with them.
+fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    if args.facts.is_empty() {
+        return Ok(());
+    }
+    let run = RunFiles::default();
+    let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
+    let built_in = path.to_string_lossy().trim_end_matches(".ron").to_owned();
+    let text = PIPELINES.iter().find(|(name, _)| *name == built_in && !path.is_file());
+    let document = match text {
+        Some((name, text)) => parse(&format!("{name}.ron"), text).ok(),
+        None => read_document(path).ok(),
+    };
+    let Some(document) = document else { return Ok(()) };
+    let registry = registry(tables, &args.kinds, &run)?;
+    let files = Files::of(path, &args.kinds, &run);
+    let loader: &dyn Loader = if text.is_some() { &BuiltIn } else { &files };
+    let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
+    let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };
+    match PipelineFile::new(&document, &registry, loader).check(&options) {
+        Ok(_) | Err(Failure::Pipeline(_)) => Ok(()),
+        Err(failure) => Err(failure),
+    }
 }
 
 /// The named file, a built-in pipeline of that name, or the first one.

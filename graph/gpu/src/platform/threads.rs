@@ -15,22 +15,31 @@ use afterimage_wgsl::limits;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The threads of plans that the caller waits for.
-static LOADING: LazyLock<ThreadPool> = LazyLock::new(|| pool("load", ALL_CORES));
+static LOADING: LazyLock<Pool> = LazyLock::new(|| pool("load", ALL_CORES, limits::STACK_BYTES));
 /// The threads of plans that are prepared while another one renders. They are others, so that a plan that is loaded
 /// does not wait for one that is prepared.
-static PREPARING: LazyLock<ThreadPool> = LazyLock::new(|| pool("prepare", ALL_CORES));
+static PREPARING: LazyLock<Pool> = LazyLock::new(|| pool("prepare", ALL_CORES, limits::STACK_BYTES));
 /// The thread of plans that the caller waits for, if the host has a pool: its tasks help. The caller may have a small
 /// stack.
-static LOADING_WITH_HOST: LazyLock<ThreadPool> = LazyLock::new(|| pool("load", 1));
+static LOADING_WITH_HOST: LazyLock<Pool> = LazyLock::new(|| pool("load", 1, limits::STACK_BYTES));
 
 /// As many threads as there are cores.
 const ALL_CORES: usize = 0;
 
-/// Threads on which wgpu parses shaders: its parser recurses.
-fn pool(name: &'static str, threads: usize) -> ThreadPool {
-    let builder = ThreadPoolBuilder::new().num_threads(threads).stack_size(limits::STACK_BYTES);
-    let pool = builder.thread_name(move |index| format!("afterimage-{name}-{index}")).build();
-    pool.unwrap_or_else(|error| panic!("the system has no more threads: {error}"))
+/// Threads, or why there are none.
+type Pool = Result<ThreadPool, GpuError>;
+
+/// Threads on which wgpu parses shaders: its parser recurses. One does all the work where there is no memory for more.
+fn pool(name: &'static str, threads: usize, stack_bytes: usize) -> Pool {
+    let pool = |threads: usize| {
+        let builder = ThreadPoolBuilder::new().num_threads(threads).stack_size(stack_bytes);
+        builder.thread_name(move |index| format!("afterimage-{name}-{index}")).build()
+    };
+    pool(threads).or_else(|_| pool(1)).map_err(|error| GpuError::NoThreads { why: error.to_string() })
+}
+
+fn threads(pool: &'static Pool) -> Result<&'static ThreadPool, GpuError> {
+    pool.as_ref().map_err(Clone::clone)
 }
 
 thread_local! {
@@ -40,29 +49,42 @@ thread_local! {
 
 /// Runs the same work on several threads, and waits for all of them. Panics propagate to the caller. If the host has a
 /// pool, one thread is ours and the others are the pool's; a task of the pool runs the work alone.
-pub(crate) fn on_threads(pool: Option<&TaskPool>, threads: usize, work: impl Fn() + Send + Sync + 'static) {
-    if threads == 0 {
-        return;
+///
+/// # Errors
+/// The system has no threads.
+pub(crate) fn on_threads(
+    pool: Option<&TaskPool>,
+    count: usize,
+    work: impl Fn() + Send + Sync + 'static,
+) -> Result<(), GpuError> {
+    if count == 0 {
+        return Ok(());
     }
     if OF_HOST.get() {
-        return work();
+        work();
+        return Ok(());
     }
     if let Some(pool) = pool {
-        return on_threads_of_host(pool, threads, Arc::new(work));
+        return on_threads_of_host(pool, count, Arc::new(work));
     }
     // Work that is part of a preparation stays on the threads of preparations.
-    let pool = if PREPARING.current_thread_index().is_some() { &PREPARING } else { &LOADING };
-    pool.scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| work())));
+    let is_preparation = rayon::current_thread_index().is_some()
+        && threads(&PREPARING).is_ok_and(|preparing| preparing.current_thread_index().is_some());
+    let pool = threads(if is_preparation { &PREPARING } else { &LOADING })?;
+    pool.scope(|scope| (0..count).for_each(|_| scope.spawn(|_| work())));
+    Ok(())
 }
 
-fn on_threads_of_host(pool: &TaskPool, threads: usize, work: Arc<dyn Fn() + Send + Sync>) {
+fn on_threads_of_host(pool: &TaskPool, count: usize, work: Arc<dyn Fn() + Send + Sync>) -> Result<(), GpuError> {
+    let own = threads(&LOADING_WITH_HOST)?;
     let helpers = Arc::new(Helpers::default());
-    for _ in 1..threads {
+    for _ in 1..count {
         let (helpers, work) = (helpers.clone(), work.clone());
         pool(Box::new(move || helpers.run(&*work)));
     }
-    LOADING_WITH_HOST.install(|| helpers.run(&*work));
+    own.install(|| helpers.run(&*work));
     helpers.finish();
+    Ok(())
 }
 
 /// Threads that do the same work until it is over.
@@ -129,7 +151,8 @@ impl<T: Send + 'static> Worker<T> {
         let promise = Promise(outcome.clone());
         let task = move || promise.keep(catch_unwind(AssertUnwindSafe(work)));
         match pool {
-            None => PREPARING.spawn(task),
+            // Without threads the task is dropped, and says so.
+            None => drop(threads(&PREPARING).map(|preparing| preparing.spawn(task))),
             Some(spawn) => spawn(Box::new(move || {
                 OF_HOST.set(true);
                 task();
@@ -146,7 +169,7 @@ impl<T: Send + 'static> Worker<T> {
     /// Waits for the result. Panics propagate to the caller.
     ///
     /// # Errors
-    /// The host's pool has dropped the work.
+    /// The host's pool has dropped the work, or the system has no threads.
     pub(crate) fn join(self) -> Result<T, GpuError> {
         let empty = self.0.result.lock().expect(UNBROKEN);
         let mut result = self.0.done.wait_while(empty, |result| result.is_none()).expect(UNBROKEN);
@@ -189,13 +212,20 @@ mod tests {
             on_threads(None, 3, move || {
                 seen.lock().expect(UNBROKEN).insert(current().id());
                 runs.fetch_add(1, Ordering::Relaxed);
-            });
+            })
+            .expect("there are threads");
         }
         assert_eq!(runs.load(Ordering::Relaxed), 300);
-        assert!(seen.lock().expect(UNBROKEN).len() <= LOADING.current_num_threads());
+        assert!(seen.lock().expect(UNBROKEN).len() <= threads(&LOADING).expect("there are some").current_num_threads());
         let prepared: HashSet<ThreadId> =
             (0..100).map(|_| Worker::new(None, || current().id()).join().expect("it is ours")).collect();
-        assert!(prepared.len() <= PREPARING.current_num_threads());
+        assert!(prepared.len() <= threads(&PREPARING).expect("there are some").current_num_threads());
+    }
+
+    #[test]
+    fn a_system_without_memory_for_threads_is_an_error() {
+        let error = pool("test", 2, usize::MAX / 4).expect_err("no system has so much");
+        assert!(error.to_string().starts_with("the system has no thread to compile shaders on: "), "{error}");
     }
 
     #[test]
@@ -208,14 +238,17 @@ mod tests {
             let here: Arc<Mutex<Vec<bool>>> = Arc::default();
             let pushed = here.clone();
             on_threads(None, 1, move || {
-                pushed.lock().expect(UNBROKEN).push(PREPARING.current_thread_index().is_some());
-            });
+                let preparing = threads(&PREPARING).expect("it works on one");
+                pushed.lock().expect(UNBROKEN).push(preparing.current_thread_index().is_some());
+            })
+            .expect("there are threads");
             begin.send(here.lock().expect(UNBROKEN).clone()).expect("the test waits");
             drop(waits.lock());
             7
         });
         assert_eq!(begun.recv().expect("the work begins"), [true]);
-        on_threads(None, 2, || assert!(LOADING.current_thread_index().is_some()));
+        on_threads(None, 2, || assert!(threads(&LOADING).is_ok_and(|pool| pool.current_thread_index().is_some())))
+            .expect("there are threads");
         assert!(!worker.is_finished());
         drop(held);
         assert_eq!(worker.join().expect("it is ours"), 7);
@@ -226,7 +259,7 @@ mod tests {
         let worker = Worker::new(None, || -> u32 { panic!("of the work") });
         let panic = catch_unwind(AssertUnwindSafe(|| worker.join())).expect_err("the work panics");
         assert_eq!(panic.downcast_ref::<&str>(), Some(&"of the work"));
-        catch_unwind(|| on_threads(None, 2, || panic!("of all"))).expect_err("the work panics");
+        drop(catch_unwind(|| on_threads(None, 2, || panic!("of all"))).expect_err("the work panics"));
         assert_eq!(Worker::new(None, || 3).join().expect("it is ours"), 3, "the threads continue");
     }
 
@@ -240,7 +273,7 @@ mod tests {
         let work = || {
             let here: Arc<Mutex<Vec<ThreadId>>> = Arc::default();
             let pushed = here.clone();
-            on_threads(None, 3, move || pushed.lock().expect(UNBROKEN).push(current().id()));
+            on_threads(None, 3, move || pushed.lock().expect(UNBROKEN).push(current().id())).expect("it is here");
             here.lock().expect(UNBROKEN).clone()
         };
         let worker = Worker::new(Some(&pool), work);
@@ -267,14 +300,14 @@ mod tests {
             let names = names.clone();
             move || names.lock().expect(UNBROKEN).push(current().name().map(str::to_owned))
         };
-        on_threads(Some(&pool), 3, work.clone());
+        on_threads(Some(&pool), 3, work.clone()).expect("there are threads");
         assert_eq!(*names.lock().expect(UNBROKEN), [Some("afterimage-load-0".to_owned())]);
         let tasks = std::mem::take(&mut *late.lock().expect(UNBROKEN));
         assert_eq!(tasks.len(), 2, "the host is asked for the other threads");
         tasks.into_iter().for_each(|task| task());
         assert_eq!(names.lock().expect(UNBROKEN).len(), 1, "the work is over");
         let at_once: TaskPool = Arc::new(|task| task());
-        on_threads(Some(&at_once), 3, work);
+        on_threads(Some(&at_once), 3, work).expect("there are threads");
         assert_eq!(names.lock().expect(UNBROKEN).len(), 4);
         catch_unwind(AssertUnwindSafe(|| on_threads(Some(&at_once), 2, || panic!("of all")))).expect_err("it panics");
     }

@@ -22,8 +22,12 @@ impl<T> Worker<T> {
 }
 
 /// Does the work on the one thread that there is.
-pub(crate) fn on_threads(_pool: Option<&TaskPool>, _threads: usize, work: impl Fn()) {
+///
+/// # Errors
+/// None.
+pub(crate) fn on_threads(_pool: Option<&TaskPool>, _count: usize, work: impl Fn()) -> Result<(), GpuError> {
     work();
+    Ok(())
 }
 
 /// Calls `make`. WebGPU reports errors later, so they go to the error handler of the device.
