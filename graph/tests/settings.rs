@@ -164,3 +164,58 @@ impl Node for Chosen {
 
     fn record(&self, _: &mut Recorder<'_>) {}
 }
+
+fn checked(text: &str) -> Graph {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).unwrap();
+    check(&parse("test.ron", text).unwrap(), &registry, &CheckOptions::default()).unwrap().0
+}
+
+#[test]
+fn a_node_that_is_switched_off_is_another_structure_and_another_value_is_none() {
+    let text = |set: &str| {
+        format!(
+            r#"Pipeline(
+                inputs: {{ "in": Color }},
+                nodes: {{ "gain": Exposure(source: "in", stops: 1.0) }},
+                set: {{ {set} }},
+                outputs: {{ "out": "gain" }},
+            )"#
+        )
+    };
+    let [plain, louder, off] = ["", r#""gain.stops": 2.0"#, r#""gain": Off"#].map(|set| checked(&text(set)));
+    assert!(plain.has_structure_of(&louder));
+    assert!(!plain.has_structure_of(&off) && !off.has_structure_of(&plain));
+}
+
+#[test]
+fn an_input_tells_whether_its_alpha_is_needed_and_an_output_its_color_state() {
+    let text = |options: &str| {
+        format!(
+            r#"Pipeline(
+                inputs: {{ "in": Color{options} }},
+                nodes: {{ "gain": Exposure(source: "in") }},
+                outputs: {{ "out": "gain" }},
+            )"#
+        )
+    };
+    assert!(checked(&text("(needs_alpha: true)")).inputs[0].needs_alpha);
+    assert!(!checked(&text("")).inputs[0].needs_alpha);
+    assert_eq!(checked(&text("")).outputs[0].state, ColorState::Exposed);
+}
+
+#[test]
+fn only_a_finite_number_in_quotes_is_told_to_lose_them() {
+    let told = |value: &str| {
+        let text = format!(
+            r#"Pipeline(
+                inputs: {{ "in": Color }},
+                nodes: {{ "gain": Exposure(source: "in", stops: {value}) }},
+                outputs: {{ "out": "gain" }},
+            )"#
+        );
+        let registry = Registry::new(&[afterimage_nodes::ALL]).unwrap();
+        check(&parse("test.ron", &text).unwrap(), &registry, &CheckOptions::default()).unwrap_err().to_string()
+    };
+    assert!(told(r#""1.5""#).contains("without quotes"));
+    assert!(!told(r#""1e999""#).contains("without quotes") && !told(r#""inf""#).contains("without quotes"));
+}

@@ -14,6 +14,28 @@ fn encoded(picture: &Picture, options: &ExrOptions) -> Vec<u8> {
     encode_exr(picture, options).unwrap()
 }
 
+/// The bytes of an attribute of the header.
+fn attribute<'f>(file: &'f [u8], name: &str, ty: &str) -> &'f [u8] {
+    let start = format!("{name}\0{ty}\0");
+    let at = file.windows(start.len()).position(|bytes| bytes == start.as_bytes()).expect("the header has it");
+    let (length, value) = file[at + start.len()..].split_at(4);
+    &value[..u32::from_le_bytes(length.try_into().expect("four bytes")) as usize]
+}
+
+/// The codes of OpenEXR.
+#[test]
+fn the_header_names_the_compression_and_the_window() {
+    let picture = Picture::new(3, 2, Pixels::Float(vec![0.5; 24]));
+    for (compression, code) in ALL.into_iter().zip([0, 1, 3, 2, 4]) {
+        let file = encoded(&picture, &ExrOptions { compression, ..ExrOptions::default() });
+        assert_eq!(attribute(&file, "compression", "compression"), [code], "{compression:?}");
+        for window in ["dataWindow", "displayWindow"] {
+            let sides = [0_i32, 0, 2, 1].map(i32::to_le_bytes);
+            assert_eq!(attribute(&file, window, "box2i"), sides.as_flattened(), "{window}");
+        }
+    }
+}
+
 fn bits(pixels: &Pixels) -> Vec<u32> {
     match pixels {
         Pixels::Half(values) => values.iter().map(|v| v.to_bits().into()).collect(),

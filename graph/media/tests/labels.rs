@@ -79,6 +79,8 @@ fn gamma_and_chromaticities_are_in_hundred_thousandths() {
     assert_eq!(words(&chunk(&file, "gAMA").unwrap()), [41667]);
     let white_first = [31270, 32900, 68000, 32000, 26500, 69000, 15000, 6000];
     assert_eq!(words(&chunk(&file, "cHRM").unwrap()), white_first);
+    let linear = self::file(color(Chromaticities::REC709, Transfer::Linear), &[0.5; 4]);
+    assert_eq!(words(&chunk(&linear, "gAMA").unwrap()), [100_000]);
     let srgb = encode_png((1, 1), EncodedPixels::Byte(&[1, 2, 3, 255]), &PngOptions::default()).unwrap();
     assert_eq!(chunk(&srgb, "sRGB"), Some(vec![0]));
     assert_eq!(words(&chunk(&srgb, "gAMA").unwrap()), [45455]);

@@ -177,3 +177,19 @@ fn other_kinds_of_png_are_read() {
     );
     assert!((folder.read(&linear).unwrap().pixel(0, 0)[0] - 0.2).abs() < 1e-4);
 }
+
+#[test]
+fn chromaticities_that_describe_no_color_space_are_refused() {
+    let folder = Folder::new("png-chromaticities");
+    let collinear = ::png::SourceChromaticities::new((0.31, 0.33), (0.3, 0.3), (0.3, 0.3), (0.15, 0.06));
+    let file = written(
+        |e| {
+            e.set_color(ColorType::Grayscale);
+            e.set_source_gamma(ScaledFloat::new(0.45455));
+            e.set_source_chromaticities(collinear);
+        },
+        &[255, 0],
+    );
+    let error = folder.read(&file).unwrap_err().to_string();
+    assert!(error.contains("its `cHRM` chunk describes no color space"), "{error}");
+}

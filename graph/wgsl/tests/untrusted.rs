@@ -262,3 +262,10 @@ fn an_error_is_shown_in_the_file_that_it_is_in() {
         assert_eq!(diagnostics.iter().map(|one| one.labels.len()).sum::<usize>(), usize::from(is_shown), "{text}");
     }
 }
+
+#[test]
+fn one_declaration_more_than_the_limit_is_refused() {
+    let constants: String = (0..=limits::DECLARATIONS.most).map(|at| format!("const c{at} = 1.0;\n")).collect();
+    let error = refused(&format!("{constants}fn untrusted(source: vec4f) -> vec4f {{ return source; }}"));
+    assert!(error.message.starts_with("too many declarations"), "{error}");
+}

@@ -139,7 +139,14 @@ fn hash3(seed: [u32; 3]) -> [u32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::dithered;
+    use super::{dithered, hash3};
+
+    /// The numbers of PCG3D by another program.
+    #[test]
+    fn the_vectors_of_the_hash() {
+        assert_eq!(hash3([0, 0, 0]), [0x9baf_d7c6, 0xa8e8_8a6b, 0x3f15_482c]);
+        assert_eq!(hash3([1, 2, 3]), [0xfa9f_79a6, 0x48f2_f44c, 0x596f_5ab1]);
+    }
 
     #[test]
     fn the_vectors_of_the_dither() {

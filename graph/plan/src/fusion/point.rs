@@ -49,12 +49,11 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
     // An image may have thousands of readers, and this is asked whenever one of them changes.
     let readers: Vec<usize> = graph.readers(Resource::Image(result)).take(MAX_COPIES + 1).collect();
     let can_absorb = |reader: &usize| {
-        let Some((reader, reader_result)) = graph.function_pass(*reader) else { return false };
+        let Some((reader, _)) = graph.function_pass(*reader) else { return false };
         let reads_only_own_pixel =
             reader.args().all(|arg| arg == Arg::Pixel(result) || arg.read() != Some(Resource::Image(result)));
-        let same_size = recording.image(reader_result).desc.size == image.desc.size;
+        // A pixel is of an image of the result's size: others are refused when they are recorded.
         reads_only_own_pixel
-            && same_size
             && is_within_limits(pass, reader)
             && fit_one_module([pass, reader].into_iter(), recording, caps)
     };

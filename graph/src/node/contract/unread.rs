@@ -6,7 +6,7 @@ use super::recorded::{Around, Recorded, Tables, Use, extremes, record, records, 
 use super::violations::Violations;
 use crate::node::{Fallback, InputValue, NodeInstance, NodeKind, Pass, Resource};
 use afterimage_base::image::Size;
-use afterimage_base::value::Value;
+use afterimage_base::value::{Type, Value};
 
 /// What recordings have used of what a kind declares.
 pub(super) struct Uses<'k> {
@@ -118,7 +118,11 @@ fn is_used_without_another(kind: &NodeKind, input: usize, violations: &mut Viola
 
 /// Whether the extremes of a parameter differ where another parameter is at an extreme, or with other inputs.
 fn acts_with_others(kind: &NodeKind, param: usize, violations: &mut Violations) -> bool {
-    for variant in variants(kind) {
+    let is_switch = |param: usize| matches!(kind.params()[param].ty, Type::Bool | Type::Choice(_));
+    let mut contexts = variants(kind);
+    // What a parameter depends on is a switch, more often than not.
+    contexts.sort_by_key(|variant| variant.param.is_some_and(|param| !is_switch(param)));
+    for variant in contexts {
         for around in [Around::Everything, Around::Required, Around::SmallOthers, Around::WideColors] {
             let mut first: Option<Recorded> = None;
             for value in extremes(&kind.params()[param]) {
