@@ -10,6 +10,7 @@ mod histories;
 mod host;
 mod lost;
 mod memory;
+mod random;
 mod reload;
 mod stale_memory;
 
