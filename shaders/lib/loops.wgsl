@@ -11,3 +11,8 @@ fn is_last_step() -> bool {
     steps_left -= 1;
     return steps_left < 0;
 }
+
+// Whether a loop ended because it had too many steps.
+fn were_steps_cut() -> bool {
+    return steps_left < 0;
+}

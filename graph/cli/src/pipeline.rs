@@ -144,6 +144,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         batches_first: options.fewest_batches,
         bounds_checks: options.bounds_checks,
         bake: options.bake,
+        probes: false,
     }
 }
 

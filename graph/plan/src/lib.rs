@@ -44,6 +44,7 @@ mod placed;
 mod plan;
 mod plan_cache;
 mod planner;
+mod probes;
 mod record;
 mod report;
 mod request;
@@ -66,6 +67,7 @@ pub use plan::{
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};
+pub use probes::Probe;
 pub use report::{PlanDiff, PlanHash, diff};
 pub use request::{GivenImage, HostInputs, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

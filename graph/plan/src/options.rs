@@ -23,6 +23,10 @@ pub struct Options {
     /// Replaces `bake` of all nodes but those that have `Off`. Exact plans have no tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
+    /// Whether each function that is not trusted runs once more, to count where it makes numbers that are not finite or
+    /// has loops that are ended: see [`Plan::probes`](crate::Plan::probes).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub probes: bool,
 }
 
 impl Default for Options {
@@ -36,6 +40,7 @@ impl Default for Options {
             batches_first: false,
             bounds_checks: false,
             bake: None,
+            probes: false,
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::limits::MAX_COMPUTED_BYTES;
 use crate::memory::memory;
 use crate::options::Alias;
 use crate::plan::{Memory, Plan};
+use crate::probes::probes;
 use crate::record::record;
 use crate::request::PlanRequest;
 use crate::sanitize::sanitize;
@@ -59,6 +60,9 @@ fn plan_with_tables_up_to(
     let dynamic_nodes = std::mem::take(&mut builder.dynamic);
     let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
+    if request.options.probes {
+        probes(&mut builder);
+    }
     sanitize(&mut builder);
     bake(&mut builder, graph, request);
     fusion(&mut builder, request);

@@ -21,6 +21,7 @@ mod plan_cache;
 mod planned;
 mod prices;
 mod printing;
+mod probes;
 mod properties;
 mod rectangles;
 mod shown;

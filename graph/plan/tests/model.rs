@@ -27,6 +27,7 @@ pub const PLAIN: Options = Options {
     batches_first: false,
     bounds_checks: false,
     bake: None,
+    probes: false,
 };
 
 /// Every way in which a plan differs from it.

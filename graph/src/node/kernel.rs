@@ -81,6 +81,9 @@ pub struct Argument {
 pub enum Arg {
     /// The value of an earlier kernel of the same pass, by its place in the pass.
     Kernel(usize),
+    /// Of an earlier kernel of the same pass, by its place in the pass: 1 if its value is not finite, and 1 if a loop
+    /// was ended in it.
+    Faults(usize),
     /// This pixel of an image of the result's size.
     Pixel(ImageId),
     /// An image, read anywhere.
@@ -222,6 +225,7 @@ impl KernelCall {
                 value if old == Some(value) => new,
                 Arg::Kernel(kernel) => Arg::Kernel(earlier + kernel),
                 Arg::PointOf(kernel) => Arg::PointOf(earlier + kernel),
+                Arg::Faults(kernel) => Arg::Faults(earlier + kernel),
                 value => value,
             };
         }

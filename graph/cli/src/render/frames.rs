@@ -80,7 +80,7 @@ impl Frames<'_> {
         self.times.render += start.elapsed();
         self.report(index, repaired)?;
         if index == 0 {
-            self.after_first(&images)?;
+            self.after_first(size, &images)?;
         }
         Ok(rendered)
     }
@@ -104,7 +104,12 @@ impl Frames<'_> {
         Ok(())
     }
 
-    fn after_first(&mut self, images: &[InputImage]) -> Result<(), Failure> {
+    fn after_first(&mut self, size: Size, images: &[InputImage]) -> Result<(), Failure> {
+        match self.session.session.kernel_faults(size, images) {
+            Ok(faults) => faults.iter().for_each(|faults| note(&format!("warning: {faults}"))),
+            // A device without memory for both plans renders, and nothing is counted.
+            Err(error) => note(&format!("note: the kinds of `--nodes` are not searched for NaN: {error}")),
+        }
         if self.request.args.timings {
             self.times.passes = time_passes(&mut self.session.session, images)?;
         }

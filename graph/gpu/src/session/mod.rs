@@ -1,6 +1,7 @@
 //! A pipeline on a device of our own, for the program, for measurements and for tests: [`Session`] adds the [`Gpu`],
 //! uploads and read-back to [`Post`].
 
+mod faults;
 mod frame;
 mod passes;
 
@@ -13,6 +14,7 @@ use afterimage_graph::node::BlockData;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
+pub use faults::KernelFaults;
 pub use frame::{FrameStep, InputImage};
 
 use crate::clock::{Clock, FrameTime, Recording};

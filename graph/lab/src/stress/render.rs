@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_gpu::{ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, Session, Texels, input_image};
+use afterimage_gpu::{
+    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Session, Texels, input_image,
+};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};
@@ -125,9 +127,43 @@ impl Renderer {
         rendered
     }
 
+    /// What functions of kinds in folders do wrong in each of these frames. Frames that fail have nothing.
+    pub(crate) fn kernel_faults(
+        &mut self,
+        configuration: &mut Configuration,
+        request: RenderRequest<'_>,
+    ) -> Vec<KernelFaults> {
+        let RenderRequest { subject, graph, size, .. } = request;
+        let mut found = Vec::new();
+        let Ok(plan) = configuration.plan(subject, graph, size) else { return found };
+        let Ok(frames) = self.frames(configuration, &plan, request) else { return found };
+        for (images, _) in frames {
+            let session = configuration.session(subject, graph);
+            let faults = catch_panic(|| session.kernel_faults(size, &images));
+            faults.into_iter().flatten().flatten().for_each(|faults| faults.add_to(&mut found));
+        }
+        found
+    }
+
     fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {
-        let RenderRequest { subject, graph, size, shots, together } = request;
+        let RenderRequest { subject, graph, size, together, .. } = request;
         let plan = configuration.plan(subject, graph, size)?;
+        let frames = self.frames(configuration, &plan, request)?;
+        let session = configuration.session(subject, graph);
+        session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
+        let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
+        let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
+        Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
+    }
+
+    /// The images of the frames.
+    fn frames(
+        &mut self,
+        configuration: &Configuration,
+        plan: &Plan,
+        request: RenderRequest<'_>,
+    ) -> Result<Vec<FrameInputs>, String> {
+        let RenderRequest { size, shots, .. } = request;
         let mut frames: Vec<FrameInputs> = Vec::new();
         for shot in shots {
             let mut images = Vec::new();
@@ -144,11 +180,7 @@ impl Renderer {
             }
             frames.push((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }));
         }
-        let session = configuration.session(subject, graph);
-        session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
-        let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
-        let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
-        Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
+        Ok(frames)
     }
 
     /// The image of a shot. Each sample of a multisampled one, and each slice of a volume, shows another part of a

@@ -29,6 +29,8 @@ pub struct Tally {
     /// How often each promise was tested. Finite values and their range are tested in every case.
     pub verdicts: BTreeMap<&'static str, usize>,
     pub failures: Vec<Failed>,
+    /// What functions of kinds in folders do wrong at the defaults, with all images together: a sentence for each.
+    pub kernel_faults: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -43,7 +45,14 @@ pub struct Failed {
 
 impl Tally {
     pub(crate) fn new(subject: &Subject) -> Self {
-        Self { title: subject.title.clone(), cases: 0, refused: 0, verdicts: BTreeMap::new(), failures: Vec::new() }
+        Self {
+            title: subject.title.clone(),
+            cases: 0,
+            refused: 0,
+            verdicts: BTreeMap::new(),
+            failures: Vec::new(),
+            kernel_faults: Vec::new(),
+        }
     }
 
     /// Counts a test of a promise.
@@ -85,6 +94,11 @@ impl StressReport {
     pub fn to_text(&self, most: usize) -> String {
         let mut text = self.table().to_string();
         text.push('\n');
+        for (tally, sentence) in
+            self.tallies.iter().flat_map(|tally| tally.kernel_faults.iter().map(move |f| (tally, f)))
+        {
+            let _ = writeln!(text, "{}: {sentence}", tally.title);
+        }
         for tally in self.tallies.iter().filter(|tally| !tally.failures.is_empty()) {
             let _ = writeln!(text, "\n{}", tally.title);
             for failed in tally.failures.iter().take(most) {

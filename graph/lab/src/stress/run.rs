@@ -118,6 +118,7 @@ impl CaseRunner<'_> {
             changes.truncate(1);
         }
         self.sweep(&mut configuration, &changes);
+        self.kernel_faults(&mut configuration, graph, &changes[0]);
         if self.subject.signed {
             return;
         }
@@ -127,6 +128,16 @@ impl CaseRunner<'_> {
         variants::compare(self, &changes);
         time::sequences(self, graph);
         motion::moving_lines(self, graph);
+    }
+
+    /// Counts what functions of kinds in folders do wrong at the defaults.
+    fn kernel_faults(&mut self, configuration: &mut Configuration, graph: &Graph, default: &Change) {
+        let images = self.options.images(default, self.is_heavy, self.subject.signed);
+        let shots: Vec<Shot> = images.into_iter().map(Shot::still).collect();
+        let size = self.options.swept();
+        let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: false };
+        let faults = self.renderer.kernel_faults(configuration, request);
+        self.tally.kernel_faults = faults.iter().map(ToString::to_string).collect();
     }
 
     fn sweep(&mut self, configuration: &mut Configuration, changes: &[Change]) {

@@ -105,16 +105,17 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         format!("{name}(at{place}{pixels})")
     }
 
-    /// A function `name` from a place to the value of the only kernel, in a workgroup. Beyond the border, pixels are
+    /// A function `name` from a place to the value of the last kernel, in a workgroup. Beyond the border, pixels are
     /// read at the nearest place inside: `nearest` is its text.
     pub(super) fn workgroup_function(&mut self, name: &str, nearest: &str) -> String {
         self.point = "here";
-        self.call(0);
+        let last = self.code.pass.kernels.len() - 1;
+        (0..=last).for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
         format!(
             "fn {name}(here: Point, invocation: Invocation) -> vec4f {{
     let at = {nearest};
-{body}    return kernel0;
+{body}    return kernel{last};
 }}
 "
         )
@@ -224,6 +225,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let name = &arg.name;
         match arg.value {
             Arg::Kernel(earlier) => format!("kernel{earlier}"),
+            Arg::Faults(earlier) => self.faults(earlier),
             Arg::Point => self.point.into(),
             Arg::PointOf(earlier) => format!("place{earlier}"),
             Arg::Params => format!("{}.kernel{index}", self.params()),
@@ -261,6 +263,13 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             self.host_pixels.len() - 1
         });
         format!("host{index}")
+    }
+
+    /// By bit tests: a compiler may assume that NaN and infinity do not occur.
+    fn faults(&self, kernel: usize) -> String {
+        let cut = self.linker.after_call().unwrap_or_else(|| "false".into());
+        let exponent = "vec4u(0x7f800000u)";
+        format!("vec2f(f32(any((bitcast<vec4u>(kernel{kernel}) & {exponent}) == {exponent})), f32({cut}))")
     }
 
     fn texture(&mut self, image: ImageId, ty: &str) -> String {

@@ -41,6 +41,7 @@ fn argument(arg: Arg, names: &Names) -> String {
     let buffer = |buffer| names.of(Resource::Buffer(buffer));
     match arg {
         Arg::Kernel(kernel) => format!("kernel {kernel}"),
+        Arg::Faults(kernel) => format!("faults of kernel {kernel}"),
         Arg::Square => "texels of the source".into(),
         Arg::Pixel(image) => format!("pixel of {}", names.image(image)),
         Arg::Texture(image) => format!("texture {}", names.image(image)),

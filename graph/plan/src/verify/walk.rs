@@ -105,7 +105,7 @@ fn accesses(pass: &Pass) -> Vec<Access> {
             Arg::Buffer(buffer, writes) => note(Resource::Buffer(buffer), true, writes),
             Arg::Kernel(_) | Arg::Square | Arg::Zero(_) => {}
             Arg::Sampler | Arg::Point | Arg::PointOf(_) | Arg::Frame => {}
-            Arg::Invocation | Arg::Block(_) | Arg::Params => {}
+            Arg::Faults(_) | Arg::Invocation | Arg::Block(_) | Arg::Params => {}
         }
     }
     pass.results.iter().for_each(|result| note(Resource::Image(result.image), false, true));

@@ -160,6 +160,12 @@ impl<'a> Linker<'a> {
         self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.most))
     }
 
+    /// Whether a loop was ended in the kernel function that was called last, as an expression. `None` if no file has
+    /// loops whose steps are counted.
+    pub fn after_call(&self) -> Option<String> {
+        self.counter.map(|counter| format!("{}()", self.name(counter, loops::CUT)))
+    }
+
     /// Gives a variable another binding.
     pub fn bind(&mut self, instance: Instance, variable: &str, group: u32, binding: u32) {
         edit::bind(&mut self.parts[instance.index()], variable, group, binding);

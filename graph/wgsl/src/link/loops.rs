@@ -10,6 +10,9 @@ pub(super) const STEP: &str = "is_last_step";
 /// The function that begins to count.
 pub(super) const BEGIN: &str = "begin_steps";
 
+/// The function that states whether a loop had to end.
+pub(super) const CUT: &str = "were_steps_cut";
+
 /// Whether any untrusted file has a loop.
 pub(super) fn any(parts: &[Part<'_>]) -> bool {
     parts.iter().any(|part| part.file.is_untrusted() && keywords(part).next().is_some())
