@@ -12,6 +12,9 @@
 //! The crate builds for Vulkan, Metal, Direct3D 12 and the web. Images share placed memory only on Vulkan. On the web,
 //! where nothing may wait, a device comes from [`Gpu::open_async`], and there is no session, clock or read-back.
 
+// Whether types that hold a device are `Sync` goes through more than 128 types of wgpu.
+#![recursion_limit = "256"]
+
 #[macro_use]
 mod trace;
 

@@ -28,8 +28,8 @@ pub struct Promises {
     pub settles: bool,
     /// The result is an exposure in stops that falls as the frames get brighter.
     pub is_exposure: bool,
-    /// Red, green and blue of a pixel follow from those of the same pixel of the input alone, and alpha stays. `bake` can
-    /// put a table in the place of such a node.
+    /// Red, green and blue of a pixel follow from those of the same pixel of the input alone, and alpha stays. A table
+    /// can take the place of such a node.
     pub of_color: bool,
 }
 

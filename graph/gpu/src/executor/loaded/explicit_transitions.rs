@@ -79,8 +79,8 @@ fn explicit_transitions(
     transitions
 }
 
-/// The images that begin to be read in the batch, and their use before. Tables are none of them: most frames do not fill
-/// them, and then no barrier waits.
+/// The images that begin to be read in the batch, and their use before. Tables are none of them: most frames do not
+/// fill them, and then no barrier waits.
 fn images_to_read(plan: &Plan, batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
     let read = batch.transitions.iter().filter(|transition| transition.to == Use::Read);
     let images = read.filter_map(|transition| Some((transition.resource.image()?, transition.from)));
