@@ -40,16 +40,16 @@ pub enum PlanError {
          of that size, or take a texture in the shader `{shader}` and read it with `tap`"
     )]
     MisfitPixel {
-        node: String,
+        node: Box<str>,
         /// The argument of the function.
-        argument: String,
+        argument: Box<str>,
         /// The image, as `node.port`.
-        image: String,
+        image: Box<str>,
         size: Size,
         /// The size of the result.
         result: Size,
         /// The file of the function.
-        shader: String,
+        shader: Box<str>,
     },
     /// An image is larger than the device allows.
     #[error("image `{label}` is {size}, but this device allows at most {limit} texels a side")]

@@ -369,12 +369,12 @@ fn check_pixels(recording: &Recording) -> Result<(), PlanError> {
     let Some(misfit) = misfits.next() else { return Ok(()) };
     let image = recording.image(misfit.image);
     Err(PlanError::MisfitPixel {
-        node: misfit.kernel.node.clone(),
-        argument: misfit.argument.to_owned(),
-        image: image.label.clone(),
+        node: misfit.kernel.node.as_str().into(),
+        argument: misfit.argument.into(),
+        image: image.label.as_str().into(),
         size: image.desc.size,
         result: recording.image(misfit.result).desc.size,
-        shader: misfit.kernel.shader.file().to_owned(),
+        shader: misfit.kernel.shader.file().into(),
     })
 }
 

@@ -28,6 +28,7 @@ mod shown;
 mod skipped;
 mod stability;
 mod stages;
+#[expect(dead_code, reason = "tests with a GPU need more of it")]
 #[path = "../../../tests/support/sweep.rs"]
 mod sweep;
 mod switches;
