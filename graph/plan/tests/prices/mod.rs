@@ -43,10 +43,12 @@ impl Prices {
             requirement: &Requirement::typical,
         };
         let plan = plan(graph, &request).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let operations: f64 = (0..plan.passes.len()).map(|pass| operations_of(&plan, pass)).sum();
+        // Tables are not filled in every frame.
+        let passes = (0..plan.passes.len()).filter(|pass| !plan.fills_table(*pass));
+        let operations: f64 = passes.clone().map(|pass| operations_of(&plan, pass)).sum();
         let figures = [
             plan.bytes_moved() as f64 / 1e6,
-            plan.passes.len() as f64,
+            passes.count() as f64,
             plan.batches.len() as f64,
             operations / FRAME.texels() as f64,
             plan.memory.placed as f64 / (1 << 20) as f64,
