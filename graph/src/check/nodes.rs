@@ -131,8 +131,9 @@ impl GraphBuilder<'_> {
         let is_meant = |name: &str, port: &str| {
             name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
         };
-        for port in draft.kind.inputs() {
-            if !port.optional && !fields.iter().any(|(name, _)| is_meant(&name.value, &port.name)) {
+        for (port, text) in draft.kind.inputs().iter().zip(&draft.wire_texts) {
+            let is_wired = text.is_some() || fields.iter().any(|(name, _)| is_meant(&name.value, &port.name));
+            if !port.optional && !is_wired {
                 let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
                 let location = &draft.kind_location;
                 let needs = format!("{} needs it", quote(draft.kind.name()));
