@@ -81,7 +81,8 @@ fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
 
 // Whether a pixel beside or above shows that this one is no firefly, which decides nearly all pixels.
 fn extract_is_plain(color: vec4f, beside: vec4f, above: vec4f, at: Point) -> bool {
-    let near = max(select(0.0, brightest(beside.rgb), at.size.x > 1.0), select(0.0, brightest(above.rgb), at.size.y > 1.0));
+    let across = select(0.0, brightest(beside.rgb), at.size.x > 1.0);
+    let near = max(across, select(0.0, brightest(above.rgb), at.size.y > 1.0));
     return brightest(color.rgb) <= EXTRACT_CONTRAST * near;
 }
 

@@ -162,8 +162,8 @@ fn texel3(t: texture_3d<f32>, p: vec3i) -> vec4f {
     return sanitize_texel3(t, inside, TEXEL_SANITIZE);
 }
 
-// A texel of a volume of the host. What is not finite is repaired by its neighbors in its slice, as in an image: a march
-// from the camera carries a NaN into all slices behind it.
+// A texel of a volume of the host. What is not finite is repaired by its neighbors in its slice, as in an image: a
+// march from the camera carries a NaN into all slices behind it.
 fn sanitize_texel3(t: texture_3d<f32>, p: vec3i, mode: u32) -> vec4f {
     let v = textureLoad(t, p, 0);
     let bits = bitcast<vec4u>(v);

@@ -36,8 +36,8 @@ pub enum PlanError {
     Shaders(Vec<NodeShaderError>),
     /// A function takes a pixel of an image that has another size than its result.
     #[error(
-        "node `{node}` takes `{argument}` as a pixel, but `{image}` is {size} and the result {result}: give it an image \
-         of that size, or take a texture in the shader `{shader}` and read it with `tap`"
+        "node `{node}` takes `{argument}` as a pixel, but `{image}` is {size} and the result {result}: give it an \
+         image of that size, or take a texture in the shader `{shader}` and read it with `tap`"
     )]
     MisfitPixel {
         node: Box<str>,

@@ -1,5 +1,6 @@
-//! Probes: functions that are not trusted run once more, into images that state where they make numbers that are not
-//! finite, and where their loops are ended. What such functions make for other passes is limited, so nobody else sees it.
+//! Probes: functions that are not trusted run once more, into images that state where they make numbers that are
+//! not finite, and where their loops are ended. What such functions make for other passes is limited, so nobody else
+//! sees it.
 
 use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness};
 use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Origin, Pass, PassResult, Recording, VirtualImage};

@@ -315,7 +315,7 @@ fn a_dropped_pipeline_is_opened_and_a_file_that_is_none_changes_nothing() {
 #[test]
 fn narrow_windows_show_the_picture_in_their_whole_width_and_the_parameters_below_it() {
     // The parts of the windows that the picture must cover, in percent.
-    for (size, least) in [([390, 844], 24), ([768, 1024], 38), ([844, 390], 25)] {
+    for (size, least) in [([390, 844], 20), ([768, 1024], 38), ([844, 390], 25)] {
         let mut window = Window::of_size(model("lynx"), size);
         for _ in 0..4 {
             window.frame(Vec::new());

@@ -280,9 +280,10 @@ impl Walk<'_> {
         depth: usize,
         values: &mut Vec<Option<Known>>,
     ) {
-        let is_variable = |pointer: Handle<Expression>| match &body.function.expressions[pointer] {
-            Expression::LocalVariable(other) => *other == variable,
-            _ => false,
+    let is_variable = |pointer: &Handle<Expression>| match function.expressions[*pointer] {
+        Expression::LocalVariable(other) => other == variable,
+        _ => false,
+    };
         };
         for statement in block.iter() {
             match statement {
@@ -378,7 +379,12 @@ fn chosen(v: vec4f, params: Look) -> vec4f {
     turned.x = params.knee;
     return turned;
 }
-fn copied(v: vec4f, params: Look) -> vec4f { let all = params; var look = params; look.knee = 0.0; return v * look.spare; }
+fn copied(v: vec4f, params: Look) -> vec4f {
+    let all = params;
+    var look = params;
+    look.knee = 0.0;
+    return v * look.spare;
+}
 ";
 
     /// The members that a function reads.

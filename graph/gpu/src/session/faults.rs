@@ -60,8 +60,8 @@ impl std::fmt::Display for KernelFaults {
 }
 
 impl Session {
-    /// What functions of kinds in folders do wrong in a frame that starts histories; nothing if there are none. The frame
-    /// is rendered once more, by a plan in which each such function runs twice; this session does not change.
+    /// What functions of kinds in folders do wrong in a frame that starts histories; nothing if there are none. The
+    /// frame is rendered once more, by a plan in which each such function runs twice; this session does not change.
     ///
     /// # Errors
     /// As [`render`](Session::render).

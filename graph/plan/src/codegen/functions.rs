@@ -32,8 +32,8 @@ pub(super) fn compose_functions(code: &PassCode<'_>) -> Result<Composed, ShaderE
     writer.finish(&(function + &entry_points), [WIDTH, HEIGHT, 1], &["compute", "vertex", "fragment"])
 }
 
-/// Texels of a result of that size that a workgroup makes, across and down. `sanitizes` states whether the pass sanitizes
-/// the textures that it reads around a pixel.
+/// Texels of a result of that size that a workgroup makes, across and down. `sanitizes` states whether the pass
+/// sanitizes the textures that it reads around a pixel.
 pub(crate) fn functions_cover(pass: &Pass, size: Size, sanitizes: bool) -> [u32; 2] {
     [WIDTH, HEIGHT * rows_of(pass, size, sanitizes)]
 }

@@ -1,5 +1,5 @@
-//! What the built-in pipelines cost, counted in their plans and in the code of their passes. `AFTERIMAGE_BLESS=1` writes
-//! `golden/prices.txt` again, so that a commit shows the price of what it changes.
+//! What the built-in pipelines cost, counted in their plans and in the code of their passes. `AFTERIMAGE_BLESS=1`
+//! writes `golden/prices.txt` again, so that a commit shows the price of what it changes.
 
 mod operations;
 

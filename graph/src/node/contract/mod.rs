@@ -16,6 +16,7 @@ mod parts;
 mod recorded;
 mod unread;
 mod violations;
+mod ways;
 
 use std::collections::BTreeSet;
 
@@ -59,7 +60,7 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
             violations.add("another kind has the same name");
         }
         declared::look(kind, &mut violations);
-        recorded::look(kind, &mut violations, &mut |_| {});
+        ways::look(kind, &mut violations, &mut |_| {});
         recorded::live(kind, &mut violations);
     }
     violations.finish()
@@ -68,5 +69,5 @@ pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
 /// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's
 /// extremes, with and without its optional inputs.
 pub fn for_each_recording(kind: &NodeKind, seen: &mut dyn FnMut(&Recording)) {
-    recorded::look(kind, &mut Violations::default(), seen);
+    ways::look(kind, &mut Violations::default(), seen);
 }

@@ -1,4 +1,4 @@
-//! What a kind records, and whether the passes are fit for a device.
+//! One recording of a kind, and whether the passes are fit for a device.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,7 +7,6 @@ use std::sync::Arc;
 use super::limits;
 use super::names::{pascal, snake, stem};
 use super::parts;
-use super::unread::Uses;
 use super::violations::Violations;
 use crate::node::{
     Arg, BlockId, BufferLife, ImageColor, Input, InputValue, InputValues, KernelCall, NodeColors, NodeInstance,
@@ -68,50 +67,6 @@ pub(super) struct Variant {
     pub(super) values: Vec<Value>,
 }
 
-/// An image as tests have it, a single pixel, and the largest images that every device has.
-const SIZES: [(u32, u32); 4] = [(64, 36), (1, 1), (7680, 4320), (8192, 8192)];
-
-pub(super) fn look(kind: &NodeKind, violations: &mut Violations, seen: &mut dyn FnMut(&Recording)) {
-    let mut uses = Uses::new(kind);
-    for variant in variants(kind) {
-        let node = NodeInstance::new(kind.clone(), variant.values);
-        let is_default = variant.param.is_none();
-        // The defaults are used in every way; each extreme with everything wired, which is where it can do most.
-        let ways: &[(bool, bool)] =
-            if is_default { &[(true, false), (false, false), (true, true)] } else { &[(true, false)] };
-        for (is_fully_wired, is_exact) in ways.iter().copied() {
-            let mut computed = BTreeMap::new();
-            for size in SIZES.map(|(width, height)| Size::new(width, height)) {
-                let around = if is_fully_wired { Around::Everything } else { Around::Required };
-                let way = Use { node: &node, dynamic: &[], size, around, is_exact, is_default };
-                let recorded = records(&way).then(|| one(&way, &mut computed, violations, seen)).flatten();
-                match recorded {
-                    Some(recorded) => uses.add(size, variant.param, recorded),
-                    None => uses.add_unrecorded(variant.param),
-                }
-            }
-        }
-    }
-    match uses.is_recorded() {
-        // What is recorded wrongly would look like something that nothing reads.
-        true if violations.of_kind() == 0 => uses.finish(violations),
-        true => {}
-        false => skipped(kind, violations),
-    }
-}
-
-/// No value that was tried lets the kind record.
-fn skipped(kind: &NodeKind, violations: &mut Violations) {
-    let why = match NodeInstance::new(kind.clone(), defaults(kind)).verify() {
-        Err(why) => format!("its defaults are refused ({why})"),
-        Ok(()) => "each output equals its fallback at the defaults".into(),
-    };
-    violations.skip(format!(
-        "no pass is checked, because {why}, and so it is at each parameter's extremes: give it defaults at which it \
-         runs, or test it in a pipeline"
-    ));
-}
-
 /// A parameter that needs no new plan changes uniforms only: the host may set it while a plan runs.
 pub(super) fn live(kind: &NodeKind, violations: &mut Violations) {
     let defaults = defaults(kind);
@@ -154,7 +109,7 @@ pub(super) fn records(way: &Use<'_>) -> bool {
 /// Tables that a recording has computed.
 pub(super) type Tables = BTreeMap<String, Arc<[u8]>>;
 
-fn one(
+pub(super) fn one(
     way: &Use<'_>,
     computed: &mut Tables,
     violations: &mut Violations,
@@ -198,7 +153,7 @@ impl Recorded {
     }
 }
 
-fn defaults(kind: &NodeKind) -> Vec<Value> {
+pub(super) fn defaults(kind: &NodeKind) -> Vec<Value> {
     kind.params().iter().map(|param| param.default.clone()).collect()
 }
 

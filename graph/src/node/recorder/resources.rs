@@ -16,7 +16,8 @@ impl Recorder<'_> {
     /// Whether the image stands for an input that is zero: it has one texel, whatever the size of the result is.
     pub(super) fn is_black(&self, image: ImageId) -> bool {
         let image = self.recording.image(image);
-        matches!(&image.origin, Origin::Constant(bytes) if image.desc.size.texels() == 1 && bytes.iter().all(|byte| *byte == 0))
+        let Origin::Constant(bytes) = &image.origin else { return false };
+        image.desc.size.texels() == 1 && bytes.iter().all(|byte| *byte == 0)
     }
 
     fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {

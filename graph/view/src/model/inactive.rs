@@ -8,7 +8,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::{Decisive, Inactive, InactiveParameters, NodeInUse, NodeInstance};
 use afterimage_graph::value::{Type, Value};
 
-use super::{Model, Target};
+use super::changes::{Changes, Target};
 
 /// What is known of the nodes whose parameters are shown.
 #[derive(Default)]
@@ -32,61 +32,56 @@ struct KnownNode {
 /// Values that a reason lists.
 const MAX_LISTED: usize = 4;
 
-impl Model {
-    /// Whether a parameter does nothing at the present values of its node. While a control is dragged, what was known
-    /// before holds.
-    pub fn is_inactive(&self, parameter: ParameterId) -> bool {
-        let mut cache = self.inactive.borrow_mut();
-        self.update_inactive(&mut cache, parameter.node);
-        cache.nodes.get(&parameter.node).is_some_and(|node| node.found[parameter.index].is_some())
+impl InactiveCache {
+    /// Whether a parameter does nothing.
+    pub(super) fn is_inactive(&self, parameter: ParameterId) -> bool {
+        self.nodes.get(&parameter.node).is_some_and(|node| node.found[parameter.index].is_some())
     }
 
     /// Why a parameter does nothing, as a sentence.
-    pub fn inactive_reason(&self, parameter: ParameterId) -> Option<String> {
-        let mut cache = self.inactive.borrow_mut();
-        self.update_inactive(&mut cache, parameter.node);
-        let InactiveCache { finder, nodes, .. } = &mut *cache;
-        let node = nodes.get_mut(&parameter.node)?;
+    pub(super) fn reason(&mut self, parameter: ParameterId) -> Option<String> {
+        let node = self.nodes.get_mut(&parameter.node)?;
         let why = node.found[parameter.index].as_ref()?;
         let in_use = NodeInUse { instance: &node.instance, wired: &node.wired, size: node.size };
         let reason = node.reasons.entry(parameter.index).or_insert_with(|| match why {
-            Inactive::NoEffect => no_effect(in_use, finder.decisive(in_use, parameter.index)),
+            Inactive::NoEffect => no_effect(in_use, self.finder.decisive(in_use, parameter.index)),
             Inactive::Refused(why) => format!("At present the node takes no other value: {why}."),
         });
         Some(reason.clone())
     }
 
-    fn update_inactive(&self, cache: &mut InactiveCache, node: usize) {
-        let Some(graph) = &self.graph else { return };
-        if !cache.graph.as_ref().is_some_and(|known| Arc::ptr_eq(known, graph)) {
-            cache.graph = Some(graph.clone());
-            cache.nodes.clear();
+    /// Looks at a node again if its values, the graph or the size are others. While a control is dragged, what was
+    /// known before holds.
+    pub(super) fn update(&mut self, graph: &Arc<Graph>, node: usize, changes: &Changes, size: Size) {
+        if !self.graph.as_ref().is_some_and(|known| Arc::ptr_eq(known, graph)) {
+            self.graph = Some(graph.clone());
+            self.nodes.clear();
         }
-        let known = cache.nodes.get(&node);
-        if known.is_some() && self.changes.is_held() {
+        let known = self.nodes.get(&node);
+        if known.is_some() && changes.is_held() {
             return;
         }
-        let (values, size) = (self.present_values(graph, node), self.images.size());
+        let values = present_values(graph, node, changes);
         if known.is_some_and(|known| known.instance.values() == values && known.size == size) {
             return;
         }
         let instance = NodeInstance::new(graph.nodes[node].kind().clone(), values);
         let wired: Vec<bool> = graph.nodes[node].wires.iter().map(Option::is_some).collect();
-        let found = cache.finder.of(NodeInUse { instance: &instance, wired: &wired, size });
-        cache.nodes.insert(node, KnownNode { instance, wired, size, found, reasons: BTreeMap::new() });
+        let found = self.finder.of(NodeInUse { instance: &instance, wired: &wired, size });
+        self.nodes.insert(node, KnownNode { instance, wired, size, found, reasons: BTreeMap::new() });
     }
+}
 
-    /// The values of a node's parameters with those that the user has changed.
-    fn present_values(&self, graph: &Graph, node: usize) -> Vec<Value> {
-        let mut values = graph.nodes[node].instance.values().to_vec();
-        for (index, value) in values.iter_mut().enumerate() {
-            let target = Target::Parameter(graph.parameter_name(ParameterId { node, index }));
-            if let Some(changed) = self.changes.get(&target) {
-                value.clone_from(changed);
-            }
+/// The values of a node's parameters with those that the user has changed.
+fn present_values(graph: &Graph, node: usize, changes: &Changes) -> Vec<Value> {
+    let mut values = graph.nodes[node].instance.values().to_vec();
+    for (index, value) in values.iter_mut().enumerate() {
+        let target = Target::Parameter(graph.parameter_name(ParameterId { node, index }));
+        if let Some(changed) = changes.get(&target) {
+            value.clone_from(changed);
         }
-        values
     }
+    values
 }
 
 /// The reason of a parameter without effect.

@@ -19,11 +19,11 @@ mod reading;
 mod savings;
 mod tap;
 
-use std::cell::RefCell;
+use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
 use afterimage_gpu::{Gpu, GpuError, Watch};
-use afterimage_graph::check::{Fact, Facts, Graph};
+use afterimage_graph::check::{Fact, Facts, Graph, ParameterId};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
 
@@ -124,6 +124,24 @@ impl Model {
     /// Why the newest text, or the last frame, cannot be shown.
     pub fn problem(&self) -> Option<&Problem> {
         self.problem.as_ref()
+    }
+
+    /// Whether a parameter does nothing at the present values of its node.
+    pub fn is_inactive(&self, parameter: ParameterId) -> bool {
+        self.updated_inactive(parameter.node).is_inactive(parameter)
+    }
+
+    /// Why a parameter does nothing, as a sentence.
+    pub fn inactive_reason(&self, parameter: ParameterId) -> Option<String> {
+        self.updated_inactive(parameter.node).reason(parameter)
+    }
+
+    fn updated_inactive(&self, node: usize) -> RefMut<'_, InactiveCache> {
+        let mut cache = self.inactive.borrow_mut();
+        if let Some(graph) = &self.graph {
+            cache.update(graph, node, &self.changes, self.images.size());
+        }
+        cache
     }
 
     /// The tiers of the pipeline.

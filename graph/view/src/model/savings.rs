@@ -28,7 +28,7 @@ pub struct SavingsTotal {
     pub sum: f64,
     /// Milliseconds of a frame with all nodes.
     pub frame: f64,
-    /// How far sum and frame may be from the truth together, with a confidence of 95 %.
+    /// How far sum and frame may be off together, with a confidence of 95 %.
     pub error: f64,
 }
 
@@ -43,8 +43,8 @@ impl SavingsTotal {
         if self.rest().abs() <= self.error {
             "The nodes add up to the frame: the rest is within the error of the measurement."
         } else if self.rest() > 0.0 {
-            "What several nodes share remains without any one of them: passes, images that are stored and read, and the \
-             outputs."
+            "What several nodes share remains without any one of them: passes, images that are stored and read, and \
+             the outputs."
         } else {
             "Without one node others cost less or do not run either, so that their time is counted for several nodes."
         }

@@ -173,14 +173,16 @@ fn savings(ui: &mut Ui, model: &mut Model) {
                     Ok(MedianEstimate { median, interval: [low, high] }) => (
                         format!("{median:+.3} ms"),
                         format!(
-                            "A frame without `{}` takes that much less: {low:.3} to {high:.3} ms with a confidence of 95 %",
+                            "A frame without `{}` takes that much less: {low:.3} to {high:.3} ms with a confidence \
+                             of 95 %",
                             saving.node
                         ),
                     ),
                     Err(why) => ("–".to_owned(), why.clone()),
                 };
                 ui.add_sized([70.0, 16.0], egui::Label::new(RichText::new(text).monospace())).on_hover_text(hint);
-                let error = saving.ms.as_ref().map_or(String::new(), |estimate| format!("±{:.3}", estimate.half_width()));
+                let width = saving.ms.as_ref().map(|estimate| estimate.half_width());
+                let error = width.map_or(String::new(), |width| format!("±{width:.3}"));
                 ui.add_sized([44.0, 16.0], egui::Label::new(RichText::new(error).monospace().color(DIM)));
                 ui.add(egui::Label::new(&saving.node).truncate());
             });
