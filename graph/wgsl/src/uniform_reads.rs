@@ -280,10 +280,9 @@ impl Walk<'_> {
         depth: usize,
         values: &mut Vec<Option<Known>>,
     ) {
-    let is_variable = |pointer: &Handle<Expression>| match function.expressions[*pointer] {
-        Expression::LocalVariable(other) => other == variable,
-        _ => false,
-    };
+        let is_variable = |pointer: Handle<Expression>| match &body.function.expressions[pointer] {
+            Expression::LocalVariable(other) => *other == variable,
+            _ => false,
         };
         for statement in block.iter() {
             match statement {
@@ -321,7 +320,10 @@ const MAX_DEPTH: usize = 64;
 
 /// Whether a statement, however deep, stores in a local variable or hands it to a function.
 fn stores_in(function: &Function, statement: &Statement, variable: Handle<LocalVariable>) -> bool {
-    let is_variable = |pointer: &Handle<Expression>| matches!(function.expressions[*pointer], Expression::LocalVariable(other) if other == variable);
+    let is_variable = |pointer: &Handle<Expression>| match function.expressions[*pointer] {
+        Expression::LocalVariable(other) => other == variable,
+        _ => false,
+    };
     let mut found = false;
     for block in blocks(statement) {
         statements(block, &mut |statement| match statement {
