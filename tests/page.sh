@@ -5,7 +5,9 @@
 #
 # Chromium's WGSL compiler must accept every module that the built-in kinds and pipelines become. The page must show
 # lynx.ron and tsushima.ron as the program renders them (dither off, one frame): 99.9 % of the pixels within 1 code, none
-# over 4. A broken text must show its errors.
+# over 4. A broken text must show its errors. Where the page cannot run, and where it does not find what the address names,
+# it must say so in sentences; the address must follow the page, and the page the address; and narrow windows must show the
+# picture.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -67,4 +69,16 @@ red=$(convert "$out/broken.png" -fuzz 12% -fill black +opaque '#f06a5c' -fill wh
     -format '%[fx:int(mean*w*h)]' info:)
 [ "$red" -gt 40 ] || fail "the errors are not shown ($red pixels)"
 browse shot "$site/#pipeline=tsushima&image=scene.exr&still" "$out/page.png" 40 || fail "the page has errors"
+
+echo "sentences and addresses"
+browse sentences "$site" || fail "the page does not say what is wrong"
+browse address "$site" || fail "the address and the page differ"
+
+for size in 390x844 768x1024 1400x900; do
+    echo "$size"
+    browse shot "$site/#pipeline=tsushima&image=scene.exr&still" "$out/$size.png" 40 "$size" || fail "the page has errors"
+    # The upper half, below the bar, has a picture with light and shadow.
+    spread=$(convert "$out/$size.png" -gravity North -crop 90%x25%+0+100 +repage -format '%[fx:int(255*standard_deviation)]' info:)
+    [ "$spread" -gt 20 ] || fail "no picture at $size (deviation $spread)"
+done
 echo "all is well: $out"

@@ -1,23 +1,63 @@
 // Drives the viewer's page in Chromium on SwiftShader, a WebGPU adapter that needs no graphics hardware.
-//   node page.mjs modules ADDRESS            compiles the WGSL of `modules.json` and prints what the browser refuses
-//   node page.mjs shot ADDRESS FILE.png [S]  waits S seconds for the page and stores a screenshot
+//   node page.mjs modules ADDRESS                  compiles the WGSL of `modules.json` and prints what the browser refuses
+//   node page.mjs shot ADDRESS FILE.png [S] [WxH]  waits S seconds for the page and stores a screenshot
+//   node page.mjs sentences SITE                   what the page says where it cannot run, and of what it does not find
+//   node page.mjs address SITE                     the address follows the page, and the page the address
 import { chromium } from "playwright-core";
 
-const [task, address, file, seconds = "30"] = process.argv.slice(2);
+const [task, address, file, seconds = "30", size = "1280x720"] = process.argv.slice(2);
 const flags = ["--headless=new", "--no-sandbox", "--enable-unsafe-webgpu", "--disable-gpu-watchdog", "--enable-features=Vulkan",
-  "--use-vulkan=swiftshader", "--use-webgpu-adapter=swiftshader", "--use-angle=swiftshader"];
+  "--use-vulkan=swiftshader", "--use-webgpu-adapter=swiftshader", "--use-angle=swiftshader",
+  "--host-resolver-rules=MAP insecure.test 127.0.0.1"];
 const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 const browser = await chromium.launch({ executablePath, args: flags, ignoreDefaultArgs: ["--disable-gpu"] });
-const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
+const [width, height] = size.split("x").map(Number);
 const faults = [];
-page.on("pageerror", error => faults.push(String(error)));
-page.on("console", message => {
-  const isIcon = message.text().includes("404");
-  if (["error", "warning"].includes(message.type()) && !isIcon) faults.push(message.text());
-});
-await page.goto(address);
+const pause = ms => new Promise(done => setTimeout(done, ms));
 
-if (task === "modules") {
+async function opened(address, prepare = async () => {}) {
+  const page = await browser.newPage({ viewport: { width, height } });
+  page.on("pageerror", error => faults.push(String(error)));
+  page.on("console", message => {
+    const isMissing = message.text().includes("404");
+    if (["error", "warning"].includes(message.type()) && !isMissing) faults.push(message.text());
+  });
+  await prepare(page);
+  await page.goto(address);
+  return page;
+}
+
+const text = (page, id) => page.evaluate(id => document.getElementById(id).textContent, id);
+
+// A page that compiles shaders on a processor answers late.
+const running = page =>
+  page.waitForFunction(() => document.getElementById("said").textContent === "", null, { timeout: 240000 });
+
+// Waits until the viewer has shown what was done last: with what follows in the same frame, it would be one step.
+const shown = page => page.evaluate(async () => {
+  for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
+});
+
+async function click(page, x, y) {
+  await page.mouse.move(x, y);
+  await shown(page);
+  await page.mouse.click(x, y);
+  await shown(page);
+}
+
+// Waits until `found` returns something that `wanted` accepts.
+async function expect(what, found, wanted) {
+  let last;
+  for (let tries = 0; tries < 240; tries++) {
+    last = await found();
+    if (wanted(last)) return;
+    await pause(500);
+  }
+  faults.push(`${what}: ${last}`);
+}
+
+async function modules() {
+  const page = await opened(address);
   const refused = await page.evaluate(async () => {
     const modules = await (await fetch("modules.json")).json();
     const device = await (await navigator.gpu.requestAdapter()).requestDevice();
@@ -35,12 +75,72 @@ if (task === "modules") {
   });
   console.log(`${refused.count} modules`);
   for (const [what, count] of Object.entries(refused.found)) faults.push(`${count} modules: ${what}`);
-} else {
-  // A page that compiles shaders on a processor answers late.
-  await page.waitForFunction(() => document.getElementById("said").textContent === "", null, { timeout: 240000 });
-  await new Promise(done => setTimeout(done, 1000 * Number(seconds)));
+}
+
+async function shot() {
+  const page = await opened(address);
+  await running(page);
+  await pause(1000 * Number(seconds));
   await page.screenshot({ path: file, timeout: 240000 });
 }
+
+async function sentences() {
+  const cases = [
+    ["insecure", address.replace("localhost", "insecure.test"), undefined, "without encryption"],
+    ["no WebGPU", address, page => page.addInitScript(() => delete Navigator.prototype.gpu), "needs WebGPU"],
+    ["no adapter", address, page => page.addInitScript(() => { GPU.prototype.requestAdapter = async () => null; }),
+      "finds no graphics adapter"],
+    ["no program", address, page => page.route("**/*.wasm.gz", route => route.fulfill({ status: 503 })), "status 503"],
+  ];
+  for (const [what, address, prepare, wanted] of cases) {
+    const page = await opened(address, prepare);
+    await expect(what, () => text(page, "said"), said => said.includes(wanted) && !said.includes("JsValue"));
+    await page.close();
+  }
+  faults.splice(0, faults.length, ...faults.filter(fault => !fault.includes("503")));
+  const page = await opened(`${address}/#pipeline=tsushma&still`);
+  await running(page);
+  await expect("a pipeline that is not there", () => text(page, "note"), note => note.includes("did you mean `tsushima`"));
+  await page.evaluate(() => { location.hash = "#image=nothing.exr&still"; });
+  await expect("an image that is not there", () => text(page, "note"), note => note.includes("no file `nothing.exr`"));
+}
+
+async function follows() {
+  const page = await opened(`${address}/#pipeline=lynx&image=scene.exr&still&theme=dark`);
+  await running(page);
+  await expect("the title", () => page.title(), title => title.startsWith("lynx.ron"));
+  const hash = () => page.evaluate(() => location.hash);
+  // T opens the text; its first line is typed into.
+  await click(page, 640, 300);
+  await page.keyboard.press("t");
+  await shown(page);
+  await click(page, 300, 560);
+  await page.keyboard.press("Control+Home");
+  await page.keyboard.type("// changed\n");
+  const isKept = hash => ["image=scene.exr", "still", "theme=dark"].every(part => hash.includes(part));
+  await expect("a text that is edited", hash, hash => hash.includes("text=//%20changed") && isKept(hash));
+  // A slider: the search leaves one row.
+  await click(page, 90, 42);
+  await page.keyboard.type("lit.strength");
+  await shown(page);
+  const before = await hash();
+  for (let y = 60; y < 130 && await hash() === before; y += 8) {
+    await page.mouse.move(150, y);
+    await shown(page);
+    await page.mouse.down();
+    await shown(page);
+    await page.mouse.move(200, y, { steps: 4 });
+    await shown(page);
+    await page.mouse.up();
+    await shown(page);
+  }
+  await expect("a slider that is moved", hash, hash => hash !== before && hash.includes("strength") && isKept(hash));
+  await page.evaluate(() => { location.hash = "#pipeline=caracal&image=scene.exr&still"; });
+  await expect("an address that is changed", () => page.title(), title => title.startsWith("caracal.ron"));
+  await expect("the changed address", hash, hash => hash === "#pipeline=caracal&image=scene.exr&still");
+}
+
+await { modules, shot, sentences, address: follows }[task]();
 await browser.close();
 for (const fault of faults) console.error(fault);
 process.exit(faults.length > 0 ? 1 : 0);

@@ -3,6 +3,8 @@
 //! [`Model`] is the state without a window: the pipeline, its images, the user's changes, and time.
 #![allow(missing_docs, reason = "no host uses this crate: the program and the page are its only users")]
 
+#[cfg(any(test, all(target_family = "wasm", feature = "page")))]
+mod address;
 #[cfg(not(target_family = "wasm"))]
 mod desktop;
 mod model;

@@ -1,70 +1,72 @@
-//! The address of the page, which carries what is shown.
+//! The address bar: reads it, follows the model with it, and notices when it changes.
 
-use crate::model::Model;
+use std::cell::Cell;
+use std::rc::Rc;
 
-/// What the part of the address after `#` states.
-#[derive(Default)]
-pub(super) struct Address {
-    pub(super) pipeline: Option<String>,
-    /// The text of a pipeline.
-    pub(super) text: Option<String>,
-    /// The size of the scene.
-    pub(super) size: Option<(u32, u32)>,
-    /// Where an image lies that is shown in the place of the scene.
-    pub(super) image: Option<String>,
-    /// Whether time stands, and nothing differs from frame to frame.
-    pub(super) is_still: bool,
-    /// Whether the picture is shown alone, each of its pixels on one of the screen.
-    pub(super) is_bare: bool,
-    /// The text that the address has.
-    known: Option<String>,
+use afterimage_graph::value::Value;
+use wasm_bindgen::JsCast as _;
+use wasm_bindgen::closure::Closure;
+
+use crate::address::Address;
+use crate::model::{Model, Target};
+
+/// The address as the browser has it.
+pub(super) fn read() -> Address {
+    let hash = web_sys::window().and_then(|window| window.location().hash().ok()).unwrap_or_default();
+    Address::parse(&hash)
 }
 
-impl Address {
-    pub(super) fn read() -> Self {
-        let hash = web_sys::window().and_then(|window| window.location().hash().ok()).unwrap_or_default();
-        let mut address = Self::default();
-        for part in hash.trim_start_matches('#').split('&') {
-            match part.split_once('=') {
-                Some(("pipeline", name)) => address.pipeline = Some(name.to_owned()),
-                Some(("text", text)) => address.text = decoded(text),
-                Some(("size", size)) => address.size = sides(size),
-                Some(("image", image)) => address.image = decoded(image),
-                _ => {
-                    address.is_still |= part == "still";
-                    address.is_bare |= part == "bare";
-                }
-            }
-        }
-        address
+/// Calls `wake` when the user changes the address, and notes it in the cell that is returned.
+pub(super) fn watch(wake: impl Fn() + 'static) -> Rc<Cell<bool>> {
+    let has_changed = Rc::new(Cell::new(false));
+    let noted = has_changed.clone();
+    let changed = Closure::<dyn Fn()>::new(move || {
+        noted.set(true);
+        wake();
+    });
+    if let Some(window) = web_sys::window() {
+        window.set_onhashchange(Some(changed.as_ref().unchecked_ref()));
     }
+    // The page has one, and for good.
+    changed.forget();
+    has_changed
+}
 
-    /// Writes the text into the address once it is another one than at first, so that the address can be passed on.
-    pub(super) fn follow(&mut self, model: &Model) {
-        let text = model.text().to_owned();
-        let Some(known) = &self.known else {
-            self.known = Some(text);
-            return;
-        };
-        if *known == text {
-            return;
+/// What the address last stated of the model.
+#[derive(PartialEq)]
+pub(super) struct Stated {
+    name: String,
+    text: String,
+    values: Vec<(Target, Value)>,
+    tier: Option<String>,
+}
+
+impl Stated {
+    pub(super) fn of(model: &Model) -> Self {
+        Self {
+            name: model.project().name(),
+            text: model.text().to_owned(),
+            values: model.changes().iter().map(|(target, value)| (target.clone(), value.clone())).collect(),
+            tier: model.tier().map(str::to_owned),
         }
-        let encoded = String::from(js_sys::encode_uri_component(&text));
-        let history = web_sys::window().and_then(|window| window.history().ok());
-        if let Some(history) = history {
-            // An address that is too long for the browser stays as it was.
-            let _ = history.replace_state_with_url(&wasm_bindgen::JsValue::NULL, "", Some(&format!("#text={encoded}")));
-        }
-        self.known = Some(text);
     }
 }
 
-fn decoded(text: &str) -> Option<String> {
-    js_sys::decode_uri_component(text).ok().map(String::from)
+/// Writes the pipeline with its changed values, and the tier, into an address and the address bar.
+pub(super) fn write(address: &mut Address, model: &Model) {
+    let text = model.text_with_changes();
+    let built_in = afterimage_pipelines::PIPELINES.iter().find(|(_, known)| *known == text);
+    address.show(built_in.map(|(name, _)| *name), &text);
+    address.set("tier", model.tier());
+    if let Some(history) = web_sys::window().and_then(|window| window.history().ok()) {
+        // An address that is too long for the browser stays as it was.
+        let _ = history.replace_state_with_url(&wasm_bindgen::JsValue::NULL, "", Some(&address.to_string()));
+    }
 }
 
-/// `WIDTHxHEIGHT`.
-fn sides(text: &str) -> Option<(u32, u32)> {
-    let (width, height) = text.split_once('x')?;
-    Some((width.parse().ok()?, height.parse().ok()?))
+/// Names the pipeline in the title of the page.
+pub(super) fn set_title(model: &Model) {
+    if let Some(document) = web_sys::window().and_then(|window| window.document()) {
+        document.set_title(&format!("{} – Afterimage", model.project().name()));
+    }
 }

@@ -8,14 +8,23 @@ use crate::Exported;
 /// The bytes at an address.
 ///
 /// # Errors
-/// Why there are none, for people.
+/// Why there are none, as a sentence without a full stop.
 pub(super) async fn fetched(address: &str) -> Result<Vec<u8>, String> {
-    let response = response(address).await.map_err(|error| format!("{address}: {error:?}"))?;
-    if !response.ok() {
-        return Err(format!("{address}: the server answers {}", response.status()));
+    let response = response(address).await.map_err(|_| unreachable(address))?;
+    match response.status() {
+        200..=299 => {}
+        404 => return Err(format!("there is no file `{address}` on the server")),
+        status => return Err(format!("the server does not give `{address}`: status {status}")),
     }
-    let bytes = bytes(&response).await.map_err(|error| format!("{address}: {error:?}"))?;
+    let bytes = bytes(&response).await.map_err(|_| unreachable(address))?;
     Ok(js_sys::Uint8Array::new(&bytes).to_vec())
+}
+
+/// Browsers do not tell a page why a request failed.
+fn unreachable(address: &str) -> String {
+    format!(
+        "`{address}` cannot be fetched: its server does not answer, or does not allow other sites to read it (CORS)"
+    )
 }
 
 async fn response(address: &str) -> Result<web_sys::Response, JsValue> {
@@ -38,4 +47,10 @@ pub(super) fn download(exported: &Exported) -> Result<(), JsValue> {
     link.set_download(&exported.name);
     link.click();
     web_sys::Url::revoke_object_url(&url)
+}
+
+/// An error of the browser as a text.
+pub(super) fn text_of(error: &JsValue) -> String {
+    let message = error.dyn_ref::<js_sys::Error>().map(|error| String::from(error.message()));
+    message.or(error.as_string()).unwrap_or_else(|| "the browser does not state why".to_owned())
 }

@@ -1,30 +1,35 @@
 //! The viewer as a page in a browser, on WebGPU.
 //!
-//! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text,
-//! `#size=640x360` the size of the scene, `#image=...` the address of an image that is shown in its place, `#bare`
-//! shows the picture alone, and `#still` stops time at the first frame, without dither, for comparisons.
+//! The address carries what is shown: `#pipeline=lynx` is a built-in pipeline, `#text=...` a whole text, `#tier=low` a
+//! tier of it, `#size=640x360` the size of the scene, `#image=...` the address of an image that is shown in its place,
+//! `#bare` shows the picture alone, and `#still` stops time at the first frame, without dither, for comparisons.
 
 mod address;
 mod files;
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use afterimage_gpu::{ErrorLog, Gpu, caps, wanted_features, wgpu};
+use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::Size;
 use afterimage_media::{Budget, codec};
+use afterimage_pipelines::PIPELINES;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use wasm_bindgen::JsCast as _;
 
+use crate::address::Address;
 use crate::model::{Files, Images, Model, Project, Scene, TextProject};
 use crate::{Problem, Rendered, Viewer};
-use address::Address;
+use address::Stated;
 
 /// The size of the scene.
 const SIZE: Size = Size { width: 960, height: 540, depth: 1 };
-/// The scene as an image, for adapters that run on the processor: their compilers fail at the shader of the scene. Made
-/// by `afterimage demo --size 320x180`.
-const SCENE: &[u8] = include_bytes!("../../web/scene.exr");
+/// The scene as an image, next to the page, for adapters that run on the processor: their compilers fail at the shader
+/// of the scene. Made by `afterimage demo`.
+const STILL: &str = "still.exr";
+/// The pipeline that is shown if none is named.
+const FIRST: &str = "tsushima";
 /// The most bytes that a dropped image may take.
 const BUDGET: u64 = 1 << 30;
 
@@ -39,27 +44,27 @@ pub fn start() {
     wasm_bindgen_futures::spawn_local(async move {
         let said = match run(canvas).await {
             Ok(()) => String::new(),
-            Err(error) => error,
+            Err(error) => format!("The viewer cannot start: {error}."),
         };
-        say(&said);
+        write("said", &said);
     });
 }
 
 async fn run(canvas: web_sys::HtmlCanvasElement) -> Result<(), String> {
-    let address = Address::read();
-    let image = match &address.image {
-        Some(image) => Some(files::fetched(image).await?),
+    let address = address::read();
+    let image = match address.get("image") {
+        Some(image) => Some((image.to_owned(), files::fetched(image).await)),
         None => None,
     };
     let options = eframe::WebOptions { wgpu_options: configuration(), ..Default::default() };
     let make = Box::new(|context: &eframe::CreationContext<'_>| Page::make(context, address, image));
-    eframe::WebRunner::new().start(canvas, options, make).await.map_err(|error| format!("{error:?}"))
+    eframe::WebRunner::new().start(canvas, options, make).await.map_err(|error| files::text_of(&error))
 }
 
-/// Writes a sentence into the page, or takes the one before away.
-fn say(text: &str) {
+/// Writes a text into an element of the page.
+fn write(element: &str, text: &str) {
     let document = web_sys::window().and_then(|window| window.document());
-    if let Some(element) = document.and_then(|document| document.get_element_by_id("said")) {
+    if let Some(element) = document.and_then(|document| document.get_element_by_id(element)) {
         element.set_text_content(Some(text));
     }
 }
@@ -79,51 +84,150 @@ fn configuration() -> WgpuConfiguration {
 
 struct Page {
     viewer: Viewer,
+    ctx: egui::Context,
     last: f64,
     address: Address,
+    /// Whether the user has changed the address.
+    has_new_address: Rc<Cell<bool>>,
+    /// What the address states of the model; `None` before the first frame with it.
+    stated: Option<Stated>,
     errors: ErrorLog,
-    /// Files that were dropped and have been read, by name.
-    arrived: Rc<RefCell<Vec<Dropped>>>,
+    /// Whether the still is on its way. Until it is here, no frame is rendered: it would be one of the scene.
+    awaits_still: bool,
+    /// Files that were dropped or fetched and have been read, by name.
+    arrived: Rc<RefCell<Vec<Arrived>>>,
 }
 
-/// A dropped file: its name and its bytes.
-type Dropped = (String, Result<Vec<u8>, String>);
+/// A file: its name and its bytes.
+type Arrived = (String, Result<Vec<u8>, String>);
 
 type Made = Result<Box<dyn eframe::App>, Box<dyn std::error::Error + Send + Sync>>;
 
 impl Page {
-    fn make(context: &eframe::CreationContext<'_>, address: Address, image: Option<Vec<u8>>) -> Made {
+    fn make(context: &eframe::CreationContext<'_>, address: Address, image: Option<Arrived>) -> Made {
         let state = context.wgpu_render_state.as_ref().ok_or("this browser has no WebGPU")?;
         let (adapter, device, queue) = (state.adapter.clone(), state.device.clone(), state.queue.clone());
         let caps = caps(&adapter, &device);
         let gpu = Gpu { adapter, device, queue, caps };
-        let (errors, is_processor) = (gpu.log_errors(), gpu.is_processor());
-        gpu.device.set_device_lost_callback(|_, _| say("The graphics device was lost. Reload the page to go on."));
+        let errors = gpu.log_errors();
+        let lost = "The graphics device was lost. Reload the page to go on.";
+        gpu.device.set_device_lost_callback(|_, _| write("said", lost));
         Viewer::style(&context.egui_ctx);
-        let size = address.size.map_or(SIZE, |(width, height)| Size::new(width, height));
-        let scene = Scene::new(&gpu, size).map_err(|problem| problem.to_string())?;
-        let mut model = Model::new(&gpu, project(&address), Images::Scene(Box::new(scene)));
-        model.clock().is_playing = !address.is_still;
-        if address.is_still {
-            still(&mut model);
+        let (project, message) = project(&address);
+        let scene = scene(&gpu, &address).map_err(|problem| problem.to_string())?;
+        let model = Model::new(&gpu, project, scene);
+        let ctx = context.egui_ctx.clone();
+        let wake = ctx.clone();
+        let mut page = Self {
+            viewer: Viewer::new(model, state.target_format),
+            ctx,
+            last: 0.0,
+            address,
+            has_new_address: address::watch(move || wake.request_repaint()),
+            stated: None,
+            errors,
+            awaits_still: false,
+            arrived: Rc::default(),
+        };
+        page.viewer.model.set_tier(page.address.get("tier").map(str::to_owned));
+        page.set_time();
+        page.set_panels();
+        match image {
+            Some(image) => page.arrived.borrow_mut().push(image),
+            None => page.show_still_on_a_processor(),
         }
-        let mut viewer = Viewer::new(model, state.target_format);
-        if address.is_bare {
-            (viewer.is_bare, viewer.picture.zoom) = (true, Some(1.0));
-        }
-        let mut page = Self { viewer, last: 0.0, address, errors, arrived: Rc::default() };
-        if image.is_none() && is_processor {
-            page.open("scene.exr", SCENE).map_err(|problem| problem.to_string())?;
-            page.viewer.tell(&context.egui_ctx, "WebGPU runs on the processor here: the scene is an image.");
-        }
-        if let Some(bytes) = image {
-            page.open("image", &bytes).map_err(|problem| problem.to_string())?;
+        if let Some(message) = message {
+            page.tell(&message);
         }
         Ok(Box::new(page))
     }
 
-    /// Opens what is dropped on the page: the browser reads it in the background.
-    fn open_dropped(&mut self, ui: &egui::Ui) {
+    /// Shows a message in the viewer, and writes it into the page for those who do not see it.
+    fn tell(&mut self, text: &str) {
+        self.viewer.tell(&self.ctx, text);
+        write("note", text);
+    }
+
+    /// An adapter that runs on the processor is too slow to render the moving scene.
+    fn show_still_on_a_processor(&mut self) {
+        if self.viewer.model.gpu().is_processor() {
+            self.awaits_still = true;
+            self.fetch(STILL);
+            self.tell("WebGPU runs on the processor here: a still image is shown in the place of the moving scene.");
+        }
+    }
+
+    /// What the address states about time. Adapters that run on the processor are too slow for it to run by itself.
+    fn set_time(&mut self) {
+        let is_still = self.address.has("still");
+        self.viewer.model.clock().is_playing = !is_still && !self.viewer.model.gpu().is_processor();
+        if is_still {
+            still(&mut self.viewer.model);
+        }
+    }
+
+    /// What the address states about panels.
+    fn set_panels(&mut self) {
+        self.viewer.is_bare = self.address.has("bare");
+        self.viewer.picture.zoom = self.viewer.is_bare.then_some(1.0);
+    }
+
+    /// Shows what a new address states.
+    fn follow_address(&mut self) {
+        let new = address::read();
+        if !self.has_new_address.take() || new == self.address {
+            return;
+        }
+        let old = std::mem::replace(&mut self.address, new);
+        let differs = |name: &str| old.get(name) != self.address.get(name) || old.has(name) != self.address.has(name);
+        let is_other_pipeline = differs("pipeline") || differs("text") || differs("tier");
+        let (is_other_image, is_other_size) = (differs("image"), differs("size"));
+        let (is_other_time, has_other_panels) = (differs("still"), differs("bare"));
+        let mut message = None;
+        if is_other_pipeline {
+            let (project, wrong) = project(&self.address);
+            message = wrong;
+            self.viewer.model.open(project);
+            self.viewer.model.set_tier(self.address.get("tier").map(str::to_owned));
+        }
+        match self.address.get("image").map(str::to_owned) {
+            Some(image) if is_other_image => self.fetch(&image),
+            None if is_other_image || is_other_size => self.show_scene(),
+            _ => {}
+        }
+        // The dithers of another pipeline are on.
+        if is_other_time || is_other_pipeline && self.address.has("still") {
+            self.set_time();
+        }
+        if has_other_panels {
+            self.set_panels();
+        }
+        if let Some(message) = message {
+            self.tell(&message);
+        }
+        self.stated = None;
+    }
+
+    fn show_scene(&mut self) {
+        match scene(self.viewer.model.gpu(), &self.address) {
+            Ok(scene) => self.viewer.model.set_images(scene),
+            Err(problem) => self.tell(&problem.to_string()),
+        }
+        self.show_still_on_a_processor();
+    }
+
+    /// Opens a file of the web once it has arrived.
+    fn fetch(&self, file: &str) {
+        let (arrived, ctx, file) = (self.arrived.clone(), self.ctx.clone(), file.to_owned());
+        wasm_bindgen_futures::spawn_local(async move {
+            let read = files::fetched(&file).await;
+            arrived.borrow_mut().push((file, read));
+            ctx.request_repaint();
+        });
+    }
+
+    /// Opens what is dropped on the page, which the browser reads in the background, and what was fetched.
+    fn open_arrived(&mut self, ui: &egui::Ui) {
         for file in ui.input(|input| input.raw.dropped_files.clone()) {
             let (arrived, ctx) = (self.arrived.clone(), ui.ctx().clone());
             wasm_bindgen_futures::spawn_local(async move {
@@ -135,9 +239,10 @@ impl Page {
         }
         let arrived = std::mem::take(&mut *self.arrived.borrow_mut());
         for (name, read) in arrived {
+            self.awaits_still = false;
             let opened = read.map_err(Problem::message).and_then(|bytes| self.open(&name, &bytes));
             if let Err(problem) = opened {
-                self.viewer.tell(ui.ctx(), problem.to_string());
+                self.tell(&format!("The image is not shown: {problem}."));
             }
         }
     }
@@ -149,21 +254,52 @@ impl Page {
         }
         let model = &mut self.viewer.model;
         let picture = codec::decode(std::io::Cursor::new(bytes), None, Budget(BUDGET))
-            .map_err(|error| Problem::message(error.to_string()))?;
+            .map_err(|error| Problem::message(format!("`{name}`: {error}")))?;
         let gpu = model.gpu().clone();
         let read = move |_| Ok(picture.clone());
         model.set_images(Images::Files(Box::new(Files::new(&gpu, 1, 24.0, Box::new(read))?)));
         Ok(())
     }
+
+    /// Writes what the user has changed into the address, once a control is let go.
+    fn state_in_address(&mut self) {
+        let model = &self.viewer.model;
+        if model.changes().is_held() {
+            return;
+        }
+        let stated = Stated::of(model);
+        if self.stated.as_ref() == Some(&stated) {
+            return;
+        }
+        if self.stated.is_some() {
+            address::write(&mut self.address, model);
+        }
+        address::set_title(model);
+        self.stated = Some(stated);
+    }
 }
 
-/// The pipeline that the address names.
-fn project(address: &Address) -> Box<dyn Project> {
-    if let Some(text) = &address.text {
-        return Box::new(TextProject::new("shared.ron", text));
+/// The pipeline that an address names, and what is wrong with the name.
+fn project(address: &Address) -> (Box<dyn Project>, Option<String>) {
+    if let Some(text) = address.get("text") {
+        return (Box::new(TextProject::new("shared.ron", text)), None);
     }
-    let named = TextProject::built_in(address.pipeline.as_deref().unwrap_or("tsushima"));
-    Box::new(named.or_else(|| TextProject::built_in("tsushima")).expect("it is built in"))
+    let named = address.get("pipeline").unwrap_or(FIRST);
+    if let Some(project) = TextProject::built_in(named.trim_end_matches(".ron")) {
+        return (Box::new(project), None);
+    }
+    let names: Vec<&str> = PIPELINES.iter().map(|(name, _)| *name).collect();
+    let hint = did_you_mean(named, names.iter().copied());
+    let hint = hint.unwrap_or_else(|| format!("there are {}.", names.join(", ")));
+    let message = format!("No built-in pipeline is called `{named}`; {hint} `{FIRST}` is shown.");
+    (Box::new(TextProject::built_in(FIRST).expect("it is built in")), Some(message))
+}
+
+/// The scene at the size that an address states.
+fn scene(gpu: &Gpu, address: &Address) -> Result<Images, Problem> {
+    let side = |length: u32| length.min(gpu.caps.max_side);
+    let size = address.size().map_or(SIZE, |(width, height)| Size::new(side(width), side(height)));
+    Ok(Images::Scene(Box::new(Scene::new(gpu, size)?)))
 }
 
 /// Switches off what differs from frame to frame.
@@ -174,11 +310,16 @@ fn still(model: &mut Model) {
     for node in dithers {
         model.set(&crate::Target::Node(node), Some(afterimage_graph::value::Value::Bool(false)));
     }
+    model.release();
 }
 
 impl eframe::App for Page {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        self.open_dropped(ui);
+        self.follow_address();
+        self.open_arrived(ui);
+        if self.awaits_still {
+            return;
+        }
         let now = ui.input(|input| input.time);
         let elapsed = now - std::mem::replace(&mut self.last, now);
         let gpu = self.viewer.model.gpu().clone();
@@ -193,11 +334,11 @@ impl eframe::App for Page {
         self.viewer.show(ui);
         self.viewer.after_submit(ui.ctx(), 0.0);
         if let Some(Err(error)) = self.viewer.take_export().map(|exported| files::download(&exported)) {
-            self.viewer.tell(ui.ctx(), format!("Nothing is exported: {error:?}"));
+            self.tell(&format!("Nothing is exported: {}.", files::text_of(&error)));
         }
         if let Some(error) = self.errors.take_first() {
-            self.viewer.tell(ui.ctx(), error);
+            self.tell(&error);
         }
-        self.address.follow(&self.viewer.model);
+        self.state_in_address();
     }
 }
