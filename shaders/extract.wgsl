@@ -79,6 +79,14 @@ fn extract_before(before: texture_2d<f32>, p: vec2i) -> f32 {
     return max(upper, lower);
 }
 
+// A pixel, one beside and one above or below it, and the pixel again.
+fn extract_texels(source: texture_2d<f32>, at: Point) -> array<vec4f, 4> {
+    let beside = vec2i(at.pixel.x + select(1, -1, at.pixel.x > 0), at.pixel.y);
+    let above = vec2i(at.pixel.x, at.pixel.y + select(1, -1, at.pixel.y > 0));
+    let last = vec2i(at.size) - 1;
+    return texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
+}
+
 // Whether a pixel beside or above shows that this one is no firefly, which decides nearly all pixels.
 fn extract_is_plain(color: vec4f, beside: vec4f, above: vec4f, at: Point) -> bool {
     let across = select(0.0, brightest(beside.rgb), at.size.x > 1.0);
@@ -94,10 +102,7 @@ fn extract_dimmed(color: vec4f, limit: f32, at: Point) -> vec4f {
 }
 
 fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
-    let beside = vec2i(at.pixel.x + select(1, -1, at.pixel.x > 0), at.pixel.y);
-    let above = vec2i(at.pixel.x, at.pixel.y + select(1, -1, at.pixel.y > 0));
-    let last = vec2i(at.size) - 1;
-    let texels = texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
+    let texels = extract_texels(source, at);
     let color = texels[0];
     if extract_is_plain(color, texels[1], texels[2], at) { return color; }
     return extract_dimmed(color, EXTRACT_CONTRAST * extract_around(source, at.pixel), at);
@@ -105,10 +110,7 @@ fn extract_limited(source: texture_2d<f32>, at: Point) -> vec4f {
 
 // The same with the peaks of the frame before.
 fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: Point) -> vec4f {
-    let beside = vec2i(at.pixel.x + select(1, -1, at.pixel.x > 0), at.pixel.y);
-    let above = vec2i(at.pixel.x, at.pixel.y + select(1, -1, at.pixel.y > 0));
-    let last = vec2i(at.size) - 1;
-    let texels = texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
+    let texels = extract_texels(source, at);
     let color = texels[0];
     if extract_is_plain(color, texels[1], texels[2], at) { return color; }
     let near = max(extract_around(source, at.pixel), extract_before(before, at.pixel));

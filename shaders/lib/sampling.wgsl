@@ -33,6 +33,19 @@ fn sanitize_finite(bits: vec4u) -> vec4f {
     return select(SANITIZE_NONE, limited, is_finite(bits));
 }
 
+// The larger finite number of a pair of opposite neighbors; SANITIZE_ALL without one.
+fn sanitize_larger(one: vec4u, other: vec4u) -> vec4f {
+    let larger = max(sanitize_finite(one), sanitize_finite(other));
+    return select(larger, SANITIZE_ALL, larger == SANITIZE_NONE);
+}
+
+// What becomes of a texel, from whether a neighbor is infinite and from the least of the pairs.
+fn sanitize_repaired(bits: vec4u, is_light: vec4<bool>, least: vec4f, mode: u32) -> vec4f {
+    let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
+    let stays = is_finite(clean) | (least == SANITIZE_ALL);
+    return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
+}
+
 // Repairs a texel channel by channel. An infinity next to another is light, such as a sun, and becomes the limit. Other
 // numbers that are not finite become the least of four: of each pair of opposite neighbors the larger finite number. So
 // the sides of an edge and thin lines stay what they are, and a bright pixel is not repeated. The number is one of the
@@ -49,12 +62,9 @@ fn sanitize_repair(t: texture_2d<f32>, p: vec2i, bits: vec4u, mode: u32) -> vec4
         let one = sanitize_neighbor(t, p + step);
         let other = sanitize_neighbor(t, p - step);
         is_light |= (one == vec4u(INFINITY_BITS)) | (other == vec4u(INFINITY_BITS));
-        let larger = max(sanitize_finite(one), sanitize_finite(other));
-        least = min(least, select(larger, SANITIZE_ALL, larger == SANITIZE_NONE));
+        least = min(least, sanitize_larger(one, other));
     }
-    let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
-    let stays = is_finite(clean) | (least == SANITIZE_ALL);
-    return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
+    return sanitize_repaired(bits, is_light, least, mode);
 }
 
 // The largest bits of the numbers of a value. Up to those of the limit, all numbers are within the limits of the mode,
@@ -176,12 +186,9 @@ fn sanitize_texel3(t: texture_3d<f32>, p: vec3i, mode: u32) -> vec4f {
         let one = sanitize_neighbor3(t, p + step);
         let other = sanitize_neighbor3(t, p - step);
         is_light |= (one == vec4u(INFINITY_BITS)) | (other == vec4u(INFINITY_BITS));
-        let larger = max(sanitize_finite(one), sanitize_finite(other));
-        least = min(least, select(larger, SANITIZE_ALL, larger == SANITIZE_NONE));
+        least = min(least, sanitize_larger(one, other));
     }
-    let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
-    let stays = is_finite(clean) | (least == SANITIZE_ALL);
-    return sanitize_limited(select(least, bitcast<vec4f>(clean), stays), mode);
+    return sanitize_repaired(bits, is_light, least, mode);
 }
 
 fn sanitize_neighbor3(t: texture_3d<f32>, p: vec3i) -> vec4u {
