@@ -1,19 +1,15 @@
 //! What the viewer reads and writes: saved values, texts and images that change.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
-
-mod support;
 
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use crate::support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
 use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{Type, Value};
 use afterimage_media::{Picture, Pixels};
 use afterimage_view::{Files, Images, Model, Project, Target, TextProject};
-use support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle};
 
 /// The first frame, as a program that is just started shows it.
 fn first_frame(model: &mut Model) -> Texels {

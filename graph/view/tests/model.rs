@@ -1,9 +1,6 @@
 //! What the viewer shows, without its window.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
 
-mod support;
-
+use crate::support::{SIZE, apart, gpu, model, parameter, picture, render, settle, texels};
 use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
 use afterimage_graph::check::{Fact, Facts, Source};
 use afterimage_graph::node::{Origin, PortType};
@@ -11,7 +8,6 @@ use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
 use afterimage_view::{CompareWith, Model, Problem, Rendered, Tap, Target};
-use support::{SIZE, apart, gpu, model, parameter, picture, render, settle, texels};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {

@@ -1,14 +1,10 @@
 //! What an HDR screen gets, for each color space that a swap chain may have.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
 
-mod support;
-
+use crate::support::{gpu, texels};
 use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_gpu::{Texels, upload};
 use afterimage_graph::color::{Chromaticities, Transfer, hlg_gamma};
 use afterimage_view::render::{SDR_WHITE, Screen};
-use support::{gpu, texels};
 
 /// Colors as signals of extended sRGB: grays from black to beyond white, and colors within and outside of Rec.709.
 const COLORS: [[f32; 4]; 8] = [

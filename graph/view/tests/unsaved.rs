@@ -1,19 +1,15 @@
 //! What the user has typed or set is never lost without a question.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
-
-mod support;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use crate::support::{Window, of, parameter, render, settle};
 use afterimage_graph::check::Change;
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::Value;
 use afterimage_view::{Checked, Comparison, Conflict, Model, Project, Resolution, Tab, Tap, TextProject};
 use egui::{Event, Key, Modifiers, pos2};
-use support::{Window, of, parameter, render, settle};
 
 /// A pipeline in a file that other programs change, too.
 struct Shared {

@@ -1,14 +1,10 @@
 //! What the viewer does beside showing: it measures nodes, and lives through wrong texts and lost devices.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
 
-mod support;
-
+use crate::support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
 use afterimage_gpu::wgpu;
 use afterimage_graph::value::Value;
 use afterimage_media::{Picture, Pixels};
 use afterimage_view::{Files, Images, Model, Problem, Project, Rendered, Scene, TextProject};
-use support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
 
 #[test]
 fn a_text_that_is_wrong_from_the_start_stays_the_problem() {

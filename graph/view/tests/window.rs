@@ -1,15 +1,11 @@
 //! The whole viewer, driven by events and drawn into a texture.
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
-#![allow(dead_code, reason = "each test program uses a part of the support")]
 
-mod support;
-
+use crate::support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 use afterimage_graph::check::Fact;
 use afterimage_graph::color::Transfer;
 use afterimage_graph::value::Value;
 use afterimage_view::{CompareWith, Comparison, ExportKind, Tab, Tap, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
-use support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 
 /// Where the fact of `caracal.ron` is set: to no, to yes, to unknown.
 const FACT_COLUMNS: [f32; 3] = [185.0, 215.0, 138.0];

@@ -1,10 +1,7 @@
 //! Files with unkind names and formatting in one module.
-#![allow(unreachable_pub, dead_code, reason = "the tests on a device use all of it")]
 
-mod hostile;
-
+use crate::hostile::{Kernel, pair};
 use afterimage_wgsl::{Instance, Library, Linker, SampleMode, Shader, limits, validate};
-use hostile::{Kernel, pair};
 
 /// Pairs that the test links: 200 for `tests/sweeps.sh`. `AFTERIMAGE_HOSTILE_PAIRS=20000` links more.
 fn pairs() -> u64 {

@@ -1,5 +1,4 @@
 //! Tests of the linker: each links files and lets naga judge the result.
-#![allow(missing_docs, reason = "a test binary exports nothing")]
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,4 @@
 //! Uniform bytes follow the layout that reflection finds in the shader.
-#![allow(missing_docs, reason = "a test binary exports nothing")]
 
 use afterimage_wgsl::{ArgType, Library, Linker, SampleMode, Shader, UniformValue};
 

@@ -1,14 +1,11 @@
 //! Untrusted files: what is refused, where, and that the limits hold before a parser or a driver sees the file.
-#![allow(unreachable_pub, dead_code, reason = "other tests use all of `hostile`")]
-
-mod hostile;
 
 use std::time::{Duration, Instant};
 
+use crate::hostile::bombs::{bombs, in_body};
 use afterimage_base::diagnostic::Diagnostics;
 use afterimage_wgsl::limits::{self, Limit};
 use afterimage_wgsl::{Library, Linker, SampleMode, Shader, ShaderError, validate};
-use hostile::bombs::{bombs, in_body};
 
 fn untrusted(text: &str) -> Shader {
     Shader::untrusted("kind.wgsl".into(), text.into())

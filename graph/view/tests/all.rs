@@ -1,0 +1,10 @@
+//! Tests of the viewer, with a device and without a window.
+#![allow(unreachable_pub, missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
+
+mod files;
+mod model;
+mod screen;
+mod support;
+mod unsaved;
+mod upkeep;
+mod window;

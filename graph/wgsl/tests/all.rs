@@ -1,0 +1,10 @@
+//! Tests of the linker, of reflection and of the limits of untrusted files, with naga as the judge.
+#![allow(unreachable_pub, missing_docs, dead_code, reason = "tests on a device use all of `hostile`")]
+
+mod costs;
+mod hostile;
+mod isolation;
+mod linker;
+mod uniform;
+mod untrusted;
+mod workgroups;
