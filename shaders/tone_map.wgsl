@@ -21,6 +21,7 @@ struct ToneMap {
     from_lms1: vec4f,
     from_lms2: vec4f,
     light_scale: f32,
+    path_to_white: f32, // the share of the mean that the channels of bright light get
     keep_hue: f32,
     compress: f32,     // 1: colors are compressed into the gamut, 0: they are clipped
     gamut_knee: f32,
@@ -52,10 +53,17 @@ fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {
     return vec3f(dot(row0.xyz, v), dot(row1.xyz, v), dot(row2.xyz, v));
 }
 
+// All channels of bright light get a share of their mean, so that a curve per channel makes white of every light.
+fn tone_map_whitened(v: vec3f, params: ToneMap) -> vec3f {
+    if TONE_MAP_CLIPS { return max(v, vec3f(0.0)); }
+    let mean = mean3(max(v, vec3f(0.0)));
+    return soft_floor(v, params.path_to_white * mean * (mean / (params.peak + mean)));
+}
+
 fn tone_map_enter(source: vec4f, params: ToneMap) -> vec3f {
-    if TONE_MAP_SAME_SPACE { return max(source.rgb, vec3f(0.0)) * params.light_scale; }
+    if TONE_MAP_SAME_SPACE { return tone_map_whitened(source.rgb * params.light_scale, params); }
     let inside = tone_map_rows(params.enter0, params.enter1, params.enter2, source.rgb);
-    return max(inside, vec3f(0.0)) * params.light_scale;
+    return tone_map_whitened(inside * params.light_scale, params);
 }
 
 fn tone_map_leave(v: vec3f, params: ToneMap) -> vec3f {
@@ -80,12 +88,15 @@ fn tone_map_line(lightness: f32, chroma: vec2f, params: ToneMap) -> OklabLine {
     );
 }
 
+// The chroma that is lost is made up for by brightness, within the peak: colorful light looks brighter than its
+// lightness (Helmholtz and Kohlrausch).
 fn tone_map_compressed(lightness: f32, chroma: vec2f, params: ToneMap) -> vec3f {
     let l = clamp(lightness, 0.0, params.peak_lightness);
     let gray = l * l * l;
     let line = tone_map_line(l, chroma, params);
     let share = oklab_share(line, params.peak / max(gray, 1e-30), max(params.gamut_knee, 1e-3));
-    return gray * oklab_at(line, vec3f(share));
+    let rgb = gray * max(oklab_at(line, vec3f(share)), vec3f(0.0));
+    return rgb * (1.0 + (1.0 - share) * max(1.0 - brightest(rgb) / params.peak, 0.0));
 }
 
 fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
@@ -93,7 +104,7 @@ fn tone_map_result(mapped: vec3f, source: vec4f, params: ToneMap) -> vec4f {
     let compresses = !TONE_MAP_CLIPS && params.compress > 0.0;
     if params.keep_hue > 0.0 || compresses {
         let lab = oklab(tone_map_rows(params.to_lms0, params.to_lms1, params.to_lms2, rgb));
-        let light = oklab(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
+        let light = oklab_of_light(tone_map_rows(params.light_lms0, params.light_lms1, params.light_lms2, source.rgb));
         let chroma = oklab_turn(lab.yz, light.yz, params.keep_hue);
         if compresses {
             rgb = tone_map_compressed(lab.x, chroma, params);

@@ -76,10 +76,11 @@ choices! {
 choices! {
     /// What happens to colors outside of the display's gamut.
     pub enum Gamut {
-        /// Colors move toward the gray of their Oklab lightness, smoothly from `gamut_knee` on: hues and gradients
-        /// are kept.
+        /// Colors move toward gray at one hue of Oklab, smoothly from `gamut_knee` on, and what they lose in chroma
+        /// makes them brighter. Bright light of every color becomes white.
         Compress,
-        /// Each channel is clipped: cheap, saturated colors lose gradients and may change their hue.
+        /// Each channel is clipped: cheap, saturated colors lose gradients and may change their hue. Primaries of the
+        /// working space never become white.
         Clip,
     }
 }
@@ -131,8 +132,8 @@ params! {
     /// `middle_gray: Native, keep_hue: 0.0, gamut: Clip`, and `space: Rec709` for a curve that works per channel.
     ///
     /// A curve per channel turns hues: fire becomes yellow and, in wide primaries, a bright blue becomes purple. The
-    /// default keeps the hue of the light in Oklab (Ottosson 2020), exactly up to rounding. It costs six cube roots per
-    /// pixel, and `gamut: Compress` 18 halvings of an interval for colors near the border of the gamut.
+    /// default keeps the hue of the light in Oklab (Ottosson 2020), that of blue beyond Rec.709 nearly. It costs six cube
+    /// roots per pixel, and `gamut: Compress` eight halvings of an interval for colors near the border of the gamut.
     pub struct ToneMap {
         /// The tone curve.
         pub curve: Curve = Curve::Aces2ToneScale;
@@ -245,9 +246,11 @@ impl Node for ToneMap {
             .set("from_lms1", from_lms[1])
             .set("from_lms2", from_lms[2])
             .set("light_scale", scale)
+            .set("path_to_white", self.path_to_white())
             .set("keep_hue", self.hue_share())
             .set("compress", if self.gamut == Gamut::Compress { 1.0 } else { 0.0 })
-            .set("peak_lightness", f64::from(self.peak).cbrt())
+            .set("peak", self.top())
+            .set("peak_lightness", self.top().cbrt())
             .set("white_level", scale * f64::from(self.white_level))
             .set("linear_start", shoulder.line_from)
             .set("shoulder", [shoulder.from, shoulder.limit, shoulder.gap, shoulder.steepness])
@@ -262,6 +265,9 @@ impl Node for ToneMap {
             .write("result", desc);
     }
 }
+
+/// With it, blue of AP1 at four stops above white is as bright as in ACES 2.0.
+const PATH_TO_WHITE: f64 = 0.1;
 
 impl ToneMap {
     fn kernel(&self) -> &'static str {
@@ -301,6 +307,26 @@ impl ToneMap {
     pub(crate) fn hue_share(&self) -> f64 {
         let is_graded = self.curve == Curve::AgX && self.look != AgxLook::Base;
         if is_graded { 0.0 } else { f64::from(self.keep_hue) }
+    }
+
+    /// The largest result of the curve.
+    fn top(&self) -> f64 {
+        let peak = f64::from(self.peak);
+        match self.curve {
+            Curve::None
+            | Curve::ReinhardExtended
+            | Curve::ReinhardLuminance
+            | Curve::Aces2ToneScale
+            | Curve::AgX
+            | Curve::Gt7 => peak,
+            Curve::Uchimura => peak.min(f64::from(self.maximum)),
+            _ => 1.0,
+        }
+    }
+
+    /// The share of the mean that bright light gets in every channel.
+    fn path_to_white(&self) -> f64 {
+        if self.gamut == Gamut::Clip || self.curve == Curve::None { 0.0 } else { PATH_TO_WHITE }
     }
 
     fn custom(&self) -> Chromaticities {

@@ -26,3 +26,14 @@ fn power(x: f32, y: f32) -> f32 {
 fn power3(v: vec3f, y: f32) -> vec3f {
     return vec3f(power(v.x, y), power(v.y, y), power(v.z, y));
 }
+
+// Channels that are at least `least`, smoothly: from 2 * least on they stay the same, from 0 down they become `least`.
+fn soft_floor(v: vec3f, least: f32) -> vec3f {
+    let light = max(v, vec3f(0.0));
+    let missing = max(2.0 * least - light, vec3f(0.0));
+    return light + missing * missing * (0.25 / max(least, 1e-30));
+}
+
+fn mean3(v: vec3f) -> f32 {
+    return dot(v, vec3f(1.0 / 3.0));
+}

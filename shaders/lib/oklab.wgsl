@@ -11,6 +11,15 @@ fn oklab(lms: vec3f) -> vec3f {
     );
 }
 
+// The share of their mean that all cone responses of a light have, nearly: half of the least share in Rec.709, that of
+// the long cones for blue. Without it, their response vanishes for deeper blue, which turns to teal.
+const OKLAB_LEAST_SHARE: f32 = 0.0978;
+
+// Oklab of light, for its hue. Colors of Rec.709 stay the same.
+fn oklab_of_light(lms: vec3f) -> vec3f {
+    return oklab(soft_floor(lms, OKLAB_LEAST_SHARE * max(mean3(lms), 0.0)));
+}
+
 // How the cube roots of the cone responses differ from the lightness.
 fn oklab_deviation(chroma: vec2f) -> vec3f {
     return vec3f(
@@ -39,10 +48,14 @@ fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
     return 1.0 + t * (line.c1 + t * (line.c2 + t * line.c3));
 }
 
+// Channels may be below 0 by this much, in units of the gray, and become 0. Without it, the gamut of Rec.709 has a dent
+// next to its blue.
+const OKLAB_SLACK: f32 = 0.01;
+
 // Whether all channels are between 0 and `top`.
 fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
     let v = oklab_at(line, vec3f(t));
-    return min(v.r, min(v.g, v.b)) >= 0.0 && max(v.r, max(v.g, v.b)) <= top;
+    return min(v.r, min(v.g, v.b)) >= -OKLAB_SLACK && max(v.r, max(v.g, v.b)) <= top;
 }
 
 // The share of the chroma at which the line leaves the gamut, between two shares of which the second is outside. A step
@@ -50,8 +63,9 @@ fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
 fn oklab_crossing(line: OklabLine, inside: f32, outside: f32, top: f32) -> f32 {
     let near = oklab_at(line, vec3f(inside));
     let far = oklab_at(line, vec3f(outside));
-    let goal = select(vec3f(top), vec3f(0.0), far < vec3f(0.0));
-    let is_out = (far < vec3f(0.0)) | (far > vec3f(top));
+    let least = vec3f(-OKLAB_SLACK);
+    let goal = select(vec3f(top), least, far < least);
+    let is_out = (far < least) | (far > vec3f(top));
     let width = outside - inside;
     let share = clamp((goal - near) / select(far - near, vec3f(1.0), far == near), vec3f(0.0), vec3f(1.0));
     let chord = inside + width * share;

@@ -64,6 +64,23 @@ pub(crate) fn matched_scale(curve: impl Fn(f64) -> f64) -> f64 {
     low
 }
 
+/// A channel that is at least `least`, smoothly: a parabola between 0 and twice of it.
+pub(crate) fn soft_floor(x: f64, least: f64) -> f64 {
+    match x {
+        _ if x >= 2.0 * least => x,
+        _ if x <= 0.0 => least,
+        _ => least + x * x / (4.0 * least),
+    }
+}
+
+/// Light in the working space of a curve that reaches `peak`, with a tenth of its mean in every channel where it is
+/// bright.
+pub(crate) fn whitened(light: Rgb, peak: f64) -> Rgb {
+    let mean = light.map(|x| x.max(0.0)).iter().sum::<f64>() / 3.0;
+    let least = 0.1 * mean * mean / (peak + mean);
+    light.map(|x| soft_floor(x, least))
+}
+
 /// Narkowicz's fit of ACES 1 (2016); its clamp at 1 belongs to the curve.
 pub(crate) fn narkowicz(x: f64) -> f64 {
     ((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0)

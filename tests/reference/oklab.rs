@@ -1,5 +1,6 @@
 //! Oklab (Ottosson 2020): hue, and the gamut step of `ToneMap`.
 
+use super::curves::soft_floor;
 use super::math::{Matrix, Rgb, inverse, largest, transform};
 
 /// Linear Rec.709 to cone responses, as published.
@@ -44,20 +45,29 @@ pub(crate) fn turn(a: Rgb, b: Rgb) -> f64 {
     turn.min(360.0 - turn)
 }
 
+/// The hue of a light in degrees: each cone response is at least about a tenth of their mean.
+pub(crate) fn hue_of_light(light: Rgb) -> f64 {
+    let lms = transform(&LMS, light);
+    let mean = (lms[0] + lms[1] + lms[2]) / 3.0;
+    hue(transform(&inverse(&LMS), lms.map(|x| soft_floor(x, 0.0978 * mean.max(0.0)))))
+}
+
 /// A mapped color with the hue of the light that it was made of.
 pub(crate) fn with_hue(mapped: Rgb, light: Rgb) -> Rgb {
     let [lightness, ..] = oklab(mapped);
-    let (amount, angle) = (chroma(mapped), hue(light).to_radians());
+    let (amount, angle) = (chroma(mapped), hue_of_light(light).to_radians());
     from_oklab([lightness, amount * angle.cos(), amount * angle.sin()])
 }
 
-/// A color in the gamut from 0 to `peak`: chroma above the share `knee` of the gamut's is compressed, at one lightness
-/// and hue.
+/// A color in the gamut from 0 to `peak`: chroma above the share `knee` of the gamut's is compressed at one lightness and
+/// hue. Of the share that is lost, the distance of the brightest channel from the peak is the share by which all channels
+/// grow.
 pub(crate) fn fitted(rgb: Rgb, peak: f64, knee: f64) -> Rgb {
     let [lightness, a, b] = oklab(rgb);
     let lightness = lightness.clamp(0.0, peak.cbrt());
     let scaled = |share: f64| from_oklab([lightness, a * share, b * share]);
-    let is_inside = |share: f64| scaled(share).iter().all(|x| (0.0..=peak).contains(x));
+    let slack = 0.01 * lightness.powi(3);
+    let is_inside = |share: f64| scaled(share).iter().all(|x| (-slack..=peak).contains(x));
     let limit = 1.0 / knee.max(1e-3);
     if is_inside(limit) {
         return scaled(1.0);
@@ -70,7 +80,9 @@ pub(crate) fn fitted(rgb: Rgb, peak: f64, knee: f64) -> Rgb {
     let reach = 1.0 / low.max(1e-12);
     let over = reach - knee;
     let bent = if over > 0.0 { knee + over * (1.0 - knee) / (1.0 - knee + over) } else { reach };
-    scaled(bent / reach).map(|x| x.clamp(0.0, peak))
+    let fitted = scaled(bent / reach).map(|x| x.clamp(0.0, peak));
+    let gain = 1.0 + (1.0 - bent / reach) * (peak - largest(fitted)) / peak;
+    fitted.map(|x| x * gain)
 }
 
 #[test]
@@ -83,9 +95,10 @@ fn published_colors() {
 }
 
 #[test]
-fn a_fitted_color_keeps_hue_and_lightness() {
+fn a_fitted_color_keeps_its_hue_and_becomes_no_darker() {
     for rgb in [[1.4, 0.2, -0.1], [0.1, -0.05, 0.9], [0.4, 0.9, -0.2]] {
         let to = fitted(rgb, 1.0, 0.8);
-        assert!(turn(rgb, to) < 1e-3 && (oklab(rgb)[0] - oklab(to)[0]).abs() < 1e-6, "{rgb:?} became {to:?}");
+        assert!(turn(rgb, to) < 1e-3 && oklab(to)[0] > oklab(rgb)[0] - 1e-6, "{rgb:?} became {to:?}");
+        assert!(chroma(to) < chroma(rgb), "{rgb:?} became {to:?}");
     }
 }

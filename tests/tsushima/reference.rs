@@ -7,7 +7,7 @@ use afterimage_media::{Source, read};
 use super::scene;
 use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels, without_fireflies};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
-use crate::reference::curves::{Uchimura, matched_scale, uchimura};
+use crate::reference::curves::{Uchimura, matched_scale, uchimura, whitened};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
 use crate::reference::gaussian::{blur_axis, radius, taps};
 use crate::reference::grade::LiftGammaGain;
@@ -139,7 +139,8 @@ fn graded(graph: &Graph, color: Rgb) -> Rgb {
         ["maximum", "contrast", "linear_start", "linear_length", "toe", "pedestal"].map(|name| node.number(name));
     let curve = Uchimura { maximum, contrast, start, length, toe, pedestal };
     let scale = matched_scale(|x| uchimura(x, &curve));
-    let inside = transform(&conversion(&REC709, &CUSTOM), color).map(|x| uchimura(scale * x.max(0.0), &curve));
+    let light = whitened(transform(&conversion(&REC709, &CUSTOM), color).map(|x| scale * x), 1.0);
+    let inside = light.map(|x| uchimura(x, &curve));
     let mapped = with_hue(transform(&conversion(&CUSTOM, &REC709), inside), color);
     let mapped = fitted(mapped, 1.0, node.number("gamut_knee"));
     let node = Node(graph, "graded");

@@ -1,24 +1,35 @@
-//! The middle gray, the hues and the gamut step of ToneMap.
+//! The middle gray, the hues, the path to white and the gamut step of ToneMap.
 
 use super::{Numbers, light, rgb, run, tolerance};
-use crate::reference::color::{AP1, REC709, conversion};
+use crate::reference::color::{
+    AP1, CAT16, D65, REC709, REC2020, Space, adaptation, conversion, from_xyz, luminance, xyz,
+};
 use crate::reference::curves::*;
 use crate::reference::math::{Rgb, largest, transform};
-use crate::reference::oklab::{chroma, fitted, oklab, turn, with_hue};
+use crate::reference::oklab::{chroma, fitted, hue, hue_of_light, oklab, with_hue};
 use crate::support::gpu::Picture;
 use crate::support::harness::{Tolerance, assert_close, image};
 use afterimage_graph::check::NoFiles;
 use afterimage_nodes::Curve;
 
-/// Cube roots, their cubes, and a share of the chroma that is found by 18 halvings.
+/// Cube roots, their cubes, and a share of the chroma that is found by halvings.
 const OKLAB: Tolerance = tolerance(1e-4, 1e-4, "the border of the gamut is found to 6e-5 of the chroma");
 
-/// The default curve per channel in ACEScg, matched to middle gray.
-fn default_curve(rgb: Rgb) -> Rgb {
+/// The default curve per channel in ACEScg, matched to middle gray, of light that `enter` has brought into the range of
+/// the curve.
+fn default_curve(rgb: Rgb, enter: fn(Rgb) -> Rgb) -> Rgb {
     let curve = |x: f64| aces2_tone_scale(x, 100.0);
     let scale = matched_scale(curve);
-    let inside = transform(&conversion(&REC709, &AP1), rgb).map(|x| curve(scale * x.max(0.0)));
-    transform(&conversion(&AP1, &REC709), inside)
+    let light = transform(&conversion(&REC709, &AP1), rgb).map(|x| scale * x);
+    transform(&conversion(&AP1, &REC709), enter(light).map(curve))
+}
+
+fn in_sdr(light: Rgb) -> Rgb {
+    whitened(light, 1.0)
+}
+
+fn positive(light: Rgb) -> Rgb {
+    light.map(|x| x.max(0.0))
 }
 
 /// Light whose hue and border are well conditioned: up to 2^6, in every saturation that Rec.709 has.
@@ -34,13 +45,13 @@ fn moderate([width, height]: [u32; 2]) -> Picture {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_default_matches_its_reference() {
     super::compare("Exposed", "ToneMap()", moderate, OKLAB, |rgb| {
-        fitted(with_hue(default_curve(rgb), rgb), 1.0, f64::from(0.8_f32))
+        fitted(with_hue(default_curve(rgb, in_sdr), rgb), 1.0, f64::from(0.8_f32))
     });
     super::compare("Exposed", "ToneMap(gamut: Clip)", moderate, OKLAB, |rgb| {
-        display(with_hue(default_curve(rgb), rgb))
+        display(with_hue(default_curve(rgb, positive), rgb))
     });
     super::compare("Exposed", "ToneMap(keep_hue: 0.0)", moderate, OKLAB, |rgb| {
-        fitted(default_curve(rgb), 1.0, f64::from(0.8_f32))
+        fitted(default_curve(rgb, in_sdr), 1.0, f64::from(0.8_f32))
     });
 }
 
@@ -117,16 +128,26 @@ const LIGHTS: [(&str, Rgb); 6] = [
     ("fire", [1.0, 0.25, 0.04]),
 ];
 
+/// What a node makes of a light from `low` stops up, in steps of an eighth.
+fn exposures(node: &str, light: Rgb, low: f64, count: u32) -> Vec<Rgb> {
+    let ramp = Picture::new(count, 1, |x, _| {
+        let [r, g, b] = light.map(|channel| (channel * (0.125 * f64::from(x) + low).exp2()) as f32);
+        [r, g, b, 1.0]
+    });
+    run("Exposed", node, &NoFiles, &ramp).pixels.iter().map(|pixel| rgb(*pixel)).collect()
+}
+
+/// The angle between two hues in degrees, 0 to 180.
+fn angle(a: f64, b: f64) -> f64 {
+    let turn = (a - b).rem_euclid(360.0);
+    turn.min(360.0 - turn)
+}
+
 /// The largest turn of each light in degrees, from -2 to +6 stops, where the display's chroma is at least 0.08.
-fn turns(node: &str) -> [f64; 6] {
+fn turns(node: &str, of_light: fn(Rgb) -> f64) -> [f64; 6] {
     LIGHTS.map(|(_, light)| {
-        let ramp = Picture::new(65, 1, |x, _| {
-            let [r, g, b] = light.map(|channel| (channel * (0.125 * f64::from(x) - 2.0).exp2()) as f32);
-            [r, g, b, 1.0]
-        });
-        let output = run("Exposed", node, &NoFiles, &ramp);
-        let colored = output.pixels.iter().map(|pixel| rgb(*pixel)).filter(|shown| chroma(*shown) >= 0.08);
-        colored.map(|shown| turn(shown, light)).fold(0.0, f64::max)
+        let shown = exposures(node, light, -2.0, 65).into_iter().filter(|shown| chroma(*shown) >= 0.08);
+        shown.map(|shown| angle(hue(shown), of_light(light))).fold(0.0, f64::max)
     })
 }
 
@@ -134,11 +155,80 @@ fn turns(node: &str) -> [f64; 6] {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_defaults_keep_hues() {
     for curve in Curve::ALL {
-        let found = turns(&format!("ToneMap(curve: {})", curve.name()));
-        assert!(found.iter().all(|turn| *turn <= 0.2), "{}: {found:?}", curve.name());
+        let found = turns(&format!("ToneMap(curve: {})", curve.name()), hue_of_light);
+        assert!(found.iter().all(|turn| *turn <= 0.4), "{}: {found:?}", curve.name());
     }
-    let found = turns("ToneMap(curve: Uchimura, space: Tsushima)");
-    assert!(found.iter().all(|turn| *turn <= 0.2), "Tsushima: {found:?}");
+    let found = turns("ToneMap(curve: Uchimura, space: Tsushima)", hue_of_light);
+    assert!(found.iter().all(|turn| *turn <= 0.4), "Tsushima: {found:?}");
+    let from_oklab = LIGHTS.map(|(_, light)| angle(hue(light), hue_of_light(light)));
+    assert!(from_oklab.iter().all(|turn| *turn < 1e-9), "colors of Rec.709 have the hues of Oklab: {from_oklab:?}");
+}
+
+/// Red, yellow, green, cyan, blue and magenta of a space, in linear Rec.709.
+fn corners(space: &Space) -> [Rgb; 6] {
+    let corners =
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
+    corners.map(|corner| transform(&conversion(space, &REC709), corner))
+}
+
+/// Over 18 stops, brighter light is no darker, loses chroma from some brightness on, and becomes white.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_light_becomes_white() {
+    for curve in Curve::ALL.iter().map(|curve| curve.name()) {
+        for peak in [1.0, 4.926] {
+            // Curves without a `peak` end at 1.
+            let node = format!("ToneMap(curve: {curve}, peak: {peak:?})");
+            let top = exposures(&node, [1.0; 3], 12.0, 1)[0][1];
+            for light in [REC709, REC2020, AP1].iter().flat_map(corners) {
+                let shown = exposures(&node, light, -6.0, 145);
+                let darker = shown.windows(2).map(|pair| luminance(pair[0]) - luminance(pair[1])).fold(0.0, f64::max);
+                assert!(darker < 2e-5 * top, "{node} of {light:?}: darker by {darker}");
+                let colorful = shown.iter().map(|shown| chroma(*shown)).fold(0.0, f64::max);
+                let from = shown.iter().position(|shown| chroma(*shown) == colorful).expect("a largest chroma");
+                let gained = shown[from..].windows(2).map(|pair| chroma(pair[1]) - chroma(pair[0])).fold(0.0, f64::max);
+                assert!(gained < 2e-4, "{node} of {light:?}: chroma grows by {gained}");
+                let white = shown.last().expect("colors");
+                let least = white[0].min(white[1]).min(white[2]);
+                assert!(least > 0.95 * top, "{node} of {light:?}: {white:?} of {top}");
+            }
+        }
+    }
+}
+
+/// Colors of constant hue for observers, in linear Rec.709: at a quarter, a half, three quarters and all of the chroma.
+fn measured_hues() -> Vec<(&'static str, Vec<Rgb>)> {
+    let adapt = adaptation(&CAT16, xyz([0.3101, 0.3163]), xyz(D65));
+    let rgb_from_xyz = from_xyz(&REC709);
+    let lines = include_str!("../../vectors/hung_berns.txt").lines().filter(|line| !line.starts_with('#'));
+    lines
+        .map(|line| {
+            let (name, numbers) = line.split_once(' ').expect("a name");
+            let numbers: Vec<f64> = numbers.split_whitespace().map(|number| number.parse().unwrap()).collect();
+            let color = |v: &[f64]| transform(&rgb_from_xyz, transform(&adapt, [v[0], v[1], v[2]].map(|x| x / 100.0)));
+            (name, numbers.chunks(3).map(color).collect())
+        })
+        .collect()
+}
+
+/// On their way to white, the saturated colors of the experiment pass the colors that observers found of equal hue.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn hues_follow_those_that_observers_found() {
+    let mut errors = Vec::new();
+    for (name, colors) in measured_hues() {
+        let [colors @ .., light] = &colors[..] else { panic!("{name}") };
+        let way = exposures("ToneMap()", *light, -2.0, 97);
+        let nearest = |color: &Rgb| {
+            let off = |shown: &Rgb| (chroma(*shown) - chroma(*color)).abs();
+            *way.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("colors")
+        };
+        errors.extend(colors.iter().map(|color| (angle(hue(nearest(color)), hue(*color)), name)));
+    }
+    let mean = errors.iter().map(|(error, _)| error).sum::<f64>() / errors.len() as f64;
+    let worst = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("colors");
+    assert_eq!(errors.len(), 36);
+    assert!(mean < 3.0 && worst.0 < 13.5, "mean {mean}, largest {worst:?}");
 }
 
 /// What the switches of the published operators do: the reason for the defaults.
@@ -146,15 +236,15 @@ fn the_defaults_keep_hues() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn published_curves_turn_hues() {
     let published = "middle_gray: Native, keep_hue: 0.0, gamut: Clip";
-    let [.., orange, _, fire] = turns(&format!("ToneMap(curve: AcesNarkowicz, space: Rec709, {published})"));
+    let [.., orange, _, fire] = turns(&format!("ToneMap(curve: AcesNarkowicz, space: Rec709, {published})"), hue);
     assert!(orange > 25.0 && fire > 45.0, "orange turns by {orange}, fire by {fire}");
-    let [_, _, blue, ..] = turns(&format!("ToneMap(curve: Uchimura, space: Tsushima, {published})"));
+    let [_, _, blue, ..] = turns(&format!("ToneMap(curve: Uchimura, space: Tsushima, {published})"), hue);
     assert!(blue > 40.0, "blue turns by {blue}");
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn compression_keeps_inner_colors_and_the_lightness_of_outer_ones() {
+fn compression_keeps_inner_colors_and_the_hue_of_outer_ones() {
     let size = [61, 37];
     // Colors around the middle of the range, up to twice as far from gray as the gamut goes.
     let mut numbers = Numbers(77);
@@ -176,12 +266,12 @@ fn compression_keeps_inner_colors_and_the_lightness_of_outer_ones() {
         } else {
             outer += 1;
             assert!(chroma(to) < chroma(from), "{from:?} became {to:?}");
-            assert!((oklab(to)[0] - oklab(from)[0]).abs() < 1e-4, "{from:?} became {to:?}");
-            assert!(chroma(to) < 0.02 || turn(to, from) < 0.1, "{from:?} became {to:?}");
+            assert!(oklab(to)[0] > oklab(from)[0] - 1e-4, "{from:?} became {to:?}");
+            assert!(chroma(to) < 0.02 || angle(hue(to), hue_of_light(from)) < 0.4, "{from:?} became {to:?}");
         }
     }
     assert!(inner > 200 && outer > 500, "{inner} inner and {outer} outer colors");
-    let expected = image(&input).map_rgb(|rgb| fitted(rgb, 1.0, f64::from(0.6_f32)));
+    let expected = image(&input).map_rgb(|rgb| fitted(with_hue(rgb, rgb), 1.0, f64::from(0.6_f32)));
     assert_close("None, compressed", &output, &expected, &OKLAB);
 }
 
