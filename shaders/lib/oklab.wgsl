@@ -12,11 +12,11 @@ fn oklab(lms: vec3f) -> vec3f {
 }
 
 // The share of their mean that all cone responses of a light have, nearly. Without it, the response of the long cones
-// vanishes for deep blue, which turns to teal, and next to the blue of Rec.709 chroma jumps, because its gamut has a dent
-// there.
+// vanishes for deep blue, which turns to teal, and next to the blue of Rec.709 chroma jumps, where its gamut has a
+// dent.
 const OKLAB_LEAST_SHARE: f32 = 0.17;
 
-// Oklab of light, for its hue. The blue of Rec.709 turns by 6.7 degrees toward violet, blue of AP1 by 27.
+// Oklab of light, for its hue. The blue of Rec.709 turns by 6.7 degrees toward violet, that of AP1 by 29.
 fn oklab_of_light(lms: vec3f) -> vec3f {
     return oklab(soft_floor(lms, OKLAB_LEAST_SHARE * max(mean3(lms), 0.0)));
 }

@@ -245,7 +245,7 @@ fn hues_follow_those_that_observers_found() {
     let mean = errors.iter().map(|(error, _)| error).sum::<f64>() / errors.len() as f64;
     let worst = errors.iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("colors");
     assert_eq!(errors.len(), 36);
-    assert!(mean < 3.2 && worst.0 < 18.0, "mean {mean}, largest {worst:?}");
+    assert!(mean < 2.9 && worst.0 < 14.5, "mean {mean}, largest {worst:?}");
 }
 
 /// What the switches of the published operators do: the reason for the defaults.
