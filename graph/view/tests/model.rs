@@ -89,7 +89,7 @@ fn a_parameter_that_does_nothing_is_known_with_the_reason_and_another_choice_wak
     let mapped = graph.nodes.iter().find(|node| node.kind().name() == "ToneMap").unwrap().name.clone();
     let named = |name: &str| format!("{mapped}.{name}");
     let toe = graph.parameter(&named("toe")).unwrap();
-    assert!(model.is_inactive(toe) && !model.is_inactive(graph.parameter(&named("peak")).unwrap()));
+    assert!(model.is_inactive(toe) && !model.is_inactive(graph.parameter(&named("keep_hue")).unwrap()));
     let reason = model.inactive_reason(toe).unwrap();
     assert!(reason.starts_with("Does nothing while `curve` is") && reason.contains("Uchimura"), "{reason}");
     model.set(&parameter(&named("curve")), Some(Value::Choice("Uchimura")));
