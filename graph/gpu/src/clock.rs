@@ -84,8 +84,8 @@ impl FrameTime {
     }
 }
 
-/// Work that is recorded again for each sample.
-pub type Recording<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), PostError> + 'r>;
+/// Commands of which a [`Clock`] measures the time: they are recorded again for each sample.
+pub type TimedCommands<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), PostError> + 'r>;
 
 /// Measures work on one GPU.
 pub struct Clock {
@@ -115,12 +115,12 @@ impl Clock {
         self.stamps.is_some()
     }
 
-    /// The median time of each recording over `samples` samples, after a warm-up. The host's clock measures them in
-    /// turn within each round, so that other load on the processor slows all of them alike.
+    /// The median time of each entry of `work` over `samples` samples, after a warm-up. Within each round, the host's
+    /// clock measures them in turn, so that other load on the processor slows all of them alike.
     ///
     /// # Errors
     /// What recording reports, and [`GpuError::DeviceLost`].
-    pub fn medians(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<FrameTime>, PostError> {
+    pub fn medians(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<FrameTime>, PostError> {
         let all = match &self.stamps {
             Some(stamps) => work.iter_mut().map(|work| self.on_gpu(stamps, samples, work)).collect::<Result<_, _>>()?,
             None => self.on_host(samples, work)?,
@@ -129,22 +129,22 @@ impl Clock {
         Ok(all.into_iter().map(time).collect())
     }
 
-    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut Recording<'_>) -> Result<Vec<f64>, PostError> {
-        let burst = (BURST_MS / self.burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
+    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut TimedCommands<'_>) -> Result<Vec<f64>, PostError> {
+        let burst = (BURST_MS / self.time_burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
         if self.warm.get().is_none_or(|warm| warm.elapsed() > STAYS_WARM) {
             self.warm_up(stamps, burst, work)?;
         }
-        let times = (0..samples).map(|_| self.burst(stamps, burst, work)).collect();
+        let times = (0..samples).map(|_| self.time_burst(stamps, burst, work)).collect();
         self.warm.set(Some(Instant::now()));
         times
     }
 
     /// Runs bursts until none was faster for [`STEADY`].
-    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<(), PostError> {
+    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<(), PostError> {
         let start = Instant::now();
         let (mut fastest, mut since) = (f64::INFINITY, start);
         while since.elapsed() < STEADY && start.elapsed() < MAX_WARM_UP {
-            let ms = self.burst(stamps, frames, work)?;
+            let ms = self.time_burst(stamps, frames, work)?;
             if ms < FASTER * fastest {
                 (fastest, since) = (ms, Instant::now());
             }
@@ -153,7 +153,7 @@ impl Clock {
     }
 
     /// Milliseconds of the last of `frames` frames that are submitted without gaps.
-    fn burst(&self, stamps: &Stamps, frames: u32, work: &mut Recording<'_>) -> Result<f64, PostError> {
+    fn time_burst(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<f64, PostError> {
         for _ in 1..frames {
             self.gpu.submit(&mut *work)?;
         }
@@ -167,8 +167,8 @@ impl Clock {
         Ok(stamps.read(&self.gpu)?)
     }
 
-    /// The samples of each recording; all recordings have one sample in each round.
-    fn on_host(&self, samples: u32, work: &mut [Recording<'_>]) -> Result<Vec<Vec<f64>>, PostError> {
+    /// The samples of each entry of `work`; a round takes one of each.
+    fn on_host(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<Vec<f64>>, PostError> {
         let mut all = vec![Vec::new(); work.len()];
         for round in 0..HOST_WARM_UP + samples {
             for (work, times) in work.iter_mut().zip(&mut all) {

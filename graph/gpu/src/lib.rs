@@ -46,7 +46,7 @@ mod timing;
 mod transfer;
 
 #[cfg(not(target_family = "wasm"))]
-pub use clock::{Clock, ClockSource, FrameTime, Recording};
+pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};

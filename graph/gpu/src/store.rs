@@ -104,9 +104,9 @@ pub(crate) fn upload(
 }
 
 /// Clears a texture to zero: a depth by a pass, others by a copy where the device has no clear command.
-pub(crate) fn blacken(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
+pub(crate) fn clear(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
     if stored.desc.format.is_depth() {
-        return blacken_depth(stored, encoder);
+        return clear_depth(stored, encoder);
     }
     if device.features().contains(wgpu::Features::CLEAR_TEXTURE) {
         encoder.clear_texture(&stored.texture, &wgpu::ImageSubresourceRange::default());
@@ -139,7 +139,7 @@ pub(crate) fn copy(from: &Stored, to: &Stored, encoder: &mut wgpu::CommandEncode
 }
 
 /// Nothing is copied to a depth.
-fn blacken_depth(stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
+fn clear_depth(stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
     let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store };
     drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("afterimage"),

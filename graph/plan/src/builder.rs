@@ -6,8 +6,8 @@ use afterimage_base::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
+use crate::context::NodeContext;
 use crate::plan::{Baked, Fused, PlanOutput, SharedRead, Skipped};
-use crate::setting::NodeSetting;
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]
@@ -26,7 +26,7 @@ pub(crate) struct PlanBuilder {
     /// Runs of nodes that became tables.
     pub(crate) baked: Vec<Baked>,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
-    pub(crate) dynamic: BTreeMap<usize, NodeSetting>,
+    pub(crate) dynamic: BTreeMap<usize, NodeContext>,
 }
 
 impl PlanBuilder {

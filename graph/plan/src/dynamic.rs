@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{InputValues, KernelOrigin, NodeInstance, Recording, Replay};
 
+use crate::context::{FrameContext, NodeContext};
 use crate::plan::Plan;
 use crate::record::{record_node, replay_node};
 use crate::request::PlanRequest;
-use crate::setting::{FrameSetting, NodeSetting};
 
 /// The nodes of a plan whose parameters change while it runs: they can be recorded again for new uniforms.
 ///
 /// A node is recorded alone, with the images that arrived at it in the plan. Only its uniforms may then differ.
 #[derive(Clone, Debug)]
 pub struct DynamicNodes {
-    frame: FrameSetting,
+    frame: FrameContext,
     nodes: BTreeMap<usize, DynamicNode>,
     /// Nodes whose outputs equal their fallbacks at the values that they have had so far: what arrives, and of each
     /// output whether its fallback replaces it.
@@ -26,7 +26,7 @@ pub struct DynamicNodes {
 
 #[derive(Clone, Debug)]
 struct DynamicNode {
-    setting: NodeSetting,
+    context: NodeContext,
     replay: Replay,
     /// For each kernel the places of its uniform in the buffer: none if it is culled.
     places: Vec<Vec<u64>>,
@@ -39,7 +39,7 @@ pub struct NeedsPlan;
 /// What is needed to record the dynamic nodes again, until the plan is finished and the places of their uniforms are
 /// known.
 pub(crate) struct DynamicRecords {
-    settings: BTreeMap<usize, NodeSetting>,
+    contexts: BTreeMap<usize, NodeContext>,
     identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
     recording: Recording,
 }
@@ -48,31 +48,31 @@ impl DynamicRecords {
     /// Copies the images and buffers of a recording that no stage has changed yet. `identities` are nodes with outputs
     /// that equal their fallbacks.
     pub(crate) fn new(
-        settings: BTreeMap<usize, NodeSetting>,
+        contexts: BTreeMap<usize, NodeContext>,
         identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
         recorded: &Recording,
     ) -> Self {
         let mut recording = Recording::default();
-        if !settings.is_empty() {
+        if !contexts.is_empty() {
             recording.images.clone_from(&recorded.images);
             recording.buffers.clone_from(&recorded.buffers);
         }
-        Self { settings, identities, recording }
+        Self { contexts, identities, recording }
     }
 
     /// The nodes, with the places of their uniforms in the finished plan.
     pub(crate) fn into_nodes(mut self, graph: &Graph, request: &PlanRequest<'_>, plan: &Plan) -> DynamicNodes {
-        let frame = FrameSetting::new(request);
+        let frame = FrameContext::new(request);
         let mut nodes = BTreeMap::new();
-        for (index, setting) in self.settings {
+        for (index, context) in self.contexts {
             let before = [self.recording.images.len(), self.recording.buffers.len()];
-            record_node(&frame, &graph.nodes[index].instance, &setting, &mut self.recording);
+            record_node(&frame, &graph.nodes[index].instance, &context, &mut self.recording);
             let replay = Replay::new(&mut self.recording, before);
             self.recording.computed.clear();
             let places = (0..replay.kernels())
                 .map(|kernel| plan.uniform_places(KernelOrigin::Node { node: index, kernel }))
                 .collect();
-            nodes.insert(index, DynamicNode { setting, replay, places });
+            nodes.insert(index, DynamicNode { context, replay, places });
         }
         DynamicNodes { frame, nodes, identities: self.identities, recording: self.recording }
     }
@@ -97,7 +97,7 @@ impl DynamicNodes {
             }
         }
         let Some(node) = self.nodes.get_mut(&index) else { return Ok(()) };
-        replay_node(&self.frame, instance, &node.setting, &mut self.recording, &mut node.replay);
+        replay_node(&self.frame, instance, &node.context, &mut self.recording, &mut node.replay);
         // Other values may compute other texels. To clear a map that is empty takes longer than to ask.
         if !self.recording.computed.is_empty() {
             self.recording.computed.clear();

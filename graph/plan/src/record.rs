@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::amounts::RecordingLimits;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
+use crate::context::{FrameContext, NodeContext};
 use crate::crop::crop_pass;
 use crate::error::{NodeShaderError, PlanError};
 use crate::linear::{Decoding, decoded_desc};
 use crate::plan::PlanOutput;
 use crate::request::{Part, PlanRequest};
-use crate::setting::{FrameSetting, NodeSetting};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
 use afterimage_graph::check::{Graph, GraphInput, ImageColors, Source};
@@ -63,7 +63,7 @@ struct RecordAttempt<'a> {
     specialized: &'a SpecializedGraph,
     guesses: &'a [Vec<ImageDesc>],
     colors: &'a ImageColors,
-    frame: FrameSetting,
+    frame: FrameContext,
     builder: PlanBuilder,
     made: Vec<Vec<InputValue>>,
     given: Vec<Option<ImageId>>,
@@ -88,7 +88,7 @@ impl<'a> RecordAttempt<'a> {
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());
         let amounts = RecordingLimits::default();
-        let frame = FrameSetting::new(request);
+        let frame = FrameContext::new(request);
         Self {
             graph,
             request,
@@ -226,7 +226,7 @@ impl<'a> RecordAttempt<'a> {
         let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
         let sources = node.wires.iter().map(|wire| self.specialized.source((*wire)?));
         let inputs: Vec<Option<ImageColor>> = sources.map(|source| self.colors.at(source?)).collect();
-        let setting = NodeSetting {
+        let context = NodeContext {
             name: node.name.clone(),
             dynamic: self.request.dynamic_of(index),
             format: node.format,
@@ -237,15 +237,15 @@ impl<'a> RecordAttempt<'a> {
         };
         let first_image = self.builder.recording.images.len();
         let first_pass = self.builder.recording.passes.len();
-        let (made, errors) = record_node(&self.frame, &node.instance, &setting, &mut self.builder.recording);
+        let (made, errors) = record_node(&self.frame, &node.instance, &context, &mut self.builder.recording);
         self.made[index] = made;
         for error in errors {
             if !self.errors.iter().any(|known| known.error == error) {
                 self.errors.push(NodeShaderError { node: node.name.clone(), error });
             }
         }
-        if !setting.dynamic.is_empty() {
-            self.builder.dynamic.insert(index, setting);
+        if !context.dynamic.is_empty() {
+            self.builder.dynamic.insert(index, context);
         }
         let signedness = node.states.iter().flatten().map(|state| state.signedness()).max();
         let signedness = signedness.unwrap_or(Signedness::Unsigned);
@@ -380,39 +380,43 @@ fn check_pixels(recording: &Recording) -> Result<(), PlanError> {
 
 /// Lets a node record its passes; what its outputs hold, and what is wrong with its shaders.
 pub(crate) fn record_node(
-    frame: &FrameSetting,
+    frame: &FrameContext,
     instance: &NodeInstance,
-    setting: &NodeSetting,
+    context: &NodeContext,
     recording: &mut Recording,
 ) -> (Vec<InputValue>, Vec<ShaderError>) {
-    let mut recorder = Recorder::new(context(frame, setting, instance), recording);
+    let mut recorder = Recorder::new(recorder_context(frame, context, instance), recording);
     instance.record(&mut recorder);
     recorder.finish()
 }
 
 /// Lets a node record its passes again at other values.
 pub(crate) fn replay_node(
-    frame: &FrameSetting,
+    frame: &FrameContext,
     instance: &NodeInstance,
-    setting: &NodeSetting,
+    context: &NodeContext,
     recording: &mut Recording,
     replay: &mut Replay,
 ) {
-    instance.record(&mut Recorder::again(context(frame, setting, instance), recording, replay));
+    instance.record(&mut Recorder::again(recorder_context(frame, context, instance), recording, replay));
 }
 
-fn context<'a>(frame: &'a FrameSetting, setting: &'a NodeSetting, instance: &'a NodeInstance) -> RecorderContext<'a> {
+fn recorder_context<'a>(
+    frame: &'a FrameContext,
+    context: &'a NodeContext,
+    instance: &'a NodeInstance,
+) -> RecorderContext<'a> {
     RecorderContext {
-        node: &setting.name,
+        node: &context.name,
         kind: instance.kind().signature(),
         parameters: instance.uniform_values(),
-        dynamic: &setting.dynamic,
-        inputs: &setting.values,
-        format: setting.format,
+        dynamic: &context.dynamic,
+        inputs: &context.values,
+        format: context.format,
         frame_size: frame.size,
         caps: &frame.caps,
         exact: frame.exact,
-        used_outputs: &setting.used_outputs,
-        colors: NodeColors { inputs: &setting.inputs, outputs: &setting.outputs },
+        used_outputs: &context.used_outputs,
+        colors: NodeColors { inputs: &context.inputs, outputs: &context.outputs },
     }
 }

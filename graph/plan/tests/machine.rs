@@ -33,7 +33,7 @@ fn term(of: impl Hash) -> Term {
 /// A device that runs a plan.
 pub struct Machine<'p> {
     plan: &'p Plan,
-    held: BTreeMap<Resource, Term>,
+    contents: BTreeMap<Resource, Term>,
     /// Which image has which memory; what several have had is cut into pieces.
     owners: Vec<(Range<u64>, ImageId)>,
     /// What a barrier has made ready for reads since it was written.
@@ -65,8 +65,8 @@ struct Call<'a> {
 
 impl<'p> Machine<'p> {
     pub fn new(plan: &'p Plan) -> Self {
-        let (held, ready, past, warps) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
-        Self { plan, held, owners: Vec::new(), ready, past, warps }
+        let (contents, ready, past, warps) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
+        Self { plan, contents, owners: Vec::new(), ready, past, warps }
     }
 
     /// The outputs of some frames, or what went wrong.
@@ -89,20 +89,20 @@ impl<'p> Machine<'p> {
     fn begin(&mut self) {
         self.owners.clear();
         self.ready.clear();
-        self.held.retain(|resource, _| matches!(resource, Resource::Buffer(_)));
+        self.contents.retain(|resource, _| matches!(resource, Resource::Buffer(_)));
         for (number, buffer) in self.plan.buffers.iter().enumerate() {
             let resource = Resource::Buffer(BufferId(number as u32));
             match &buffer.life {
-                BufferLife::Frame => drop(self.held.remove(&resource)),
-                BufferLife::Zeroed => drop(self.held.insert(resource, BLACK)),
-                BufferLife::Persistent => drop(self.held.entry(resource).or_insert(BLACK)),
-                BufferLife::Constant(bytes) => drop(self.held.insert(resource, term(bytes))),
+                BufferLife::Frame => drop(self.contents.remove(&resource)),
+                BufferLife::Zeroed => drop(self.contents.insert(resource, BLACK)),
+                BufferLife::Persistent => drop(self.contents.entry(resource).or_insert(BLACK)),
+                BufferLife::Constant(bytes) => drop(self.contents.insert(resource, term(bytes))),
             }
         }
     }
 
     fn end(&mut self) {
-        for (resource, term) in &self.held {
+        for (resource, term) in &self.contents {
             if let Resource::Image(image) = resource {
                 self.past.entry(*image).or_default().insert(0, *term);
             }
@@ -132,7 +132,7 @@ impl<'p> Machine<'p> {
             if let Resource::Image(image) = resource {
                 self.take_memory(image, batch)?;
             }
-            self.held.insert(resource, value);
+            self.contents.insert(resource, value);
             self.ready.remove(&resource);
         }
         Ok(())
@@ -174,7 +174,7 @@ impl<'p> Machine<'p> {
                 if !separated.contains(&owner) {
                     return Err(format!("nothing separates {image:?} from {owner:?}"));
                 }
-                self.held.remove(&Resource::Image(owner));
+                self.contents.remove(&Resource::Image(owner));
             }
             let [below, above] = [piece.start..piece.end.min(range.start), piece.start.max(range.end)..piece.end];
             pieces.extend([below, above].into_iter().filter(|part| part.start < part.end).map(|part| (part, owner)));
@@ -190,16 +190,20 @@ impl<'p> Machine<'p> {
         }
         match resource {
             Resource::Image(image) => self.image(image),
-            Resource::Buffer(_) => self.held.get(&resource).copied().ok_or_else(|| format!("{resource:?} is empty")),
+            Resource::Buffer(_) => {
+                self.contents.get(&resource).copied().ok_or_else(|| format!("{resource:?} is empty"))
+            }
         }
     }
 
     fn image(&self, image: ImageId) -> Result<Term, String> {
         let resource = Resource::Image(image);
         match &self.plan.image(image).origin {
-            Origin::Transient | Origin::Baked if self.ready.contains(&resource) => {
-                self.held.get(&resource).copied().ok_or_else(|| format!("{image:?} was overwritten, or never written"))
-            }
+            Origin::Transient | Origin::Baked if self.ready.contains(&resource) => self
+                .contents
+                .get(&resource)
+                .copied()
+                .ok_or_else(|| format!("{image:?} was overwritten, or never written")),
             Origin::Transient | Origin::Baked => Err(format!("no barrier after {image:?} was written")),
             Origin::Input(name) => Ok(term(("input", name))),
             Origin::Constant(bytes) => Ok(term(bytes)),
@@ -320,7 +324,7 @@ impl<'p> Machine<'p> {
         for arg in &kernel.args {
             read.push(match arg.value {
                 // It may be written without being read.
-                Arg::Buffer(buffer, true) => self.held.get(&Resource::Buffer(buffer)).copied().unwrap_or(BLACK),
+                Arg::Buffer(buffer, true) => self.contents.get(&Resource::Buffer(buffer)).copied().unwrap_or(BLACK),
                 value => value.read().map_or(Ok(BLACK), |resource| self.read(resource))?,
             });
         }

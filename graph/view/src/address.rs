@@ -34,7 +34,7 @@ impl Address {
     /// Sets a part where it is, or as a new last one; `None` removes it.
     pub(crate) fn set(&mut self, name: &str, value: Option<&str>) {
         match (self.parts.iter_mut().find(|(known, _)| known == name), value) {
-            (Some((_, held)), Some(value)) => *held = Some(value.to_owned()),
+            (Some((_, known)), Some(value)) => *known = Some(value.to_owned()),
             (None, Some(value)) => self.parts.push((name.to_owned(), Some(value.to_owned()))),
             (_, None) => self.parts.retain(|(known, _)| known != name),
         }

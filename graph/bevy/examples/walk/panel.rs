@@ -39,7 +39,7 @@ pub(crate) struct Menu {
     /// The line that the keyboard changes.
     line: usize,
     /// The slider that the mouse has.
-    held: Option<usize>,
+    dragged: Option<usize>,
     is_new: bool,
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn build(
     let facts = graph.facts().into_iter().filter(|(_, kind)| *kind == FactKind::Flag);
     let facts = facts.map(|(name, _)| (name, true)).collect();
     let sliders = PREFERRED.iter().filter_map(|name| slider(&graph, name)).take(MAX_SLIDERS).collect();
-    let menu = Menu { tiers, facts, sliders, line: 0, held: None, is_new: true };
+    let menu = Menu { tiers, facts, sliders, line: 0, dragged: None, is_new: true };
     let file = assets.get_path(look.pipeline.id()).map_or(String::new(), |path| path.to_string());
     spawn(&mut commands, &menu, &file);
     commands.insert_resource(menu);
@@ -224,20 +224,20 @@ pub(crate) fn mouse(
 ) {
     let Some(mut menu) = menu else { return };
     if !buttons.pressed(MouseButton::Left) {
-        menu.held = None;
+        menu.dragged = None;
         return;
     }
     for (cursor, part) in &parts {
         if buttons.just_pressed(MouseButton::Left) && cursor.cursor_over {
             match part {
-                Part::Slider(index) => (menu.held, menu.line) = (Some(*index), *index),
+                Part::Slider(index) => (menu.dragged, menu.line) = (Some(*index), *index),
                 part => choose(&mut menu, &mut look, *part),
             }
         }
-        if let (Some(held), Some(at)) = (menu.held, cursor.normalized)
-            && *part == Part::Slider(held)
+        if let (Some(dragged), Some(at)) = (menu.dragged, cursor.normalized)
+            && *part == Part::Slider(dragged)
         {
-            let slider = &mut menu.sliders[held];
+            let slider = &mut menu.sliders[dragged];
             let share = (at.x + 0.5).clamp(0.0, 1.0);
             slider.set = Some(slider.range.0 + share * (slider.range.1 - slider.range.0));
             menu.is_new = true;

@@ -39,7 +39,7 @@ use load::{PlanCompiler, PreparedMemory, Preparing};
 use loaded::Loaded;
 use loaded::previous::PreviousPlan;
 pub(crate) use loaded::residency::Residency;
-use record::{FrameCommands, clear_memory, take_over};
+use record::{FrameCommands, clear_memory, separate_from_old_plan};
 pub use rectangle::Rectangle;
 
 /// Runs plans on the host's device.
@@ -344,7 +344,7 @@ impl Executor {
             })?;
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
-            take_over(loaded, encoder);
+            separate_from_old_plan(loaded, encoder);
         }
         for &buffer in &loaded.zeroed {
             encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);

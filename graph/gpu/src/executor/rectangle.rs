@@ -47,14 +47,14 @@ impl std::fmt::Display for Rectangle {
 
 /// The rectangles in the uniforms; `None` if unknown.
 #[derive(Default)]
-pub(crate) struct HeldRectangles {
+pub(crate) struct WrittenRectangles {
     /// The uniform of each input of which frames state a rectangle.
     pub(crate) inputs: Vec<Option<[u8; RectangleInput::BYTES]>>,
     /// The rectangle of each output that has one.
     pub(crate) outputs: Vec<Option<Rectangle>>,
 }
 
-impl HeldRectangles {
+impl WrittenRectangles {
     pub(crate) fn none(plan: &Plan) -> Self {
         Self { inputs: vec![None; plan.rectangles.len()], outputs: vec![None; plan.outputs.len()] }
     }

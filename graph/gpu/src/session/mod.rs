@@ -17,7 +17,7 @@ use wgpu::{CommandEncoder, TextureView};
 pub use faults::KernelFaults;
 pub use frame::{FrameStep, InputImage};
 
-use crate::clock::{Clock, FrameTime, Recording};
+use crate::clock::{Clock, FrameTime, TimedCommands};
 use crate::platform::submit;
 use crate::post::{Post, PostError};
 use crate::stream::ReadbackBatch;
@@ -299,10 +299,10 @@ impl Session {
         samples: u32,
         images: &'r [InputImage],
         steps: &'r mut dyn FnMut() -> FrameStep,
-        baselines: Vec<Recording<'r>>,
+        baselines: Vec<TimedCommands<'r>>,
     ) -> Result<(FrameTime, Vec<FrameTime>), PostError> {
-        let frame: Recording<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));
-        let mut work: Vec<Recording<'r>> = [frame].into_iter().chain(baselines).collect();
+        let frame: TimedCommands<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));
+        let mut work: Vec<TimedCommands<'r>> = [frame].into_iter().chain(baselines).collect();
         let mut times = clock.medians(samples, &mut work)?.into_iter();
         let frame = times.next().expect("one time for each recording");
         Ok((frame, times.collect()))

@@ -1,7 +1,7 @@
 //! The split of a frame by passes.
 
 use super::{FrameStep, InputImage, Session, with_frame};
-use crate::clock::{Clock, Recording};
+use crate::clock::{Clock, TimedCommands};
 use crate::median::median;
 use crate::post::PostError;
 
@@ -57,7 +57,7 @@ impl Session {
         let passes = self.plan().passes.len();
         let executor = self.executor();
         let mut one = |pass| {
-            let work: Recording<'_> =
+            let work: TimedCommands<'_> =
                 Box::new(|encoder| with_frame(images, step, |frame| Ok(executor.encode_pass(encoder, frame, pass)?)));
             Ok(clock.medians(samples, &mut [work])?[0].ms())
         };

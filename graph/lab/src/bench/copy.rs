@@ -1,7 +1,7 @@
 //! The copy bandwidth of the device, which the bandwidth of passes is compared with.
 
 use afterimage_gpu::wgpu::{BufferUsages, ShaderSource, TextureUsages};
-use afterimage_gpu::{Clock, Gpu, Recording, wgpu};
+use afterimage_gpu::{Clock, Gpu, TimedCommands, wgpu};
 use afterimage_graph::image::Size;
 
 use crate::LabError;
@@ -58,7 +58,7 @@ fn by_shader(gpu: &Gpu, clock: &Clock, size: Size) -> Result<f64, LabError> {
             wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&to) },
         ],
     });
-    let copy: Recording<'_> = Box::new(|encoder| {
+    let copy: TimedCommands<'_> = Box::new(|encoder| {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
@@ -82,7 +82,7 @@ fn by_buffers(gpu: &Gpu, clock: &Clock, size: Size) -> Result<f64, LabError> {
         })
     };
     let (from, to) = (buffer(BufferUsages::COPY_SRC), buffer(BufferUsages::COPY_DST));
-    let copy: Recording<'_> = Box::new(|encoder| {
+    let copy: TimedCommands<'_> = Box::new(|encoder| {
         encoder.copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
         Ok(())
     });

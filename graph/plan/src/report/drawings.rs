@@ -64,8 +64,8 @@ fn geometry_view(geometry: &Geometry, names: &Names) -> Value {
     };
     let ranges = match &geometry.draws {
         Draws::Ranges(ranges) => json!(ranges.iter().map(|range| format!("{range:?}")).collect::<Vec<_>>()),
-        Draws::Indirect(held) => {
-            json!({ "buffer": buffer(held.buffer), "offset": held.offset, "ranges": held.ranges })
+        Draws::Indirect(indirect) => {
+            json!({ "buffer": buffer(indirect.buffer), "offset": indirect.offset, "ranges": indirect.ranges })
         }
     };
     json!({

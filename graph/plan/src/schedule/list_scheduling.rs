@@ -122,12 +122,12 @@ fn demanded(graph: &ScheduleGraph) -> Vec<usize> {
     let mut inputs: Vec<Vec<usize>> = graph.before.clone();
     for pass in 0..graph.len() {
         inputs[pass].sort_by_key(|input| (Reverse(needs[*input].saturating_sub(leaves[*input])), *input));
-        let mut held = 0;
+        let mut live = 0;
         for input in &inputs[pass] {
-            needs[pass] = needs[pass].max(held + needs[*input]);
-            held += leaves[*input];
+            needs[pass] = needs[pass].max(live + needs[*input]);
+            live += leaves[*input];
         }
-        needs[pass] = needs[pass].max(held + leaves[pass]);
+        needs[pass] = needs[pass].max(live + leaves[pass]);
     }
     let ends = (0..graph.len()).filter(|pass| graph.after[*pass].is_empty());
     depth_first(&inputs, ends)

@@ -98,10 +98,11 @@ fn check_attachments(walk: &Walk<'_>, pass: &str, drawing: &Drawing, faults: &mu
 /// The ranges that a buffer holds are in it.
 fn check_ranges(walk: &Walk<'_>, pass: &str, geometry: &Geometry, faults: &mut Faults) {
     let Draws::Indirect(IndirectDraws { buffer, offset, ranges }) = geometry.draws else { return };
-    let (each, held) = (if geometry.indices.is_some() { 20 } else { 16 }, walk.plan.buffers[buffer.0 as usize].bytes);
-    if offset % 4 != 0 || offset.saturating_add(each * u64::from(ranges)) > held {
+    let (stride, bytes) =
+        (if geometry.indices.is_some() { 20 } else { 16 }, walk.plan.buffers[buffer.0 as usize].bytes);
+    if offset % 4 != 0 || offset.saturating_add(stride * u64::from(ranges)) > bytes {
         let name = walk.name(Resource::Buffer(buffer));
-        faults.add(format!("pass `{pass}` reads {ranges} ranges from byte {offset} of `{name}`, which has {held}"));
+        faults.add(format!("pass `{pass}` reads {ranges} ranges from byte {offset} of `{name}`, which has {bytes}"));
     }
 }
 

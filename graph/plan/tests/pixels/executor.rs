@@ -15,7 +15,7 @@ pub struct Executor<'p> {
     plan: &'p Plan,
     /// The picture that the host gives in this frame.
     picture: Image,
-    held: BTreeMap<ImageId, Image>,
+    contents: BTreeMap<ImageId, Image>,
     /// What was held at the ends of earlier frames, the last one first.
     past: Vec<BTreeMap<ImageId, Image>>,
 }
@@ -23,7 +23,7 @@ pub struct Executor<'p> {
 impl<'p> Executor<'p> {
     /// The outputs of some frames, each with that picture.
     pub fn frames(plan: &'p Plan, pictures: &[Image]) -> Vec<Vec<(String, Image)>> {
-        let mut executor = Self { plan, picture: pictures[0].clone(), held: BTreeMap::new(), past: Vec::new() };
+        let mut executor = Self { plan, picture: pictures[0].clone(), contents: BTreeMap::new(), past: Vec::new() };
         pictures.iter().map(|picture| executor.frame(picture)).collect()
     }
 
@@ -36,11 +36,11 @@ impl<'p> Executor<'p> {
                 let result = planned.pass.results[0].image;
                 let image = self.pass(&planned.pass);
                 self.take_memory(result);
-                self.held.insert(result, image);
+                self.contents.insert(result, image);
             }
         }
         let shown = self.plan.outputs.iter().map(|output| (output.name.clone(), self.image(output.image))).collect();
-        self.past.insert(0, std::mem::take(&mut self.held));
+        self.past.insert(0, std::mem::take(&mut self.contents));
         shown
     }
 
@@ -50,7 +50,7 @@ impl<'p> Executor<'p> {
         let meets = |other: ImageId| {
             memory(self.plan, other).is_some_and(|range| range.start < taken.end && taken.start < range.end)
         };
-        self.held.retain(|other, _| !meets(*other));
+        self.contents.retain(|other, _| !meets(*other));
     }
 
     fn pass(&self, pass: &Pass) -> Image {
@@ -104,7 +104,7 @@ impl<'p> Executor<'p> {
         let filled = |number| Image::new(size.width as usize, size.height as usize, |_, _| [number; 4]);
         match &planned.origin {
             Origin::Input(_) => self.picture.clone(),
-            Origin::Transient | Origin::Baked => self.held.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN)),
+            Origin::Transient | Origin::Baked => self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN)),
             Origin::Previous { of, frames } => {
                 let past = self.past.get(*frames as usize - 1).map(|past| past.get(of).cloned());
                 past.map_or_else(|| filled(0.0), |image| image.unwrap_or_else(|| filled(f64::NAN)))
@@ -114,6 +114,6 @@ impl<'p> Executor<'p> {
     }
 }
 
-fn texture<'a>([held, library]: &'a [Image; 2], call: &KernelCall) -> &'a Image {
-    if reads_texels_as_they_are(&call.function) { held } else { library }
+fn texture<'a>([unchanged, library]: &'a [Image; 2], call: &KernelCall) -> &'a Image {
+    if reads_texels_as_they_are(&call.function) { unchanged } else { library }
 }

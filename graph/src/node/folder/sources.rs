@@ -73,8 +73,8 @@ impl Pair<'_> {
             return self.diagnostics.push(error.at(&location, ""));
         };
         self.used.insert(name.to_owned());
-        let held = self.declared.ty(source);
-        let (fits, expected) = match held {
+        let port_type = self.declared.ty(source);
+        let (fits, expected) = match port_type {
             PortType::Volume => (*ty == ArgType::Volume, "`texture_3d<f32>`"),
             PortType::Value => (matches!(ty, ArgType::Floats(1..=4)), "`f32`, `vec2f`, `vec3f` or `vec4f`"),
             PortType::Table => (*ty == ArgType::Texture, "`texture_2d<f32>`, which `#import table` reads"),
@@ -86,12 +86,13 @@ impl Pair<'_> {
             PortType::Image => (matches!(ty, ArgType::Floats(4) | ArgType::Texture), "`vec4f` or `texture_2d<f32>`"),
         };
         if !fits {
-            let message = format!("the argument {} is a {} and needs the type {expected}", quote(name), held.name());
+            let message =
+                format!("the argument {} is a {} and needs the type {expected}", quote(name), port_type.name());
             let error = Diagnostic::error("shader-argument", message).at(&location, "the shader takes it here");
             let declared = self.location(at, source);
             return self.diagnostics.push(error.also(&declared, "the node declares it here"));
         }
-        if held == PortType::Image && *ty != ArgType::Texture && self.declared.differs_in_size(at, source) {
+        if port_type == PortType::Image && *ty != ArgType::Texture && self.declared.differs_in_size(at, source) {
             let message = format!("the argument {} is a pixel of an image that may have another size", quote(name));
             let help = format!("take it as `{name}: texture_2d<f32>, {name}_sampler: sampler` and read it with `tap`");
             self.diagnostics.push(Diagnostic::error("shader-argument", message).at(&location, "").help(help));

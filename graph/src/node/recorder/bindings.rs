@@ -26,9 +26,9 @@ impl Bindings {
         if let GlobalKind::Uniform(_) = global.kind {
             return None;
         }
-        let held = self.held(recorder, &global.name)?;
-        require_texture(recorder, entry, &global.name, held);
-        Some(argument(&global.kind, held))
+        let bound = self.resolve(recorder, &global.name)?;
+        require_texture(recorder, entry, &global.name, bound);
+        Some(argument(&global.kind, bound))
     }
 
     /// The call of a module's entry point.
@@ -41,7 +41,7 @@ impl Bindings {
         KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, entry, &[]) }
     }
 
-    fn held(&self, recorder: &Recorder<'_>, name: &str) -> Option<Bound> {
+    fn resolve(&self, recorder: &Recorder<'_>, name: &str) -> Option<Bound> {
         let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, bound)| *bound);
         bound.or_else(|| {
             let index = recorder.kind.inputs.iter().position(|input| input.name == name)?;
@@ -76,15 +76,15 @@ fn block(recorder: &Recorder<'_>, name: &str) -> Option<Arg> {
 }
 
 /// Entry points take no samples and no arrays.
-fn require_texture(recorder: &Recorder<'_>, entry: &str, name: &str, held: Bound) {
-    let image = match held {
-        Bound::Resource(held) => held.image(),
+fn require_texture(recorder: &Recorder<'_>, entry: &str, name: &str, bound: Bound) {
+    let image = match bound {
+        Bound::Resource(resource) => resource.image(),
         Bound::Level(part) => Some(part.image),
     };
     let Some(desc) = image.map(|image| recorder.desc(image)) else { return };
     let samples = desc.samples;
     assert!(samples == 1, "`{name}` of `{entry}` has {samples} samples: functions alone read these");
-    match held {
+    match bound {
         Bound::Level(part) => recorder.require_part(part, entry),
         Bound::Resource(_) => {
             assert!(desc.layers == 1, "`{name}` of `{entry}` has {} layers: bind one with `level`", desc.layers);
@@ -92,8 +92,8 @@ fn require_texture(recorder: &Recorder<'_>, entry: &str, name: &str, held: Bound
     }
 }
 
-fn argument(kind: &GlobalKind, held: Bound) -> Arg {
-    match (held, kind) {
+fn argument(kind: &GlobalKind, bound: Bound) -> Arg {
+    match (bound, kind) {
         (Bound::Resource(Resource::Image(image)), GlobalKind::StorageTexture(_)) => Arg::Storage(image),
         (Bound::Resource(Resource::Image(image)), _) => Arg::Texture(image),
         (Bound::Resource(Resource::Buffer(buffer)), kind) => {

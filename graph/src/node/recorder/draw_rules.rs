@@ -216,8 +216,8 @@ impl Rules<'_> {
     /// What the ranges are, only the device knows.
     fn indirect(&mut self, geometry: &Geometry, indirect: &IndirectDraws) {
         let IndirectDraws { buffer, offset, ranges } = *indirect;
-        let held = self.recording.buffer(buffer);
-        let (label, is_of_frame) = (held.label.clone(), held.life == BufferLife::Frame);
+        let described = self.recording.buffer(buffer);
+        let (label, is_of_frame) = (described.label.clone(), described.life == BufferLife::Frame);
         self.require(ranges > 0, || "draws no range: use `clear`".into());
         self.require(offset % 4 == 0, || {
             format!("reads ranges from byte {offset} of the buffer `{label}`, which is not a multiple of 4")
@@ -232,8 +232,8 @@ impl Rules<'_> {
     }
 
     fn holds(&mut self, buffer: BufferId, bytes: u64) {
-        let held = self.recording.buffer(buffer);
-        let (label, has) = (held.label.clone(), held.bytes);
+        let described = self.recording.buffer(buffer);
+        let (label, has) = (described.label.clone(), described.bytes);
         self.require(has >= bytes, || format!("reads {bytes} bytes of the buffer `{label}`, which has {has}"));
     }
 

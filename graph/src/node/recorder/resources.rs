@@ -49,7 +49,7 @@ impl Recorder<'_> {
         let (node, given) = (self.node, bytes.as_ref());
         let is_same = |known: &VirtualImage| {
             known.desc == desc
-                && matches!(&known.origin, Origin::Constant(held) if is_equal(held, given))
+                && matches!(&known.origin, Origin::Constant(old) if is_equal(old, given))
                 && is_label(&known.label, node, name)
         };
         if let Some(known) = self.replay.as_mut().and_then(|replay| replay.image(self.recording, is_same)) {
@@ -100,8 +100,8 @@ impl Recorder<'_> {
     /// sizes.
     pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
-        let held: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
-        let has_room = self.recording.most_computed.is_none_or(|most| held.saturating_add(desc.bytes()) <= most);
+        let computed: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
+        let has_room = self.recording.most_computed.is_none_or(|most| computed.saturating_add(desc.bytes()) <= most);
         let make = || if has_room { compute() } else { vec![0; desc.bytes() as usize] };
         let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| make().into()).clone();
         assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
@@ -130,7 +130,7 @@ impl Recorder<'_> {
     /// A buffer whose contents are known now.
     pub fn constant_buffer(&mut self, name: &str, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> BufferId {
         let (given, length) = (bytes.as_ref(), bytes.as_ref().len() as u64);
-        let same = |life: &BufferLife| matches!(life, BufferLife::Constant(held) if is_equal(held, given));
+        let same = |life: &BufferLife| matches!(life, BufferLife::Constant(old) if is_equal(old, given));
         let known = self.known_buffer(name, length, same);
         known.unwrap_or_else(|| self.new_buffer(name, length, BufferLife::Constant(bytes.into())))
     }
@@ -149,6 +149,6 @@ impl Recorder<'_> {
 }
 
 /// Whether both have the same bytes. Large tables are often the same memory.
-fn is_equal(held: &[u8], given: &[u8]) -> bool {
-    std::ptr::eq(held, given) || held == given
+fn is_equal(old: &[u8], given: &[u8]) -> bool {
+    std::ptr::eq(old, given) || old == given
 }

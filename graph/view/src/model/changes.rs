@@ -66,7 +66,7 @@ pub struct Changes {
     done: Vec<State>,
     undone: Vec<State>,
     /// The control that is being dragged: its next change belongs to the same step.
-    held: Option<Target>,
+    dragged: Option<Target>,
 }
 
 impl Changes {
@@ -126,7 +126,7 @@ impl Changes {
         if self.present.values.get(target) == value.as_ref() {
             return;
         }
-        if self.held.as_ref() != Some(target) {
+        if self.dragged.as_ref() != Some(target) {
             self.begin_step();
         }
         self.undone.clear();
@@ -134,17 +134,17 @@ impl Changes {
             Some(value) => drop(self.present.values.insert(target.clone(), value)),
             None => drop(self.present.values.remove(target)),
         }
-        self.held = Some(target.clone());
+        self.dragged = Some(target.clone());
     }
 
     /// Whether a control is being dragged.
-    pub fn is_held(&self) -> bool {
-        self.held.is_some()
+    pub fn is_dragging(&self) -> bool {
+        self.dragged.is_some()
     }
 
     /// Ends a drag: the next change is another step.
     pub fn release(&mut self) {
-        self.held = None;
+        self.dragged = None;
     }
 
     pub fn edit(&mut self, text: &str) {
@@ -220,12 +220,12 @@ impl Changes {
     fn begin_step(&mut self) {
         self.done.push(self.present.clone());
         self.undone.clear();
-        self.held = None;
+        self.dragged = None;
     }
 
     /// Replaces the present state, and returns it with the difference.
     fn restore(&mut self, mut state: State) -> (State, Restored) {
-        self.held = None;
+        self.dragged = None;
         if state.text == self.present.text {
             // The tiers are the same, and the user has chosen one.
             state.tier.clone_from(&self.present.tier);

@@ -58,7 +58,7 @@ impl InactiveCache {
             self.nodes.clear();
         }
         let known = self.nodes.get(&node);
-        if known.is_some() && changes.is_held() {
+        if known.is_some() && changes.is_dragging() {
             return;
         }
         let values = present_values(graph, node, changes);

@@ -264,7 +264,7 @@ impl Page {
     /// Writes what the user has changed into the address, once a control is let go.
     fn state_in_address(&mut self) {
         let model = &self.viewer.model;
-        if model.changes().is_held() {
+        if model.changes().is_dragging() {
             return;
         }
         let stated = Stated::of(model);

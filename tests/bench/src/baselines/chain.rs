@@ -2,7 +2,7 @@
 
 use afterimage_gpu::wgpu::util::DeviceExt as _;
 use afterimage_gpu::wgpu::{self, BindGroupEntry, BindingResource, TextureFormat, TextureUsages, TextureView};
-use afterimage_gpu::{Gpu, InputImage, Recording, download};
+use afterimage_gpu::{Gpu, InputImage, TimedCommands, download};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::Camera;
 use afterimage_lab::LabError;
@@ -35,7 +35,7 @@ impl Chain {
     }
 
     /// Its commands.
-    pub(crate) fn recording(&self) -> Recording<'_> {
+    pub(crate) fn recording(&self) -> TimedCommands<'_> {
         Box::new(|encoder| {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             for (pipeline, group, groups) in &self.dispatches {

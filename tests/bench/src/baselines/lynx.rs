@@ -2,7 +2,7 @@
 
 use afterimage_gpu::wgpu::util::DeviceExt as _;
 use afterimage_gpu::wgpu::{self, BindGroupEntry, BindingResource, TextureFormat, TextureUsages, TextureView};
-use afterimage_gpu::{FrameTime, Gpu, Recording, download};
+use afterimage_gpu::{FrameTime, Gpu, TimedCommands, download};
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::value::Value;
@@ -119,7 +119,7 @@ pub(crate) fn chains(gpu: &Gpu, settings: &Chain, scene: &TextureView) -> [Vec<H
 }
 
 /// All chains, to be recorded.
-pub(crate) fn recordings(chains: &[Vec<HandWritten>; 2]) -> Vec<Recording<'_>> {
+pub(crate) fn recordings(chains: &[Vec<HandWritten>; 2]) -> Vec<TimedCommands<'_>> {
     chains.iter().flatten().map(HandWritten::recording).collect()
 }
 
@@ -245,7 +245,7 @@ impl HandWritten {
         self.dispatches.push((pipeline, group, groups(Size::new(texture.width(), texture.height()))));
     }
 
-    fn recording(&self) -> Recording<'_> {
+    fn recording(&self) -> TimedCommands<'_> {
         Box::new(|encoder| {
             self.record(encoder);
             Ok(())

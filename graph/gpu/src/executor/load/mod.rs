@@ -23,7 +23,7 @@ use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::residency::Residency;
 use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
-use crate::executor::rectangle::HeldRectangles;
+use crate::executor::rectangle::WrittenRectangles;
 use crate::heap::{Place, Placed};
 use crate::layout::manual_filtering;
 use crate::pipelines::{Built, PipelineRequest, Pipelines};
@@ -157,7 +157,7 @@ impl PlanCompiler {
             persistent: buffers_that_live(&plan, &BufferLife::Persistent),
             host_views: host_views(&plan, &residency),
             in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
-            rectangles: HeldRectangles::none(&plan),
+            rectangles: WrittenRectangles::none(&plan),
             blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
             plan,
             residency,

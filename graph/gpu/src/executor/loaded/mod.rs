@@ -20,7 +20,7 @@ use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::tables::Tables;
-use crate::executor::rectangle::{HeldRectangles, Rectangle};
+use crate::executor::rectangle::{Rectangle, WrittenRectangles};
 use crate::pipelines::Built;
 use crate::timing::Timing;
 
@@ -34,7 +34,7 @@ pub(crate) struct Loaded {
     /// The bytes of each host block in the uniforms.
     pub(crate) blocks: Vec<Vec<u8>>,
     /// The rectangles in the uniforms.
-    pub(crate) rectangles: HeldRectangles,
+    pub(crate) rectangles: WrittenRectangles,
     /// The host images of each pass.
     pub(crate) host_views: Vec<HostViews>,
     /// Whether each pass binds a history image, which rotates every frame.

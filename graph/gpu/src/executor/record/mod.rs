@@ -22,13 +22,13 @@ pub(crate) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut Comma
     }
     for binding in &loaded.residency.bindings {
         let ImageBinding::Ring(ring, 0) = binding else { continue };
-        ring.iter().for_each(|stored| store::blacken(device, stored, encoder));
+        ring.iter().for_each(|stored| store::clear(device, stored, encoder));
     }
 }
 
 /// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image
 /// waits for all earlier passes.
-pub(crate) fn take_over(loaded: &Loaded, encoder: &mut CommandEncoder) {
+pub(crate) fn separate_from_old_plan(loaded: &Loaded, encoder: &mut CommandEncoder) {
     let textures = loaded.residency.heap_textures().map(|texture| wgpu::TextureTransition {
         texture,
         selector: None,

@@ -14,7 +14,7 @@ use crate::platform::{caught, scoped};
 impl Loaded {
     /// Writes the blocks of a frame that have changed.
     pub(crate) fn write_blocks(&mut self, device: &Device, queue: &Queue, frame: &Frame<'_>) -> Result<(), GpuError> {
-        for (planned, held) in self.plan.blocks.iter().zip(&mut self.blocks) {
+        for (planned, written) in self.plan.blocks.iter().zip(&mut self.blocks) {
             let (port, declared) = (&planned.name, planned.block);
             let given = frame.blocks.iter().find(|(name, _)| name == port).map(|(_, data)| *data);
             let data = given.ok_or_else(|| GpuError::MissingBlock { port: port.clone(), ty: declared.name })?;
@@ -22,10 +22,10 @@ impl Loaded {
                 let (port, given) = (port.clone(), data.block().name);
                 return Err(GpuError::WrongBlock { port, given, wanted: declared.name });
             }
-            if held != data.bytes() {
+            if written != data.bytes() {
                 write(device, queue, "the blocks of a frame", &self.uniforms, planned.offset, data.bytes())?;
-                held.clear();
-                held.extend_from_slice(data.bytes());
+                written.clear();
+                written.extend_from_slice(data.bytes());
             }
         }
         Ok(())
@@ -40,26 +40,26 @@ impl Loaded {
     ) -> Result<(), GpuError> {
         let (plan, what) = (&self.plan, "the rectangles of a frame");
         check_stated(plan, frame)?;
-        for (input, held) in plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
+        for (input, written) in plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
             let uniform = input_uniform(plan, input, frame)?;
-            if *held != Some(uniform) {
+            if *written != Some(uniform) {
                 for offset in &input.places {
                     write(device, queue, what, &self.uniforms, *offset, &uniform)?;
                 }
-                *held = Some(uniform);
+                *written = Some(uniform);
             }
         }
-        for (output, held) in plan.outputs.iter().zip(&mut self.rectangles.outputs) {
+        for (output, written) in plan.outputs.iter().zip(&mut self.rectangles.outputs) {
             if !output.in_rectangle {
                 continue;
             }
             let rectangle = output_rectangle(plan, output, frame)?;
-            if *held != Some(rectangle) {
+            if *written != Some(rectangle) {
                 let origin = [rectangle.x as f32, rectangle.y as f32].map(f32::to_le_bytes);
                 for offset in plan.origin_places(output) {
                     write(device, queue, what, &self.uniforms, offset, origin.as_flattened())?;
                 }
-                *held = Some(rectangle);
+                *written = Some(rectangle);
             }
         }
         Ok(())

@@ -8,7 +8,7 @@ use crate::request::PlanRequest;
 
 /// What a node records with, besides its parameters.
 #[derive(Clone, Debug)]
-pub(crate) struct NodeSetting {
+pub(crate) struct NodeContext {
     pub(crate) name: String,
     pub(crate) dynamic: Vec<usize>,
     pub(crate) format: Option<Format>,
@@ -20,13 +20,13 @@ pub(crate) struct NodeSetting {
 
 /// What all nodes record with.
 #[derive(Clone, Debug)]
-pub(crate) struct FrameSetting {
+pub(crate) struct FrameContext {
     pub(crate) size: Size,
     pub(crate) caps: Caps,
     pub(crate) exact: bool,
 }
 
-impl FrameSetting {
+impl FrameContext {
     pub(crate) fn new(request: &PlanRequest<'_>) -> Self {
         Self { size: request.given.size, caps: request.caps.clone(), exact: request.options.exact }
     }
