@@ -116,6 +116,33 @@ fn rectangles_move_without_a_plan_and_leave_what_is_around_them() {
     }
 }
 
+/// New parameters are written in one range, in which rectangles lie too.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn rectangles_stay_where_they_are_while_parameters_change() {
+    let picture = Picture::new(SIZE.width, SIZE.height, light);
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let parameters = ["exposed.stops", "lit.strength"].map(|name| host.post.parameter::<f32>(name).unwrap());
+    let scene = surrounded(&host, Size::new(240, 150), &picture, &[(17, 9)]);
+    let texture = target(&host, wgpu::TextureUsages::RENDER_ATTACHMENT);
+    let shown = texture.create_view(&Default::default());
+    let rectangles = &[("scene", at(17, 9)), ("display", at(40, 30))];
+    for (changes, values) in [("neither", [0.0, 0.15]), ("one", [0.0, 0.4]), ("both", [1.0, 0.2]), ("one", [0.5, 0.2])]
+    {
+        for (parameter, value) in parameters.iter().zip(values) {
+            host.post.set(*parameter, value).unwrap();
+        }
+        let (inputs, outputs) = (&[("scene", &scene)], &[("display", &shown)]);
+        submit(&mut host, &Frame { inputs, outputs, rectangles, reset: true, ..Frame::default() });
+        let [stops, strength] = values.map(|value| format!("{value:?}"));
+        let mut set = Host::new(changed("lynx.ron", None, &[("exposed.stops", &stops), ("lit.strength", &strength)]));
+        set.scene = view(&set, &picture);
+        let (inside, is_kept) = taken(&host, &texture, &[at(40, 30)]);
+        assert!(is_kept, "{changes} of the parameters changes: texels around the rectangle have changed");
+        assert_same(&inside[0], &set.shown());
+    }
+}
+
 /// Rectangles alone need no bind groups, and two views have uniforms of their own.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

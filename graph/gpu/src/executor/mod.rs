@@ -159,8 +159,8 @@ impl Executor {
     /// Changes bytes of the uniforms of the plan in use, for all frames that are submitted later.
     pub(crate) fn write_uniforms(&mut self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        // Rectangles lie between parameters, and the bytes may have zeros there.
-        loaded.forget_rectangles();
+        // Rectangles lie between parameters.
+        loaded.overwrite(&(offset..offset + bytes.len() as u64));
         loaded.tables.write(offset, bytes);
         let (device, what) = (&self.compiler.device, "the parameters of the plan");
         write(device, &self.queue, what, &loaded.uniforms, offset, bytes)
@@ -264,7 +264,7 @@ impl Executor {
                 watched(&self.compiler.device, what, || caught(what, write))?;
                 loaded.plan = plan;
                 loaded.tables.write(0, &uniforms);
-                loaded.forget_blocks();
+                loaded.overwrite(&(0..uniforms.len() as u64));
                 Ok(None)
             }
             (PreparedMemory::Allocated { loaded: mut new, previous }, old)

@@ -58,9 +58,4 @@ impl WrittenRectangles {
     pub(crate) fn none(plan: &Plan) -> Self {
         Self { inputs: vec![None; plan.rectangles.len()], outputs: vec![None; plan.outputs.len()] }
     }
-
-    pub(crate) fn forget(&mut self) {
-        self.inputs.fill(None);
-        self.outputs.fill(None);
-    }
 }

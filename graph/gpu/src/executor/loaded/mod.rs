@@ -7,11 +7,12 @@ pub(crate) mod previous;
 pub(crate) mod residency;
 pub(crate) mod tables;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
-use afterimage_plan::{PlacedPlan, Plan, Stage};
+use afterimage_plan::{PlacedPlan, Plan, RectangleInput, Stage};
 use wgpu::{Buffer, TextureFormat, TextureView};
 
 use crate::device::texture_format;
@@ -106,15 +107,25 @@ impl HostViews {
 }
 
 impl Loaded {
-    /// After all uniforms were written: blocks and rectangles hold zeros.
-    pub(crate) fn forget_blocks(&mut self) {
-        self.blocks.iter_mut().for_each(|held| held.fill(0));
-        self.forget_rectangles();
-    }
-
-    /// After uniforms were written: rectangles may hold zeros.
-    pub(crate) fn forget_rectangles(&mut self) {
-        self.rectangles.forget();
+    /// Notes that these bytes of the uniforms were overwritten. Blocks and rectangles there are zeros now, and the next
+    /// frame writes them again; all others remain.
+    pub(crate) fn overwrite(&mut self, range: &Range<u64>) {
+        for (planned, block) in self.plan.blocks.iter().zip(&mut self.blocks) {
+            if overlaps(range, planned.offset, block.len()) {
+                block.fill(0);
+            }
+        }
+        for (input, written) in self.plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
+            if input.places.iter().any(|offset| overlaps(range, *offset, RectangleInput::BYTES)) {
+                *written = None;
+            }
+        }
+        for (output, written) in self.plan.outputs.iter().zip(&mut self.rectangles.outputs) {
+            let bytes = size_of::<[f32; 2]>();
+            if written.is_some() && self.plan.origin_places(output).any(|offset| overlaps(range, offset, bytes)) {
+                *written = None;
+            }
+        }
     }
 
     /// The name of a pass, if passes are labeled.
@@ -163,6 +174,11 @@ impl Loaded {
         let pass = &self.plan.passes[pass].pass;
         !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
     }
+}
+
+/// Whether `bytes` bytes from `offset` on have some in the range.
+fn overlaps(range: &Range<u64>, offset: u64, bytes: usize) -> bool {
+    range.start < offset + bytes as u64 && offset < range.end
 }
 
 /// The format of the attachment of a planned draw; `None` for a dispatch.

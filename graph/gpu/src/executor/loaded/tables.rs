@@ -23,17 +23,14 @@ impl Tables {
 
     /// Notes bytes that are written to the uniforms: other ones than before need other tables.
     pub(crate) fn write(&mut self, offset: u64, bytes: &[u8]) {
-        let written = offset..offset + bytes.len() as u64;
-        for (start, held) in &mut self.uniforms {
-            let range = *start..*start + held.len() as u64;
-            let both = range.start.max(written.start)..range.end.min(written.end);
-            if both.is_empty() {
-                continue;
-            }
-            let part = |from: u64| (both.start - from) as usize..(both.end - from) as usize;
-            let (held, new): (&mut [u8], &[u8]) = (&mut held[part(*start)], &bytes[part(offset)]);
-            if held != new {
-                held.copy_from_slice(new);
+        for (start, known) in &mut self.uniforms {
+            let first = offset.max(*start);
+            let end = (offset + bytes.len() as u64).min(*start + known.len() as u64);
+            let Some(count) = end.checked_sub(first) else { continue };
+            let new = &bytes[(first - offset) as usize..][..count as usize];
+            let known = &mut known[(first - *start) as usize..][..count as usize];
+            if known != new {
+                known.copy_from_slice(new);
                 self.is_filled = false;
             }
         }
