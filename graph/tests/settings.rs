@@ -131,13 +131,17 @@ fn bytes_that_are_no_text_are_no_pipeline() {
 }
 
 #[test]
-fn a_state_that_nothing_chooses_follows_the_first_input() {
+fn a_state_is_the_chosen_one_and_without_a_choice_that_of_the_first_input() {
     let text = r#"Pipeline(inputs: { "in": Encoded, "mask": Mask }, outputs: { "out": "graded" },
         nodes: { "graded": Chosen(source: "in", mask: "mask") })"#;
     let registry = Registry::new(&[&[NodeKind::of::<Chosen>()]]).expect("it is one kind");
     let document = parse("chosen.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
     let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(graph.nodes[0].states, [Some(ColorState::Encoded)]);
+    let chosen = text.replace("mask: \"mask\"", "mask: \"mask\", state: Scene");
+    let document = parse("chosen.ron", &chosen).unwrap_or_else(|errors| panic!("{errors}"));
+    let (graph, _) = check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(graph.nodes[0].states, [Some(ColorState::Scene)]);
 }
 
 params! {
@@ -201,6 +205,63 @@ fn an_input_tells_whether_its_alpha_is_needed_and_an_output_its_color_state() {
     assert!(checked(&text("(needs_alpha: true)")).inputs[0].needs_alpha);
     assert!(!checked(&text("")).inputs[0].needs_alpha);
     assert_eq!(checked(&text("")).outputs[0].state, ColorState::Exposed);
+}
+
+/// The codes of the errors of a pipeline.
+fn codes(text: &str) -> Vec<&'static str> {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).unwrap();
+    let checked = parse("test.ron", text).and_then(|document| check(&document, &registry, &CheckOptions::default()));
+    checked.err().iter().flat_map(|errors| errors.iter().map(|error| error.code)).collect()
+}
+
+#[test]
+fn a_name_has_at_most_256_bytes() {
+    let named = |bytes: usize| {
+        let name = "n".repeat(bytes);
+        codes(&format!(
+            r#"Pipeline(
+                inputs: {{ "in": Color }},
+                nodes: {{ "{name}": Exposure(source: "in") }},
+                outputs: {{ "out": "{name}" }},
+            )"#
+        ))
+    };
+    assert_eq!(named(256), [""; 0]);
+    assert!(named(257).contains(&"long-name"), "{:?}", named(257));
+}
+
+#[test]
+fn images_of_two_color_states_are_not_mixed() {
+    let mixed = |bloom: &str| {
+        codes(&format!(
+            r#"Pipeline(
+                inputs: {{ "in": Color }},
+                nodes: {{
+                    "gain": Exposure(source: "in"),
+                    "lit": Composite(base: "gain", bloom: "{bloom}"),
+                }},
+                outputs: {{ "out": "lit" }},
+            )"#
+        ))
+    };
+    assert_eq!(mixed("gain"), [""; 0]);
+    assert_eq!(mixed("in"), ["color-conflict"]);
+}
+
+#[test]
+fn the_name_of_a_parameter_ends_with_what_follows_its_last_dot() {
+    let graph = checked(
+        r#"Pipeline(
+            inputs: { "in": Color },
+            nodes: { "gain": Exposure(source: "in") },
+            outputs: { "out": "gain" },
+        )"#,
+    );
+    let found = graph.parameter("gain.stops").unwrap();
+    assert_eq!(graph.parameter_name(found), "gain.stops");
+    let refused = |name: &str| graph.parameter(name).unwrap_err();
+    assert!(refused("gain.x.stops").starts_with("no node is called `gain.x`"), "{}", refused("gain.x.stops"));
+    assert!(refused("gain.stop").starts_with("`gain` has no parameter `stop`"), "{}", refused("gain.stop"));
 }
 
 #[test]

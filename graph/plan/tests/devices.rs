@@ -7,12 +7,14 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::{PassKind, Resource};
 use afterimage_plan::codegen::SlotKind;
-use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, When};
+use afterimage_plan::{
+    Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, PlannedPass, Requirement, Stage, When, plan,
+};
 use proptest::prelude::*;
 
 use super::fusion::planned_on;
 use super::model::blurs;
-use super::planned::{FRAME, all_formats, built_in, plan_images, plan_on};
+use super::planned::{FRAME, all_formats, built_in, checked, plan_images, plan_on};
 
 /// What the framework writes for a pass: an author's compute kernel keeps to what every device has by the contract.
 fn is_ours(planned: &PlannedPass) -> bool {
@@ -135,6 +137,36 @@ fn an_image_or_a_volume_is_as_large_as_the_device_allows_and_no_larger() {
     let deep = |max_volume_side| plan(seed, Caps { max_volume_side, ..all_formats() });
     assert!(deep(longest).is_ok());
     assert!(matches!(deep(longest - 1), Err(PlanError::TooLarge { limit, .. }) if limit == longest - 1));
+}
+
+/// What is wrong with a request whose image has that many samples in each pixel.
+fn error_of_samples(input: &str, node: &str, samples: u32) -> Option<String> {
+    let graph = checked(&format!(
+        r#"Pipeline(inputs: {{ "in": {input} }}, nodes: {{ "a": {node}(source: "in") }}, outputs: {{ "out": "a" }})"#
+    ));
+    let given = GivenImage { desc: ImageDesc::new(FRAME).multisampled(samples), finite: false };
+    let request = PlanRequest {
+        given: HostInputs { inputs: [("in".to_owned(), given)].into(), ..HostInputs::nothing(FRAME) },
+        facts: Facts::default(),
+        caps: all_formats(),
+        options: Options::default(),
+        dynamic: Default::default(),
+        requirement: &Requirement::typical,
+    };
+    plan(&graph, &request).err().map(|error| error.to_string())
+}
+
+#[test]
+fn an_image_with_samples_that_its_input_does_not_state_is_an_error_that_tells_what_to_do() {
+    let (several, one) = ("Color(multisampled: true)", "Color");
+    assert_eq!(error_of_samples(several, "Resolve", 4), None);
+    assert_eq!(error_of_samples(one, "Exposure", 1), None);
+    let error = error_of_samples(several, "Resolve", 1).expect("it has one sample");
+    assert!(error.starts_with("input `in` is multisampled, but its image has one sample in each pixel"), "{error}");
+    assert!(error.contains("a host gives the image that it draws to"), "{error}");
+    let error = error_of_samples(one, "Exposure", 4).expect("it has several samples");
+    assert!(error.starts_with("input `in` is not multisampled, but its image has 4 samples in each pixel"), "{error}");
+    assert!(error.contains("declare the input as `multisampled: true`, and wire it to a `Resolve`"), "{error}");
 }
 
 /// Of a format that the device can neither store nor draw, the next wider one is taken, and no wider one.

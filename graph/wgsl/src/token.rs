@@ -186,6 +186,7 @@ mod tests {
         let text = "#import tent\n/* #import not */ // #import nor\n#import my-noise; fn f() {}";
         assert_eq!(super::imports(text), ["tent", "my-noise"]);
         assert!(super::imports("#import tent /*").is_empty());
+        assert_eq!(super::imports("#import\ttent\n#import \t my-noise\n#import\nnothing"), ["tent", "my-noise"]);
     }
 
     proptest! {

@@ -389,9 +389,23 @@ fn copied(v: vec4f, params: Look) -> vec4f {
 }
 ";
 
+    /// An entry point, which has its uniform in a variable.
+    const ENTRY: &str = "
+struct Look { strength: f32, knee: f32, tint: vec3f, mode: u32, spare: f32 }
+@group(0) @binding(0) var<uniform> params: Look;
+@group(0) @binding(1) var<storage, read_write> result: array<f32>;
+fn bent() -> f32 { return params.knee; }
+@compute @workgroup_size(1)
+fn made() { if params.strength > 0.0 { result[0] = bent(); } }
+";
+
     /// The members that a function reads.
     fn read(function: &str, promises: &[&str], strength: f32, mode: u32) -> Vec<&'static str> {
-        let shader = Shader::loaded("look.wgsl".into(), SOURCE.into());
+        read_of(SOURCE, function, promises, strength, mode)
+    }
+
+    fn read_of(text: &str, function: &str, promises: &[&str], strength: f32, mode: u32) -> Vec<&'static str> {
+        let shader = Shader::loaded("look.wgsl".into(), text.into());
         let layout = shader.reflect().expect("it is valid").layout("Look").expect("it is declared").clone();
         let mut uniform = vec![0; layout.size as usize];
         uniform[layout.members[0].offset as usize..][..4].copy_from_slice(&strength.to_le_bytes());
@@ -410,6 +424,12 @@ fn copied(v: vec4f, params: Look) -> vec4f {
         assert_eq!(read("shown", &["CLIPS"], 1.0, 0), ["tint"]);
         assert_eq!(read("chosen", &[], 1.0, 2), ["mode", "spare"]);
         assert_eq!(read("chosen", &[], 1.0, 1), ["knee", "mode"]);
+    }
+
+    #[test]
+    fn an_entry_point_reads_the_members_of_its_variable() {
+        assert_eq!(read_of(ENTRY, "made", &[], 1.0, 0), ["strength", "knee"]);
+        assert_eq!(read_of(ENTRY, "made", &[], 0.0, 0), ["strength"]);
     }
 
     #[test]

@@ -102,6 +102,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_side_of_no_pixels_or_of_too_many_is_refused_when_reading_and_writing() {
+        let cases = [
+            ((1, 1), None),
+            ((0, 1), Some(ErrorKind::Broken)),
+            ((1, 0), Some(ErrorKind::Broken)),
+            ((MAX_SIDE, 1), None),
+            ((MAX_SIDE + 1, 1), Some(ErrorKind::TooLarge)),
+            ((1, MAX_SIDE + 1), Some(ErrorKind::TooLarge)),
+        ];
+        for (size, kind) in cases {
+            assert_eq!(Budget(MAX_BYTES).check(size, 4, 0).err().map(|error| error.kind), kind, "read {size:?}");
+            assert_eq!(check_size(size, 4).err().map(|error| error.kind), kind, "write {size:?}");
+        }
+    }
+
+    #[test]
     fn sizes_are_told_in_the_unit_that_suits_them() {
         let told = [(0, "0 bytes"), (1023, "1023 bytes"), (1024, "1 KiB"), (3 << 20, "3 MiB"), (3 << 29, "1.5 GiB")];
         for (bytes, text) in told {

@@ -178,3 +178,38 @@ fn late(graph: &ScheduleGraph, order: &[usize]) -> Vec<usize> {
     moved.sort_by_key(|pass| (slot[*pass], place[*pass]));
     moved
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::schedule_graph::Item;
+    use super::*;
+    use crate::topological::transposed;
+
+    /// A graph of what each pass waits for, and of images: their bytes, and the passes that use them.
+    fn graph(before: &[&[usize]], images: &[(u64, &[usize])]) -> ScheduleGraph {
+        let before: Vec<Vec<usize>> = before.iter().map(|passes| passes.to_vec()).collect();
+        let mut uses = vec![Vec::new(); before.len()];
+        for (index, (_, users)) in images.iter().enumerate() {
+            users.iter().for_each(|pass| uses[*pass].push(index));
+        }
+        let items = images.iter().map(|(bytes, users)| Item { bytes: *bytes, users: users.to_vec() }).collect();
+        ScheduleGraph { after: transposed(&before), before, uses, items }
+    }
+
+    #[test]
+    fn the_input_that_needs_the_most_memory_comes_first() {
+        // Pass 3 reads a small image of pass 0 and a small one of pass 2, for which pass 1 makes a large one.
+        let graph = graph(&[&[], &[], &[1], &[0, 2]], &[(1, &[0, 3]), (10, &[1, 2]), (1, &[2, 3])]);
+        let order = demanded(&graph);
+        assert_eq!(order, [1, 2, 0, 3]);
+        assert_eq!([graph.peak(&[0, 1, 2, 3]), graph.peak(&order)], [12, 11]);
+        assert!(candidate_orders(&graph).iter().any(|order| graph.peak(order) == 11));
+    }
+
+    #[test]
+    fn depth_first_runs_what_an_input_waits_for_before_the_next_input() {
+        let inputs = [vec![], vec![0], vec![0], vec![2, 1], vec![], vec![4, 3]];
+        assert_eq!(depth_first(&inputs, [3, 5].into_iter()), [0, 2, 1, 3, 4, 5]);
+        assert_eq!(depth_first(&inputs, [5].into_iter()), [4, 0, 2, 1, 3, 5]);
+    }
+}

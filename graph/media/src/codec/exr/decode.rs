@@ -253,3 +253,28 @@ fn to_rec709<T: Sample>(matrix: &Mat3, values: &mut [T]) {
         [*r, *g, *b] = rgb.map(T::from_float);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+    use crate::codec::exr::read::open;
+    use crate::codec::{Budget, ErrorKind, ExrOptions, Picture, Pixels, decode, encode_exr};
+
+    /// Chunks are decoded on threads of a pool, where the guard around the whole file does not reach.
+    #[test]
+    fn a_panic_in_a_chunk_is_an_error_of_the_file() {
+        let picture = Picture::new(4, 4, Pixels::Half(vec![f16::ONE; 64]));
+        let file = encode_exr(&picture, &ExrOptions::default()).expect("it can be written");
+        assert!(decode(Cursor::new(&file), None, Budget(1 << 30)).is_ok());
+        let reader = open(Cursor::new(&file)).expect("the headers are valid");
+        let header = &reader.headers()[0];
+        let (display, data) = (header.shared_attributes.display_window, header.data_window());
+        // No file has a channel of this number.
+        let choice = Choice { part: 0, slots: [Some(99), None, None, None], is_color: false };
+        let placement = Placement { choice, display, data, color: None };
+        let error = decode_blocks::<f16, _>(reader, &placement).expect_err("the channel is not there");
+        assert_eq!(error.kind, ErrorKind::Broken);
+    }
+}
