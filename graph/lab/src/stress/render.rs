@@ -127,22 +127,41 @@ impl Renderer {
         rendered
     }
 
-    /// What functions of kinds in folders do wrong in each of these frames. Frames that fail have nothing.
+    /// Adds to `found` what functions of kinds in folders do wrong in each of these frames. An error is a sentence for
+    /// the report, and ends the search.
     pub(crate) fn kernel_faults(
         &mut self,
         configuration: &mut Configuration,
         request: RenderRequest<'_>,
-    ) -> Vec<KernelFaults> {
-        let RenderRequest { subject, graph, size, .. } = request;
-        let mut found = Vec::new();
-        let Ok(plan) = configuration.plan(subject, graph, size) else { return found };
-        let Ok(frames) = self.frames(configuration, &plan, request) else { return found };
-        for (images, _) in frames {
-            let session = configuration.session(subject, graph);
-            let faults = catch_panic(|| session.kernel_faults(size, &images));
-            faults.into_iter().flatten().flatten().for_each(|faults| faults.add_to(&mut found));
+        found: &mut Vec<KernelFaults>,
+    ) -> Result<(), String> {
+        let searched = self.search_frames(configuration, request, found);
+        if searched.is_err() {
+            configuration.session = None;
         }
-        found
+        searched
+    }
+
+    fn search_frames(
+        &mut self,
+        configuration: &mut Configuration,
+        request: RenderRequest<'_>,
+        found: &mut Vec<KernelFaults>,
+    ) -> Result<(), String> {
+        let RenderRequest { subject, graph, size, .. } = request;
+        let plan = configuration.plan(subject, graph, size)?;
+        for (images, _) in self.frames(configuration, &plan, request)? {
+            let session = configuration.session(subject, graph);
+            let counted = catch_panic(|| session.kernel_faults(size, &images));
+            let counted = counted.map_err(|panic| format!("panics: {panic}"))?;
+            for faults in counted.map_err(|error| one_line(&error.to_string()))? {
+                faults.add_to(found);
+            }
+            if let Some(error) = self.errors.take_first() {
+                return Err(format!("the device refuses it: {}", one_line(&error)));
+            }
+        }
+        Ok(())
     }
 
     fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {

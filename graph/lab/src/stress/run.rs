@@ -136,8 +136,12 @@ impl CaseRunner<'_> {
         let shots: Vec<Shot> = images.into_iter().map(Shot::still).collect();
         let size = self.options.swept();
         let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: false };
-        let faults = self.renderer.kernel_faults(configuration, request);
+        let mut faults = Vec::new();
+        let searched = self.renderer.kernel_faults(configuration, request, &mut faults);
         self.tally.kernel_faults = faults.iter().map(ToString::to_string).collect();
+        if let Err(error) = searched {
+            self.tally.kernel_faults.push(format!("not all images were searched for NaN: {error}"));
+        }
     }
 
     fn sweep(&mut self, configuration: &mut Configuration, changes: &[Change]) {
