@@ -43,12 +43,21 @@ impl FileProject {
         }
     }
 
+    fn read_kinds(&self) -> Result<Registry, Failure> {
+        registry(&[&self.kinds], &self.options, &RunFiles::default())
+    }
+
+    /// The files that the pipeline may name. The viewer saves the pipeline alone, which replaces none of them.
+    fn files_of_pipeline(&self) -> Files {
+        Files::of(&self.path, &self.options, &RunFiles::default())
+    }
+
     fn checked(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Failure> {
         let registry = match self.registry.take() {
             Some(known) => known,
-            None => registry(&[&self.kinds], &self.options, &RunFiles::default())?,
+            None => self.read_kinds()?,
         };
-        let loader = RecordingLoader::new(Files::of(&self.path, &self.options, &RunFiles::default()));
+        let loader = RecordingLoader::new(self.files_of_pipeline());
         let checked = Checked::of(&self.path.to_string_lossy(), text, tier, &registry, &loader);
         // While the file has errors, the files that it named before may be the ones to be corrected.
         self.files.extend(loader.named());
@@ -83,16 +92,14 @@ impl Project for FileProject {
         new_tier: Option<&str>,
         changes: &[Change],
     ) -> Result<String, Diagnostics> {
-        let registry =
-            registry(&[&self.kinds], &self.options, &RunFiles::default()).map_err(Failure::into_diagnostics)?;
-        let files = Files::of(&self.path, &self.options, &RunFiles::default());
+        let (registry, files) = (self.read_kinds().map_err(Failure::into_diagnostics)?, self.files_of_pipeline());
         let saver = Saver::new(&self.path.to_string_lossy(), text, &registry, &files)?;
         saved(&saver, tier, new_tier, changes)
     }
 
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
-        Files::of(&self.path, &self.options, &RunFiles::default()).load(&folder.join(path).to_string_lossy())
+        self.files_of_pipeline().load(&folder.join(path).to_string_lossy())
     }
 
     fn write(&mut self, text: &str) -> Result<(), String> {
