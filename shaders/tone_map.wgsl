@@ -338,7 +338,7 @@ fn tone_map_agx_hdr(source: vec4f, params: ToneMap) -> vec4f {
     return tone_map_result(tone_map_agx_hdr_curve(tone_map_enter(source, params), params), source, params);
 }
 
-// --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of 203 cd/m2 ---
+// --- GT7: Rec.2020, 1 is 100 cd/m2; the result is in units of its SDR white of 250 cd/m2 ---
 
 fn tone_map_gt7_channel(x: f32, params: ToneMap) -> f32 {
     let toe = 0.538 * power(min(x, 0.538) / 0.538, 1.28);
@@ -383,7 +383,7 @@ fn tone_map_gt7_curve(v: vec3f, params: ToneMap) -> vec3f {
     let own = tone_map_ictcp(v);
     let fade = 1.0 - smooth_step(0.98, 1.16, own.x / params.gt7_intensity);
     let kept = tone_map_from_ictcp(vec3f(tone_map_ictcp(skewed).x, own.yz * fade));
-    return min(mix(skewed, kept, 0.6), vec3f(params.gt7.x)) / 2.03;
+    return min(mix(skewed, kept, 0.6), vec3f(params.gt7.x)) / 2.5;
 }
 
 fn tone_map_gt7(source: vec4f, params: ToneMap) -> vec4f {

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, dvec3};
 use crate::tone_map::{AgxLook, Curve, MiddleGray, Sigmoid, ToneMap};
 use afterimage_color::adaptation::LUMINANCE;
 use afterimage_color::bisection::bisected;
-use afterimage_color::curve_constants::{Agx, Gt7, REFERENCE_WHITE, Shoulder, pq_encode};
+use afterimage_color::curve_constants::{Agx, GT7_WHITE, Gt7, Shoulder, pq_encode};
 
 /// PQ (SMPTE ST 2084) to cd/m².
 fn pq_decode(v: f64) -> f64 {
@@ -85,7 +85,7 @@ impl ToneMap {
         let own = to_ictcp(v);
         let fade = 1.0 - smooth_step(0.98, 1.16, own.x / gt7.intensity);
         let kept = from_ictcp(dvec3(to_ictcp(skewed).x, own.y * fade, own.z * fade));
-        skewed.lerp(kept, 0.6).min(DVec3::splat(gt7.peak)) * (100.0 / REFERENCE_WHITE)
+        skewed.lerp(kept, 0.6).min(DVec3::splat(gt7.peak)) / GT7_WHITE
     }
 }
 

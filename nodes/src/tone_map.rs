@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use afterimage_color::adaptation::{TSUSHIMA, rows};
 use afterimage_color::curve_constants::{
-    AGX_IN_2020, AGX_OUT_2020, Aces2Tone, Agx, AgxHdr, Gt7, HILL_IN, HILL_OUT, REFERENCE_WHITE, Shoulder,
+    AGX_IN_2020, AGX_OUT_2020, Aces2Tone, Agx, AgxHdr, GT7_WHITE, Gt7, HILL_IN, HILL_OUT, Shoulder,
 };
 use afterimage_color::oklab;
 
@@ -42,7 +42,8 @@ choices! {
         /// AgX (Sobotka): a wide range; bright lights become white as on film. With `peak` above 1 the curve and the
         /// matrices are those of Godot for HDR displays (Pestaluky 2025), in Rec.2020.
         AgX,
-        /// The curve of Gran Turismo 7 (Uchimura 2025), also for HDR displays. Works in Rec.2020.
+        /// The curve of Gran Turismo 7 (Uchimura 2025), also for HDR displays. Works in Rec.2020, in units of 100 cd/m2
+        /// with an SDR white of 250.
         Gt7,
     }
 }
@@ -364,7 +365,7 @@ impl ToneMap {
     }
 
     pub(crate) fn gt7(&self) -> Gt7 {
-        Gt7::new(REFERENCE_WHITE / 100.0 * f64::from(self.peak))
+        Gt7::new(GT7_WHITE * f64::from(self.peak))
     }
 
     pub(crate) fn aces2(&self) -> Aces2Tone {

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
-/// The luminance of display-linear 1 in cd/m²: the reference white of ITU-R BT.2408.
-pub const REFERENCE_WHITE: f64 = 203.0;
+/// The luminance that GT7's curve shows on SDR displays as white, in units of 100 cd/m².
+pub const GT7_WHITE: f64 = 2.5;
 
 /// The input matrix of Hill's fit, as published.
 pub const HILL_IN: DMat3 = DMat3::from_cols(

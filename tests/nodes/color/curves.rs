@@ -87,8 +87,10 @@ fn gt7_matches_for_sdr_and_hdr() {
         let mapped = curve(transform(&conversion(&REC709, &REC2020), rgb));
         transform(&conversion(&REC2020, &REC709), mapped).map(|x| x.clamp(0.0, peak))
     };
-    for peak in [1.0, 4.0, 60.0] {
-        let shown = |rgb: Rgb| gt7::hdr(rgb, 203.0 * peak).map(|x| x / 2.03);
+    let sdr = published("Gt7");
+    compare("Exposed", &sdr, light, TRANSCENDENTAL, |rgb| in_rec2020(rgb, &gt7::sdr, 1.0));
+    for peak in [4.0, 40.0] {
+        let shown = |rgb: Rgb| gt7::hdr(rgb, 250.0 * peak).map(|x| x / 2.5);
         let node = published(&format!("Gt7, peak: {peak:?}"));
         compare("Exposed", &node, light, TRANSCENDENTAL, |rgb| in_rec2020(rgb, &shown, peak));
     }

@@ -76,7 +76,7 @@ const NATIVE: [(&str, f64); 13] = [
     ("Uchimura", 0.1790),
     ("KhronosNeutral", 0.1400),
     ("AgX", 0.2176),
-    ("Gt7", 0.0714),
+    ("Gt7", 0.0580),
 ];
 
 #[test]
