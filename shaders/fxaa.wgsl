@@ -9,10 +9,12 @@ struct Fxaa {
     floor: f32,
 }
 
-// Distances of the reads along an edge, in pixels. The last ones are far apart.
+// Distances of the reads along an edge, in pixels, and last the distance of an edge without an end: presets 39, 25 and
+// 12. The last ones are far apart.
 const FXAA_LONG = array<f32, 12>(1.0, 2.0, 3.0, 4.0, 5.0, 6.5, 8.5, 10.5, 12.5, 14.5, 18.5, 26.5);
 const FXAA_MEDIUM = array<f32, 8>(1.0, 2.5, 4.5, 6.5, 8.5, 10.5, 14.5, 22.5);
 const FXAA_SHORT = array<f32, 5>(1.0, 2.5, 4.5, 8.5, 20.5);
+const FXAA_LAST = array<u32, 3>(11u, 7u, 4u);
 
 // The brightness of the square around a pixel: rows from the top.
 struct FxaaSquare {
@@ -80,7 +82,8 @@ fn fxaa_edge(square: FxaaSquare) -> FxaaEdge {
     let center = square.rows[1].y;
     let across_rows = fxaa_bend(square.rows[0], square.rows[1], square.rows[2]);
     let across_columns = fxaa_bend(columns[0], columns[1], columns[2]);
-    // At the corner of an area both are equal but for rounding: then it is a row, on every device.
+    // At the corner of an area both are equal but for rounding, which decides in FXAA 3.11: here it is a row, on every
+    // device.
     let is_row = 1.001 * across_rows >= across_columns;
     let before = select(square.rows[1].x, square.rows[0].y, is_row);
     let after = select(square.rows[1].z, square.rows[2].y, is_row);
@@ -92,7 +95,13 @@ fn fxaa_edge(square: FxaaSquare) -> FxaaEdge {
     return FxaaEdge(along, across, 0.5 * (other + center), 0.25 * abs(other - center));
 }
 
-// The distance at which an edge ends in one direction, and the brightness there less that of the edge.
+fn fxaa_distance(index: u32, quality: u32) -> f32 {
+    if quality == 1u { return FXAA_MEDIUM[index]; }
+    if quality == 2u { return FXAA_SHORT[index]; }
+    return FXAA_LONG[index];
+}
+
+// The distance at which an edge ends in one direction, and the brightness of the last read less that of the edge.
 fn fxaa_end(
     source: texture_2d<f32>,
     s: sampler,
@@ -102,21 +111,14 @@ fn fxaa_end(
     quality: u32,
     is_light: bool,
 ) -> vec2f {
-    var end = vec2f();
-    for (var i = 0u; i < 12u; i++) {
-        var distance = FXAA_LONG[i];
-        if quality == 1u {
-            if i >= 8u { break; }
-            distance = FXAA_MEDIUM[i];
-        }
-        if quality == 2u {
-            if i >= 5u { break; }
-            distance = FXAA_SHORT[i];
-        }
-        end = vec2f(distance, fxaa_brightness(tap(source, s, uv + distance * step), is_light) - edge.middle);
-        if abs(end.y) >= edge.contrast { break; }
+    let last = FXAA_LAST[quality];
+    var difference = 0.0;
+    for (var i = 0u; i < last; i++) {
+        let distance = fxaa_distance(i, quality);
+        difference = fxaa_brightness(tap(source, s, uv + distance * step), is_light) - edge.middle;
+        if abs(difference) >= edge.contrast { return vec2f(distance, difference); }
     }
-    return end;
+    return vec2f(fxaa_distance(last, quality), difference);
 }
 
 // How far a pixel beside an edge moves across it: half a pixel at the end of the edge, nothing from its middle on, and

@@ -7,13 +7,13 @@ use crate::antialiasing;
 static SHADER: Shader = shader!("fxaa");
 
 choices! {
-    /// How far an edge is followed to each side, in at most this many reads.
+    /// How far an edge is followed to each side, in at most this many reads: presets 39, 25 and 12 of FXAA 3.11.
     pub enum FxaaSearch {
-        /// 26.5 pixels in 12 reads.
+        /// 26.5 pixels in 11 reads.
         Long,
-        /// 22.5 pixels in 8 reads.
+        /// 22.5 pixels in 7 reads.
         Medium,
-        /// 20.5 pixels in 5 reads: ends of edges are missed by some pixels.
+        /// 20.5 pixels in 4 reads: ends of edges are missed by some pixels.
         Short,
     }
 }
