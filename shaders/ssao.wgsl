@@ -52,9 +52,14 @@ fn ssao_visible(
         let uv = camera_uv(camera, there).xy;
         let is_shown = there.z < 0.0 && all(uv >= vec2f(0.0)) && all(uv < vec2f(1.0));
         if !is_shown { continue; }
-        let found = -clamp(texel(depth, vec2i(floor(uv * size))).x, 1e-3, HALF_MAX);
-        let near = smoothstep(0.0, 1.0, params.radius / max(abs(place.z - found), 1e-4));
-        sum += vec2f(select(0.0, near, found >= there.z + params.bias), 1.0);
+        let found = surface_place(depth, camera, vec2i(floor(uv * size)));
+        let near = smoothstep(0.0, 1.0, params.radius / max(abs(place.z - found.z), 1e-4));
+        // The depth is that of the middle of a pixel, and at a grazing angle much nearer than that of the point's own
+        // place in it. The heights over the surface tell what is before the point, but where they rise with the depth.
+        let is_above = dot(normal, found - place) >= params.radius * point.z;
+        let rises = dot(normal, surface_toward(camera, found)) <= 0.0;
+        let is_before = found.z >= there.z + params.bias && (is_above || rises);
+        sum += vec2f(select(0.0, near, is_before), 1.0);
     }
     return 1.0 - sum.x / max(sum.y, 1.0);
 }

@@ -171,6 +171,30 @@ fn the_sky_and_a_single_pixel_are_open() {
     }
 }
 
+/// A floor to the horizon, 1.6 m below the eye: no part of a plane hides another.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_plane_is_open_at_grazing_angles() {
+    let [width, height] = [96, 64];
+    let m = eye().projection;
+    let floor = |y: u32| {
+        let up = 1.0 - 2.0 * (y as f32 + 0.5) / height as f32 + m[2][1];
+        if up < 0.0 { (1.6 * m[1][1] / -up).min(65504.0) } else { 65504.0 }
+    };
+    let data = Picture::new(width, height, |_, y| [floor(y), 0.0, 0.0, 1.0]);
+    let upwards = Picture::new(width, height, |_, _| [0.0, 1.0, 0.0, 0.0]);
+    let farthest = data.pixels.iter().map(|pixel| pixel[0]).filter(|z| *z < 60000.0).fold(0.0, f32::max);
+    assert!(farthest > 50.0, "seen at less than two degrees: {farthest} m");
+    for (kind, least) in [("Ssao", 0.999), ("Gtao", 0.95)] {
+        for radius in ["0.6", "3.0"] {
+            let node = NODE.replace("Gtao", kind).replace("3.0", radius);
+            let light = lit(&node, &eye(), &data, &upwards);
+            let darkest = light.pixels.iter().map(|pixel| pixel[0] / 0.5).fold(1.0, f32::min);
+            assert!(darkest > least, "{node}: {darkest}");
+        }
+    }
+}
+
 /// What is far away, infinite, or not finite: the places are garbage, the numbers are not.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

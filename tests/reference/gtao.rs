@@ -73,8 +73,13 @@ impl Surfaces<'_> {
 
     fn seen(&self, pixel: [i64; 2], normal: DVec3) -> Seen {
         let place = self.place(pixel);
+        Seen { pixel, place, toward: self.toward(place), normal }
+    }
+
+    /// The direction from a place to the camera.
+    pub(super) fn toward(&self, place: DVec3) -> DVec3 {
         let is_perspective = self.view.projection.z_axis.w != 0.0;
-        Seen { pixel, place, toward: if is_perspective { (-place).normalize() } else { DVec3::Z }, normal }
+        if is_perspective { (-place).normalize() } else { DVec3::Z }
     }
 }
 

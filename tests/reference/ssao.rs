@@ -62,8 +62,10 @@ impl Ssao {
         let shares = kernel(self.samples).into_iter().filter_map(|point| {
             let there = place + self.radius * (frame * point);
             let seen = surfaces.view.pixel_of(there).filter(|_| there.z < 0.0)?;
-            let found = surfaces.place(seen).z;
-            Some(hidden(there.z, found, place.z, self.radius, self.bias))
+            let found = surfaces.place(seen);
+            let is_above = normal.dot(found - place) >= self.radius * point.z;
+            let is_before = is_above || normal.dot(surfaces.toward(found)) <= 0.0;
+            Some(if is_before { hidden(there.z, found.z, place.z, self.radius, self.bias) } else { 0.0 })
         });
         let shares: Vec<f64> = shares.collect();
         1.0 - shares.iter().sum::<f64>() / shares.len().max(1) as f64
