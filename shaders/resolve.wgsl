@@ -1,7 +1,8 @@
 // One pixel from samples. A mean of light before a tone curve lets one bright sample hide the others, so light may be
 // weighted by 1 / (1 + gain * its largest component) (Karis, "Tone Mapping", 2013; Lottes). The window of the wider
 // filters is that of Harris, "On the Use of Windows for Harmonic Analysis", 1978, by the distance from the pixel's
-// center (Pettineo, "Experimenting with Reconstruction Filters for MSAA Resolve", 2012).
+// center (Pettineo, "Experimenting with Reconstruction Filters for MSAA Resolve", 2012). A sample with a number that is
+// NaN counts nowhere.
 #import grade
 
 struct Resolve {
@@ -49,6 +50,7 @@ fn resolve(source: texture_multisampled_2d<f32>, at: Point, params: Resolve) -> 
             let p = at.pixel + vec2i(i, j);
             if any(p < vec2i(0)) || any(p >= size) { continue; }
             for (var k = 0; k < count; k++) {
+                if !is_sample_known(source, p, k) { continue; }
                 let one = texel_sample(source, p, k);
                 let apart = vec2f(f32(i), f32(j)) + resolve_place(count, k) - 0.5;
                 let share = select(1.0, resolve_window(length(apart) / max(params.radius, 1e-3)), params.radius > 0.0);
@@ -59,17 +61,20 @@ fn resolve(source: texture_multisampled_2d<f32>, at: Point, params: Resolve) -> 
             }
         }
     }
-    return vec4f(bounded_scene(light.rgb / light.w), alpha.x / alpha.y);
+    return vec4f(bounded_scene(light.rgb / max(light.w, 1e-30)), alpha.x / max(alpha.y, 1e-30));
 }
 
 // The sample with the smallest or the largest x: of depths, a mean would lie on neither surface.
 fn resolve_chosen(source: texture_multisampled_2d<f32>, at: Point, params: ResolveChoice) -> vec4f {
     let count = i32(textureNumSamples(source));
-    var best = texel_sample(source, at.pixel, 0);
-    for (var k = 1; k < count; k++) {
+    var best = vec4f();
+    var has_one = false;
+    for (var k = 0; k < count; k++) {
+        if !is_sample_known(source, at.pixel, k) { continue; }
         let one = texel_sample(source, at.pixel, k);
         let is_better = select((one.x < best.x), (one.x > best.x), params.is_largest > 0.5);
-        best = select(best, one, is_better);
+        best = select(best, one, is_better || !has_one);
+        has_one = true;
     }
     return best;
 }

@@ -31,8 +31,9 @@ params! {
     /// weights alone. A depth needs `Smallest` or `Largest`, whichever is nearer: the mean of two depths is at neither
     /// surface.
     ///
-    /// Numbers of samples that are not finite are limited, and do not come from neighbors. Place it first, for each
-    /// multisampled input; the host gives these, and files have none. A pipeline for both declares an input
+    /// A sample with NaN or negative infinity counts nowhere: the others of its pixel decide, and without one it is
+    /// black. Infinity is light, and limited. Place it first, for each multisampled input; the host gives these, and
+    /// files have none. A pipeline for both declares an input
     /// `"samples": Color(multisampled: true, optional: true)` and wires the plain image to `otherwise`.
     pub struct Resolve {
         /// How the samples become one pixel.

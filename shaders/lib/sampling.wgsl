@@ -136,11 +136,18 @@ fn texel(t: texture_2d<f32>, p: vec2i) -> vec4f {
 }
 
 // One sample of a texel of a host image, or of the nearest texel if `p` is outside. Other samples of the texel may show
-// other surfaces, so a number that is not finite is limited, and none is put in its place.
+// other surfaces, so a number that is not finite is limited, and none is put in its place: see `is_sample_known`.
 fn texel_sample(t: texture_multisampled_2d<f32>, p: vec2i, index: i32) -> vec4f {
     let v = textureLoad(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1), index);
     if TEXEL_SANITIZE == 0u { return v; }
     return sanitize_value(v, TEXEL_SANITIZE);
+}
+
+// Whether the numbers of a sample are known: none is NaN or negative infinity.
+fn is_sample_known(t: texture_multisampled_2d<f32>, p: vec2i, index: i32) -> bool {
+    if TEXEL_SANITIZE == 0u { return true; }
+    let bits = bitcast<vec4u>(textureLoad(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1), index));
+    return all(is_finite(bits) | (bits == vec4u(INFINITY_BITS)));
 }
 
 // Bilinear filter, clamped to the border.

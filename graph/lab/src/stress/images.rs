@@ -180,9 +180,11 @@ pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness)
     clean
 }
 
-/// Samples after sanitizing: each by itself, because its neighbors may show other surfaces.
+/// Samples after sanitizing: each by itself, because its neighbors may show other surfaces. A sample with one number that
+/// is not known is not known at all: kernels leave it out.
 pub(crate) fn sanitized_samples(samples: &[[f32; 4]], signedness: Signedness) -> Vec<[f32; 4]> {
-    samples.iter().map(|sample| limited(*sample, signedness)).collect()
+    let is_known = |sample: &[f32; 4]| sample.iter().all(|x| !x.is_nan() && *x != f32::NEG_INFINITY);
+    samples.iter().map(|sample| if is_known(sample) { limited(*sample, signedness) } else { [f32::NAN; 4] }).collect()
 }
 
 /// A pixel within the limits of its signedness.
