@@ -5,6 +5,7 @@
 #import math
 
 struct LensFlare {
+    threshold: f32,
     ghosts: i32,
     spacing: f32,
     ghost_strength: f32,
@@ -31,14 +32,14 @@ fn lens_flare_window(uv: vec2f) -> f32 {
 }
 
 // The light at a place relative to the center, with red and blue read nearer to it and farther from it.
-fn lens_flare_light(source: texture_2d<f32>, s: sampler, place: vec2f, dispersion: f32) -> vec3f {
+fn lens_flare_light(source: texture_2d<f32>, s: sampler, place: vec2f, dispersion: f32, threshold: f32) -> vec3f {
     let red = 0.5 + place * (1.0 - dispersion);
     let green = 0.5 + place;
     let blue = 0.5 + place * (1.0 + dispersion);
     return vec3f(
-        lens_flare_window(red) * tap(source, s, red).r,
-        lens_flare_window(green) * tap(source, s, green).g,
-        lens_flare_window(blue) * tap(source, s, blue).b,
+        lens_flare_window(red) * max(tap(source, s, red).r - threshold, 0.0),
+        lens_flare_window(green) * max(tap(source, s, green).g - threshold, 0.0),
+        lens_flare_window(blue) * max(tap(source, s, blue).b - threshold, 0.0),
     );
 }
 
@@ -47,7 +48,8 @@ fn lens_flare_ghosts(source: texture_2d<f32>, s: sampler, place: vec2f, params: 
     var sum = vec3f(0.0);
     for (var i = 0; i < min(params.ghosts, 8); i++) {
         let size = select(1.0, -1.0, (i & 1) == 0) * f32(i + 1) * params.spacing;
-        sum += LENS_FLARE_TINTS[i & 3] * lens_flare_light(source, s, place / size, params.dispersion);
+        let light = lens_flare_light(source, s, place / size, params.dispersion, params.threshold);
+        sum += LENS_FLARE_TINTS[i & 3] * light;
     }
     return sum / f32(max(params.ghosts, 1));
 }
@@ -56,7 +58,8 @@ fn lens_flare_halo(source: texture_2d<f32>, s: sampler, place: vec2f, params: Le
     let stretch = vec2f(params.aspect, 1.0);
     let round = place * stretch;
     let outwards = round / max(length(round), 1e-6);
-    return lens_flare_light(source, s, (params.halo_radius * outwards - round) / stretch, 4.0 * params.dispersion);
+    let place_of_light = (params.halo_radius * outwards - round) / stretch;
+    return lens_flare_light(source, s, place_of_light, 4.0 * params.dispersion, params.threshold);
 }
 
 fn lens_flare(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: LensFlare) -> vec4f {

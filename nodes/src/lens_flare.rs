@@ -13,6 +13,9 @@ params! {
     /// center of the image. Light within a tenth of the border fades, and there is none outside: a light that leaves
     /// the image takes its ghosts with it. After Chapman, "Pseudo Lens Flare", 2013. Alpha is 0.
     pub struct LensFlare {
+        /// What each channel of the light has to exceed: flares are made of the rest. A sun is thousands of times
+        /// white, and a sky, a lit carpet or a window a few times.
+        pub threshold: f32 = 0.0 => within(0.0..=65504.0), usually(0.0..=64.0), neutral(0.0);
         /// Number of ghosts.
         pub ghosts: u32 = 5 => within(0.0..=8.0);
         /// The magnification of the first ghost, and the step from one to the next.

@@ -47,6 +47,7 @@ pub(crate) fn streaks(image: &Image, length: f64, count: i64, tint: Rgb) -> Imag
 
 /// The parameters of a flare.
 pub(crate) struct Flare {
+    pub(crate) threshold: f64,
     pub(crate) ghosts: usize,
     pub(crate) spacing: f64,
     pub(crate) ghost_strength: f64,
@@ -60,12 +61,12 @@ const TINTS: [Rgb; 4] = [[0.6, 1.0785, 1.4], [1.6, 0.8418, 0.8], [0.8, 1.1099, 0
 
 impl Flare {
     /// Light at a place relative to the center, faded at the border.
-    fn light(image: &Image, [x, y]: [f64; 2], dispersion: f64) -> Rgb {
+    fn light(&self, image: &Image, [x, y]: [f64; 2], dispersion: f64) -> Rgb {
         [0, 1, 2].map(|channel| {
             let scale = 1.0 + dispersion * (channel as f64 - 1.0);
             let uv = [0.5 + x * scale, 0.5 + y * scale];
             let fade = |t: f64| smooth_step(0.0, 0.1, t.min(1.0 - t));
-            fade(uv[0]) * fade(uv[1]) * image.tap(uv)[channel]
+            fade(uv[0]) * fade(uv[1]) * (image.tap(uv)[channel] - self.threshold).max(0.0)
         })
     }
 
@@ -76,12 +77,12 @@ impl Flare {
             let mut sum = [0.0; 3];
             for i in 0..self.ghosts {
                 let size = self.spacing * (i + 1) as f64 * if i % 2 == 0 { -1.0 } else { 1.0 };
-                let light = Self::light(image, [u / size, v / size], self.dispersion);
+                let light = self.light(image, [u / size, v / size], self.dispersion);
                 sum = [0, 1, 2].map(|c| sum[c] + self.ghost_strength / self.ghosts as f64 * TINTS[i % 4][c] * light[c]);
             }
             let length = (u * aspect).hypot(v).max(1e-6);
             let reach = self.halo_radius / length - 1.0;
-            let halo = Self::light(image, [u * reach, v * reach], 4.0 * self.dispersion);
+            let halo = self.light(image, [u * reach, v * reach], 4.0 * self.dispersion);
             let [r, g, b] = [0, 1, 2].map(|c| sum[c] + self.halo_strength * halo[c]);
             [r, g, b, 0.0]
         })
@@ -143,9 +144,18 @@ fn halation_keeps_the_sum_of_light_and_moves_red_most() {
 #[test]
 fn a_ghost_of_a_light_is_on_the_other_side_of_the_center() {
     let light = Image::new(101, 101, |x, y| if (x, y) == (80, 50) { [1.0; 4] } else { [0.0; 4] });
-    let flare =
-        Flare { ghosts: 1, spacing: 0.5, ghost_strength: 1.0, halo_radius: 0.4, halo_strength: 0.0, dispersion: 0.0 };
+    let mut flare = Flare {
+        threshold: 0.0,
+        ghosts: 1,
+        spacing: 0.5,
+        ghost_strength: 1.0,
+        halo_radius: 0.4,
+        halo_strength: 0.0,
+        dispersion: 0.0,
+    };
     let ghost = flare.apply(&light);
     // 30 pixels to the right of the center becomes 15 to the left.
     assert!((ghost.texel(35, 50)[1] - TINTS[0][1]).abs() < 1e-12, "{:?}", ghost.texel(35, 50));
+    flare.threshold = 1.0;
+    assert!(flare.apply(&light).pixels.iter().all(|pixel| *pixel == [0.0; 4]), "a lamp that is no sun");
 }
