@@ -5,8 +5,6 @@ use crate::support::gpu::{Picture, Run, built_in, changed, graph, pipelines};
 use crate::support::sequence::Sequence;
 use crate::support::sweep;
 
-const DISPLAY: &str = "outputs: { \"display\": \"display\" }";
-
 /// The text of a built-in pipeline.
 fn text(name: &str) -> String {
     std::fs::read_to_string(pipelines().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
@@ -14,8 +12,9 @@ fn text(name: &str) -> String {
 
 /// The sum of the bloom of a light of 2x2 pixels that moves a quarter of a pixel per frame.
 fn moving_glow(pipeline: &str) -> Vec<f64> {
-    assert!(pipeline.contains(DISPLAY), "the output is replaced");
-    let graph = graph(&pipeline.replace(DISPLAY, "outputs: { \"glow\": \"bloom\" }"));
+    let (nodes, rest) = pipeline.split_once("outputs: {").expect("a pipeline has outputs");
+    let (_, tiers) = rest.split_once('}').expect("the section ends");
+    let graph = graph(&format!("{nodes}outputs: {{ \"glow\": \"bloom\" }}{tiers}"));
     let run = Run::new(&graph);
     let mut sequence = Sequence::new(&run);
     let sums = (0..13).map(|frame| {
@@ -41,6 +40,47 @@ fn the_glow_of_a_moving_light_is_constant_in_built_in_pipelines() {
         println!("{name}: the glow varies by {:.1} %, with weights by {:.1} %", 100.0 * after, 100.0 * before);
         assert!(before > 0.3 && after < 0.05, "{name}: {before} {after}");
     }
+    for name in ["hdr.ron", "mobile.ron", "cookbook.ron"] {
+        let off = variation(&moving_glow(&text(name)));
+        println!("{name}: the glow varies by {:.1} %", 100.0 * off);
+        assert!(off < 0.05, "{name}: {off}");
+    }
+}
+
+/// A dark room with a window, and a floor with glints of a lamp; `sun` is the light of a disk in the window.
+fn room(sun: f32) -> Picture {
+    Picture::new(256, 144, |x, y| {
+        let is_sun = (x as f32 - 70.0).hypot(y as f32 - 40.0) < 4.0;
+        let is_window = (40..120).contains(&x) && (20..80).contains(&y);
+        let is_glint = y > 100 && x % 16 == 3 && y % 8 < 2;
+        let light = if is_sun {
+            sun
+        } else if is_window {
+            6.0
+        } else if is_glint {
+            60.0
+        } else {
+            0.1
+        };
+        [light, 0.9 * light, 0.8 * light, 1.0]
+    })
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_lens_flares_only_in_a_sun() {
+    let flares = |sun: f32| {
+        let [with, without] = ["128.0", "65504.0"].map(|threshold| {
+            let graph = changed("cinematic.ron", None, &[("flare.threshold", threshold)]);
+            Run::new(&graph).frame(&[("scene", &room(sun))]).remove(0).pixels
+        });
+        with.iter()
+            .zip(&without)
+            .filter(|(a, b)| a[..3].iter().zip(*b).any(|(a, b)| (a - b).abs() > 2.5 / 255.0))
+            .count()
+    };
+    assert_eq!(flares(6.0), 0, "a window and glints");
+    assert!(flares(20_000.0) > 100, "a sun: {}", flares(20_000.0));
 }
 
 #[test]
