@@ -161,8 +161,8 @@ fn a_depth_is_that_of_one_of_its_surfaces() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_sample_that_is_not_a_number_leaves_the_mean_of_the_others() {
     let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -0.5];
-    // One pixel with one bad sample and three others, and a good neighbor, which gives nothing. Infinity is light, and a
-    // negative number is part of a wide color.
+    // One pixel with one bad sample and three others, and a good neighbor, which gives nothing. Infinity is light, and
+    // a negative number is part of a wide color.
     let samples = |bad: f32| Picture::new(2, 4, |x, y| [if (x, y) == (0, 1) { bad } else { 2.0 }, 1.0, 4.0, 1.0]);
     let found = bad.map(|bad| {
         let node = Nodes::new("\"result\": Resolve(source: \"in\", gain: 0.0)", &[("in", "Color(multisampled: true)")]);

@@ -3,8 +3,8 @@
 use super::color::luminance;
 use super::image::{Image, rgb};
 
-/// The published steps of the presets 39, 25 and 12, from one read to the next. An edge without an end is as long as all
-/// of them.
+/// The published steps of the presets 39, 25 and 12, from one read to the next. An edge without an end is as long as
+/// all of them.
 pub(crate) const STEPS: [&[f64]; 3] = [
     &[1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 4.0, 8.0],
     &[1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 4.0, 8.0],
@@ -105,8 +105,8 @@ fn edge(at: impl Fn(i64, i64) -> f64) -> Edge {
 
 #[test]
 fn the_published_code_makes_the_same_of_a_picture() {
-    // Exact numbers: in others, rounding decides whether the corner of an area is part of a row or of a column. Where both
-    // are alike within a thousandth, here it is a row.
+    // Exact numbers: in others, rounding decides whether the corner of an area is part of a row or of a column. Where
+    // both are alike within a thousandth, here it is a row.
     let image = Image::new(32, 32, |x, y| [f64::from(code(x as i32, y as i32)) / 1024.0; 4]);
     let text = include_str!("../vectors/fxaa.txt").lines().filter(|line| !line.starts_with('#'));
     let lines: Vec<&str> = text.collect();

@@ -180,7 +180,7 @@ pub(crate) fn sanitized(pixels: &[[f32; 4]], size: Size, signedness: Signedness)
     clean
 }
 
-/// Samples after sanitizing: each by itself, because its neighbors may show other surfaces. A sample with one number that
+/// Samples after sanitizing: each by itself, because its neighbors may show other surfaces. A sample with a number that
 /// is not known is not known at all: kernels leave it out.
 pub(crate) fn sanitized_samples(samples: &[[f32; 4]], signedness: Signedness) -> Vec<[f32; 4]> {
     let is_known = |sample: &[f32; 4]| sample.iter().all(|x| !x.is_nan() && *x != f32::NEG_INFINITY);
