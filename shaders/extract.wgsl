@@ -2,6 +2,7 @@
 #import color
 #import sanitize
 #import math
+#import neighbors
 
 struct Extract {
     threshold: f32,
@@ -117,6 +118,21 @@ fn extract_limited_since(source: texture_2d<f32>, before: texture_2d<f32>, at: P
     return extract_dimmed(color, EXTRACT_CONTRAST * near, at);
 }
 
+// The same with what the eight pixels around show, by `extract_number`.
+fn extract_limited_around(source: vec4f, around: Around, at: Point) -> vec4f {
+    return extract_dimmed(source, EXTRACT_CONTRAST * largest_around(around), at);
+}
+
+fn extract_limited_around_since(source: vec4f, around: Around, before: texture_2d<f32>, at: Point) -> vec4f {
+    let near = largest_around(around);
+    if brightest(source.rgb) <= EXTRACT_CONTRAST * near { return source; }
+    return extract_dimmed(source, EXTRACT_CONTRAST * max(near, extract_before(before, at.pixel)), at);
+}
+
+fn extract_number(texel: vec4f) -> f32 {
+    return brightest(texel.rgb);
+}
+
 // The largest channel of the pixels under one of half the size; up to three by three at odd sizes.
 fn extract_peaks(source: texture_2d<f32>, at: Point) -> vec4f {
     let size = vec2i(textureDimensions(source));
@@ -135,4 +151,11 @@ fn extract_peaks(source: texture_2d<f32>, at: Point) -> vec4f {
         }
     }
     return vec4f(peak, 0.0, 0.0, 1.0);
+}
+
+// The same where just four pixels lie under one.
+fn extract_peaks_of_square(square: Square) -> vec4f {
+    let upper = max(brightest(square.upper_left.rgb), brightest(square.upper_right.rgb));
+    let lower = max(brightest(square.lower_left.rgb), brightest(square.lower_right.rgb));
+    return vec4f(max(max(upper, lower), 0.0), 0.0, 0.0, 1.0);
 }

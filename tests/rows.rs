@@ -1,9 +1,14 @@
 //! Halvings by rows against halvings texel by texel.
 
-use afterimage_graph::node::PassKind;
-use afterimage_plan::When;
+use afterimage_graph::node::{Pass, PassKind};
+use afterimage_plan::{Options, When};
 
+use crate::reference::bloom::{gate_weight, without_fireflies};
+use crate::reference::math::largest;
+use crate::reference::resample::{Down, downsample, half_size};
 use crate::support::gpu::{Picture, Run, gpu, graph};
+use crate::support::harness::image;
+use crate::support::sequence::Sequence;
 
 /// Light with sharp edges, a spike and a smooth ramp: whatever a workgroup gets wrong at its border shows.
 fn scene(width: u32, height: u32) -> Picture {
@@ -61,6 +66,150 @@ fn half_floats_by_rows_round_like_half_floats_in_memory() {
             assert_eq!(rows, halvings, "{filter} at {width}x{height}");
             let worst = difference(&apart, &by_rows);
             assert!(worst < allowed, "{filter} at {width}x{height}: differs by {worst}");
+        }
+    }
+}
+
+/// Selects light without single bright pixels and halves it. `exposed` is what the light is selected from.
+fn limited(exposed: &str, history: &str, filter: &str) -> String {
+    format!(
+        r#"Pipeline(
+    inputs: {{ "scene": Color }},
+    nodes: {{
+        "exposed": Exposure(source: "scene", stops: 1.0),
+        "bright": Extract(source: "{exposed}", {history}method: Gate, threshold: 1.0, knee: 0.3, fireflies: Limit),
+        "mips": Downsample(source: "bright", levels: 1, {filter}),
+        "half": Downsample(source: "mips.coarsest", levels: 1, filter: Box),
+        "lit": Composite(base: "{exposed}", bloom: "mips.coarsest", blend: Add, strength: 1.0, filter: Bilinear),
+        "past": Saturation(source: "bright.peaks@previous", amount: 0.9),
+    }},
+    outputs: {{ "half": "half.coarsest", "past": "past", "lit": "lit" }},
+)"#
+    )
+}
+
+const HISTORY: &str = r#"before: "bright.peaks@previous", "#;
+
+/// Noise with a spark in one of eleven pixels, in other places in odd frames; there are sparks at borders, in corners and
+/// side by side.
+fn sparks(width: u32, height: u32, frame: u32) -> Picture {
+    let hash = |x: u32, y: u32| {
+        let mixed = (x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77)).wrapping_mul(0xC2B2_AE3D);
+        (mixed ^ mixed >> 15).wrapping_mul(0x27D4_EB2F) >> 8
+    };
+    Picture::new(width, height, |x, y| {
+        let noise = hash(x, y) as f32 / (1 << 24) as f32;
+        let spark = if hash(x + 7 * (frame % 2), y + 3).is_multiple_of(11) { 3.0 + 400.0 * noise } else { 0.0 };
+        [0.1 + noise + spark, 0.5 * noise, 0.3 + 0.2 * noise + 0.1 * spark, 0.25 + 0.5 * noise]
+    })
+}
+
+/// What a scene must not contain: numbers that are not finite, alone, side by side, in a line and at the border.
+fn damaged(mut picture: Picture) -> Picture {
+    let [width, height] = [picture.width, picture.height].map(|side| side as usize);
+    for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (x, y) = (index % width, index / width);
+        match (x + 5 * y) % 61 {
+            0 => *pixel = [f32::NAN; 4],
+            1 => pixel[1] = f32::INFINITY,
+            2 => pixel[0] = f32::NEG_INFINITY,
+            3 => pixel[2] = -3.0,
+            _ if y == height / 2 => pixel[0] = f32::NAN,
+            _ if x == 0 => pixel[2] = f32::INFINITY,
+            _ => {}
+        }
+    }
+    picture
+}
+
+/// The outputs of three frames, unfused and by rows, and how many passes by rows look at neighbors.
+fn frames(text: &str, pictures: &[Picture; 2]) -> ([Vec<Vec<Picture>>; 2], usize) {
+    let graph = graph(text);
+    let mut apart = Run::new(&graph);
+    apart.options = Options { fuse: false, row_downsample: When::Never, ..Options::default() };
+    let mut by_rows = Run::new(&graph);
+    by_rows.options.row_downsample = When::Always;
+    let plan = by_rows.plan(&gpu(), &[("scene", &pictures[0])]);
+    let looks = |pass: &&Pass| matches!(&pass.kind, PassKind::RowDownsample(rows) if rows.around.is_some());
+    let found = plan.work().filter(looks).count();
+    let shown = |run: &Run<'_>| {
+        let mut sequence = Sequence::new(run);
+        let mut frame = |number: usize| {
+            sequence.frame(&[("scene", &pictures[number % 2])], 0.0, number == 0);
+            sequence.outputs()
+        };
+        (0..3).map(&mut frame).collect::<Vec<_>>()
+    };
+    ([shown(&apart), shown(&by_rows)], found)
+}
+
+/// Sizes around the borders of workgroups, and sizes that are not exactly halved.
+const SIZES: [(u32, u32); 12] = [
+    (2, 2),
+    (4, 2),
+    (2, 36),
+    (64, 64),
+    (118, 30),
+    (120, 32),
+    (122, 34),
+    (246, 66),
+    (1, 1),
+    (2, 1),
+    (65, 64),
+    (130, 67),
+];
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_is_limited_by_rows_as_in_passes_of_its_own() {
+    for (exposed, history, filter) in [
+        ("scene", HISTORY, "filter: Tap13"),
+        ("exposed", HISTORY, "filter: Tap13"),
+        ("scene", "", "filter: Tap13, firefly: Groups"),
+        ("exposed", "", "filter: Tap4"),
+        ("scene", HISTORY, "filter: Box"),
+    ] {
+        let text = limited(exposed, history, filter);
+        for (width, height) in SIZES {
+            for is_damaged in [false, true] {
+                let pictures = [0, 1].map(|frame| sparks(width, height, frame));
+                let pictures = if is_damaged { pictures.map(damaged) } else { pictures };
+                let ([apart, by_rows], found) = frames(&text, &pictures);
+                let what = format!("{exposed}, {history}{filter} at {width}x{height}, damaged: {is_damaged}");
+                assert_eq!(found, usize::from(width % 2 == 0 && height % 2 == 0), "{what}");
+                for (number, (apart, by_rows)) in apart.iter().zip(&by_rows).enumerate() {
+                    let [half, past, lit] = [0, 1, 2].map(|output| difference(&apart[output], &by_rows[output]));
+                    assert!(half < 6e-3, "{what}: the light of frame {number} differs by {half}");
+                    assert!(lit < 6e-3, "{what}: the result of frame {number} differs by {lit}");
+                    // Peaks of the scene are the same numbers; the exposed ones are rounded once less.
+                    let allowed = if exposed == "scene" { 0.0 } else { 1e-3 };
+                    assert!(past <= allowed, "{what}: the peaks before frame {number} differ by {past}");
+                }
+            }
+        }
+    }
+}
+
+/// The light by rows against its definition.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn light_that_is_limited_by_rows_is_as_in_the_cpu_reference() {
+    let text = limited("scene", HISTORY, "filter: Tap13");
+    for (width, height) in [(2, 2), (64, 36), (244, 70)] {
+        let pictures = [0, 1].map(|frame| sparks(width, height, frame));
+        let ([_, by_rows], found) = frames(&text, &pictures);
+        assert_eq!(found, 1, "{width}x{height}");
+        let [first, second] = pictures.each_ref().map(image);
+        for (frame, now, before) in [(0, &first, None), (1, &second, Some(&first)), (2, &first, Some(&second))] {
+            let limited = without_fireflies(now, before);
+            assert!(limited != *now || now.pixels.len() < 10, "something is limited at {width}x{height}");
+            let bright = limited.map_rgb(|color| color.map(|c| c * gate_weight(largest(color), 1.0, 0.3)));
+            let wanted = downsample(&bright, half_size(bright.width, bright.height), Down::ThirteenTap);
+            let wanted = downsample(&wanted, half_size(wanted.width, wanted.height), Down::Box);
+            let shown = image(&by_rows[frame][0]);
+            let channels = wanted.pixels.as_flattened().iter().zip(shown.pixels.as_flattened());
+            let worst = channels.map(|(a, b)| (a - b).abs() / (1.0 + a.abs())).fold(0.0, f64::max);
+            assert!(worst < 6e-3, "frame {frame} at {width}x{height} differs by {worst}");
         }
     }
 }

@@ -105,8 +105,12 @@ impl Extract {
     fn without_fireflies(pass: &mut Recorder<'_>, source: ImageId) -> ImageId {
         let result = pass.transient("limited", ImageDesc::new(pass.desc(source).size));
         let has_before = pass.wired("before") && !pass.is_zero("before");
-        let function = if has_before { "extract_limited_since" } else { "extract_limited" };
-        pass.function(&SHADER, function).write_to(result);
+        let (function, by_neighbors) = match has_before {
+            true => ("extract_limited_since", "extract_limited_around_since"),
+            false => ("extract_limited", "extract_limited_around"),
+        };
+        let form = ByNeighbors { source: "source", number: "extract_number", function: by_neighbors };
+        pass.function(&SHADER, function).by_neighbors(form).write_to(result);
         result
     }
 }
@@ -134,7 +138,8 @@ impl Node for Extract {
         let source = pass.image("source");
         let result = ImageDesc::new(pass.desc(source).size);
         if pass.is_output_used("peaks") {
-            pass.function(&SHADER, "extract_peaks").write("peaks", result.half().format(Format::R16Float));
+            let peaks = result.half().format(Format::R16Float);
+            pass.function(&SHADER, "extract_peaks").by_square("extract_peaks_of_square").write("peaks", peaks);
         }
         let light = match self.fireflies {
             Fireflies::Keep => source,

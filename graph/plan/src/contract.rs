@@ -4,13 +4,14 @@ use std::collections::BTreeSet;
 
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
-    Arg, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource, for_each_recording,
+    Arg, ByRows, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource,
+    RowDownsample, for_each_recording,
 };
-use afterimage_wgsl::SampleMode;
+use afterimage_wgsl::{SampleMode, Shader};
 
 use crate::builder::copy_kernel;
 use crate::codegen::{CodeOptions, compose_pass, functions_cover};
-use crate::fusion::{row_kernel, row_pass};
+use crate::fusion::{Neighbors, row_kernel, row_pass, square_kernel};
 
 /// The contract of [`afterimage_graph::node::contract`], and beyond it: every pass becomes a valid module, alone and
 /// fused with another one, in every way in which its textures may be sampled and its numbers computed, and its
@@ -116,7 +117,8 @@ impl Modules {
         if let Some(fused) = fused(pass) {
             self.ways(&fused, recording, " fused with its reader", &WAYS[..1]);
         }
-        by_rows(pass).into_iter().chain(by_cells(pass)).for_each(|pass| self.ways(&pass, recording, "", &WAYS));
+        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass)).chain(by_cells(pass));
+        forms.for_each(|pass| self.ways(&pass, recording, "", &WAYS));
     }
 
     fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, bool)]) {
@@ -170,7 +172,42 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
     let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
     let by = kernel.by_rows?;
     let kernels = vec![copy_kernel(&kernel.node, kernel.textures().next()?), row_kernel(&kernel.node, by)];
-    Some(row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, by, 1))
+    Some(of_rows(pass, kernels, image, by, None))
+}
+
+fn of_rows(pass: &Pass, kernels: Vec<KernelCall>, image: ImageId, by: ByRows, around: Option<usize>) -> Pass {
+    let rows = RowDownsample { state: by.state, rows: 1, around };
+    row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, rows)
+}
+
+/// A halving for forms that are called in one.
+static HALVING: Shader = Shader::new(
+    "halving.wgsl",
+    "struct Halving { sum: vec4f }
+fn halving(state: ptr<function, Halving>, square: Square, invocation: u32) -> vec4f {
+    (*state).sum += square.upper_left + square.upper_right + square.lower_left + square.lower_right;
+    return (*state).sum;
+}",
+);
+const HALF: ByRows = ByRows { shader: &HALVING, function: "halving", state: "Halving", reach: 0.0 };
+
+/// The pass in its form by neighbors in a halving by rows, if it has one.
+fn by_neighbors(pass: &Pass) -> Option<Pass> {
+    let image = pass.function_result()?;
+    let (mut kernels, around) = Neighbors::alone(pass.kernels.clone())?;
+    kernels.push(row_kernel(&kernels[0].node, HALF));
+    Some(of_rows(pass, kernels, image, HALF, around))
+}
+
+/// The pass in its form by squares beside a halving by rows, if it has one.
+fn by_square(pass: &Pass) -> Option<Pass> {
+    let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
+    kernel.by_square?;
+    let kernels = vec![copy_kernel(&kernel.node, kernel.textures().next()?), row_kernel(&kernel.node, HALF)];
+    let mut rows = of_rows(pass, kernels, image, HALF, None);
+    rows.kernels.push(square_kernel(kernel, 0));
+    rows.results.push(PassResult { kernel: 2, image });
+    Some(rows)
 }
 
 /// The pass in its form by cells, twice, so that names which the framework does not keep apart clash.

@@ -3,7 +3,7 @@
 
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry};
+use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry, Resource};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
     Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
@@ -175,6 +175,54 @@ fn a_halving_makes_its_source_itself_only_if_nothing_else_reads_it() {
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![2], 4), "{}", plan.to_text());
 }
 
+/// Lights without fireflies, halved; they stand between these nodes.
+fn lights(before: &str, extract: &str, after: &str, outputs: &str) -> Plan {
+    let nodes = format!(
+        r#"{before} "bright": Extract({extract}, fireflies: Limit, before: "bright.peaks@previous"),
+        "half": Downsample(source: "bright", levels: 1), "out": Far(source: "half.coarsest"), {after}"#
+    );
+    planned_at(FRAME, &nodes, outputs, Options { row_downsample: When::Always, ..Options::default() })
+}
+
+/// The images as large as the frame that a plan makes and keeps for other passes.
+fn full_size(plan: &Plan) -> Vec<&str> {
+    let made = plan.work().flat_map(Pass::writes).filter_map(Resource::image).filter(|image| {
+        plan.image(*image).desc.size == FRAME && plan.outputs.iter().all(|output| output.image != *image)
+    });
+    made.map(|image| plan.image(image).label.as_str()).collect()
+}
+
+#[test]
+fn what_looks_at_neighbors_is_made_in_the_halving() {
+    // The kernels: a copy of the pixel, the limit, the selection, the halving, the peaks.
+    let plan = lights("", r#"source: "in""#, "", r#""out": "out""#);
+    assert_eq!((by_rows(&plan), plan.passes.len()), (vec![5], 2), "{}", plan.to_text());
+    assert_eq!((full_size(&plan), plan.shared_reads.len()), (vec![], 1), "{}", plan.to_text());
+    // The pixel is made again for others that read no more.
+    let dim = r#""dim": Dim(source: "in"),"#;
+    let plan = lights(dim, r#"source: "dim""#, r#""shown": Dim(source: "dim")"#, r#""out": "out", "shown": "shown""#);
+    assert_eq!((by_rows(&plan), plan.passes.len(), full_size(&plan)), (vec![5], 3, vec![]), "{}", plan.to_text());
+    // And nobody makes it once more if there are none.
+    let plan = lights(dim, r#"source: "dim""#, "", r#""out": "out""#);
+    assert_eq!((by_rows(&plan), plan.passes.len(), full_size(&plan)), (vec![5], 2, vec![]), "{}", plan.to_text());
+}
+
+#[test]
+fn what_others_need_is_stored_although_a_halving_looks_at_it() {
+    // Another pass looks around a pixel of the source: the halving reads what is stored.
+    let dim = r#""dim": Dim(source: "in"),"#;
+    let plan = lights(dim, r#"source: "dim""#, r#""far": Far(source: "dim")"#, r#""out": "out", "far": "far""#);
+    assert_eq!((by_rows(&plan), full_size(&plan)), (vec![5], vec!["dim.result"]), "{}", plan.to_text());
+    // The source is shown, too.
+    let plan = lights(dim, r#"source: "dim""#, "", r#""out": "out", "dim": "dim""#);
+    assert_eq!((by_rows(&plan), plan.passes.len()), (vec![5], 3), "{}", plan.to_text());
+    // The light is stored for others, and so are peaks that this frame reads.
+    let plan = lights("", r#"source: "in""#, r#""far": Far(source: "bright")"#, r#""out": "out", "far": "far""#);
+    assert_eq!((by_rows(&plan), full_size(&plan)), (vec![2], vec!["bright.result"]), "{}", plan.to_text());
+    let plan = lights("", r#"source: "in""#, r#""far": Far(source: "bright.peaks")"#, r#""out": "out", "far": "far""#);
+    assert_eq!((by_rows(&plan), full_size(&plan)), (vec![4], vec![]), "{}", plan.to_text());
+}
+
 /// How many reductions each shared read has.
 fn shared_reads(nodes: &str, outputs: &str) -> Vec<usize> {
     // Smaller images are read without a stride.
@@ -310,8 +358,8 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
             let rows = source.matches("textureStore(").count() as u32;
             Some([sides[0], sides[1] * rows])
         }
-        // The first and the last invocation only make what their neighbors need.
-        PassKind::RowDownsample(rows) => Some([sides[0] - 2, rows.rows]),
+        // The outermost invocations only make what their neighbors need.
+        PassKind::RowDownsample(rows) => Some([sides[0] - if rows.around.is_some() { 4 } else { 2 }, rows.rows]),
         PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute | PassKind::Drawing(_) => None,
     }
 }
@@ -319,13 +367,15 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
 #[test]
 fn the_workgroups_of_a_pass_reach_its_last_pixels_and_no_further() {
     let nodes = r#""a": Dim(source: "in"), "half": Downsample(source: "a", levels: 1),
-        "b": Soft(source: "in"), "c": Soft(source: "b"), "x": Far(source: "half.coarsest"), "y": Far(source: "c")"#;
+        "b": Soft(source: "in"), "c": Soft(source: "b"), "x": Far(source: "half.coarsest"), "y": Far(source: "c"),
+        "light": Extract(source: "in", fireflies: Limit), "low": Downsample(source: "light", levels: 1),
+        "z": Far(source: "low.coarsest")"#;
     let mut seen = Vec::new();
     for (width, height) in
         [(1, 1), (2, 2), (15, 7), (16, 8), (17, 9), (124, 64), (126, 66), (643, 361), (800, 600), (1300, 1100)]
     {
-        let options = Options { fuse: false, row_downsample: When::Always, ..Options::default() };
-        let plan = planned_at(Size::new(width, height), nodes, r#""x": "x", "y": "y", "a": "a""#, options);
+        let options = Options { row_downsample: When::Always, ..Options::default() };
+        let plan = planned_at(Size::new(width, height), nodes, r#""x": "x", "y": "y", "a": "a", "z": "z""#, options);
         for (index, planned) in plan.passes.iter().enumerate() {
             let Some(cover) = covered(&plan, index) else { continue };
             let size = plan.image(planned.pass.results.last().expect("a result").image).desc.size;

@@ -230,9 +230,15 @@ impl<'p> Machine<'p> {
             }
             PassKind::RowDownsample(_) => {
                 let Size { width, height, depth } = size_of_result();
-                let [makers @ .., halving] = pass.kernels.as_slice() else { panic!("a pass has kernels") };
+                let (makers, others) = pass.kernels.split_at(pass.results[0].kernel);
                 let mut values = self.functions(makers, Size { width: 2 * width, height: 2 * height, depth })?;
-                values.push(halved(&halving.function, *values.last().expect("a halving has a source")));
+                values.push(halved(&others[0].function, *values.last().expect("a halving has a source")));
+                for kernel in &others[1..] {
+                    let [Argument { value: Arg::SquareOf(texel), .. }] = kernel.args[..] else {
+                        return Err(format!("`{}` takes no square", kernel.function));
+                    };
+                    values.push(of_square(&kernel.function, values[texel]));
+                }
                 values
             }
         };
@@ -300,6 +306,14 @@ impl<'p> Machine<'p> {
             let source = kernel.args.iter().position(reads).expect("a halving reads a texture");
             return Ok(halved(by.function, values[source]));
         }
+        if let Some(form) = kernel.by_square {
+            return Ok(of_square(form, values[0]));
+        }
+        if let Some(form) = kernel.by_neighbors {
+            let args = kernel.args.iter().zip(&values).filter(|(arg, _)| arg.value != Arg::Around);
+            let args: BTreeMap<&String, &Term> = args.map(|(arg, value)| (&arg.name, value)).collect();
+            return Ok(term((form.function, args, size.width, size.height)));
+        }
         let names: Vec<&String> = kernel.args.iter().map(|arg| &arg.name).collect();
         let rest = format!("{:?} {:?} {:?} {size}", kernel.promises, kernel.constants, kernel.limited);
         Ok(term((kernel.shader.file(), &*kernel.function, &kernel.uniform, names, values, rest)))
@@ -338,6 +352,11 @@ impl<'p> Machine<'p> {
 /// A halving has two forms, which compute the same.
 fn halved(function: &str, source: Term) -> Term {
     term(("halved", function, source))
+}
+
+/// So has what needs a square alone.
+fn of_square(form: &str, source: Term) -> Term {
+    term(("square", form, source))
 }
 
 fn meet(one: &Range<u64>, other: &Range<u64>) -> bool {

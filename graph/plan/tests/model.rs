@@ -83,7 +83,7 @@ pub fn blurs(seed: u64) -> (String, String) {
         let beside = alike[rng.below(alike.len())].0.clone();
         let levels = 1 + rng.below(3) as u32;
         let sigma = [0.4, 1.0, 3.0][rng.below(3)];
-        let (text, name, level) = match rng.below(17) {
+        let (text, name, level) = match rng.below(20) {
             0..3 => (format!("Soft(source: \"{source}\")"), format!("n{at}"), level),
             3 => (format!("Far(source: \"{source}\")"), format!("n{at}"), level),
             4 | 5 => (format!("Dim(source: \"{source}\")"), format!("n{at}"), level),
@@ -101,7 +101,7 @@ pub fn blurs(seed: u64) -> (String, String) {
                 let past = if other.0 == "in" { "in".to_owned() } else { format!("{}@previous", other.0) };
                 (format!("Composite(base: \"{source}\", bloom: \"{past}\")"), format!("n{at}"), level)
             }
-            12 => {
+            12 | 18 => {
                 let [width, height] = [[16, 8], [32, 16]][rng.below(2)];
                 let cells = format!("width: {width}, height: {height}, sigma: 0.0");
                 write!(nodes, "\"m{at}\": LogGaussian(source: \"{source}\", {cells}), ").expect("it grows");
@@ -110,6 +110,10 @@ pub fn blurs(seed: u64) -> (String, String) {
             }
             13 => (format!("Late(source: \"{source}\")"), format!("n{at}"), level),
             14 => (format!("LensDistortion(source: \"{source}\")"), format!("n{at}"), level),
+            16 | 17 => {
+                let before = ["", ", before: \"n@previous\""][rng.below(2)].replace('n', &format!("n{at}.peaks"));
+                (format!("Extract(source: \"{source}\", fireflies: Limit{before})"), format!("n{at}"), level)
+            }
             15 => (format!("ChromaticAberration(source: \"{source}\")"), format!("n{at}"), level),
             _ => (format!("Composite(base: \"{source}\", bloom: \"{}\")", other.0), format!("n{at}"), level),
         };

@@ -30,6 +30,11 @@ pub struct KernelCall {
     pub constants: Vec<(&'static str, f64)>,
     /// The form by rows of a function, if it has one.
     pub by_rows: Option<ByRows>,
+    /// The form of a function that shares texels with the neighbors of its pixel, if it has one.
+    pub by_neighbors: Option<ByNeighbors>,
+    /// The form of a function that needs no more than the four texels under its own: a function of the same module,
+    /// `fn name(square: Square) -> vec4f`. The result has half the size of the only image that it reads.
+    pub by_square: Option<&'static str>,
     /// The form by cells of an entry point, if it has one.
     pub by_cells: Option<ByCells>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
@@ -93,6 +98,10 @@ pub enum Arg {
     /// The four texels under one texel of the result of a [`RowDownsample`](super::RowDownsample), from the kernels
     /// before.
     Square,
+    /// The same four texels as an earlier kernel of the same pass makes them, by its place in the pass.
+    SquareOf(usize),
+    /// What the texels around one show in a pass by rows: see [`ByNeighbors`].
+    Around,
     /// An image that the kernel writes.
     Storage(ImageId),
     /// A storage buffer, and whether the kernel writes it, too.
@@ -133,6 +142,24 @@ pub struct ByRows {
     pub state: &'static str,
     /// Distance of the outermost taps from the center, in texels of the source.
     pub reach: f32,
+}
+
+/// The form of a function that reads one image of the size of its result no further than one texel from its pixel, and
+/// of the eight texels there not more than a number each: with it a pass by rows makes each texel and its number once,
+/// and gives the number to the neighbors.
+///
+/// Both functions are in the module of the function, which imports `neighbors`:
+///
+/// - `fn NUMBER(texel: vec4f) -> f32`, of any texel;
+/// - `fn FUNCTION(source: vec4f, around: Around, ...) -> vec4f`, whose other arguments are those of the function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByNeighbors {
+    /// The argument that is the image, and the texel in this form.
+    pub source: &'static str,
+    /// The number of a texel.
+    pub number: &'static str,
+    /// The function of a texel and of the numbers around it.
+    pub function: &'static str,
 }
 
 /// The form by cells of a compute kernel that reduces an image over each cell of a lattice: with it the framework lets
@@ -182,6 +209,8 @@ impl KernelCall {
             promises: Vec::new(),
             constants: Vec::new(),
             by_rows: None,
+            by_neighbors: None,
+            by_square: None,
             by_cells: None,
             limited: None,
             origin: None,
@@ -226,6 +255,7 @@ impl KernelCall {
                 Arg::Kernel(kernel) => Arg::Kernel(earlier + kernel),
                 Arg::PointOf(kernel) => Arg::PointOf(earlier + kernel),
                 Arg::Faults(kernel) => Arg::Faults(earlier + kernel),
+                Arg::SquareOf(kernel) => Arg::SquareOf(earlier + kernel),
                 value => value,
             };
         }

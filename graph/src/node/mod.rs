@@ -30,7 +30,7 @@ pub use drawing::{ColorAttachment, Compare, DepthAttachment, DepthTest, DrawCont
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use inactive::{Decisive, Inactive, InactiveParameters, NodeInUse};
-pub use kernel::{Arg, Argument, ByCells, ByRows, KernelCall, KernelOrigin, WarpPart};
+pub use kernel::{Arg, Argument, ByCells, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};

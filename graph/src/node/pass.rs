@@ -55,15 +55,19 @@ pub enum PassKind {
 
 /// A halving by workgroups of one row of invocations that walk down the source.
 ///
-/// At each step an invocation makes the four texels under one texel of the result with all kernels but the last, and
-/// gives them to the last kernel, which shares what its neighbors need through workgroup memory. So each texel of the
-/// source, which is exactly twice as large as the result, is made about once and never stored.
+/// At each step an invocation makes the four texels under one texel of the result with the kernels before the halving,
+/// and gives them to the halving, the kernel of the first result, which shares what its neighbors need through
+/// workgroup memory. So each texel of the source, which is exactly twice as large as the result, is made about once and
+/// never stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowDownsample {
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,
     /// Rows of the result that a workgroup makes.
     pub rows: u32,
+    /// The kernel that looks at the texels around its own, by its place in the pass, if one does: it is called in its
+    /// form [by neighbors](super::ByNeighbors), and those before it make a texel.
+    pub around: Option<usize>,
 }
 
 /// A dispatch in which several kernels reduce one image, cell by cell, each on a lattice of its own.

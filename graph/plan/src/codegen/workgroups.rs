@@ -1,7 +1,7 @@
 //! How many workgroups a pass dispatches.
 
 use super::functions::functions_cover;
-use super::row_downsample::ROW_INVOCATIONS;
+use super::row_downsample::rows_cover;
 use crate::plan::PlannedImage;
 use afterimage_base::image::Size;
 use afterimage_graph::node::{KernelCall, Pass, PassKind};
@@ -14,7 +14,7 @@ pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
     let sanitizes = textures.any(|image| images[image.0 as usize].sample_mode.sanitizes());
     match &pass.kind {
         PassKind::Point | PassKind::Gather => cover(result(), functions_cover(pass, result(), sanitizes)),
-        PassKind::RowDownsample(rows) => cover(result(), [ROW_INVOCATIONS - 2, rows.rows]),
+        PassKind::RowDownsample(rows) => cover(result(), rows_cover(rows)),
         PassKind::CellReduce(cells) => [cells.coarsest[0], cells.coarsest[1], 1],
         PassKind::Workgroup(invocations) => cover(result(), *invocations),
         PassKind::Compute => pass.kernels[0].workgroups.unwrap_or([1; 3]),

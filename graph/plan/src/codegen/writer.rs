@@ -80,6 +80,17 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         format!("fn {name}(at: Point{pixels}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
 
+    /// A function `name` to the value of the last of these kernels, from a `Point`, the value of the kernel before them
+    /// and what is around it.
+    pub(super) fn function_of_neighbors(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
+        let (texel, last) = (kernels.start - 1, kernels.end - 1);
+        kernels.for_each(|index| self.call(index));
+        let body = std::mem::take(&mut self.body);
+        format!(
+            "fn {name}(at: Point, kernel{texel}: vec4f, around: Around) -> vec4f {{\n{body}    return kernel{last};\n}}\n"
+        )
+    }
+
     /// Statements that load the pixels of host images at the places `at0` up to `at{count}`, and sanitize them.
     pub(super) fn load_host_pixels(&self, count: u32, indent: &str) -> String {
         let (mut loads, mut largest, mut repairs) = (String::new(), String::new(), String::new());
@@ -232,6 +243,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Frame => self.frame(),
             Arg::Invocation => "invocation".into(),
             Arg::Block(block) => self.block(index, name, block),
+            Arg::Around => "around".into(),
             Arg::Sampler => self.variable(SlotKind::Sampler, "var", "linear", "sampler"),
             Arg::Texture(image) => self.texture(image, texture),
             Arg::Level(part) => self.variable(SlotKind::Level(part), "var", "image", TEXTURE),
@@ -249,7 +261,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             }
             Arg::Zero(1) => "0.0".into(),
             Arg::Zero(n) => format!("vec{n}f()"),
-            Arg::Square | Arg::Storage(_) | Arg::Buffer(..) => {
+            Arg::Square | Arg::SquareOf(_) | Arg::Storage(_) | Arg::Buffer(..) => {
                 panic!("{arg:?} is no argument of a function of one pixel")
             }
         }

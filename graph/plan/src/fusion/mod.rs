@@ -1,12 +1,14 @@
 //! Fusion: passes become one where that saves memory traffic or dispatches.
 
 mod cell_reduce;
+mod neighbors;
 mod one_module;
 mod pass_graph;
 mod point;
 mod row_downsample;
 mod warp;
 
+pub(crate) use neighbors::{Neighbors, square_kernel};
 pub(crate) use row_downsample::{row_kernel, row_pass};
 
 use crate::builder::PlanBuilder;
@@ -20,10 +22,16 @@ pub(crate) fn fusion(builder: &mut PlanBuilder, request: &PlanRequest<'_>) {
         point::fuse_points(builder, &request.caps);
         warp::fuse_warps(builder, &request.caps);
     }
-    match options.row_downsample {
-        When::Always => row_downsample::downsample_by_rows(builder, true),
-        When::WhereItPays if request.caps.fast_workgroup_memory => row_downsample::downsample_by_rows(builder, false),
-        When::WhereItPays | When::Never => {}
+    let makes_again = match options.row_downsample {
+        When::Always => row_downsample::downsample_by_rows(builder, &request.caps, true),
+        When::WhereItPays if request.caps.fast_workgroup_memory => {
+            row_downsample::downsample_by_rows(builder, &request.caps, false)
+        }
+        When::WhereItPays | When::Never => false,
+    };
+    // What the halvings make themselves, others read pixel by pixel.
+    if options.fuse && makes_again {
+        point::fuse_points(builder, &request.caps);
     }
     if options.fuse {
         cell_reduce::join_cell_reductions(builder, &request.caps);

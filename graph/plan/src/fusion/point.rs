@@ -68,7 +68,7 @@ fn is_within_limits(producer: &Pass, reader: &Pass) -> bool {
 
 /// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
 /// pixel of one image.
-fn is_light(pass: &Pass) -> bool {
+pub(super) fn is_light(pass: &Pass) -> bool {
     let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
     let is_short = pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1;
     is_short && !pass.kernels.iter().any(KernelCall::is_heavy)

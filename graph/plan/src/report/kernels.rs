@@ -43,6 +43,8 @@ fn argument(arg: Arg, names: &Names) -> String {
         Arg::Kernel(kernel) => format!("kernel {kernel}"),
         Arg::Faults(kernel) => format!("faults of kernel {kernel}"),
         Arg::Square => "texels of the source".into(),
+        Arg::SquareOf(kernel) => format!("texels of kernel {kernel}"),
+        Arg::Around => "numbers around".into(),
         Arg::Pixel(image) => format!("pixel of {}", names.image(image)),
         Arg::Texture(image) => format!("texture {}", names.image(image)),
         Arg::Level(part) => format!("level {} of layer {} of {}", part.level, part.layer, names.image(part.image)),

@@ -103,7 +103,7 @@ fn accesses(pass: &Pass) -> Vec<Access> {
             Arg::Storage(image) => note(Resource::Image(image), false, true),
             Arg::Value(buffer, _) => note(Resource::Buffer(buffer), true, false),
             Arg::Buffer(buffer, writes) => note(Resource::Buffer(buffer), true, writes),
-            Arg::Kernel(_) | Arg::Square | Arg::Zero(_) => {}
+            Arg::Kernel(_) | Arg::Square | Arg::SquareOf(_) | Arg::Around | Arg::Zero(_) => {}
             Arg::Sampler | Arg::Point | Arg::PointOf(_) | Arg::Frame => {}
             Arg::Faults(_) | Arg::Invocation | Arg::Block(_) | Arg::Params => {}
         }

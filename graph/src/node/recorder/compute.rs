@@ -121,6 +121,8 @@ impl ComputePass<'_, '_> {
             uniform: _,
             promises: _,
             by_rows: _,
+            by_neighbors: _,
+            by_square: _,
             limited: _,
             origin: _,
             warp: _,

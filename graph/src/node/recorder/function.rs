@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::details::{FunctionDetails, Label};
 use super::{InputValue, Recorder, shape};
 use crate::node::drawing::Subresource;
-use crate::node::kernel::{Arg, Argument, ByRows, KernelCall};
+use crate::node::kernel::{Arg, Argument, ByNeighbors, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
 use crate::node::resource::{BlockId, ImageId};
 use afterimage_base::Shared;
@@ -23,6 +23,8 @@ pub struct FunctionPass<'r, 'a> {
     label: Label,
     pub(super) details: FunctionDetails,
     by_rows: Option<ByRows>,
+    by_neighbors: Option<ByNeighbors>,
+    by_square: Option<&'static str>,
     workgroup: Option<[u32; 2]>,
 }
 
@@ -36,7 +38,18 @@ impl<'a> Recorder<'a> {
     ) -> FunctionPass<'_, 'a> {
         let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
         let details = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
-        FunctionPass { recorder: self, shader, function, label, details, by_rows: None, workgroup: None }
+        let (by_rows, by_neighbors, by_square) = (None, None, None);
+        FunctionPass {
+            recorder: self,
+            shader,
+            function,
+            label,
+            details,
+            by_rows,
+            by_neighbors,
+            by_square,
+            workgroup: None,
+        }
     }
 }
 
@@ -83,6 +96,19 @@ impl FunctionPass<'_, '_> {
     /// [`ByRows`].
     pub fn by_rows(mut self, form: Option<ByRows>) -> Self {
         self.by_rows = form;
+        self
+    }
+
+    /// A second form of a function that looks at the texels around its pixel: see [`ByNeighbors`].
+    pub fn by_neighbors(mut self, form: ByNeighbors) -> Self {
+        self.by_neighbors = Some(form);
+        self
+    }
+
+    /// A second form of a function that halves an image: `fn name(square: Square) -> vec4f`, of the four texels under
+    /// one, for sides that are exactly halved. The first form must be able to do without it.
+    pub fn by_square(mut self, form: &'static str) -> Self {
+        self.by_square = Some(form);
         self
     }
 
@@ -149,6 +175,8 @@ impl FunctionPass<'_, '_> {
             function,
             promises,
             by_rows,
+            by_neighbors,
+            by_square,
             warp,
             args,
             node: _,
@@ -170,6 +198,7 @@ impl FunctionPass<'_, '_> {
             && *shader == self.shader
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
+            && (*by_neighbors, *by_square) == (self.by_neighbors, self.by_square)
             && *promises == self.details.promises
             && self.has_args(args)
     }
@@ -211,6 +240,8 @@ impl FunctionPass<'_, '_> {
             uniform: self.recorder.uniform(&self.shader, params(function), &self.details.computed),
             promises: self.details.promises.clone(),
             by_rows: self.by_rows,
+            by_neighbors: self.by_neighbors,
+            by_square: self.by_square,
             ..call
         }
     }
