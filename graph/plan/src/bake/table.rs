@@ -13,18 +13,21 @@ static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("ba
 /// Points of the curve of grays, about.
 const GRAYS: u32 = 1024;
 
+/// Parts of a table: three for colors without a negative channel, and three for others.
+const PARTS: u32 = 6;
+
 /// How a table is divided.
 ///
 /// A color is its largest channel, its level, and the ratios of the other two to it. The three channels that may be the
-/// largest have three parts of the table. Tone curves bend along the levels alone, and hues and gamuts along the
+/// largest have three parts of the table each, one for colors without a negative channel and one for others. Tone curves bend along the levels alone, and hues and gamuts along the
 /// ratios, which makes the errors of a table with these axes about a third of those of a cube with as many entries.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
     /// Steps between levels.
     levels: u32,
-    /// Steps between ratios from 0 to 1.
-    positive: u32,
-    /// Steps between ratios from -4 to 0.
+    /// Steps between ratios.
+    ratios: u32,
+    /// Those between negative ratios, in the parts for colors with a negative channel.
     negative: u32,
     /// Steps of the curve of grays in one step of levels.
     grays: u32,
@@ -33,17 +36,13 @@ pub(super) struct Table {
 impl Table {
     /// The table of that [size](afterimage_graph::node::Bake::size).
     pub(super) fn new(size: u32) -> Self {
-        let levels = size / 8 * 8;
-        Self { levels, positive: levels / 2, negative: levels / 4, grays: GRAYS / levels }
-    }
-
-    fn ratios(self) -> u32 {
-        self.positive + self.negative + 1
+        let (levels, ratios) = (size * 9 / 8, size * 3 / 4);
+        Self { levels, ratios, negative: ratios * 2 / 3, grays: GRAYS / levels }
     }
 
     /// One ratio within the levels from left to right, the other one within the parts from top to bottom.
     fn texels(self) -> Size {
-        Size::new((self.levels + 1) * self.ratios(), 3 * self.ratios())
+        Size::new((self.levels + 1) * (self.ratios + 1), PARTS * (self.ratios + 1))
     }
 
     fn gray_texels(self) -> Size {
@@ -105,7 +104,7 @@ impl Table {
         let lowest = if signedness == Signedness::Unsigned { 0.0 } else { -65504.0 };
         let numbers = [
             ("levels", self.levels as f32),
-            ("positive", self.positive as f32),
+            ("ratios", self.ratios as f32),
             ("negative", self.negative as f32),
             ("grays", self.grays as f32),
             ("lowest", lowest),
