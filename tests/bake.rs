@@ -114,15 +114,15 @@ fn fall(ramp: &Picture) -> f32 {
 type Case = (&'static str, u32, [f32; 4]);
 
 const CASES: [Case; 9] = [
-    ("", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("", 48, [0.0, 0.0, 0.0, 0.0]),
-    ("", 33, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: AcesNarkowicz,", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: Uchimura, linear_length: 0.0, space: Tsushima,", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: KhronosNeutral,", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: AgX,", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: Gt7,", 64, [0.0, 0.0, 0.0, 0.0]),
-    ("curve: Exponential,", 64, [0.0, 0.0, 0.0, 0.0]),
+    ("", 64, [0.35, 0.6, 0.45, 1.6]),
+    ("", 48, [0.55, 0.85, 0.75, 2.7]),
+    ("", 33, [1.0, 1.5, 1.4, 5.0]),
+    ("curve: AcesNarkowicz,", 64, [0.3, 0.75, 0.45, 2.0]),
+    ("curve: Uchimura, linear_length: 0.0, space: Tsushima,", 64, [0.3, 0.55, 0.45, 1.9]),
+    ("curve: KhronosNeutral,", 64, [0.4, 0.7, 0.5, 0.5]),
+    ("curve: AgX,", 64, [0.45, 0.9, 0.65, 0.65]),
+    ("curve: Gt7,", 64, [0.8, 2.8, 1.4, 2.1]),
+    ("curve: Exponential,", 64, [0.3, 0.5, 0.55, 1.8]),
 ];
 
 #[test]
