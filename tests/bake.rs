@@ -109,8 +109,8 @@ fn fall(ramp: &Picture) -> f32 {
     fall
 }
 
-/// A curve, the size of its table, and the errors that 99 and 99.9 % of random colors, 99 % of those on the border of the
-/// gamut and 99 % of those of AP1 stay below, in codes of 8 bits.
+/// A curve, the size of its table, and the errors that 99 and 99.9 % of random colors, 99 % of those on the border of
+/// the gamut and 99 % of those of AP1 stay below, in codes of 8 bits.
 type Case = (&'static str, u32, [f32; 4]);
 
 const CASES: [Case; 9] = [

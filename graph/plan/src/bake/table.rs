@@ -19,8 +19,9 @@ const PARTS: u32 = 6;
 /// How a table is divided.
 ///
 /// A color is its largest channel, its level, and the ratios of the other two to it. The three channels that may be the
-/// largest have three parts of the table each, one for colors without a negative channel and one for others. Tone curves bend along the levels alone, and hues and gamuts along the
-/// ratios, which makes the errors of a table with these axes about a third of those of a cube with as many entries.
+/// largest have two parts of the table each: one for colors without a negative channel, and one for the others. Tone
+/// curves bend along the levels alone, and hues and gamuts along the ratios, which makes the errors of a table with
+/// these axes about a third of those of a cube with as many entries.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
     /// Steps between levels.
