@@ -28,7 +28,7 @@ const BAKE_ROOT_OUTSIDE: f32 = 0.9;
 // The place of a level among those of the table. Light that is not positive is at 0.
 fn bake_level(light: f32, params: Bake) -> f32 {
     let t = exp2(-BAKE_POWER * log2(max(light, 1e-20) / BAKE_CENTER));
-    return clamp(params.levels / (BAKE_TOP * (1.0 + t)), 0.0, params.levels);
+    return select(0.0, min(params.levels / (BAKE_TOP * (1.0 + t)), params.levels), light > 0.0);
 }
 
 fn bake_light(level: f32, params: Bake) -> f32 {
