@@ -5,8 +5,10 @@ use std::path::Path;
 
 use afterimage_graph::node::folder_kind;
 
-/// What no author calls: what counts the steps of loops, or reads one sample of several, which folders do not take.
-const INTERNAL: &[&str] = &["begin_steps", "is_last_step", "were_steps_cut", "texel_sample"];
+/// What no author calls: what counts the steps of loops, reads one sample of several, which folders do not take, or
+/// belongs to passes by rows.
+const INTERNAL: &[&str] =
+    &["begin_steps", "is_last_step", "were_steps_cut", "texel_sample", "is_sample_known", "neighbors_share"];
 
 /// A value of an argument's type.
 fn value(ty: &str) -> String {
