@@ -248,9 +248,15 @@ impl Configuration {
         if self.half { Format::Rgba16Float } else { Format::Rgba32Float }
     }
 
-    /// Texels of all images that a frame of this size needs; 0 if it cannot be planned.
+    /// Texels of all images that a frame of this size needs, without tables of colors, which no size changes; 0 if it
+    /// cannot be planned.
     pub(crate) fn texels(&mut self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
-        self.plan(subject, graph, size).map_or(0, |plan| plan.images.iter().map(|image| image.desc.size.texels()).sum())
+        let Ok(plan) = self.plan(subject, graph, size) else { return 0 };
+        let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.fills_table(*index));
+        let tables: Vec<usize> =
+            fills.flat_map(|(_, planned)| &planned.pass.results).map(|result| result.image.0 as usize).collect();
+        let images = plan.images.iter().enumerate().filter(|(index, _)| !tables.contains(index));
+        images.map(|(_, image)| image.desc.size.texels()).sum()
     }
 
     /// Whether frames depend on earlier frames.
