@@ -86,9 +86,8 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         let (texel, last) = (kernels.start - 1, kernels.end - 1);
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
-        format!(
-            "fn {name}(at: Point, kernel{texel}: vec4f, around: Around) -> vec4f {{\n{body}    return kernel{last};\n}}\n"
-        )
+        let arguments = format!("at: Point, kernel{texel}: vec4f, around: Around");
+        format!("fn {name}({arguments}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
 
     /// Statements that load the pixels of host images at the places `at0` up to `at{count}`, and sanitize them.

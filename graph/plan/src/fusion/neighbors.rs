@@ -7,7 +7,6 @@
 use super::one_module::fit_one_module;
 use super::pass_graph::PassGraph;
 use super::point::is_light;
-use super::row_downsample::Halving;
 use crate::builder::copy_kernel;
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{
@@ -33,19 +32,20 @@ impl Neighbors {
         recording: &Recording,
         caps: &Caps,
         number: usize,
-        halving: &Halving,
+        halving: usize,
+        halved: ImageId,
     ) -> Option<Self> {
         let (pass, result) = graph.function_pass(number)?;
         let source = looks_around(pass)?;
         if recording.image(source).desc.size != recording.image(result).desc.size {
             return None;
         }
-        let mut squares = squares(graph, recording, source, halving.result);
+        let mut squares = squares(graph, recording, source, halved);
         squares.truncate(caps.max_storage_images as usize - 1);
         let mut joined = squares.clone();
         joined.push(number);
         let maker = source_maker(graph, recording, source, &joined);
-        joined.push(halving.number);
+        joined.push(halving);
         joined.extend(maker);
         let joined: Vec<&Pass> = joined.into_iter().filter_map(|number| graph.get(number)).collect();
         if !fit_one_module(joined.into_iter(), recording, caps) {

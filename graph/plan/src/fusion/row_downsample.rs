@@ -48,9 +48,9 @@ pub(super) fn downsample_by_rows(builder: &mut PlanBuilder, caps: &Caps, always:
 
 /// A pass that halves an image and has a form by rows.
 pub(super) struct Halving {
-    pub(super) number: usize,
+    number: usize,
     source: ImageId,
-    pub(super) result: ImageId,
+    result: ImageId,
     by: ByRows,
 }
 
@@ -153,7 +153,7 @@ impl Maker {
         }
         let find = |number: usize| {
             let is_point = graph.get(number).is_some_and(|pass| pass.kind == PassKind::Point);
-            let neighbors = Neighbors::find(graph, recording, caps, number, halving);
+            let neighbors = Neighbors::find(graph, recording, caps, number, halving.number, halving.result);
             (is_point || neighbors.is_some()).then_some(Self { number, neighbors })
         };
         graph.writers(Resource::Image(source)).find_map(find)
