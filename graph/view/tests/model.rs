@@ -222,7 +222,7 @@ fn wires(model: &Model) -> Vec<(String, PortType)> {
 fn every_transient_can_be_looked_at_in_every_level_and_slice() {
     let mut model = model("tsushima");
     // Without a table, which no plan has for an image inside of it.
-    model.set_tier(Some("ultra"));
+    model.set_tier(Some("ultra".into()));
     model.set_tap(Some(Tap::new("exposed.result")));
     settle(&mut model);
     let (mut images, mut slices, mut levels) = (0, 0, 0);

@@ -37,11 +37,6 @@ fn bake_light(level: f32, params: Bake) -> f32 {
     return BAKE_CENTER * exp2(log2(x / (1.0 - x)) / BAKE_POWER);
 }
 
-// The lowest ratios of the next channel and of the last one where red, green or blue is the largest.
-fn bake_lowest(largest: i32) -> vec2f {
-    return select(select(BAKE_LOWEST.yz, BAKE_LOWEST.zx, largest == 1), BAKE_LOWEST.xy, largest == 2);
-}
-
 // How the ratios of a part of the table are divided: those of the next channel and of the last one.
 struct BakeRatios {
     lowest: vec2f,
