@@ -221,8 +221,6 @@ fn wires(model: &Model) -> Vec<(String, PortType)> {
 #[test]
 fn every_transient_can_be_looked_at_in_every_level_and_slice() {
     let mut model = model("tsushima");
-    // Without a table, which no plan has for an image inside of it.
-    model.set_tier(Some("ultra".into()));
     model.set_tap(Some(Tap::new("exposed.result")));
     settle(&mut model);
     let (mut images, mut slices, mut levels) = (0, 0, 0);
@@ -264,6 +262,8 @@ fn every_transient_can_be_looked_at_in_every_level_and_slice() {
 #[test]
 fn an_image_that_is_looked_at_is_what_the_pipeline_gives_for_that_wire() {
     let mut model = model("tsushima");
+    // Without a table, which no plan has for an image inside of it.
+    model.set_tier(Some("ultra".into()));
     model.set_tap(Some(Tap::new("exposed.result")));
     settle(&mut model);
     model.clock().cut();
