@@ -3,10 +3,13 @@
 #[cfg(target_os = "linux")]
 mod bombs;
 mod broken;
+mod built_in;
 mod cameras;
+mod chunks;
 mod errors;
 mod folders;
 mod hostile;
+mod job;
 mod outputs;
 mod own_files;
 mod pictures;

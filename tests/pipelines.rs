@@ -3,7 +3,6 @@
 use afterimage_graph::check::Graph;
 use afterimage_plan::{Alias, When};
 
-use crate::support::command::program;
 use crate::support::gpu::{Picture, Run, built_in, graph, pipelines};
 use crate::support::layer;
 use crate::support::sweep;

@@ -112,7 +112,11 @@ fn a_file_in_the_place_of_the_pipeline_is_named() {
     folder.with("blue.wgsl", b"fn blue() {}\n");
     for (line, words) in [
         ("render room.exr -o out.png", "`room.exr` is an image, not a pipeline\n  hint: the pipeline comes first"),
-        ("render room.exr {glare} -o out.png", "`room.exr` is an image, not a pipeline"),
+        (
+            "render exposur room.exr -o out.png",
+            "there is no pipeline `exposur`\n  hint: name a .ron file, or one of the built-in",
+        ),
+        ("pipelines exposur", "there is no built-in pipeline `exposur`"),
         ("stress room.exr --quick", "`room.exr` is an image, not a pipeline"),
         ("plan room.exr", "`room.exr` is an image, not a pipeline"),
         ("check look.cube", "`look.cube` is a color file, not a pipeline"),

@@ -6,10 +6,11 @@ pub(crate) mod stress;
 #[cfg(feature = "view")]
 pub(crate) mod view;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::built_in::is_pipeline;
 use measure::{MeasureArgs, TuneArgs};
 use stress::StressArgs;
 #[cfg(feature = "view")]
@@ -23,6 +24,9 @@ pub(crate) use options::{
 #[derive(Debug, Parser)]
 #[command(name = "afterimage", version, about, max_term_width = 100)]
 pub(crate) struct Arguments {
+    /// Work in this folder: names of files are relative to it
+    #[arg(short = 'C', value_name = "FOLDER")]
+    pub(crate) folder: Option<PathBuf>,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -36,12 +40,16 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Render an image or a sequence through a pipeline
     Render(RenderArgs),
+    /// Print a render as a template of Open Job Description (2023-09), for a render farm
+    Job(JobArgs),
     /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
     Plan(PlanArgs),
     /// Describe the node kinds
     Nodes(NodesArgs),
+    /// List the built-in pipelines, show one, or write it to a file
+    Pipelines(PipelinesArgs),
     /// Time against error, for every tier and every quality switch of a pipeline
     Measure(MeasureArgs),
     /// Search the quality switches for the best pipeline within a time or an error
@@ -50,6 +58,23 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Test every pipeline and every node kind with extreme images, parameters and sizes
     Stress(StressArgs),
+    /// Print a script that completes the words of this program in a shell
+    Completions(CompletionsArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PipelinesArgs {
+    /// The pipeline to show; all are listed without it
+    pub(crate) name: Option<String>,
+    /// Write it to this file, and what it uses next to it, to change it
+    #[arg(long, value_name = "FILE", requires = "name")]
+    pub(crate) write: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell: `afterimage completions bash > ~/.local/share/bash-completion/completions/afterimage`
+    pub(crate) shell: clap_complete::Shell,
 }
 
 #[derive(Debug, Args)]
@@ -69,10 +94,10 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArgs {
-    /// The pipeline file
+    /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
     /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence,
-    /// `file.exr#layer` a layer
+    /// `file.exr#layer` a layer. It may stand before the pipeline
     pub(crate) input: Option<String>,
     /// The output file: `.png`, `.jpg` or `.avif` for an encoded output, `.exr` for a linear one; `out.####.png` for a
     /// sequence
@@ -90,13 +115,32 @@ pub(crate) struct RenderArgs {
     /// output that is written to that file: `--output sdr=sdr.png --output hdr=hdr.png`
     #[arg(long = "output", value_name = "NAME[=FILE]")]
     pub(crate) outputs: Vec<String>,
-    /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`; required for a sequence from a pipeline without inputs
+    /// Frames of a sequence: `1-96`, `1-96x2` or `1-96:2`, `7,12-20`; required for a sequence from a pipeline without
+    /// inputs
     #[arg(long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
     /// Frames that begin a new shot: adaptation and histories start again; written as for `--frames`
     #[arg(long, value_name = "FRAMES")]
     pub(crate) cut: Option<String>,
-    /// Also write the exposure and the numbers of repaired pixels of each frame as JSON
+    /// Write what the last frame leaves for later ones: exposure, histories. A run with `--state-in` continues from it
+    /// bit for bit
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state_out: Option<PathBuf>,
+    /// Continue a sequence from the file that `--state-out` of the run before has written
+    #[arg(long, value_name = "FILE")]
+    pub(crate) state_in: Option<PathBuf>,
+    /// Render so many frames of the sequence before the range without writing them, for a state that is almost that of
+    /// the whole sequence
+    #[arg(long, value_name = "COUNT", default_value_t = 0, conflicts_with = "state_in")]
+    pub(crate) preroll: u32,
+    /// Go on after a frame that cannot be read or written; the exit status is 1 at the end
+    #[arg(long)]
+    pub(crate) keep_going: bool,
+    /// Leave frames out whose files are there and whole
+    #[arg(long)]
+    pub(crate) skip_existing: bool,
+    /// Also write a report as JSON, even if the run fails: exposure, repaired pixels, seconds and outcome of each
+    /// frame, the hash of the plan, adapter, driver, version
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// Frames per second, for adaptation over time
@@ -134,6 +178,30 @@ pub(crate) struct RenderArgs {
     pub(crate) device: DeviceOptions,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct JobArgs {
+    #[command(flatten)]
+    pub(crate) render: RenderArgs,
+    /// Frames of a chunk. Chunks run side by side, or one after the other where frames depend on those before; then
+    /// shots run side by side, which `--cut` separates, or all chunks with `--preroll`
+    #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) chunk: u32,
+}
+
+impl RenderArgs {
+    /// Exchanges the pipeline and the image if they stand the other way round.
+    pub(crate) fn put_in_order(&mut self) {
+        if let Some(input) = &self.input
+            && !is_pipeline(&self.pipeline)
+            && is_pipeline(Path::new(input))
+            && let Some(image) = self.pipeline.to_str()
+        {
+            let (image, pipeline) = (image.to_owned(), input.into());
+            (self.input, self.pipeline) = (Some(image), pipeline);
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AlphaChoice {
     /// Where the output declares `alpha: Coverage`, and it is not 1 in all pixels
@@ -146,7 +214,7 @@ pub(crate) enum AlphaChoice {
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// The pipeline files
+    /// The pipeline files, or names of built-in pipelines
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
     /// Print the diagnostics as JSON
@@ -161,7 +229,7 @@ pub(crate) struct CheckArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {
-    /// The pipeline file
+    /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
     /// Pixels of the inputs
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]
@@ -219,7 +287,7 @@ pub(crate) struct NodesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// The pipeline file
+    /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
     /// Pixels of a frame
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = parse_size)]

@@ -91,6 +91,15 @@ impl Failure {
         diagnostics
     }
 
+    /// What is wrong, without a hint.
+    pub(crate) fn message(&self) -> String {
+        match self {
+            Self::Error { message, .. } => message.clone(),
+            Self::Pipeline(diagnostics) => diagnostics.render(Style::Plain),
+            Self::Printed { .. } => String::new(),
+        }
+    }
+
     pub(crate) fn print(&self) {
         match self {
             Self::Error { message, hint: Some(hint), .. } => note(&format!("error: {message}\n  hint: {hint}")),

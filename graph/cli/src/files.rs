@@ -8,13 +8,13 @@ use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry, folder_kind_sharing};
 use afterimage_media::{read_bytes, read_text, real_path};
+use afterimage_pipelines::BuiltIn;
 
 use crate::args::KindOptions;
+use crate::built_in::{MAX_TEXT, built_in, hint};
 use crate::failure::Failure;
 use crate::run_files::RunFiles;
 
-/// The most bytes of a pipeline, a declaration or a shader.
-const MAX_TEXT: u64 = 16 << 20;
 /// The most bytes of all files together that one pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
 
@@ -29,6 +29,8 @@ pub(crate) struct Files {
     /// Notes the files that are read, as this.
     run: RunFiles,
     what: &'static str,
+    /// Whether the pipeline is a built-in one: the files that it names are built in, too.
+    built_in: bool,
 }
 
 impl Files {
@@ -39,14 +41,15 @@ impl Files {
         let folder = pipeline.parent().unwrap_or(Path::new(""));
         let folders = folders(folder, &options.allow);
         let (own, what) = ("the folder of the pipeline", "a file that the pipeline uses");
-        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what }
+        let built_in = built_in(pipeline).is_some();
+        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what, built_in }
     }
 
     /// The files of a folder of kinds. A link may lead out of it.
     fn of_kinds(folder: &Path, allow: &[PathBuf], run: &RunFiles) -> Self {
         let folders = folders(folder, allow);
         let (own, what) = ("the folder of `--nodes`", "a file of a node kind");
-        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what }
+        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what, built_in: false }
     }
 
     /// The file without links, or why it may not be read.
@@ -83,6 +86,9 @@ fn folders(own: &Path, allow: &[PathBuf]) -> Vec<PathBuf> {
 
 impl Loader for Files {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        if self.built_in {
+            return BuiltIn.load(path);
+        }
         self.bytes(&self.permitted(Path::new(path))?)
     }
 
@@ -183,8 +189,15 @@ fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> 
     shaders.into_iter().map(|path| Ok((path.to_string_lossy().into_owned(), files.text(&path, "shader")?))).collect()
 }
 
-/// Reads and parses a pipeline file.
+/// Reads and parses a pipeline file, or parses a built-in pipeline.
 pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
+    if let Some((name, text)) = built_in(path) {
+        return Ok(parse(&format!("{name}.ron"), text)?);
+    }
+    if path.symlink_metadata().is_err() && path.extension().is_none() {
+        let failure = Failure::unreadable(format!("there is no pipeline `{}`", path.display()));
+        return Err(failure.hint(hint()));
+    }
     let document = text(path, "pipeline").and_then(|text| Ok(parse(&path.to_string_lossy(), &text)?));
     // Names can end in anything: only a file that is no pipeline is one of something else.
     document.map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })

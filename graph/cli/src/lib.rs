@@ -5,15 +5,18 @@
 
 mod args;
 mod bench;
+mod built_in;
 mod cameras;
 mod check;
 mod demo;
 mod device;
 mod failure;
 mod files;
+mod job;
 mod measure;
 mod nodes;
 mod pipeline;
+mod pipelines;
 mod plan;
 mod progress;
 mod quantize;
@@ -32,13 +35,21 @@ mod watch;
 use std::process::ExitCode;
 
 use afterimage_graph::node::NodeKind;
-use clap::Parser as _;
+use clap::{CommandFactory as _, Parser as _};
 
-use args::{Arguments, Command};
+use args::{Arguments, Command, JobArgs};
+use failure::Failure;
 
 /// Runs the program with the kinds of these tables and the arguments of the process.
 pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
     run(tables, std::env::args_os())
+}
+
+/// The script that completes the words of the program in a shell.
+fn completions(shell: clap_complete::Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "afterimage", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
 }
 
 /// The kinds whose passes a host fills, without those whose names the tables have.
@@ -49,7 +60,8 @@ fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
 
 /// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name.
 pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi::OsString>) -> ExitCode {
-    let arguments = match Arguments::try_parse_from(arguments) {
+    let words: Vec<std::ffi::OsString> = arguments.into_iter().collect();
+    let mut arguments = match Arguments::try_parse_from(&words) {
         Ok(arguments) => arguments,
         Err(error) => {
             let is_help = !error.use_stderr();
@@ -57,6 +69,15 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
             return ExitCode::from(u8::from(!is_help));
         }
     };
+    if let Some(folder) = &arguments.folder
+        && let Err(error) = std::env::set_current_dir(folder)
+    {
+        return Failure::user(format!("-C {}: {error}", folder.display())).report();
+    }
+    match &mut arguments.command {
+        Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
+        _ => {}
+    }
     // Pipelines with passes that a host fills can be looked at, and an error states that nobody fills them here.
     let host = host_kinds(tables);
     let known = [tables, &[&host]].concat();
@@ -65,13 +86,19 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args, tables),
         Command::Render(args) => watch::run(args, &known),
+        Command::Job(args) => job::run(args, &words, &known),
         Command::Check(args) => check::run(args, &known),
         Command::Plan(args) => plan::run(args, &known),
         Command::Nodes(args) => nodes::run(args, &known),
+        Command::Pipelines(args) => pipelines::run(args, tables),
         Command::Measure(args) => measure::run(args, tables),
         Command::Tune(args) => tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
+        Command::Completions(args) => {
+            terminal::say(&completions(args.shell));
+            Ok(())
+        }
     };
     match result.and_then(|()| Ok(terminal::check_output()?)) {
         Ok(()) => ExitCode::SUCCESS,

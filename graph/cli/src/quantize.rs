@@ -15,9 +15,9 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    pub(crate) fn seed(self, frame: usize) -> u32 {
+    pub(crate) fn seed(self, frame: u32) -> u32 {
         // Numbers of frames wrap like those on the device.
-        if self.animate { self.seed.wrapping_add(frame as u32) } else { self.seed }
+        if self.animate { self.seed.wrapping_add(frame) } else { self.seed }
     }
 }
 

@@ -69,16 +69,16 @@ impl SaveOptions {
         Self { format, bits, dither: true, noise: Noise::default(), alpha: Alpha::Drop, quality: None }
     }
 
-    fn seed(&self, frame: usize) -> Option<u32> {
+    fn seed(&self, frame: u32) -> Option<u32> {
         self.dither.then(|| self.noise.seed(frame))
     }
 
-    fn png(&self, color: Colorimetry, frame: usize) -> PngOptions {
+    fn png(&self, color: Colorimetry, frame: u32) -> PngOptions {
         let depth = if self.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight };
         PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), color: Some(color) }
     }
 
-    fn jpeg(&self, color: Colorimetry, frame: usize) -> JpegOptions {
+    fn jpeg(&self, color: Colorimetry, frame: u32) -> JpegOptions {
         let default = JpegOptions::default();
         let quality = self.quality.unwrap_or(default.quality);
         JpegOptions { quality, dither: self.seed(frame), color: Some(color) }
@@ -98,8 +98,8 @@ pub(crate) struct Stated {
     pub(crate) colorimetry: Colorimetry,
     /// The attributes of the input, for EXR.
     pub(crate) meta: Option<Metadata>,
-    /// The number of the frame in the run, from 0.
-    pub(crate) frame: usize,
+    /// The number of the frame in its sequence; 0 for a single image.
+    pub(crate) frame: u32,
 }
 
 impl Stated {

@@ -56,7 +56,7 @@ pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
 pub use post::{Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
 #[cfg(not(target_family = "wasm"))]
-pub use session::{FrameInputs, FrameStep, InputImage, KernelFaults, Session, input_image};
+pub use session::{FrameInputs, FrameStep, InputImage, KernelFaults, Session, StateBytes, input_image};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};

@@ -180,14 +180,34 @@ impl Readback {
     /// # Errors
     /// [`GpuError::DeviceLost`], [`GpuError::OutOfMemory`], [`GpuError::TimedOut`].
     pub fn value(&self, source: &wgpu::Buffer) -> Result<[f32; 4], GpuError> {
-        let copy = readable(&self.device, "value", VALUE_BYTES)?;
+        Ok(bytemuck::pod_read_unaligned(&self.bytes(source, VALUE_BYTES)?))
+    }
+
+    /// The first bytes of a storage buffer, a multiple of four. Waits for the GPU.
+    pub(crate) fn bytes(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+        let copy = readable(&self.device, "value", bytes)?;
         submit(&self.device, &self.queue, "the copy of a value", |encoder| {
-            encoder.copy_buffer_to_buffer(source, 0, &copy, 0, VALUE_BYTES);
+            encoder.copy_buffer_to_buffer(source, 0, &copy, 0, bytes);
             Ok::<(), GpuError>(())
         })?;
         map(&self.device, &copy, wgpu::MapMode::Read)?;
         let mapped = copy.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-        Ok(bytemuck::pod_read_unaligned(&mapped))
+        Ok(mapped.to_vec())
+    }
+
+    /// The texels of all levels and layers of a texture in this format, row by row. Waits for the GPU.
+    pub(crate) fn levels(&mut self, texture: &wgpu::Texture, format: Format) -> Result<Vec<u8>, GpuError> {
+        let mut bytes = Vec::new();
+        for mip_level in 0..texture.mip_level_count() {
+            let whole = texture.size().mip_level_size(mip_level, texture.dimension());
+            let size = Size::volume(whole.width, whole.height, whole.depth_or_array_layers);
+            let (row, pitch) = row_and_pitch(size, format);
+            for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
+                let part = wgpu::TexelCopyTextureInfo { origin, mip_level, ..texture.as_image_copy() };
+                self.read(part, extent, row, pitch, &mut bytes)?;
+            }
+        }
+        Ok(bytes)
     }
 
     /// The previous buffer if it has this size, otherwise a new one.

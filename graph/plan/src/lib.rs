@@ -63,7 +63,8 @@ pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
     AliasingBarrier, Baked, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
-    RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, Transition, UniformBlock, Use,
+    RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent, StateItem, Transition, UniformBlock,
+    Use,
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};

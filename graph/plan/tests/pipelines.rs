@@ -62,3 +62,21 @@ fn textures_of_a_module_are_limited_as_each_of_them_must_be() {
     }
     assert!(limited > 10 && beside > 2, "{limited} images of hosts, beside {beside} others");
 }
+
+#[test]
+fn the_state_of_a_sequence_is_what_meters_and_histories_keep() {
+    let state = |name: &str| {
+        let plan = plan_everything(&built_in(name), Format::Rgba32Float, all_formats(), Options::default());
+        let items = plan.state().into_iter();
+        items.map(|item| (item.name.clone(), item.described(), item.reach)).collect::<Vec<_>>()
+    };
+    assert!(state("glare.ron").is_empty(), "{:?}", state("glare.ron"));
+    let meter = |name: &str, bytes: &str| (name.to_owned(), bytes.to_owned(), None::<u32>);
+    assert_eq!(state("exposure.ron"), [meter("meter.result", "16 bytes"), meter("meter.wanted_before", "4 bytes")]);
+    let items = state("cinematic.ron");
+    let reach_of = |name: &str| items.iter().find(|(known, ..)| known == name).map(|(.., reach)| *reach);
+    assert_eq!(reach_of("metered.result"), Some(None), "{items:?}");
+    // The result of anti-aliasing is made from itself, the depth from the depth buffer of its own frame.
+    assert_eq!(reach_of("steady.result"), Some(None), "{items:?}");
+    assert_eq!(reach_of("linear.result"), Some(Some(1)), "{items:?}");
+}

@@ -8,7 +8,7 @@ use clap::builder::Resettable;
 use clap::{Args, ValueEnum};
 
 /// Options of every command that reads a pipeline.
-#[derive(Clone, Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PipelineOptions {
     /// Override a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]

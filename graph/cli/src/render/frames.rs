@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_media::Alpha;
 use afterimage_plan::PlanOutput;
 
-use super::read::{InputPicture, Inputs, Read};
-use super::readings::{FrameReport, read_meters};
+use super::read::{Cameras, InputPicture, Inputs, Read};
+use super::readings::{FrameReport, Outcome, Report, read_meters};
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
+use super::state::{self, SavedState};
 use super::target::Target;
 use super::times::Times;
 use super::write::Rendered;
@@ -29,11 +30,35 @@ pub(super) fn render_all(
     meters: Vec<String>,
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
-) -> Result<(Times, Vec<FrameReport>), Failure> {
-    let mut frames =
-        Frames { request, session, meters, said: Vec::new(), times: Times::default(), reports: Vec::new() };
+    report: &mut Report,
+) -> Result<Times, Failure> {
+    let info = session.session.gpu().adapter.get_info();
+    report.adapter = Some([info.name, format!("{} {}", info.driver, info.driver_info).trim().to_owned()]);
+    let last = request.state.as_ref().map(SavedState::frame);
+    let mut frames = Frames {
+        request,
+        session,
+        meters,
+        said: Vec::new(),
+        times: Times::default(),
+        has_begun: false,
+        begins_shot: request.state.is_none(),
+        last,
+        cameras: Cameras::new(),
+        report,
+    };
     for (index, inputs) in from.iter().enumerate() {
-        let rendered = frames.render(index, inputs?)?;
+        let rendered = match inputs.and_then(|inputs| frames.render(index, inputs)) {
+            Ok(rendered) => rendered,
+            Err(failure) => {
+                frames.note_failure(index, &failure);
+                if !request.args.keep_going || failure.status() != 1 {
+                    return Err(failure);
+                }
+                failure.print();
+                continue;
+            }
+        };
         // A writer that is gone has failed and reports the error.
         if rendered.into_iter().any(|image| to.send(image).is_err()) {
             break;
@@ -41,7 +66,10 @@ pub(super) fn render_all(
     }
     // Everything is rendered: the writers may end before the device is freed.
     drop(to);
-    Ok((frames.times, frames.reports))
+    if request.args.state_out.is_some() && frames.report.state.is_none() {
+        frames.keep_state()?;
+    }
+    Ok(frames.times)
 }
 
 /// The frames that are rendered one after another.
@@ -53,42 +81,120 @@ struct Frames<'a> {
     /// The notes of images that are printed already.
     said: Vec<String>,
     times: Times,
-    reports: Vec<FrameReport>,
+    /// Whether a frame was rendered.
+    has_begun: bool,
+    /// Whether the next frame follows none: it is the first, or a cut that could not be rendered was before it.
+    begins_shot: bool,
+    /// The number of the frame that was rendered last, in this run or in that of the state.
+    last: Option<u32>,
+    /// The cameras of that frame.
+    cameras: Cameras,
+    report: &'a mut Report,
 }
 
 impl Frames<'_> {
-    /// An image for each target.
-    fn render(&mut self, index: usize, Inputs { pictures, blocks }: Inputs) -> Result<Vec<Rendered>, Failure> {
-        self.say_notes(index, &pictures);
+    /// An image for each target; none for a frame that is not written.
+    fn render(&mut self, index: usize, inputs: Inputs) -> Result<Vec<Rendered>, Failure> {
+        let Inputs { pictures, blocks, cameras } = inputs;
+        let job = &self.request.jobs[index];
+        self.say_notes(&pictures);
         let start = Instant::now();
-        let step = step(self.request, index);
-        let session = &mut self.session.session;
-        let images = feed(session, &pictures)?;
+        let step = self.step(index);
+        let images = feed(&mut self.session.session, &pictures)?;
         let size = size(self.request, &images);
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
-        blocks.for_each(|(name, data)| session.set_block(&name, data));
+        blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
+        if !self.has_begun {
+            self.begin(size, &images)?;
+        }
+        let session = &mut self.session.session;
+        session.number_next(job.frame.unwrap_or(0));
         session.render(size, &images, step)?;
+        (self.begins_shot, self.last, self.cameras) = (false, job.frame, cameras);
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         // The images are uploaded: their memory is freed while the GPU works.
         let meta = pictures.into_iter().next().map(|input| input.picture.meta);
-        let rendered = self.request.targets.iter().enumerate();
+        let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
             Ok(Rendered { texels, output, meta: meta.clone(), index, target })
         });
         let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
-        self.times.render += start.elapsed();
-        self.report(index, repaired)?;
-        if index == 0 {
+        let taken = start.elapsed();
+        self.times.render += taken;
+        if job.is_written {
+            self.report(index, repaired, taken)?;
+        }
+        if !self.has_begun {
+            self.has_begun = true;
             self.after_first(size, &images)?;
+        }
+        if index + 1 == self.request.jobs.len() && self.request.args.timings {
+            self.times.passes = self.time_passes(&images)?;
         }
         Ok(rendered)
     }
 
-    fn say_notes(&mut self, index: usize, pictures: &[InputPicture]) {
+    /// Before the first frame: it continues from a state, or the user learns which state begins with it.
+    fn begin(&mut self, size: Size, images: &[InputImage]) -> Result<(), Failure> {
+        let session = &mut self.session.session;
+        let plan = session.load(size, images)?.clone();
+        self.report.plan = Some(plan.hash().to_string());
+        if let Some(state) = &self.request.state {
+            return Ok(session.write_state(&state.for_plan(&plan)?)?);
+        }
+        let rolled = self.request.jobs.iter().take_while(|job| job.out.is_empty()).count() as u32;
+        let items = plan.state();
+        let lost: Vec<_> = items.iter().filter(|item| item.reach.is_none_or(|reach| reach > rolled)).collect();
+        let Some(earlier) = self.request.earlier.filter(|_| !lost.is_empty()) else { return Ok(()) };
+        let names = state::names(lost);
+        match rolled {
+            0 => note(&format!(
+                "warning: the sequence has frame {earlier} before the first one here, and this state begins anew: \
+                 {names}\n  hint: `--state-in FILE` continues from the `--state-out FILE` of the frames before; \
+                 `--preroll COUNT` renders some of them"
+            )),
+            _ => note(&format!(
+                "note: {rolled} frames before the range are rendered; the sequence has more, to which this state \
+                 reaches back: {names}"
+            )),
+        }
+        Ok(())
+    }
+
+    /// The position of a frame of a sequence in time, by its number.
+    fn step(&self, index: usize) -> FrameStep {
+        let (job, fps) = (&self.request.jobs[index], self.request.args.fps);
+        let frames = job.frame.zip(self.last);
+        let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / fps);
+        let time = job.frame.map_or(0.0, |frame| frame as f32 / fps);
+        FrameStep { time, dt, reset: self.begins_shot || self.request.is_cut(job) }
+    }
+
+    fn note_failure(&mut self, index: usize, failure: &Failure) {
+        let job = &self.request.jobs[index];
+        self.begins_shot |= self.request.is_cut(job);
+        if job.is_written {
+            let report = FrameReport::without_picture(job, Outcome::Failed, Some(failure.message()));
+            self.report.frames.insert(index, report);
+        }
+    }
+
+    /// Keeps what the last frame leaves for later ones, for a file.
+    fn keep_state(&mut self) -> Result<(), Failure> {
+        let Some(frame) = self.last.filter(|_| self.has_begun) else {
+            return Err(Failure::user("no frame was rendered, so `--state-out` has no state to write"));
+        };
+        let session = &mut self.session.session;
+        let state = session.read_state()?;
+        self.report.state = Some(state::encode(session.plan(), frame, &self.cameras, &state));
+        Ok(())
+    }
+
+    fn say_notes(&mut self, pictures: &[InputPicture]) {
         let lacking = pictures.iter().filter(|input| input.lacks_alpha).map(lacking_alpha);
         let notes = pictures.iter().flat_map(|input| &input.picture.notes).map(|text| format!("note: {text}"));
-        let dropped = if index == 0 { dropped_alpha(self.request, pictures) } else { None };
+        let dropped = if self.has_begun { None } else { dropped_alpha(self.request, pictures) };
         for text in lacking.chain(notes).chain(dropped) {
             if !self.said.contains(&text) {
                 note(&text);
@@ -97,10 +203,11 @@ impl Frames<'_> {
         }
     }
 
-    fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>) -> Result<(), Failure> {
+    fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>, taken: Duration) -> Result<(), Failure> {
         let exposure = read_meters(&self.session.session, &self.meters)?;
-        let job = &self.request.jobs[index];
-        self.reports.push(FrameReport { frame: job.frame, files: job.out.clone(), exposure, repaired });
+        let seconds = taken.as_secs_f64();
+        let report = FrameReport::without_picture(&self.request.jobs[index], Outcome::Unwritten, None);
+        self.report.frames.insert(index, FrameReport { seconds, exposure, repaired, ..report });
         Ok(())
     }
 
@@ -110,11 +217,19 @@ impl Frames<'_> {
             // A device without memory for both plans renders, and nothing is counted.
             Err(error) => note(&format!("note: the kinds of `--nodes` are not searched for NaN: {error}")),
         }
-        if self.request.args.timings {
-            self.times.passes = time_passes(&mut self.session.session, images)?;
-        }
         self.session.keep_pipelines();
         Ok(())
+    }
+
+    /// GPU milliseconds of each pass, from a second rendering of the last frame.
+    fn time_passes(&mut self, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
+        if self.request.args.state_out.is_some() {
+            self.keep_state()?;
+        }
+        let session = &mut self.session.session;
+        let times = session.pass_times_once(images, FrameStep::FIRST)?;
+        let passes = session.plan().work();
+        Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
     }
 }
 
@@ -143,16 +258,6 @@ fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<Str
     ))
 }
 
-/// The position of a frame of a sequence in time, by its number.
-fn step(request: &Request<'_>, index: usize) -> FrameStep {
-    let (jobs, fps) = (&request.jobs, request.args.fps);
-    let frames = jobs[index].frame.zip(index.checked_sub(1).and_then(|i| jobs[i].frame));
-    let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / fps);
-    let time = jobs[index].frame.map_or(0.0, |frame| frame as f32 / fps);
-    let is_cut = jobs[index].frame.is_some_and(|frame| request.cuts.contains(&frame));
-    FrameStep { time, dt, reset: index == 0 || is_cut }
-}
-
 /// Uploads the images of a frame.
 fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
     let mut images = Vec::new();
@@ -176,11 +281,4 @@ fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels
     let output = session.plan().output(Some(&target.output)).expect("the graph has this output").clone();
     let texels = session.output(&output.name)?;
     Ok((output, texels))
-}
-
-/// GPU milliseconds of each pass, from a second rendering of the first frame.
-fn time_passes(session: &mut Session, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
-    let times = session.pass_times_once(images, FrameStep::FIRST)?;
-    let passes = session.plan().work();
-    Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
 }

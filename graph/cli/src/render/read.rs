@@ -32,23 +32,25 @@ pub(super) struct Inputs {
     pub(super) pictures: Vec<InputPicture>,
     /// The cameras, by the names of inputs.
     pub(super) blocks: Vec<(String, BlockData)>,
+    /// The files of these cameras, for the next frame.
+    pub(super) cameras: Cameras,
 }
 
 /// The inputs of a job.
 pub(super) type Read = Result<Inputs, Failure>;
 
-/// The cameras of the frame before, by the names of inputs.
-type Cameras = BTreeMap<String, CameraFile>;
+/// The cameras of a frame, by the names of inputs.
+pub(super) type Cameras = BTreeMap<String, CameraFile>;
 
 /// Reads the images of all jobs; returns the time that it takes.
 pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
-    let mut cameras = Cameras::new();
+    let mut cameras = request.state.as_ref().map_or_else(Cameras::new, |state| state.cameras().clone());
     for job in &request.jobs {
         let start = Instant::now();
         let inputs = read_job(request, job, &mut cameras);
         busy += start.elapsed();
-        let failed = inputs.is_err();
+        let failed = inputs.is_err() && !request.args.keep_going;
         // A receiver that is gone has failed and reports the error.
         if to.send(inputs).is_err() || failed {
             break;
@@ -58,10 +60,10 @@ pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration
 }
 
 fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
-    if job.frame.is_some_and(|frame| request.cuts.contains(&frame)) {
+    if request.is_cut(job) {
         before.clear();
     }
-    let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new() };
+    let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new(), cameras: Cameras::new() };
     for (name, source) in &job.sources {
         if request.inputs.iter().any(|input| input.name == *name && is_camera(input)) {
             inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
@@ -69,6 +71,7 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
             inputs.pictures.push(read_input(request, name, source)?);
         }
     }
+    inputs.cameras.clone_from(before);
     Ok(inputs)
 }
 

@@ -1,18 +1,20 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
-use afterimage_media::{Source, sequence};
+use afterimage_media::{Source, read, sequence};
 use afterimage_nodes::DemoScene;
 
+use super::state::SavedState;
 use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
 use crate::quantize::{EncodedFile, unquantized};
+use crate::save::FileFormat;
 use crate::terminal::note;
 
 /// The inputs and the files of one frame.
@@ -22,6 +24,8 @@ pub(super) struct Job {
     pub(super) frame: Option<u32>,
     /// One file for each target.
     pub(super) out: Vec<PathBuf>,
+    /// Whether the files are written; otherwise the frame is rendered for the state of later ones only.
+    pub(super) is_written: bool,
 }
 
 /// What `render` makes, from the command line and the pipeline's graph.
@@ -36,6 +40,12 @@ pub(super) struct Request<'a> {
     pub(super) cuts: Vec<u32>,
     /// The pipeline's inputs.
     pub(super) inputs: Vec<GraphInput>,
+    /// The state with which the sequence begins.
+    pub(super) state: Option<SavedState>,
+    /// The frame of the sequence before the first one that is rendered, if there is one.
+    pub(super) earlier: Option<u32>,
+    /// The frames that are left out because their files exist.
+    pub(super) skipped: Vec<Job>,
     /// The built-in scene, if the pipeline has it: its camera is that of inputs without a file.
     scene: Option<DemoScene>,
 }
@@ -58,9 +68,45 @@ impl<'a> Request<'a> {
         if args.size.is_some() && files.iter().any(gives_size) {
             return Err(idle_size());
         }
-        let jobs = if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
-        let cuts = cuts(args, &jobs)?;
-        Ok(Self { args, targets, jobs, cuts, inputs: graph.inputs.clone(), scene: scene(graph) })
+        let numbered = NumberedFiles(files.clone());
+        let mut jobs =
+            if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
+        let cuts = cuts(args, &jobs, &numbered)?;
+        let state = args.state_in.as_deref().map(SavedState::read).transpose()?;
+        check_state(args, &jobs, state.as_ref())?;
+        let earlier = numbered.roll_back(&mut jobs, args.preroll, &cuts);
+        let (inputs, scene) = (graph.inputs.clone(), scene(graph));
+        Ok(Self { args, targets, jobs, cuts, inputs, state, earlier, skipped: Vec::new(), scene })
+    }
+
+    /// Whether a frame begins a new shot.
+    pub(super) fn is_cut(&self, job: &Job) -> bool {
+        job.frame.is_some_and(|frame| self.cuts.contains(&frame))
+    }
+
+    /// Leaves frames out whose files are whole. Where later frames need the state after them, they are rendered and not
+    /// written.
+    pub(super) fn skip_existing(&mut self, has_state: bool) {
+        let is_done = |job: &Job, targets: &[Target]| {
+            let mut files = job.out.iter().zip(targets);
+            job.is_written && files.all(|(file, target)| is_whole(file, target.saving.format))
+        };
+        let mut jobs = std::mem::take(&mut self.jobs);
+        if !has_state {
+            (self.skipped, self.jobs) = jobs.into_iter().partition(|job| is_done(job, &self.targets));
+            return;
+        }
+        for job in &mut jobs {
+            if is_done(job, &self.targets) {
+                job.is_written = false;
+                self.skipped.push(Job { sources: Vec::new(), out: job.out.clone(), ..*job });
+            }
+        }
+        if self.args.state_out.is_none() {
+            let needed = jobs.iter().rposition(|job| job.is_written).map_or(0, |last| last.saturating_add(1));
+            jobs.truncate(needed);
+        }
+        self.jobs = jobs;
     }
 
     /// The camera of the built-in scene for the input `camera`, if no file gives another, for an image of this size.
@@ -87,15 +133,80 @@ impl<'a> Request<'a> {
     }
 }
 
-/// The frames of `--cut`. Each must be a frame of the sequence.
-fn cuts(args: &RenderArgs, jobs: &[Job]) -> Result<Vec<u32>, Failure> {
+/// The frames of `--cut`. Each must be a frame of the sequence, which may be longer than the range that is rendered.
+fn cuts(args: &RenderArgs, jobs: &[Job], files: &NumberedFiles) -> Result<Vec<u32>, Failure> {
     let Some(text) = &args.cut else { return Ok(Vec::new()) };
     let cuts = sequence::parse_frames("--cut", text)?;
-    let is_missing = |cut: &&u32| !jobs.iter().any(|job| job.frame == Some(**cut));
+    let is_sequence = jobs.iter().any(|job| job.frame.is_some());
+    let is_known = |cut: u32| jobs.iter().any(|job| job.frame == Some(cut)) || files.job(cut).is_some();
+    let is_missing = |cut: &&u32| !is_sequence || !is_known(**cut);
     match cuts.iter().find(is_missing) {
         None => Ok(cuts),
         Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
             .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
+    }
+}
+
+/// The state that a run begins or ends with is that of a sequence, and goes on.
+fn check_state(args: &RenderArgs, jobs: &[Job], state: Option<&SavedState>) -> Result<(), Failure> {
+    let first = jobs.first().and_then(|job| job.frame);
+    let is_used = args.state_in.is_some() || args.state_out.is_some() || args.preroll > 0;
+    if is_used && first.is_none() {
+        return Err(Failure::user(
+            "`--state-in`, `--state-out` and `--preroll` are for sequences, and this is one image",
+        )
+        .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
+    }
+    match first.zip(state.map(SavedState::frame)) {
+        Some((first, last)) if first <= last => Err(Failure::user(format!(
+            "the state of `--state-in` is that after frame {last}, and frame {first} is first"
+        ))
+        .hint(format!("continue with a later frame: `--frames {}-...`", last + 1))),
+        _ => Ok(()),
+    }
+}
+
+/// The files of all inputs, by their names.
+struct NumberedFiles(Vec<(String, String)>);
+
+impl NumberedFiles {
+    /// Puts up to `count` frames before the first job, which are rendered for their state only, back to the start of
+    /// the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
+    fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, cuts: &[u32]) -> Option<u32> {
+        let numbers: Vec<u32> = jobs.iter().take(2).filter_map(|job| job.frame).collect();
+        let step = if let [first, second] = numbers[..] { second.saturating_sub(first).max(1) } else { 1 };
+        let mut first = *numbers.first()?;
+        for left in (0..=count).rev() {
+            let before = first.checked_sub(step).filter(|_| !cuts.contains(&first))?;
+            let job = self.job(before)?;
+            if left == 0 {
+                return (!self.0.is_empty()).then_some(before);
+            }
+            jobs.insert(0, job);
+            first = before;
+        }
+        None
+    }
+
+    /// The job of a frame that is rendered for its state only; `None` if it has no file.
+    fn job(&self, frame: u32) -> Option<Job> {
+        let mut sources = Vec::new();
+        for (name, file) in &self.0 {
+            let frames = frame.to_string();
+            let frames = sequence::is_numbered(file).then_some(frames.as_str());
+            let (_, source) = sequence::Input::find(file, frames).ok()?.sources().into_iter().next()?;
+            sources.push((name.clone(), source));
+        }
+        Some(Job { sources, frame: Some(frame), out: Vec::new(), is_written: false })
+    }
+}
+
+/// Whether a file holds a whole picture of its format.
+fn is_whole(file: &Path, format: FileFormat) -> bool {
+    match format {
+        FileFormat::Png | FileFormat::Exr => read(&Source::file(file)).is_ok(),
+        // Files are written whole or not at all.
+        _ => file.metadata().is_ok_and(|meta| meta.is_file() && meta.len() > 0),
     }
 }
 
@@ -135,12 +246,12 @@ fn job(
 ) -> Result<Job, Failure> {
     let source = |(name, input): &(String, _)| Ok((name.clone(), source_at(input, index, frame, name)?));
     let sources = inputs.iter().map(source).collect::<Result<Vec<_>, Failure>>()?;
-    Ok(Job { sources, frame, out })
+    Ok(Job { sources, frame, out, is_written: true })
 }
 
 /// The images of a pipeline without inputs: one, or the named frames.
 fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Failure> {
-    let job = |frame, out| Job { sources: Vec::new(), frame, out };
+    let job = |frame, out| Job { sources: Vec::new(), frame, out, is_written: true };
     let Some(frames) = &args.frames else {
         let out = targets.iter().map(|target| single(&target.file)).collect::<Result<_, _>>()?;
         return Ok(vec![job(None, out)]);

@@ -10,10 +10,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::frames::render_all;
 use super::read::read_all;
-use super::readings::{FrameReport, meters};
+use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
-use super::write::{Queue, write_all};
+use super::write::{Queue, Written, write_all};
 use crate::device::CachedSession;
 use crate::failure::Failure;
 
@@ -23,39 +23,45 @@ const AHEAD: usize = 2;
 /// threads: each has a frame in memory.
 const MAX_WRITERS: usize = 4;
 
-/// Reads, renders and writes all images. The reader and the writers end with the stage between them.
+/// Reads, renders and writes all images. The reader and the writers end with the stage between them. What is known of
+/// the frames is in `report`, also after an error.
 pub(super) fn run(
     request: &Request<'_>,
     graph: Graph,
     facts: Facts,
     options: Options,
-) -> Result<(Times, Vec<FrameReport>), Failure> {
+    report: &mut Report,
+) -> Result<Times, Failure> {
     let start = Instant::now();
-    let bar = &progress(request.jobs.len());
+    let bar = &progress(request.jobs.iter().filter(|job| job.is_written).count());
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
     let meters = meters(&graph);
-    let (times, reports) = std::thread::scope(|scope| {
+    let written = &Written::default();
+    let times = std::thread::scope(|scope| {
         let reader = scope.spawn(move || read_all(request, &read_to));
         let queue = Arc::new(Queue::new(write_from));
         let spawn = |_| {
             let queue = queue.clone();
-            scope.spawn(move || write_all(request, &queue, bar))
+            scope.spawn(move || write_all(request, &queue, written, bar))
         };
         let writing: Vec<_> = (0..writers).map(spawn).collect();
+        // The last writer that ends closes the queue.
         drop(queue);
         let session = CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options);
         let start = start.elapsed();
-        let rendered = session.and_then(|session| render_all(request, session, meters, read_from, write_to));
+        let rendered = session.and_then(|session| render_all(request, session, meters, read_from, write_to, report));
         let read = reader.join().expect("the reader returns its errors");
-        let written = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
-        let written = written.collect::<Result<Vec<Duration>, _>>();
-        let (times, reports) = rendered?;
-        Ok::<_, Failure>((Times { start, read, write: written?.iter().sum(), writers, ..times }, reports))
-    })?;
+        let busy = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
+        let busy = busy.collect::<Result<Vec<Duration>, _>>();
+        let times = rendered?;
+        Ok::<_, Failure>(Times { start, read, write: busy?.iter().sum(), writers, ..times })
+    });
     bar.finish_and_clear();
-    Ok((Times { all: start.elapsed(), frames: request.jobs.len(), ..times }, reports))
+    let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));
+    report.note_written(written, request.targets.len());
+    Ok(Times { all: start.elapsed(), frames: request.jobs.len(), ..times? })
 }
 
 fn progress(frames: usize) -> ProgressBar {

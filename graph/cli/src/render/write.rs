@@ -30,6 +30,9 @@ pub(super) struct Queue {
     failed: AtomicBool,
 }
 
+/// What has become of each file: its job, and the error if it was not written.
+pub(super) type Written = Mutex<Vec<(usize, Option<String>)>>;
+
 impl Queue {
     pub(super) fn new(from: Receiver<Rendered>) -> Self {
         Self { from: Mutex::new(from), failed: AtomicBool::new(false) }
@@ -43,15 +46,28 @@ impl Queue {
 }
 
 /// Writes what the queue holds; returns the time that it takes.
-pub(super) fn write_all(request: &Request<'_>, queue: &Queue, bar: &ProgressBar) -> Result<Duration, Failure> {
+pub(super) fn write_all(
+    request: &Request<'_>,
+    queue: &Queue,
+    written: &Written,
+    bar: &ProgressBar,
+) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
     while let Some(rendered) = queue.next() {
         let start = Instant::now();
         let path = &request.jobs[rendered.index].out[rendered.target];
-        let stated = Stated { meta: rendered.meta, frame: rendered.index, ..Stated::of(&rendered.output) };
+        let frame = request.jobs[rendered.index].frame.unwrap_or(0);
+        let stated = Stated { meta: rendered.meta, frame, ..Stated::of(&rendered.output) };
         let saved = save(path, &rendered.texels, stated, &request.targets[rendered.target].saving);
-        queue.failed.fetch_or(saved.is_err(), Ordering::Relaxed);
-        saved?;
+        let error = saved.as_ref().err().map(Failure::message);
+        written.lock().expect("no writer panics with the lock").push((rendered.index, error));
+        match saved {
+            Err(failure) if request.args.keep_going => failure.print(),
+            saved => {
+                queue.failed.fetch_or(saved.is_err(), Ordering::Relaxed);
+                saved?;
+            }
+        }
         busy += start.elapsed();
         // The bar counts frames; the last target ends one.
         bar.inc(u64::from(rendered.target + 1 == request.targets.len()));

@@ -5,15 +5,13 @@ mod project;
 
 use std::path::Path;
 
-use afterimage_graph::check::Loader;
-use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
-use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
+use crate::built_in;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
@@ -51,19 +49,12 @@ fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     }
     let run = RunFiles::default();
     let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
-    let built_in = path.to_string_lossy().trim_end_matches(".ron").to_owned();
-    let text = PIPELINES.iter().find(|(name, _)| *name == built_in && !path.is_file());
-    let document = match text {
-        Some((name, text)) => parse(&format!("{name}.ron"), text).ok(),
-        None => read_document(path).ok(),
-    };
-    let Some(document) = document else { return Ok(()) };
+    let Ok(document) = read_document(path) else { return Ok(()) };
     let registry = registry(tables, &args.kinds, &run)?;
     let files = Files::of(path, &args.kinds, &run);
-    let loader: &dyn Loader = if text.is_some() { &BuiltIn } else { &files };
     let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
     let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };
-    match PipelineFile::new(&document, &registry, loader).check(&options) {
+    match PipelineFile::new(&document, &registry, &files).check(&options) {
         Ok(_) | Err(Failure::Pipeline(_)) => Ok(()),
         Err(failure) => Err(failure),
     }
@@ -82,9 +73,7 @@ fn project(args: &ViewArgs, opener: &Opener) -> Result<Box<dyn Project>, Failure
     if let Some(project) = TextProject::built_in(name.trim_end_matches(".ron")) {
         return Ok(Box::new(project));
     }
-    let names: Vec<&str> = PIPELINES.iter().map(|(name, _)| *name).collect();
-    Err(Failure::unreadable(format!("there is no file `{name}`"))
-        .hint(format!("name a .ron file, or one of the built-in pipelines: {}", names.join(", "))))
+    Err(Failure::unreadable(format!("there is no file `{name}`")).hint(built_in::hint()))
 }
 
 impl From<Problem> for Failure {

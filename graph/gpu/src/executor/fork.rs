@@ -43,7 +43,7 @@ impl Executor {
     /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are
     /// copied by [`copy_memory`](Self::copy_memory).
     pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
-        (self.frame_index, self.fresh) = (other.frame_index, false);
+        (self.frame_index, self.number_offset, self.fresh) = (other.frame_index, other.number_offset, false);
         if let Some(loaded) = &mut self.loaded {
             // It is copied.
             loaded.uninitialized.clear();

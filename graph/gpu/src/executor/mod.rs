@@ -9,6 +9,8 @@ mod load;
 mod loaded;
 mod record;
 mod rectangle;
+#[cfg(not(target_family = "wasm"))]
+mod state;
 
 use std::sync::Arc;
 
@@ -41,6 +43,8 @@ use loaded::previous::PreviousPlan;
 pub(crate) use loaded::residency::Residency;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
 pub use rectangle::Rectangle;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use state::StatePart;
 
 /// Runs plans on the host's device.
 pub struct Executor {
@@ -53,7 +57,10 @@ pub struct Executor {
     formats: HostFormats,
     /// Whether passes are labeled with their nodes.
     labeled: bool,
+    /// The number of the next frame since the last reset of the count: it selects the textures of histories.
     frame_index: u32,
+    /// What is added to it for the number that shaders see.
+    number_offset: u32,
     fresh: bool,
     /// Passes for which the last frame has made bind groups.
     passes_bound: usize,
@@ -108,6 +115,7 @@ impl Executor {
             formats: HostFormats::default(),
             labeled: false,
             frame_index: 0,
+            number_offset: 0,
             fresh: true,
             passes_bound: 0,
             has_filled_tables: false,
@@ -290,7 +298,14 @@ impl Executor {
     /// numbers have equal grain. Histories and adaptation are reset, because the frame number selects their textures.
     pub fn count_from(&mut self, index: u32) {
         self.frame_index = index;
+        self.number_offset = 0;
         self.fresh = true;
+    }
+
+    /// Sets the number that shaders see in the next frame, from which noise is made; further ones count on. Histories
+    /// and adaptation go on, so a sequence can begin anywhere and be numbered in any steps.
+    pub fn number_next(&mut self, number: u32) {
+        self.number_offset = number.wrapping_sub(self.frame_index);
     }
 
     /// For how many passes the last recorded frame has made bind groups: those with a view of the host that the frame
@@ -332,7 +347,8 @@ impl Executor {
         check_filled(plan, 0..plan.passes.len(), draws)?;
         let groups = self.bind(frame)?;
         let reset = self.fresh || frame.reset;
-        self.frame_constants = FrameConstants::new(frame.time, frame.dt, self.frame_index, reset);
+        self.frame_constants =
+            FrameConstants::new(frame.time, frame.dt, self.frame_index.wrapping_add(self.number_offset), reset);
         self.write_frame_constants()?;
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
         loaded.write_blocks(device, &self.queue, frame)?;

@@ -4,6 +4,7 @@
 mod faults;
 mod frame;
 mod passes;
+mod state;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use wgpu::{CommandEncoder, TextureView};
 
 pub use faults::KernelFaults;
 pub use frame::{FrameStep, InputImage};
+pub use state::StateBytes;
 
 use crate::clock::{Clock, FrameTime, TimedCommands};
 use crate::platform::submit;

@@ -218,8 +218,8 @@ fn split_layer(name: &str) -> (&str, Option<String>) {
     }
 }
 
-/// The frames of `1-96`, `1-96x2`, `7`, or several of these with commas, as listed. `option` is the option that has
-/// the text, for errors.
+/// The frames of `1-96`, `1-96x2` (or `1-96:2`), `7`, or several of these with commas, as listed. `option` is the
+/// option that has the text, for errors.
 pub fn parse_frames(option: &str, text: &str) -> Result<Vec<u32>, FileError> {
     const MOST: usize = 1_000_000;
     let mut frames = Vec::new();
@@ -245,7 +245,7 @@ pub fn parse_frames(option: &str, text: &str) -> Result<Vec<u32>, FileError> {
 }
 
 fn parse_range(range: &str) -> Option<(u32, u32, u32)> {
-    let (span, step) = match range.split_once('x') {
+    let (span, step) = match range.split_once(['x', ':']) {
         Some((span, step)) => (span, number(step)?),
         None => (range, 1),
     };

@@ -5,6 +5,7 @@ mod image;
 mod names;
 mod note;
 mod pass;
+mod state;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
@@ -14,6 +15,7 @@ pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
+pub use state::{StateContent, StateItem};
 
 use crate::options::Options;
 use crate::request::Part;

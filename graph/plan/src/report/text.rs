@@ -22,6 +22,14 @@ impl Plan {
             let size = format!("size {}", baked.size);
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
+        let state = self.state().into_iter().map(|item| {
+            let reach = match item.reach {
+                Some(1) => "made from 1 frame".to_owned(),
+                Some(frames) => format!("made from {frames} frames"),
+                None => "made from all frames before".to_owned(),
+            };
+            vec![format!("  {}", item.name), item.described(), reach]
+        });
         let sections = [
             self.heading(),
             table(&self.pass_table(&names)),
@@ -31,6 +39,7 @@ impl Plan {
             section("tables in the place of nodes", baked.collect()),
             savings("never stored, because their passes are fused", fused.collect()),
             savings("read once by passes that are joined", shared.collect()),
+            section("state that the next frame reads", state.collect()),
             self.memory_text(),
             format!("\nhash {}\n", self.hash()),
         ];

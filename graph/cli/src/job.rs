@@ -1,0 +1,218 @@
+//! `afterimage job`: a render as a template of Open Job Description, for the farms that read it.
+//!
+//! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. Otherwise each
+//! chunk is a step that continues from the state of the step before; shots between cuts are chains of their own.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use afterimage_graph::node::NodeKind;
+use afterimage_media::sequence::Pattern;
+use serde_json::{Value, json};
+
+use crate::args::JobArgs;
+use crate::failure::Failure;
+use crate::render::{Sequence, sequence};
+use crate::terminal::say;
+
+/// Prints the template. `words` are the arguments of the process.
+pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    if args.render.json.is_some() || args.render.state_in.is_some() || args.render.state_out.is_some() {
+        return Err(Failure::user("`--json`, `--state-in` and `--state-out` name one file for all chunks of the job")
+            .hint("leave them out: the job passes the state from chunk to chunk"));
+    }
+    if args.render.watch {
+        return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
+    }
+    let words = render_words(words)?;
+    if let Some(word) = words.iter().find(|word| word.contains("{{")) {
+        return Err(
+            Failure::user(format!("`{word}`: a template has its own meaning for `{{{{`")).hint("rename the file")
+        );
+    }
+    let sequence = sequence(&args.render, tables)?;
+    if sequence.frames.is_empty() {
+        return Err(Failure::user("a job is a sequence, and this is one image")
+            .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
+    }
+    let steps = match sequence.has_state && args.render.preroll == 0 {
+        true => chain(&sequence, &words, args.chunk)?,
+        false => vec![parallel(&sequence, &words, args.chunk)],
+    };
+    let folder = std::env::current_dir().map_err(|error| Failure::machine(format!("the current folder: {error}")))?;
+    let program = std::env::current_exe().ok().and_then(|path| path.to_str().map(str::to_owned));
+    let mut template = json!({
+        "specificationVersion": "jobtemplate-2023-09",
+        "name": name(&args.render.pipeline, &sequence.files[0]),
+        "parameterDefinitions": [
+            {
+                "name": "Program",
+                "type": "STRING",
+                "description": "The program on the machines of the farm",
+                "default": program.unwrap_or_else(|| "afterimage".to_owned()),
+            },
+            {
+                "name": "Folder",
+                "type": "STRING",
+                "description": "The folder to which the names of files are relative",
+                "default": folder.display().to_string(),
+            },
+        ],
+    });
+    if steps.iter().any(|step| step.get("parameterSpace").is_some()) {
+        template["extensions"] = json!(["TASK_CHUNKING"]);
+    }
+    template["steps"] = steps.into();
+    say(&format!("{template:#}"));
+    Ok(())
+}
+
+/// The words of `render` that all chunks have: those after `job`, without `--chunk` and `--frames`.
+fn render_words(words: &[OsString]) -> Result<Vec<String>, Failure> {
+    let mut kept = Vec::new();
+    let mut words = words.iter().skip_while(|word| *word != "job").skip(1);
+    while let Some(word) = words.next() {
+        let word = word.to_str().ok_or_else(|| {
+            Failure::user(format!("`{}` is not in UTF-8, and a template is", word.display())).hint("rename the file")
+        })?;
+        match word {
+            "--chunk" | "--frames" => drop(words.next()),
+            word if word.starts_with("--chunk=") || word.starts_with("--frames=") => {}
+            word => kept.push(word.to_owned()),
+        }
+    }
+    Ok(kept)
+}
+
+/// The name of the job: at most 128 characters.
+fn name(pipeline: &Path, file: &str) -> String {
+    let pipeline = pipeline.file_stem().unwrap_or_default().to_string_lossy();
+    let file = Path::new(file).file_name().unwrap_or_default().to_string_lossy();
+    format!("{pipeline}: {file}").chars().take(128).collect()
+}
+
+/// One step, with a task for each chunk.
+fn parallel(sequence: &Sequence, words: &[String], chunk: u32) -> Value {
+    let is_contiguous = sequence.frames.windows(2).all(|pair| pair[1] == pair[0].wrapping_add(1));
+    json!({
+        "name": "Render",
+        "parameterSpace": { "taskParameterDefinitions": [{
+            "name": "Frames",
+            "type": "CHUNK[INT]",
+            "range": ranges(&sequence.frames),
+            "chunks": {
+                "defaultTaskCount": chunk,
+                "rangeConstraint": if is_contiguous { "CONTIGUOUS" } else { "NONCONTIGUOUS" },
+            },
+        }] },
+        "script": script(words, &["--frames".to_owned(), "{{Task.Param.Frames}}".to_owned()]),
+    })
+}
+
+/// A step for each chunk, which continues from the one before.
+fn chain(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Value>, Failure> {
+    let state = Pattern::parse(&sequence.files[0])?.expect("a sequence has a numbered output");
+    let state_after = |frame: u32| state.at(frame).with_extension("state").display().to_string();
+    let mut steps: Vec<Value> = Vec::new();
+    let mut before: Option<(String, u32)> = None;
+    for frames in chunks(&sequence.frames, &sequence.cuts, chunk) {
+        let name = format!("Frames {}", shortened(&ranges(frames)));
+        let mut own = vec!["--frames".to_owned(), ranges(frames)];
+        let mut dependencies = Vec::new();
+        if let Some((step, last)) = before.filter(|_| !sequence.cuts.contains(&frames[0])) {
+            own.extend(["--state-in".to_owned(), state_after(last)]);
+            dependencies.push(json!({ "dependsOn": step }));
+        }
+        let last = frames[frames.len() - 1];
+        own.extend(["--state-out".to_owned(), state_after(last)]);
+        let mut step = json!({ "name": name, "script": script(words, &own) });
+        if !dependencies.is_empty() {
+            step["dependencies"] = dependencies.into();
+        }
+        steps.push(step);
+        before = Some((name, last));
+    }
+    Ok(steps)
+}
+
+/// The frames in chunks of at most `most`; a cut begins a chunk.
+fn chunks<'a>(frames: &'a [u32], cuts: &[u32], most: u32) -> Vec<&'a [u32]> {
+    let mut chunks = Vec::new();
+    let mut start = 0;
+    for end in 1..=frames.len() {
+        let is_end = end == frames.len() || cuts.contains(&frames[end]) || end - start == most as usize;
+        if is_end {
+            chunks.push(&frames[start..end]);
+            start = end;
+        }
+    }
+    chunks
+}
+
+fn script(words: &[String], own: &[String]) -> Value {
+    let first = ["-C", "{{Param.Folder}}", "render"].map(str::to_owned);
+    let args: Vec<&String> = first.iter().chain(words).chain(own).collect();
+    json!({ "actions": { "onRun": { "command": "{{Param.Program}}", "args": args } } })
+}
+
+/// Frames as ranges: `1-20`, `1-19:2`, `7`, with commas between them.
+fn ranges(frames: &[u32]) -> String {
+    let mut texts = Vec::new();
+    let mut rest = frames;
+    while let [first, after @ ..] = rest {
+        let step = after.first().map_or(1, |second| second.wrapping_sub(*first));
+        let even = rest.windows(2).take_while(|pair| step > 0 && pair[1].wrapping_sub(pair[0]) == step).count();
+        let (last, is_run) = (rest[even], even > 0 && rest[even] > *first);
+        texts.push(match step {
+            _ if !is_run => first.to_string(),
+            1 => format!("{first}-{last}"),
+            step => format!("{first}-{last}:{step}"),
+        });
+        rest = &rest[if is_run { even + 1 } else { 1 }..];
+    }
+    texts.join(",")
+}
+
+/// A text for the name of a step, which has at most 64 characters.
+fn shortened(ranges: &str) -> String {
+    match ranges.char_indices().nth(48) {
+        Some((at, _)) => format!("{}...", &ranges[..at]),
+        None => ranges.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_become_ranges_that_name_them() {
+        let table: [(&[u32], &str); 6] = [
+            (&[1, 2, 3], "1-3"),
+            (&[7], "7"),
+            (&[1, 3, 5, 7], "1-7:2"),
+            (&[1, 2, 3, 10, 20, 30], "1-3,10-30:10"),
+            (&[4, 2], "4,2"),
+            (&[5, 6, 2, 3], "5-6,2-3"),
+        ];
+        for (frames, text) in table {
+            assert_eq!(ranges(frames), text);
+            assert_eq!(afterimage_media::sequence::parse_frames("--frames", text).expect("ranges"), frames);
+        }
+    }
+
+    #[test]
+    fn a_shot_begins_a_chunk() {
+        let frames: Vec<u32> = (1..=10).collect();
+        let found: Vec<String> = chunks(&frames, &[1, 6], 3).into_iter().map(ranges).collect();
+        assert_eq!(found, ["1-3", "4-5", "6-8", "9-10"]);
+    }
+
+    #[test]
+    fn chunks_have_frames_of_their_own() {
+        let words =
+            ["afterimage", "-C", "x", "job", "a.ron", "--frames", "1-9", "--chunk=4", "s.#.exr", "-o", "o.#.png"];
+        let words = render_words(&words.map(OsString::from)).expect("it is UTF-8");
+        assert_eq!(words, ["a.ron", "s.#.exr", "-o", "o.#.png"]);
+    }
+}

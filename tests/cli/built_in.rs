@@ -1,0 +1,48 @@
+//! Built-in pipelines by name, and what the program needs no repository for.
+
+use std::fs;
+
+use super::{Folder, room, save};
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_name_is_a_pipeline_wherever_it_stands() {
+    let folder = Folder::new("by-name");
+    save(&folder.file("room.exr"), &room(12, 8));
+    folder.run("render {grade} room.exr -o file.png").good();
+    folder.run("render grade room.exr -o name.png").good();
+    folder.run("render room.exr grade -o swapped.png").good();
+    let bytes = |name: &str| fs::read(folder.file(name)).expect("it was written");
+    assert!(bytes("file.png") == bytes("name.png") && bytes("name.png") == bytes("swapped.png"));
+    // A file of that name wins.
+    folder.run("pipelines exposure --write grade").good();
+    folder.run("render grade room.exr -o own.png").good();
+    folder.run("render exposure room.exr -o exposure.png").good();
+    assert!(bytes("own.png") == bytes("exposure.png") && bytes("own.png") != bytes("name.png"));
+}
+
+#[test]
+fn pipelines_are_listed_shown_and_written_with_what_they_use() {
+    let folder = Folder::new("written");
+    let list = folder.run("pipelines").good();
+    assert!(list.contains("exposure") && list.contains("Auto exposure and a tone curve"), "{list}");
+    let shown = folder.run("pipelines grade").good();
+    assert_eq!(shown.trim_end(), fs::read_to_string(super::built_in("grade")).expect("it is there").trim_end());
+    folder.run("pipelines cinematic --write look.ron").good();
+    folder.run("pipelines grade --write graded.ron").good();
+    let names = folder.names();
+    assert!(
+        ["graded.ron", "look.ron", "looks", "tsushima.ron"].iter().all(|name| names.contains(&(*name).into())),
+        "{names:?}"
+    );
+    folder.run("check look.ron graded.ron cinematic").good();
+}
+
+#[test]
+fn completions_know_the_commands() {
+    let folder = Folder::new("completions");
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let script = folder.run(&format!("completions {shell}")).good();
+        assert!(script.contains("--state-out") && script.contains("pipelines"), "{shell}");
+    }
+}

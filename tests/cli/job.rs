@@ -1,0 +1,91 @@
+//! Templates for render farms: their tasks make the files of one run.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{Folder, room, save};
+
+const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\": Histogram(source: \"scene\"), \
+                       \"meter\": AutoExposure(histogram: \"bins\"), \"lit\": Exposure(source: \"scene\", meter: \
+                       \"meter\") }, outputs: { \"light\": \"lit\" })";
+
+/// A shot that gets brighter, of nine frames.
+fn shot(test: &str) -> Folder {
+    let folder = Folder::new(test);
+    for frame in 1..=9 {
+        let mut picture = room(12, 8);
+        let brighter = picture.pixels.to_f32().iter().map(|x| x * frame as f32).collect();
+        picture.pixels = afterimage_media::Pixels::Float(brighter);
+        save(&folder.file(&format!("shot.{frame}.exr")), &picture);
+    }
+    folder.with("meter.ron", METERED.as_bytes());
+    folder
+}
+
+fn job(folder: &Folder, line: &str) -> Value {
+    let template: Value = serde_json::from_str(&folder.run(line).good()).expect("it is JSON");
+    assert_eq!(template["specificationVersion"], "jobtemplate-2023-09");
+    template
+}
+
+/// The line of the program that a step runs, from another folder.
+fn line_of(folder: &Folder, step: &Value, frames: &str) -> String {
+    let action = &step["script"]["actions"]["onRun"];
+    assert_eq!(action["command"], "{{Param.Program}}");
+    let words = action["args"].as_array().expect("a list").iter().map(|word| word.as_str().expect("a word"));
+    let line = words.collect::<Vec<_>>().join(" ");
+    line.replace("{{Param.Folder}}", &folder.0.display().to_string()).replace("{{Task.Param.Frames}}", frames)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn chunks_of_frames_without_state_are_tasks_in_any_order() {
+    let (folder, elsewhere) = (shot("job-parallel"), Folder::new("job-elsewhere"));
+    folder.run("render grade shot.#.exr -o whole.#.png").good();
+    let template = job(&folder, "job grade shot.#.exr -o part.#.png --chunk 4 --frames 1-9");
+    let steps = template["steps"].as_array().expect("a list");
+    let space = &steps[0]["parameterSpace"]["taskParameterDefinitions"][0];
+    assert_eq!((steps.len(), &space["type"], &space["range"]), (1, &"CHUNK[INT]".into(), &"1-9".into()));
+    assert_eq!(
+        (&space["chunks"]["defaultTaskCount"], &template["extensions"][0]),
+        (&4.into(), &"TASK_CHUNKING".into())
+    );
+    for frames in ["9", "5-8", "1-4"] {
+        elsewhere.run(&line_of(&folder, &steps[0], frames)).good();
+    }
+    for frame in 1..=9 {
+        let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.png"))).expect("it was written");
+        assert!(bytes("whole") == bytes("part"), "frame {frame}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn chunks_of_frames_with_state_are_chains_for_each_shot() {
+    let (folder, elsewhere) = (shot("job-chain"), Folder::new("job-chain-elsewhere"));
+    folder.run("render meter.ron shot.#.exr -o whole.#.exr --cut 6").good();
+    let template = job(&folder, "job meter.ron shot.#.exr -o part.#.exr --cut 6 --chunk 3");
+    let steps = template["steps"].as_array().expect("a list");
+    let names: Vec<&str> = steps.iter().map(|step| step["name"].as_str().expect("a word")).collect();
+    assert_eq!(names, ["Frames 1-3", "Frames 4-5", "Frames 6-8", "Frames 9"]);
+    let needed: Vec<&Value> = steps.iter().map(|step| &step["dependencies"][0]["dependsOn"]).collect();
+    assert_eq!(needed, [&Value::Null, &Value::from("Frames 1-3"), &Value::Null, &Value::from("Frames 6-8")]);
+    // The second shot before the first.
+    for step in [2, 3, 0, 1] {
+        elsewhere.run(&line_of(&folder, &steps[step], "")).good();
+    }
+    for frame in 1..=9 {
+        let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.exr"))).expect("it was written");
+        assert!(bytes("whole") == bytes("part"), "frame {frame}");
+    }
+    assert!(folder.names().contains(&"part.5.state".to_owned()), "{:?}", folder.names());
+}
+
+#[test]
+fn what_is_no_job_is_refused() {
+    let folder = shot("job-refused");
+    folder.run("job meter.ron shot.1.exr -o out.exr").fails_saying(1, &["a job is a sequence"]);
+    folder.run("job meter.ron shot.#.exr -o out.#.exr --json a.json").fails_saying(1, &["one file for all chunks"]);
+    folder.run("-C nowhere render meter.ron shot.1.exr -o out.exr").fails_saying(1, &["-C nowhere: "]);
+}
