@@ -2,6 +2,7 @@
 
 mod expected;
 mod fade;
+mod governed;
 mod images;
 mod incoming;
 mod names;

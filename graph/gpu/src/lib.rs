@@ -51,10 +51,12 @@ pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
 pub use full_screen::FullScreenPipeline;
-pub use governor::{Governor, TierChange};
+pub use governor::{GovernedTier, Governor, TierChange, TierChangeReason};
 pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
-pub use post::{Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, Watch};
+pub use post::{
+    Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, TierGraph, Watch,
+};
 #[cfg(not(target_family = "wasm"))]
 pub use session::{FrameInputs, FrameStep, InputImage, KernelFaults, Session, StateBytes, input_image};
 #[cfg(not(target_family = "wasm"))]

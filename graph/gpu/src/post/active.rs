@@ -48,6 +48,11 @@ impl ActivePlan {
         active
     }
 
+    /// Whether it is a plan of a graph of this revision.
+    pub(super) fn is_of(&self, revision: u64) -> bool {
+        self.graph == revision
+    }
+
     /// Records the nodes whose values have changed again. A plan of another graph keeps the values that it has.
     pub(super) fn update(&mut self, values: GraphValues<'_>) -> Result<(), NeedsPlan> {
         if self.graph != values.revision {

@@ -7,6 +7,7 @@ mod controls;
 mod error;
 mod expected;
 mod fade;
+mod governed;
 mod host_graph;
 mod names;
 mod pass_times;
@@ -33,6 +34,8 @@ pub use error::PostError;
 use expected::{ExpectedPlans, MAX_EXPECTED, at_size};
 use fade::Fade;
 pub use fade::FadeSkipReason;
+use governed::Governed;
+pub use governed::TierGraph;
 use host_graph::HostGraph;
 use names::NameCheck;
 pub use pass_times::PassTimes;
@@ -77,6 +80,7 @@ pub struct Post {
     fade: Fade,
     readings: Readings,
     names: NameCheck,
+    governed: Option<Governed>,
     /// Frames that have been recorded.
     frame: u64,
 }
@@ -98,13 +102,14 @@ impl Post {
             fade: Fade::default(),
             readings: Readings::default(),
             names: NameCheck::default(),
+            governed: None,
             frame: 0,
         }
     }
 
     /// The same pipeline for another view: a second camera, window or half of the screen, with images and histories of
-    /// its own. Both share compiled pipelines and cached plans; parameters and facts are copied. Handles are valid for
-    /// both.
+    /// its own. Both share compiled pipelines and cached plans; parameters and facts are copied, and a
+    /// [budget](Self::govern) is not. Handles are valid for both.
     pub fn clone_for_view(&self) -> Self {
         Self {
             executor: self.executor.clone_for_view(),
@@ -115,6 +120,7 @@ impl Post {
             fade: self.fade.for_view(),
             readings: self.readings.for_view(),
             names: NameCheck::default(),
+            governed: None,
             frame: 0,
         }
     }
@@ -286,6 +292,7 @@ impl Post {
         self.names.update(&self.graph, &self.bindings, &self.readings, plan, frame, draws);
         let failure = updated?;
         self.record(encoder, frame, draws)?;
+        self.follow_governor(frame.dt)?;
         match failure {
             Some(error) => Err(error),
             None => Ok(()),

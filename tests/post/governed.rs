@@ -1,0 +1,85 @@
+//! A budget: the tier follows the times that the host reports.
+
+use afterimage_gpu::{GovernedTier, TierChangeReason, TierGraph, wgpu};
+
+use super::{Host, assert_same, fresh};
+use crate::support::gpu::changed;
+
+const TIERS: [&str; 3] = ["low", "medium", "high"];
+const COSTS: [f64; 3] = [0.5, 0.7, 1.0];
+
+fn tiers(cost: Option<f64>) -> Vec<TierGraph> {
+    let tier = |name: &str| TierGraph {
+        tier: GovernedTier { name: name.to_owned(), cost },
+        graph: changed("tsushima.ron", Some(name), &[]),
+    };
+    TIERS.map(tier).into()
+}
+
+/// Renders frames whose time is the load times the cost of their tier. Returns the tiers that they had.
+fn render(host: &mut Host, load: f64, frames: usize) -> Vec<usize> {
+    let mut rendered = Vec::new();
+    for _ in 0..frames {
+        host.frame().unwrap();
+        let tier = host.post.governor().unwrap().tier();
+        rendered.push(tier);
+        host.post.report_frame_time(host.post.frame(), load * COSTS[tier]);
+        host.post.finish_changes().unwrap();
+    }
+    rendered
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_best_tier_within_the_budget_is_rendered() {
+    let mut host = Host::new(changed("tsushima.ron", Some("high"), &[]));
+    host.post.govern(4.0, tiers(None));
+    assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
+    // At 5 ms, `high` is over the budget: it is tried, and left at once.
+    let rendered = render(&mut host, 5.0, 200);
+    assert_eq!(rendered.last(), Some(&1), "{rendered:?}");
+    assert!(rendered.iter().filter(|tier| **tier == 2).count() < 10, "{rendered:?}");
+    assert_same(&host.shown(), &fresh("tsushima.ron", Some("medium"), &[]));
+    assert_eq!(render(&mut host, 3.0, 200).last(), Some(&2));
+    assert_same(&host.shown(), &fresh("tsushima.ron", Some("high"), &[]));
+    let up = host.post.tier_change().unwrap();
+    assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("medium", "high", TierChangeReason::Room));
+    assert!((up.ms - 2.1).abs() < 1e-9 && (up.expected_ms - 3.0).abs() < 0.1, "{up}");
+    assert_eq!(render(&mut host, 7.0, 60).last(), Some(&0));
+    let down = host.post.tier_change().unwrap();
+    assert_eq!((down.from.as_str(), down.to.as_str(), down.reason), ("high", "low", TierChangeReason::Over));
+    host.post.stop_governing();
+    assert!(host.post.governor().is_none());
+    assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn times_of_frames_before_the_tier_do_not_count() {
+    let mut host = Host::new(changed("tsushima.ron", Some("high"), &[]));
+    host.frame().unwrap();
+    let before = host.post.frame();
+    host.post.govern(4.0, tiers(None));
+    for _ in 0..200 {
+        host.post.report_frame_time(before, 1.0);
+    }
+    assert!(host.post.tier_change().is_none());
+}
+
+/// The device measures the passes where it can: then the times are those of the passes.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn passes_are_measured_unless_the_host_measures() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    host.post.govern(1e6, tiers(None));
+    host.frame().unwrap();
+    if !host.post.time_passes().unwrap() {
+        return;
+    }
+    for _ in 0..200 {
+        host.frame().unwrap();
+        host.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        host.post.finish_changes().unwrap();
+    }
+    assert_eq!(host.post.governor().unwrap().name(), "high");
+}
