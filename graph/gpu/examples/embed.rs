@@ -1,12 +1,15 @@
 //! A renderer as a host: it has its own device, its own encoder and its own images.
 //!
 //! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes a parameter in each and a fact between
-//! them, and prints the color at the center.
+//! them, and prints the color at the center. `-- 1.5 1920 1080 20` renders for 20 more seconds with a budget of 1.5 ms
+//! at that size, and prints each change of tier.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
+use std::env;
 use std::error::Error;
+use std::time::{Duration, Instant};
 
-use afterimage_gpu::{Frame, Gpu, Opening, Post, Texels, download, upload};
+use afterimage_gpu::{Frame, GovernedTier, Gpu, Opening, Post, Texels, TierGraph, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -15,9 +18,11 @@ use afterimage_graph::node::Registry;
 const PIPELINE: &str = include_str!("../../../pipelines/caracal.ron");
 
 fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<f64> = env::args().skip(1).map(|argument| argument.parse()).collect::<Result<_, _>>()?;
+    let [budget, width, height, seconds] = *arguments.first_chunk().unwrap_or(&[0.0, 64.0, 64.0, 0.0]);
     // A renderer has its own device.
     let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
-    let size = Size::new(64, 64);
+    let size = Size::new(width as u32, height as u32);
     let scene = upload(&device, &queue, &gray(size, 0.18))?.create_view(&Default::default());
     let screen = screen(&device, size);
     let screen_view = screen.create_view(&Default::default());
@@ -43,6 +48,29 @@ fn main() -> Result<(), Box<dyn Error>> {
             &Frame { inputs, outputs, time, dt: 1.0 / 60.0, reset: frame == 0, ..Frame::default() },
         )?;
         queue.submit([encoder.finish()]);
+    }
+
+    // The tiers follow a budget, from the worst picture to the best. What they cost is learned.
+    let mut tiers = Vec::new();
+    for name in ["low", "medium", "high", "ultra"] {
+        let options = CheckOptions { tier: Some(name.into()), ..CheckOptions::default() };
+        let (graph, _warnings) = check(&parse("caracal.ron", PIPELINE)?, &kinds, &options)?;
+        tiers.push(TierGraph { tier: GovernedTier { name: name.into(), cost: None }, graph });
+    }
+    post.govern(budget, tiers);
+    let (begin, mut before, mut last) = (Instant::now(), 0.0, None);
+    while begin.elapsed() < Duration::from_secs_f64(seconds) {
+        let time = begin.elapsed().as_secs_f32();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
+        post.encode(&mut encoder, &Frame { inputs, outputs, time, dt: time - before, ..Frame::default() })?;
+        queue.submit([encoder.finish()]);
+        device.poll(wgpu::PollType::wait_indefinitely())?;
+        before = time;
+        if post.tier_change() != last.as_ref() {
+            last = post.tier_change().cloned();
+            last.iter().for_each(|change| println!("{time:.2} s: {change}"));
+        }
     }
 
     let pixels = download(&device, &queue, &screen)?.to_floats();
