@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod measure;
+pub(crate) mod meter;
 mod options;
 pub(crate) mod stress;
 #[cfg(feature = "view")]
@@ -12,6 +13,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::built_in::is_pipeline;
 use measure::{MeasureArgs, TuneArgs};
+use meter::MeterArgs;
 use stress::StressArgs;
 #[cfg(feature = "view")]
 use view::ViewArgs;
@@ -40,6 +42,9 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Render an image or a sequence through a pipeline
     Render(RenderArgs),
+    /// Measure the frames of a sequence in any order, for `render --meter`, which renders any range of them as in the
+    /// whole sequence
+    Meter(MeterArgs),
     /// Print a render as a template of Open Job Description (2023-09), for a render farm
     Job(JobArgs),
     /// Check pipeline files: all errors at once, with locations
@@ -129,6 +134,10 @@ pub(crate) struct RenderArgs {
     /// Continue a sequence from the file that `--state-out` of the run before has written
     #[arg(long, value_name = "FILE")]
     pub(crate) state_in: Option<PathBuf>,
+    /// Begin with the exposure that follows from what `afterimage meter` has measured in the frames before, so that any
+    /// range has the pixels of the whole sequence: a file, or numbered files: `--meter shot.####.meter`
+    #[arg(long, value_name = "FILE", conflicts_with = "state_in")]
+    pub(crate) meter: Option<String>,
     /// Render so many frames of the sequence before the range without writing them, for a state that is almost that of
     /// the whole sequence
     #[arg(long, value_name = "COUNT", default_value_t = 0, conflicts_with = "state_in")]

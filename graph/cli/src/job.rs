@@ -1,7 +1,8 @@
 //! `afterimage job`: a render as a template of Open Job Description, for the farms that read it.
 //!
-//! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. Otherwise each
-//! chunk is a step that continues from the state of the step before; shots between cuts are chains of their own.
+//! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. What meters leave is
+//! measured by the tasks of a step before. Otherwise each chunk is a step that continues from the state of the step
+//! before; shots between cuts are chains of their own.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -10,16 +11,19 @@ use afterimage_graph::node::NodeKind;
 use afterimage_media::sequence::Pattern;
 use serde_json::{Value, json};
 
-use crate::args::JobArgs;
+use crate::args::{JobArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::render::{Sequence, sequence};
 use crate::terminal::say;
 
 /// Prints the template. `words` are the arguments of the process.
 pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    if args.render.json.is_some() || args.render.state_in.is_some() || args.render.state_out.is_some() {
-        return Err(Failure::user("`--json`, `--state-in` and `--state-out` name one file for all chunks of the job")
-            .hint("leave them out: the job passes the state from chunk to chunk"));
+    let RenderArgs { json, state_in, state_out, meter, .. } = &args.render;
+    if json.is_some() || state_in.is_some() || state_out.is_some() || meter.is_some() {
+        return Err(Failure::user(
+            "`--json`, `--state-in`, `--state-out` and `--meter` name one file for all chunks of the job",
+        )
+        .hint("leave them out: the job measures, and passes the state from chunk to chunk"));
     }
     if args.render.watch {
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
@@ -36,8 +40,9 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
             .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
     }
     let steps = match sequence.has_state && args.render.preroll == 0 {
+        true if sequence.is_metered && sequence.step.is_some() => metered(&sequence, &words, args.chunk)?,
         true => chain(&sequence, &words, args.chunk)?,
-        false => vec![parallel(&sequence, &words, args.chunk)],
+        false => vec![parallel("Render", &sequence, script("render", &words, &each()), args.chunk)],
     };
     let folder = std::env::current_dir().map_err(|error| Failure::machine(format!("the current folder: {error}")))?;
     let program = std::env::current_exe().ok().and_then(|path| path.to_str().map(str::to_owned));
@@ -69,19 +74,14 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
 
 /// The words of `render` that all chunks have: those after `job`, without `--chunk` and `--frames`.
 fn render_words(words: &[OsString]) -> Result<Vec<String>, Failure> {
-    let mut kept = Vec::new();
-    let mut words = words.iter().skip_while(|word| *word != "job").skip(1);
-    while let Some(word) = words.next() {
-        let word = word.to_str().ok_or_else(|| {
+    let mut texts = Vec::new();
+    for word in words.iter().skip_while(|word| *word != "job").skip(1) {
+        let text = word.to_str().ok_or_else(|| {
             Failure::user(format!("`{}` is not in UTF-8, and a template is", word.display())).hint("rename the file")
         })?;
-        match word {
-            "--chunk" | "--frames" => drop(words.next()),
-            word if word.starts_with("--chunk=") || word.starts_with("--frames=") => {}
-            word => kept.push(word.to_owned()),
-        }
+        texts.push(text.to_owned());
     }
-    Ok(kept)
+    Ok(without(&texts, &["--chunk", "--frames"], &[]))
 }
 
 /// The name of the job: at most 128 characters.
@@ -91,11 +91,60 @@ fn name(pipeline: &Path, file: &str) -> String {
     format!("{pipeline}: {file}").chars().take(128).collect()
 }
 
-/// One step, with a task for each chunk.
-fn parallel(sequence: &Sequence, words: &[String], chunk: u32) -> Value {
+/// The words that name the frames of a task.
+fn each() -> Vec<String> {
+    ["--frames", "{{Task.Param.Frames}}"].map(str::to_owned).to_vec()
+}
+
+/// A step whose tasks measure, and one whose tasks render.
+fn metered(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Value>, Failure> {
+    let file = &sequence.files[0];
+    let numbered = Path::new(file).with_extension("meter").display().to_string();
+    if Pattern::parse(&numbered)?.is_none() {
+        return chain(sequence, words, chunk);
+    }
+    let (mut words, mut cuts) = (without(words, &["--cut"], &[]), sequence.cuts.clone());
+    if sequence.begins_within {
+        // The frames before this one are no part of the job, so none of them is missing.
+        cuts.insert(0, sequence.frames[0]);
+    }
+    if !cuts.is_empty() {
+        words.extend(["--cut".to_owned(), ranges(&cuts)]);
+    }
+    let named = |option: &str| each().into_iter().chain([option.to_owned(), numbered.clone()]).collect::<Vec<_>>();
+    let measuring = script("meter", &without(&words, &RENDER_OPTIONS, &RENDER_FLAGS), &named("-o"));
+    let mut rendering = parallel("Render", sequence, script("render", &words, &named("--meter")), chunk);
+    rendering["dependencies"] = json!([{ "dependsOn": "Meter" }]);
+    Ok(vec![parallel("Meter", sequence, measuring, chunk), rendering])
+}
+
+/// The options of `render` with a value that `meter` does not have.
+const RENDER_OPTIONS: [&str; 7] = ["-o", "--out", "--output", "--depth", "--alpha", "--quality", "--preroll"];
+/// Those without a value.
+const RENDER_FLAGS: [&str; 4] = ["--no-dither", "--keep-going", "--skip-existing", "--timings"];
+
+/// The words without these options, which have a value, and without these flags.
+fn without(words: &[String], options: &[&str], flags: &[&str]) -> Vec<String> {
+    let mut kept = Vec::new();
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
+        // `-oFILE` is `-o FILE`.
+        let is_joined = options.iter().any(|option| option.len() == 2 && word.starts_with(option) && word != option);
+        if options.contains(&word.as_str()) {
+            words.next();
+        } else if !is_joined && !options.contains(&name) && !flags.contains(&name) {
+            kept.push(word.clone());
+        }
+    }
+    kept
+}
+
+/// A step with a task for each chunk.
+fn parallel(name: &str, sequence: &Sequence, script: Value, chunk: u32) -> Value {
     let is_contiguous = sequence.frames.windows(2).all(|pair| pair[1] == pair[0].wrapping_add(1));
     json!({
-        "name": "Render",
+        "name": name,
         "parameterSpace": { "taskParameterDefinitions": [{
             "name": "Frames",
             "type": "CHUNK[INT]",
@@ -105,7 +154,7 @@ fn parallel(sequence: &Sequence, words: &[String], chunk: u32) -> Value {
                 "rangeConstraint": if is_contiguous { "CONTIGUOUS" } else { "NONCONTIGUOUS" },
             },
         }] },
-        "script": script(words, &["--frames".to_owned(), "{{Task.Param.Frames}}".to_owned()]),
+        "script": script,
     })
 }
 
@@ -125,7 +174,7 @@ fn chain(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Value>
         }
         let last = frames[frames.len() - 1];
         own.extend(["--state-out".to_owned(), state_after(last)]);
-        let mut step = json!({ "name": name, "script": script(words, &own) });
+        let mut step = json!({ "name": name, "script": script("render", words, &own) });
         if !dependencies.is_empty() {
             step["dependencies"] = dependencies.into();
         }
@@ -149,14 +198,15 @@ fn chunks<'a>(frames: &'a [u32], cuts: &[u32], most: u32) -> Vec<&'a [u32]> {
     chunks
 }
 
-fn script(words: &[String], own: &[String]) -> Value {
-    let first = ["-C", "{{Param.Folder}}", "render"].map(str::to_owned);
+/// What a task runs: a command of the program with these words, and those of its own.
+fn script(command: &str, words: &[String], own: &[String]) -> Value {
+    let first = ["-C", "{{Param.Folder}}", command].map(str::to_owned);
     let args: Vec<&String> = first.iter().chain(words).chain(own).collect();
     json!({ "actions": { "onRun": { "command": "{{Param.Program}}", "args": args } } })
 }
 
 /// Frames as ranges: `1-20`, `1-19:2`, `7`, with commas between them.
-fn ranges(frames: &[u32]) -> String {
+pub(crate) fn ranges(frames: &[u32]) -> String {
     let mut texts = Vec::new();
     let mut rest = frames;
     while let [first, after @ ..] = rest {
@@ -214,5 +264,8 @@ mod tests {
             ["afterimage", "-C", "x", "job", "a.ron", "--frames", "1-9", "--chunk=4", "s.#.exr", "-o", "o.#.png"];
         let words = render_words(&words.map(OsString::from)).expect("it is UTF-8");
         assert_eq!(words, ["a.ron", "s.#.exr", "-o", "o.#.png"]);
+        let words = ["a.ron", "-os.#.png", "--output=hdr=h.#.png", "--depth", "16", "--keep-going", "--set", "a.b=-o"];
+        let words = without(&words.map(str::to_owned), &RENDER_OPTIONS, &RENDER_FLAGS);
+        assert_eq!(words, ["a.ron", "--set", "a.b=-o"]);
     }
 }

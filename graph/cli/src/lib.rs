@@ -86,6 +86,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args, tables),
         Command::Render(args) => watch::run(args, &known),
+        Command::Meter(args) => render::meter(args, &known),
         Command::Job(args) => job::run(args, &words, &known),
         Command::Check(args) => check::run(args, &known),
         Command::Plan(args) => plan::run(args, &known),

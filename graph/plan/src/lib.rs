@@ -62,9 +62,9 @@ pub use error::{NodeShaderError, PlanError};
 pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
-    AliasingBarrier, Baked, Batch, Fused, Lifetime, Memory, Plan, PlanOutput, PlannedBlock, PlannedImage, PlannedPass,
-    RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent, StateItem, Transition, UniformBlock,
-    Use,
+    AliasingBarrier, Baked, Batch, Fused, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock, PlannedImage,
+    PlannedPass, RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent, StateItem, Transition,
+    UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};

@@ -2,11 +2,11 @@
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
-use afterimage_graph::node::KernelCall;
+use afterimage_graph::node::{BufferId, KernelCall};
 use afterimage_plan::{Caps, Options, verify};
 use afterimage_wgsl::SampleMode;
 
-use super::planned::{all_formats, built_in, pipelines, plan_everything, plan_images};
+use super::planned::{all_formats, built_in, checked, pipelines, plan_everything, plan_images};
 use super::sweep;
 
 /// The files in the folder: a new one is tested without being named here.
@@ -79,4 +79,42 @@ fn the_state_of_a_sequence_is_what_meters_and_histories_keep() {
     // The result of anti-aliasing is made from itself, the depth from the depth buffer of its own frame.
     assert_eq!(reach_of("steady.result"), Some(None), "{items:?}");
     assert_eq!(reach_of("linear.result"), Some(Some(1)), "{items:?}");
+}
+
+/// What the meters of a built-in pipeline measure, and the state that follows from it.
+fn metered(name: &str) -> (Vec<String>, Vec<String>) {
+    let plan = plan_everything(&built_in(name), Format::Rgba32Float, all_formats(), Options::default());
+    let metering = plan.metering();
+    let is_apart = |pass: &usize| !metering.integrating.contains(pass);
+    assert!(metering.measuring.iter().all(is_apart), "{name}: {metering:?}");
+    let names = plan.buffer_names();
+    let named = |buffers: &[BufferId]| buffers.iter().map(|buffer| names[buffer.0 as usize].clone()).collect();
+    (named(&metering.measured), named(&metering.state))
+}
+
+#[test]
+fn meters_of_the_scene_measure_frames_in_any_order() {
+    let of = |measured: &str, state: [&str; 2]| (vec![measured.to_owned()], state.map(str::to_owned).to_vec());
+    assert_eq!(metered("exposure.ron"), of("bins.result", ["meter.result", "meter.wanted_before"]));
+    assert_eq!(metered("tsushima.ron"), of("counted.result", ["metered.result", "metered.wanted_before"]));
+    assert_eq!(metered("hdr.ron"), of("bins.result", ["meter.result", "meter.wanted_before"]));
+    // Its meter reads what anti-aliasing has made from all frames before.
+    assert_eq!(metered("cinematic.ron"), Default::default());
+    assert_eq!(metered("glare.ron"), Default::default());
+}
+
+#[test]
+fn what_is_measured_depends_on_the_histogram_and_not_on_the_exposure() {
+    let hash = |bins: &str, meter: &str| {
+        let graph = checked(&format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"bins\": Histogram(source: \"scene\"{bins}), \"meter\": \
+             AutoExposure(histogram: \"bins\"{meter}), \"lit\": Exposure(source: \"scene\", meter: \"meter\") }}, \
+             outputs: {{ \"light\": \"lit\" }})"
+        ));
+        let plan = plan_everything(&graph, Format::Rgba32Float, all_formats(), Options::default());
+        plan.measuring_hash(&plan.metering())
+    };
+    assert_eq!(hash("", ""), hash("", ", key: 0.3, adaptation: Linear"));
+    assert_ne!(hash("", ""), hash(", lo: -10.0", ""));
+    assert_ne!(hash("", ""), hash(", weight: Spot", ""));
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_media::Alpha;
-use afterimage_plan::PlanOutput;
+use afterimage_plan::{Plan, PlanOutput};
 
 use super::read::{Cameras, InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters};
@@ -16,6 +16,7 @@ use super::request::Request;
 use super::state::{self, SavedState};
 use super::target::Target;
 use super::times::Times;
+use super::unmetered;
 use super::write::Rendered;
 use crate::args::AlphaChoice;
 use crate::device::CachedSession;
@@ -99,7 +100,6 @@ impl Frames<'_> {
         let job = &self.request.jobs[index];
         self.say_notes(&pictures);
         let start = Instant::now();
-        let step = self.step(index);
         let images = feed(&mut self.session.session, &pictures)?;
         let size = size(self.request, &images);
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
@@ -107,6 +107,7 @@ impl Frames<'_> {
         if !self.has_begun {
             self.begin(size, &images)?;
         }
+        let step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
         let session = &mut self.session.session;
         session.number_next(job.frame.unwrap_or(0));
         session.render(size, &images, step)?;
@@ -143,8 +144,9 @@ impl Frames<'_> {
         if let Some(state) = &self.request.state {
             return Ok(session.write_state(&state.for_plan(&plan)?)?);
         }
+        self.integrate(&plan, images)?;
         let rolled = self.request.jobs.iter().take_while(|job| job.out.is_empty()).count() as u32;
-        let items = plan.state();
+        let items: Vec<_> = if self.request.measured.is_empty() { plan.state() } else { unmetered(&plan).collect() };
         let lost: Vec<_> = items.iter().filter(|item| item.reach.is_none_or(|reach| reach > rolled)).collect();
         let Some(earlier) = self.request.earlier.filter(|_| !lost.is_empty()) else { return Ok(()) };
         let names = state::names(lost);
@@ -162,13 +164,18 @@ impl Frames<'_> {
         Ok(())
     }
 
-    /// The position of a frame of a sequence in time, by its number.
-    fn step(&self, index: usize) -> FrameStep {
-        let (job, fps) = (&self.request.jobs[index], self.request.args.fps);
-        let frames = job.frame.zip(self.last);
-        let dt = frames.map_or(0.0, |(now, before)| now.saturating_sub(before) as f32 / fps);
-        let time = job.frame.map_or(0.0, |frame| frame as f32 / fps);
-        FrameStep { time, dt, reset: self.begins_shot || self.request.is_cut(job) }
+    /// Makes the state from what was measured in the frames before.
+    fn integrate(&mut self, plan: &Plan, images: &[InputImage]) -> Result<(), Failure> {
+        let metering = &plan.metering();
+        for measured in &self.request.measured {
+            let bytes = measured.for_plan(plan, metering)?;
+            let step = self.request.step(measured.frame, self.last, self.begins_shot);
+            let session = &mut self.session.session;
+            session.number_next(measured.frame);
+            session.integrate(metering, images, step, &bytes)?;
+            (self.begins_shot, self.last) = (false, Some(measured.frame));
+        }
+        Ok(())
     }
 
     fn note_failure(&mut self, index: usize, failure: &Failure) {
@@ -259,7 +266,7 @@ fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<Str
 }
 
 /// Uploads the images of a frame.
-fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
+pub(super) fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
     let mut images = Vec::new();
     for InputPicture { name, file, picture, desc, .. } in pictures {
         let fits = session.gpu().check_fits(*desc);
@@ -270,7 +277,7 @@ fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputIma
 }
 
 /// The size of the first image that is no volume; that of the command line without images.
-fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
+pub(super) fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
     let (width, height) = request.args.size.unwrap_or((1920, 1080));
     let first = images.iter().find(|image| !image.desc.volume);
     first.map_or(Size::new(width, height), |image| image.desc.size)

@@ -1,6 +1,8 @@
 //! `afterimage render`: images through a pipeline.
 
 mod frames;
+mod meter;
+mod metered;
 mod read;
 mod readings;
 mod repairs;
@@ -17,7 +19,9 @@ use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_media::write_atomic;
-use afterimage_plan::{GivenImage, HostInputs, Options, PlanRequest, Requirement, plan_without_tables};
+use afterimage_plan::{
+    GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, StateItem, plan_without_tables,
+};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
@@ -25,11 +29,13 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
 use crate::run_files::RunFiles;
 use crate::terminal::note;
+use metered::Metered;
 use readings::{FrameReport, Outcome, Report};
 use request::Request;
-use target::targets;
+use target::{Target, targets};
 use times::Times;
 
+pub(crate) use meter::run as meter;
 pub(crate) use target::choose_output;
 
 /// The frames of a run.
@@ -42,15 +48,28 @@ pub(crate) struct Sequence {
     pub(crate) files: Vec<String>,
     /// Whether a frame leaves something for later ones.
     pub(crate) has_state: bool,
+    /// Whether all of that follows from what frames measure, each alone, and from the frames just before.
+    pub(crate) is_metered: bool,
+    /// The distance of two frames, if all have the same; 1 for one frame.
+    pub(crate) step: Option<u32>,
+    /// Whether the sequence has a frame before the first of these, and that is no cut.
+    pub(crate) begins_within: bool,
 }
 
 /// The frames that a run with these arguments would render.
 pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequence, Failure> {
-    let Prepared { request, graph, facts, options } = prepare(args, tables, &RunFiles::default())?;
-    let has_state = has_state(&request, &graph, facts, options);
-    let frames = request.jobs.iter().filter(|job| job.is_written).filter_map(|job| job.frame).collect();
+    let Prepared { request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
+    let plan = typical_plan(&request, &graph, facts, options);
+    // A pipeline that cannot be planned at that size is rendered as if it had state, which is never wrong.
+    let has_state = plan.as_ref().is_none_or(|plan| !plan.state().is_empty());
+    let is_metered =
+        plan.as_ref().is_some_and(|plan| has_meter(plan) && unmetered(plan).all(|item| item.reach.is_some()));
+    let frames: Vec<u32> = request.jobs.iter().filter(|job| job.is_written).filter_map(|job| job.frame).collect();
+    let step = frames.first().zip(frames.get(1)).map_or(Some(1), |(first, second)| second.checked_sub(*first));
+    let step = step.filter(|step| frames.windows(2).all(|pair| pair[1].checked_sub(pair[0]) == Some(*step)));
+    let begins_within = request.earlier.is_some();
     let files = request.targets.into_iter().map(|target| target.file).collect();
-    Ok(Sequence { frames, cuts: request.cuts, files, has_state })
+    Ok(Sequence { frames, cuts: request.cuts, files, has_state, is_metered, step, begins_within })
 }
 
 /// What is known before a run.
@@ -61,8 +80,13 @@ struct Prepared<'a> {
     options: Options,
 }
 
-/// Reads the pipeline, finds all files, and claims those that are written.
-fn prepare<'a>(args: &'a RenderArgs, tables: &[&[NodeKind]], run: &RunFiles) -> Result<Prepared<'a>, Failure> {
+/// Reads the pipeline, finds all files, and claims those that are written. Without targets nothing is rendered.
+fn prepare<'a>(
+    args: &'a RenderArgs,
+    tables: &[&[NodeKind]],
+    run: &RunFiles,
+    targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
+) -> Result<Prepared<'a>, Failure> {
     let registry = registry(tables, &args.options.kinds, run)?;
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &args.options.kinds, run);
@@ -70,6 +94,14 @@ fn prepare<'a>(args: &'a RenderArgs, tables: &[&[NodeKind]], run: &RunFiles) -> 
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named_inputs = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
+    if let Some(name) = &args.meter {
+        let plan = typical_plan(&request, &graph, facts.clone(), options);
+        if let Some(plan) = plan.as_ref().filter(|plan| !has_meter(plan)) {
+            return Err(no_meter(plan));
+        }
+        let reach = plan.iter().flat_map(unmetered).filter_map(|item| item.reach).max();
+        request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
+    }
     for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
         run.reads(&source.path, &format!("the image of input `{name}`"));
     }
@@ -78,16 +110,17 @@ fn prepare<'a>(args: &'a RenderArgs, tables: &[&[NodeKind]], run: &RunFiles) -> 
     }
     let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json).chain(&args.state_out);
     written.try_for_each(|out| run.writes(out))?;
-    let graph = request.prepare(graph);
+    let graph = if request.is_measuring() { graph } else { request.prepare(graph) };
     Ok(Prepared { request, graph, facts, options })
 }
 
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let start = Instant::now();
-    let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default())?;
+    let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
     let mut report = Report::default();
     if args.skip_existing {
-        request.skip_existing(has_state(&request, &graph, facts.clone(), options));
+        let plan = typical_plan(&request, &graph, facts.clone(), options);
+        request.skip_existing(plan.is_none_or(|plan| !plan.state().is_empty()));
         let skipped = request.skipped.iter();
         report.skipped = skipped.map(|job| FrameReport::without_picture(job, Outcome::Skipped, None)).collect();
     }
@@ -118,15 +151,38 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     Ok(())
 }
 
-/// Whether a frame leaves something for later ones. The plan is that of a typical device: what it keeps is the same on
-/// all.
-fn has_state(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options) -> bool {
+/// The plan for a typical device: what frames leave for later ones is the same on all. `None` if the pipeline cannot be
+/// planned at that size.
+fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options) -> Option<Plan> {
     let given = request.jobs.first().map_or(&[][..], |job| &job.sources);
     let is_given = |input: &&GraphInput| !input.optional || given.iter().any(|(name, _)| *name == input.name);
     let size = Size::new(1920, 1080);
     let image = GivenImage { desc: ImageDesc::new(size), finite: false };
     let request = pipeline::request(graph, size, facts, options, typical_caps(), &Requirement::typical);
     let given = HostInputs::everything(size, graph.inputs.iter().filter(is_given), image);
-    // A pipeline that cannot be planned at that size is rendered as if it had state, which is never wrong.
-    plan_without_tables(graph, &PlanRequest { given, ..request }).map_or(true, |plan| !plan.state().is_empty())
+    plan_without_tables(graph, &PlanRequest { given, ..request }).ok()
+}
+
+fn has_meter(plan: &Plan) -> bool {
+    !plan.metering().state.is_empty()
+}
+
+/// The state that does not follow from what frames measure, each alone.
+fn unmetered(plan: &Plan) -> impl Iterator<Item = StateItem> + use<> {
+    let metered = plan.metering().state;
+    plan.state().into_iter().filter(move |item| match item.content {
+        StateContent::Buffer { buffer, .. } => !metered.contains(&buffer),
+        StateContent::History { .. } => true,
+    })
+}
+
+fn no_meter(plan: &Plan) -> Failure {
+    let state = plan.state();
+    if state.is_empty() {
+        return Failure::user("this pipeline has no meter, and each of its frames is rendered alone")
+            .hint("render any range of frames");
+    }
+    let names = state::names(&state);
+    Failure::user(format!("this pipeline has no meter that measures a frame alone: {names} follow from earlier frames"))
+        .hint("`--state-in FILE` continues from the `--state-out FILE` of the frames before; `--preroll COUNT` comes near")
 }

@@ -11,7 +11,7 @@ use afterimage_media::{Picture, Source, read_within};
 
 use super::repairs::{Repairs, is_opaque};
 use super::request::{Job, Request};
-use crate::cameras::{CameraFile, is_camera};
+use crate::cameras::CameraFile;
 use crate::failure::Failure;
 
 /// The image of an input, and what its file is worth.
@@ -45,10 +45,11 @@ pub(super) type Cameras = BTreeMap<String, CameraFile>;
 /// Reads the images of all jobs; returns the time that it takes.
 pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
-    let mut cameras = request.state.as_ref().map_or_else(Cameras::new, |state| state.cameras().clone());
-    for job in &request.jobs {
+    let mut cameras = Cameras::new();
+    for (index, job) in request.jobs.iter().enumerate() {
         let start = Instant::now();
-        let inputs = read_job(request, job, &mut cameras);
+        let begun = if index == 0 { read_cameras_before(request, &mut cameras) } else { Ok(()) };
+        let inputs = begun.and_then(|()| read_job(request, job, &mut cameras));
         busy += start.elapsed();
         let failed = inputs.is_err() && !request.args.keep_going;
         // A receiver that is gone has failed and reports the error.
@@ -59,13 +60,26 @@ pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration
     busy
 }
 
+/// The cameras of the frame before the first one, if the first one follows it.
+fn read_cameras_before(request: &Request<'_>, cameras: &mut Cameras) -> Result<(), Failure> {
+    if let Some(state) = &request.state {
+        cameras.clone_from(state.cameras());
+    }
+    for (name, source) in request.job_before().iter().flat_map(|job| &job.sources) {
+        if request.has_camera(name) {
+            read_camera(name, source, cameras)?;
+        }
+    }
+    Ok(())
+}
+
 fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
     if request.is_cut(job) {
         before.clear();
     }
     let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new(), cameras: Cameras::new() };
     for (name, source) in &job.sources {
-        if request.inputs.iter().any(|input| input.name == *name && is_camera(input)) {
+        if request.has_camera(name) {
             inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
         } else {
             inputs.pictures.push(read_input(request, name, source)?);

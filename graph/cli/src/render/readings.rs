@@ -18,7 +18,7 @@ use crate::failure::Failure;
 const METERS: [&str; 2] = ["Adapt", "AutoExposure"];
 
 /// The reading of a meter after a frame.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Reading {
     /// The node.
     pub(crate) meter: String,

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use afterimage_gpu::FrameStep;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
 use afterimage_media::{Source, read, sequence};
 use afterimage_nodes::DemoScene;
 
+use super::metered::{Metered, MeteredFrame};
 use super::state::SavedState;
 use super::target::Target;
 use crate::args::RenderArgs;
@@ -44,6 +46,10 @@ pub(super) struct Request<'a> {
     pub(super) state: Option<SavedState>,
     /// The frame of the sequence before the first one that is rendered, if there is one.
     pub(super) earlier: Option<u32>,
+    /// What was measured in the frames before the first one that is rendered.
+    pub(super) measured: Vec<MeteredFrame>,
+    /// The files of all frames.
+    files: NumberedFiles,
     /// The frames that are left out because their files exist.
     pub(super) skipped: Vec<Job>,
     /// The built-in scene, if the pipeline has it: its camera is that of inputs without a file.
@@ -68,15 +74,60 @@ impl<'a> Request<'a> {
         if args.size.is_some() && files.iter().any(gives_size) {
             return Err(idle_size());
         }
-        let numbered = NumberedFiles(files.clone());
+        let numbered = NumberedFiles { files: files.clone(), start: None };
         let mut jobs =
             if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs, &numbered)?;
         let state = args.state_in.as_deref().map(SavedState::read).transpose()?;
         check_state(args, &jobs, state.as_ref())?;
-        let earlier = numbered.roll_back(&mut jobs, args.preroll, &cuts);
+        let earlier = numbered.roll_back(&mut jobs, args.preroll, frame_step(&jobs), &cuts);
         let (inputs, scene) = (graph.inputs.clone(), scene(graph));
-        Ok(Self { args, targets, jobs, cuts, inputs, state, earlier, skipped: Vec::new(), scene })
+        let (measured, skipped, files) = (Vec::new(), Vec::new(), numbered);
+        Ok(Self { args, targets, jobs, cuts, inputs, state, earlier, measured, files, skipped, scene })
+    }
+
+    /// Begins with the state that follows from what was measured in the frames before, and renders so many of them at
+    /// least.
+    pub(super) fn continue_measured(&mut self, measured: Metered, least: u32) -> Result<(), Failure> {
+        let step = frame_step(&self.jobs).or(measured.step());
+        self.files.start = measured.first();
+        let rolled = self.jobs.iter().take_while(|job| !job.is_written).count() as u32;
+        let earlier = self.files.roll_back(&mut self.jobs, least.saturating_sub(rolled), step, &self.cuts);
+        self.earlier = earlier;
+        let mut needed = Vec::new();
+        let mut next = earlier;
+        while let Some(frame) = next {
+            needed.push(frame);
+            let before = frame.checked_sub(step.unwrap_or(1)).filter(|_| !self.cuts.contains(&frame));
+            next = before.filter(|before| self.files.job(*before).is_some());
+        }
+        needed.reverse();
+        let first = self.jobs.first().and_then(|job| job.frame).unwrap_or(0);
+        self.measured = measured.take(&needed, first)?;
+        Ok(())
+    }
+
+    /// The position of a frame in time after the frame `last`. It begins anew if it is a cut, or if `begins_shot`.
+    pub(super) fn step(&self, frame: u32, last: Option<u32>, begins_shot: bool) -> FrameStep {
+        let fps = self.args.fps;
+        let dt = last.map_or(0.0, |before| frame.saturating_sub(before) as f32 / fps);
+        FrameStep { time: frame as f32 / fps, dt, reset: begins_shot || self.cuts.contains(&frame) }
+    }
+
+    /// The files of the frame before the first one, if its state is known.
+    pub(super) fn job_before(&self) -> Option<Job> {
+        let is_known = self.is_measuring() || !self.measured.is_empty();
+        self.files.job(self.earlier.filter(|_| is_known)?)
+    }
+
+    /// Whether an input is a camera.
+    pub(super) fn has_camera(&self, name: &str) -> bool {
+        self.inputs.iter().any(|input| input.name == name && is_camera(input))
+    }
+
+    /// Whether frames are measured, and nothing is rendered.
+    pub(super) fn is_measuring(&self) -> bool {
+        self.targets.is_empty()
     }
 
     /// Whether a frame begins a new shot.
@@ -150,10 +201,10 @@ fn cuts(args: &RenderArgs, jobs: &[Job], files: &NumberedFiles) -> Result<Vec<u3
 /// The state that a run begins or ends with is that of a sequence, and goes on.
 fn check_state(args: &RenderArgs, jobs: &[Job], state: Option<&SavedState>) -> Result<(), Failure> {
     let first = jobs.first().and_then(|job| job.frame);
-    let is_used = args.state_in.is_some() || args.state_out.is_some() || args.preroll > 0;
+    let is_used = args.state_in.is_some() || args.state_out.is_some() || args.preroll > 0 || args.meter.is_some();
     if is_used && first.is_none() {
         return Err(Failure::user(
-            "`--state-in`, `--state-out` and `--preroll` are for sequences, and this is one image",
+            "`--meter`, `--state-in`, `--state-out` and `--preroll` are for sequences, and this is one image",
         )
         .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
     }
@@ -166,21 +217,31 @@ fn check_state(args: &RenderArgs, jobs: &[Job], state: Option<&SavedState>) -> R
     }
 }
 
-/// The files of all inputs, by their names.
-struct NumberedFiles(Vec<(String, String)>);
+/// The distance of the first two frames; `None` for one frame.
+fn frame_step(jobs: &[Job]) -> Option<u32> {
+    let numbers: Vec<u32> = jobs.iter().take(2).filter_map(|job| job.frame).collect();
+    if let [first, second] = numbers[..] { Some(second.saturating_sub(first).max(1)) } else { None }
+}
+
+/// The files of all frames.
+pub(super) struct NumberedFiles {
+    /// The files of all inputs, by their names.
+    files: Vec<(String, String)>,
+    /// The frame with which a sequence without files begins, if it is known.
+    start: Option<u32>,
+}
 
 impl NumberedFiles {
-    /// Puts up to `count` frames before the first job, which are rendered for their state only, back to the start of
+    /// Puts up to `count` frames, which are `step` apart, before the first job, which are rendered for their state only, back to the start of
     /// the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
-    fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, cuts: &[u32]) -> Option<u32> {
-        let numbers: Vec<u32> = jobs.iter().take(2).filter_map(|job| job.frame).collect();
-        let step = if let [first, second] = numbers[..] { second.saturating_sub(first).max(1) } else { 1 };
-        let mut first = *numbers.first()?;
+    fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, step: Option<u32>, cuts: &[u32]) -> Option<u32> {
+        let mut first = jobs.first()?.frame?;
         for left in (0..=count).rev() {
-            let before = first.checked_sub(step).filter(|_| !cuts.contains(&first))?;
+            let before = first.checked_sub(step.unwrap_or(1)).filter(|_| !cuts.contains(&first))?;
             let job = self.job(before)?;
             if left == 0 {
-                return (!self.0.is_empty()).then_some(before);
+                let is_known = !self.files.is_empty() || self.start.is_some();
+                return is_known.then_some(before);
             }
             jobs.insert(0, job);
             first = before;
@@ -190,8 +251,11 @@ impl NumberedFiles {
 
     /// The job of a frame that is rendered for its state only; `None` if it has no file.
     fn job(&self, frame: u32) -> Option<Job> {
+        if self.files.is_empty() && self.start.is_some_and(|start| frame < start) {
+            return None;
+        }
         let mut sources = Vec::new();
-        for (name, file) in &self.0 {
+        for (name, file) in &self.files {
             let frames = frame.to_string();
             let frames = sequence::is_numbered(file).then_some(frames.as_str());
             let (_, source) = sequence::Input::find(file, frames).ok()?.sources().into_iter().next()?;

@@ -18,7 +18,7 @@ use crate::device::CachedSession;
 use crate::failure::Failure;
 
 /// Frames between two stages: one in work and one that is ready.
-const AHEAD: usize = 2;
+pub(super) const AHEAD: usize = 2;
 /// PNG compression keeps a core busy, so images are written on a quarter of the cores, but on at most this many
 /// threads: each has a frame in memory.
 const MAX_WRITERS: usize = 4;

@@ -345,23 +345,8 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let groups = self.bind(frame)?;
-        let reset = self.fresh || frame.reset;
-        self.frame_constants =
-            FrameConstants::new(frame.time, frame.dt, self.frame_index.wrapping_add(self.number_offset), reset);
-        self.write_frame_constants()?;
-        let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
-        loaded.write_blocks(device, &self.queue, frame)?;
-        loaded.write_rectangles(device, &self.queue, frame)?;
-        if reset {
-            scoped(device, "the cleared histories", || {
-                clear_memory(device, loaded, encoder);
-                Ok::<(), GpuError>(())
-            })?;
-        }
-        if std::mem::take(&mut loaded.shares_old_heap) {
-            separate_from_old_plan(loaded, encoder);
-        }
+        let groups = self.begin_frame(encoder, frame, self.fresh || frame.reset)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         for &buffer in &loaded.zeroed {
             encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
         }
@@ -382,6 +367,28 @@ impl Executor {
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
+    }
+
+    /// Prepares the passes of a frame: the host's images and numbers, and what is cleared if it resets. Returns the
+    /// index of the bind groups.
+    fn begin_frame(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>, reset: bool) -> Result<usize, GpuError> {
+        let groups = self.bind(frame)?;
+        self.frame_constants =
+            FrameConstants::new(frame.time, frame.dt, self.frame_index.wrapping_add(self.number_offset), reset);
+        self.write_frame_constants()?;
+        let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
+        loaded.write_blocks(device, &self.queue, frame)?;
+        loaded.write_rectangles(device, &self.queue, frame)?;
+        if reset {
+            scoped(device, "the cleared histories", || {
+                clear_memory(device, loaded, encoder);
+                Ok::<(), GpuError>(())
+            })?;
+        }
+        if std::mem::take(&mut loaded.shares_old_heap) {
+            separate_from_old_plan(loaded, encoder);
+        }
+        Ok(groups)
     }
 
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It

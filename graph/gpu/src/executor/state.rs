@@ -1,9 +1,12 @@
-//! The memory of the state of a plan: buffers that outlive frames, and the textures of histories.
+//! The memory of the state of a plan: buffers that outlive frames, and the textures of histories. The passes of meters,
+//! which make the state without the rest of a frame.
 
+use afterimage_graph::node::{BufferId, Resource};
 use afterimage_plan::{StateContent, StateItem};
-use wgpu::Buffer;
+use wgpu::{Buffer, CommandEncoder};
 
-use super::Executor;
+use super::{Executor, Frame, FrameCommands};
+use crate::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, ring_place};
 use crate::store::Stored;
 
@@ -41,5 +44,42 @@ impl Executor {
         if let Some(loaded) = &mut self.loaded {
             loaded.uninitialized.clear();
         }
+    }
+
+    /// A buffer of the plan in use.
+    pub(crate) fn plan_buffer(&self, buffer: BufferId) -> Option<&Buffer> {
+        self.loaded.as_ref().map(|loaded| &loaded.residency.buffers[buffer.0 as usize])
+    }
+
+    /// Records some passes of a frame, which need no draws of the host, and no other. What these do not write stays as
+    /// the frames before have left it; the frame number stays, too. Unless `frame` resets, state and histories go on.
+    pub(crate) fn encode_passes(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        passes: &[usize],
+    ) -> Result<(), GpuError> {
+        let groups = self.begin_frame(encoder, frame, frame.reset)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
+        for &buffer in &loaded.zeroed {
+            if written.contains(&Resource::Buffer(BufferId(buffer as u32))) {
+                encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
+            }
+        }
+        let commands = FrameCommands {
+            loaded,
+            groups: &loaded.bind_groups[groups],
+            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
+            constants: &self.frame_constants,
+            // No frame has filled those that these passes need.
+            fills_tables: true,
+        };
+        for &pass in passes {
+            commands.record(pass..pass + 1, encoder, &mut []);
+        }
+        loaded.uninitialized.retain(|resource| !written.contains(resource));
+        self.fresh = false;
+        Ok(())
     }
 }

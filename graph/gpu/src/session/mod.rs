@@ -3,6 +3,7 @@
 
 mod faults;
 mod frame;
+mod metering;
 mod passes;
 mod state;
 

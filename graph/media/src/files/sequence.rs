@@ -136,6 +136,15 @@ impl Pattern {
 
     /// Every frame on disk, ascending, without a gap.
     fn discover(&self) -> Result<Vec<u32>, FileError> {
+        let frames = self.frames()?;
+        match frames.windows(2).find(|pair| pair[1] != pair[0] + 1) {
+            None => Ok(frames),
+            Some(pair) => Err(self.gap(&frames, pair[0] + 1)),
+        }
+    }
+
+    /// Every frame on disk, ascending; an error if there is none.
+    pub fn frames(&self) -> Result<Vec<u32>, FileError> {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
         let entries = fs::read_dir(folder).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => FileError::new(folder, ErrorKind::Missing, "there is no such folder"),
@@ -143,16 +152,12 @@ impl Pattern {
         })?;
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let frames: BTreeSet<u32> = names.filter_map(|name| self.frame_of(&name)).collect();
-        let frames: Vec<u32> = frames.into_iter().collect();
         if frames.is_empty() {
             let pattern = self.folder.join(self.shown());
             return Err(FileError::new(&pattern, ErrorKind::Missing, "no file fits this pattern")
                 .hint("check the folder, and that there is a `#` for each digit"));
         }
-        match frames.windows(2).find(|pair| pair[1] != pair[0] + 1) {
-            None => Ok(frames),
-            Some(pair) => Err(self.gap(&frames, pair[0] + 1)),
-        }
+        Ok(frames.into_iter().collect())
     }
 
     fn gap(&self, frames: &[u32], first_missing: u32) -> FileError {

@@ -2,6 +2,7 @@
 
 mod barrier;
 mod image;
+mod metering;
 mod names;
 mod note;
 mod pass;
@@ -13,6 +14,7 @@ use afterimage_graph::node::{BlockId, HostBlock, ImageId, Origin, Pass, Resource
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
+pub use metering::Metering;
 pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 pub use state::{StateContent, StateItem};

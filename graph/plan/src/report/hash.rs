@@ -1,8 +1,10 @@
 //! The hash of a plan: equal plans have equal hashes on every machine and in every version of Rust.
 
+use afterimage_graph::node::Resource;
+
 use super::content::content;
 use super::fnv::fnv1a;
-use crate::plan::Plan;
+use crate::plan::{Metering, Plan, PlannedPass};
 
 /// The hash of a plan, shown as 32 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -19,5 +21,32 @@ impl Plan {
     /// uniforms are no part of it, so the hash stays when one changes while a pipeline runs; constants are part of it.
     pub fn hash(&self) -> PlanHash {
         PlanHash(fnv1a(content(self).to_string().as_bytes()))
+    }
+
+    /// The hash of the passes that measure, with their uniforms: plans in which it is equal measure frames alike, on
+    /// one adapter bit for bit.
+    pub fn measuring_hash(&self, metering: &Metering) -> PlanHash {
+        let passes = metering.measuring.iter().map(|&index| self.measuring_words(&self.passes[index]));
+        PlanHash(fnv1a(passes.collect::<String>().as_bytes()))
+    }
+
+    /// What a pass does, without the names of what it reads and writes: those depend on other passes.
+    fn measuring_words(&self, planned: &PlannedPass) -> String {
+        let PlannedPass { pass, stage, workgroups, uniform, .. } = planned;
+        let mut words = format!("{stage:?} {workgroups:?} {:032x}\n", fnv1a(&uniform.bytes));
+        for kernel in &pass.kernels {
+            let text = fnv1a(kernel.shader.text().as_bytes());
+            words += &format!("{} {text:032x} {:?}\n", kernel.function, kernel.constants);
+        }
+        for resource in pass.resources() {
+            words += &match resource {
+                Resource::Image(image) => {
+                    let image = self.image(image);
+                    format!("{:?} {:?}\n", image.desc, image.sample_mode)
+                }
+                Resource::Buffer(buffer) => format!("{} bytes\n", self.buffers[buffer.0 as usize].bytes),
+            };
+        }
+        words
     }
 }

@@ -1,0 +1,95 @@
+//! `afterimage meter`: frames are measured, in any order and on any machine.
+
+use std::path::PathBuf;
+use std::sync::mpsc::sync_channel;
+
+use afterimage_gpu::FrameStep;
+use afterimage_graph::node::NodeKind;
+use afterimage_media::sequence::Pattern;
+
+use super::frames::{feed, size};
+use super::metered::{MeteredFrame, write_frames};
+use super::read::{Inputs, read_all};
+use super::readings::{meters, read_meters};
+use super::request::{Job, Request};
+use super::stages::AHEAD;
+use super::{Prepared, no_meter, prepare};
+use crate::args::meter::MeterArgs;
+use crate::device::CachedSession;
+use crate::failure::Failure;
+use crate::run_files::RunFiles;
+use crate::terminal::note;
+
+pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let render = args.as_render();
+    let files = RunFiles::default();
+    let Prepared { request, graph, facts, options } = prepare(&render, tables, &files, |_, _| Ok(Vec::new()))?;
+    let frames: Vec<u32> = request.jobs.iter().filter_map(|job| job.frame).collect();
+    if frames.is_empty() {
+        return Err(Failure::user("frames of a sequence are measured, and this is one image")
+            .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
+    }
+    let pattern = Pattern::parse(&args.out)?;
+    let path = |frame: u32| pattern.as_ref().map_or_else(|| PathBuf::from(&args.out), |pattern| pattern.at(frame));
+    match pattern {
+        Some(_) => frames.iter().try_for_each(|frame| files.writes(&path(*frame)))?,
+        None => files.writes(&path(0))?,
+    }
+    let request = &request;
+    let mut measured = Vec::new();
+    std::thread::scope(|scope| {
+        let (to, from) = sync_channel(AHEAD);
+        scope.spawn(move || read_all(request, &to));
+        let meters = meters(&graph);
+        let session = CachedSession::open(&args.device, &args.plan, graph, facts, options)?;
+        let mut measuring = Measuring { request, session, meters, last: request.earlier };
+        for (job, inputs) in request.jobs.iter().zip(from) {
+            let frame = measuring.measure(job, inputs?)?;
+            match pattern {
+                Some(_) => write_frames(&path(frame.frame), &[frame])?,
+                None => measured.push(frame),
+            }
+        }
+        measuring.session.keep_pipelines();
+        Ok::<_, Failure>(())
+    })?;
+    if pattern.is_none() {
+        write_frames(&path(0), &measured)?;
+    }
+    note(&format!("frames: {} measured", frames.len()));
+    Ok(())
+}
+
+/// The frames that are measured one after another.
+struct Measuring<'a> {
+    request: &'a Request<'a>,
+    session: CachedSession,
+    /// The nodes whose exposure is stated.
+    meters: Vec<String>,
+    /// The number of the frame before, which another run may have measured.
+    last: Option<u32>,
+}
+
+impl Measuring<'_> {
+    fn measure(&mut self, job: &Job, inputs: Inputs) -> Result<MeteredFrame, Failure> {
+        let Inputs { pictures, blocks, .. } = inputs;
+        let session = &mut self.session.session;
+        let images = feed(session, &pictures)?;
+        let size = size(self.request, &images);
+        let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
+        blocks.for_each(|(name, data)| session.set_block(&name, data));
+        let plan = session.load(size, &images)?.clone();
+        let metering = plan.metering();
+        if metering.state.is_empty() {
+            return Err(no_meter(&plan));
+        }
+        let frame = job.frame.expect("a sequence is measured");
+        let step = self.request.step(frame, self.last, self.last.is_none());
+        session.number_next(frame);
+        let measured = session.measure(&metering, &images, step)?;
+        session.integrate(&metering, &images, FrameStep::FIRST, &measured)?;
+        let exposure = read_meters(session, &self.meters)?;
+        self.last = job.frame;
+        Ok(MeteredFrame::new(&plan, &metering, frame, exposure, &measured))
+    }
+}

@@ -1,0 +1,165 @@
+//! What the meters of a pipeline have measured in each frame: the files that `meter` writes and `render --meter` reads.
+//!
+//! A frame is a line of JSON, so files of several machines are joined line by line, in any order.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use afterimage_media::sequence::Pattern;
+use afterimage_media::{read_text, write_atomic};
+use afterimage_plan::{Metering, Plan};
+use serde::{Deserialize, Serialize};
+
+use super::readings::Reading;
+use crate::failure::Failure;
+use crate::job::ranges;
+
+/// The most bytes of a file: those of 100,000 frames.
+const MAX_BYTES: u64 = 256 << 20;
+/// The version of the format.
+const VERSION: u32 = 1;
+
+/// What was measured in a frame.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub(super) struct MeteredFrame {
+    /// The version of the format.
+    afterimage_meter: u32,
+    /// The number of the frame.
+    pub(super) frame: u32,
+    /// The exposure of the frame without those before it, for people.
+    #[serde(skip_deserializing)]
+    exposure: Vec<Reading>,
+    /// The hash of the passes that have measured.
+    passes: String,
+    /// The words of each buffer: counts, or the bits of 32-bit floats.
+    measured: BTreeMap<String, Vec<u32>>,
+}
+
+impl MeteredFrame {
+    pub(super) fn new(
+        plan: &Plan,
+        metering: &Metering,
+        frame: u32,
+        exposure: Vec<Reading>,
+        measured: &[Vec<u8>],
+    ) -> Self {
+        let names = plan.buffer_names();
+        let mut words = BTreeMap::new();
+        for (buffer, bytes) in metering.measured.iter().zip(measured) {
+            let name = names[buffer.0 as usize].clone();
+            words.insert(name, bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect());
+        }
+        let passes = plan.measuring_hash(metering).to_string();
+        Self { afterimage_meter: VERSION, frame, exposure, passes, measured: words }
+    }
+
+    /// The bytes of the buffers of this plan.
+    ///
+    /// # Errors
+    /// Another plan has measured.
+    pub(super) fn for_plan(&self, plan: &Plan, metering: &Metering) -> Result<Vec<Vec<u8>>, Failure> {
+        let names = plan.buffer_names();
+        let mut measured = Vec::new();
+        for buffer in &metering.measured {
+            let bytes = plan.buffers[buffer.0 as usize].bytes as usize;
+            let words = self.measured.get(&names[buffer.0 as usize]).filter(|words| 4 * words.len() == bytes);
+            measured.extend(words.map(|words| bytemuck::cast_slice(words).to_vec()));
+        }
+        let is_same = self.passes == plan.measuring_hash(metering).to_string();
+        match is_same && measured.len() == metering.measured.len() {
+            true => Ok(measured),
+            false => Err(Failure::user(format!("`--meter`: frame {} was measured by other passes", self.frame))
+                .hint("measure it with the same pipeline, options, size, adapter and program")),
+        }
+    }
+
+    /// The line of a file.
+    pub(super) fn line(&self) -> String {
+        let line = serde_json::to_string(self).expect("a frame has names and numbers only");
+        format!("{line}\n")
+    }
+}
+
+/// What was measured in a sequence.
+pub(super) struct Metered {
+    /// The name on the command line.
+    name: String,
+    frames: BTreeMap<u32, MeteredFrame>,
+}
+
+impl Metered {
+    /// Reads a file, or all files of a numbered name.
+    pub(super) fn read(name: &str) -> Result<Self, Failure> {
+        let pattern = if Path::new(name).is_file() { None } else { Pattern::parse(name)? };
+        let paths = match &pattern {
+            Some(pattern) => pattern.frames()?.into_iter().map(|frame| pattern.at(frame)).collect(),
+            None => vec![name.into()],
+        };
+        let mut frames = BTreeMap::new();
+        for path in &paths {
+            for frame in frames_of(path)? {
+                match frames.get(&frame.frame) {
+                    Some(known) if *known != frame => {
+                        let number = frame.frame;
+                        return Err(Failure::user(format!("{name}: frame {number} was measured twice, differently"))
+                            .hint("keep one of the lines"));
+                    }
+                    _ => drop(frames.insert(frame.frame, frame)),
+                }
+            }
+        }
+        Ok(Self { name: name.to_owned(), frames })
+    }
+
+    /// The first frame.
+    pub(super) fn first(&self) -> Option<u32> {
+        self.frames.keys().next().copied()
+    }
+
+    /// The least distance of two frames.
+    pub(super) fn step(&self) -> Option<u32> {
+        let numbers: Vec<u32> = self.frames.keys().copied().collect();
+        numbers.windows(2).map(|pair| pair[1] - pair[0]).min()
+    }
+
+    /// What was measured in these frames, from which the state at frame `first` follows.
+    ///
+    /// # Errors
+    /// Some are missing.
+    pub(super) fn take(mut self, needed: &[u32], first: u32) -> Result<Vec<MeteredFrame>, Failure> {
+        let missing: Vec<u32> = needed.iter().copied().filter(|frame| !self.frames.contains_key(frame)).collect();
+        if missing.is_empty() {
+            return Ok(needed.iter().filter_map(|frame| self.frames.remove(frame)).collect());
+        }
+        let (name, plural) = (&self.name, if missing.len() == 1 { "frame" } else { "frames" });
+        let missing = ranges(&missing);
+        Err(Failure::user(format!("{name}: frame {first} follows from {plural} {missing}, which are not measured"))
+            .hint(format!(
+                "measure them: `afterimage meter ... --frames {missing}`; `--cut` names frames that begin anew"
+            )))
+    }
+}
+
+/// The frames of a file.
+fn frames_of(path: &Path) -> Result<Vec<MeteredFrame>, Failure> {
+    let text = read_text(path, MAX_BYTES)?;
+    let mut frames = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let wrong = |why: String| {
+            let (path, line) = (path.display(), index + 1);
+            Failure::unreadable(format!("{path}:{line}: this is no measured frame: {why}"))
+        };
+        let frame: MeteredFrame = serde_json::from_str(line).map_err(|error| wrong(error.to_string()))?;
+        if frame.afterimage_meter != VERSION {
+            return Err(wrong("another version of the program wrote it".to_owned()));
+        }
+        frames.push(frame);
+    }
+    Ok(frames)
+}
+
+/// Writes frames, each to a file of its own or all to one.
+pub(super) fn write_frames(path: &Path, frames: &[MeteredFrame]) -> Result<(), Failure> {
+    let text: String = frames.iter().map(MeteredFrame::line).collect();
+    Ok(write_atomic(path, text.as_bytes())?)
+}
