@@ -10,6 +10,7 @@ mod errors;
 mod folders;
 mod hostile;
 mod job;
+mod meters;
 mod outputs;
 mod own_files;
 mod pictures;

@@ -6,10 +6,10 @@ use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 
 use super::{Folder, save};
 
-const FRAMES: u32 = 6;
+pub(super) const FRAMES: u32 = 6;
 
 /// A shot whose light, lamp, depth and camera change from frame to frame: `shot.1.exr` and so on.
-fn shot(test: &str) -> Folder {
+pub(super) fn shot(test: &str) -> Folder {
     let folder = Folder::new(test);
     let (width, height) = (40_u32, 24_u32);
     for frame in 1..=FRAMES {
@@ -39,7 +39,7 @@ fn shot(test: &str) -> Folder {
 }
 
 /// The bytes of the files of all frames.
-fn bytes(folder: &Folder, pattern: &str) -> Vec<Vec<u8>> {
+pub(super) fn bytes(folder: &Folder, pattern: &str) -> Vec<Vec<u8>> {
     let of = |frame: u32| fs::read(folder.file(&pattern.replace('#', &frame.to_string()))).expect("it was written");
     (1..=FRAMES).map(of).collect()
 }
@@ -96,7 +96,7 @@ fn parts_with_histories_and_cameras_are_the_whole() {
 }
 
 /// A meter and an output of its light, and nothing else.
-const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\": Histogram(source: \"scene\"), \
+pub(super) const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\": Histogram(source: \"scene\"), \
                        \"meter\": AutoExposure(histogram: \"bins\"), \"bright\": Extract(source: \"scene\", before: \
                        \"bright.peaks@previous\", fireflies: Limit), \"all\": Composite(base: \"scene\", bloom: \
                        \"bright\"), \"lit\": Exposure(source: \"all\", meter: \"meter\") }, outputs: { \"light\": \

@@ -1,8 +1,8 @@
 //! `afterimage job`: a render as a template of Open Job Description, for the farms that read it.
 //!
-//! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. What meters leave is
-//! measured by the tasks of a step before. Otherwise each chunk is a step that continues from the state of the step
-//! before; shots between cuts are chains of their own.
+//! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. If they leave what
+//! meters make, the tasks of a step before measure. Otherwise each chunk is a step that continues from the state of the
+//! step before; shots between cuts are chains of their own.
 
 use std::ffi::OsString;
 use std::path::Path;

@@ -107,9 +107,9 @@ fn meters_of_the_scene_measure_frames_in_any_order() {
 fn what_is_measured_depends_on_the_histogram_and_not_on_the_exposure() {
     let hash = |bins: &str, meter: &str| {
         let graph = checked(&format!(
-            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"bins\": Histogram(source: \"scene\"{bins}), \"meter\": \
-             AutoExposure(histogram: \"bins\"{meter}), \"lit\": Exposure(source: \"scene\", meter: \"meter\") }}, \
-             outputs: {{ \"light\": \"lit\" }})"
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"bins\": Histogram(source: \"scene\"{bins}), \
+             \"meter\": AutoExposure(histogram: \"bins\"{meter}), \"lit\": Exposure(source: \"scene\", meter: \
+             \"meter\") }}, outputs: {{ \"light\": \"lit\" }})"
         ));
         let plan = plan_everything(&graph, Format::Rgba32Float, all_formats(), Options::default());
         plan.measuring_hash(&plan.metering())

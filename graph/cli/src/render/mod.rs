@@ -183,6 +183,6 @@ fn no_meter(plan: &Plan) -> Failure {
             .hint("render any range of frames");
     }
     let names = state::names(&state);
-    Failure::user(format!("this pipeline has no meter that measures a frame alone: {names} follow from earlier frames"))
-        .hint("`--state-in FILE` continues from the `--state-out FILE` of the frames before; `--preroll COUNT` comes near")
+    Failure::user(format!("this pipeline has no meter that measures a frame alone: earlier frames make {names}"))
+        .hint("`--state-in` continues from the `--state-out` of the frames before; `--preroll COUNT` comes near it")
 }

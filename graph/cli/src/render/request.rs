@@ -232,8 +232,8 @@ pub(super) struct NumberedFiles {
 }
 
 impl NumberedFiles {
-    /// Puts up to `count` frames, which are `step` apart, before the first job, which are rendered for their state only, back to the start of
-    /// the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
+    /// Puts up to `count` frames, `step` apart, before the first job, which are rendered for their state only, back to
+    /// the start of the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
     fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, step: Option<u32>, cuts: &[u32]) -> Option<u32> {
         let mut first = jobs.first()?.frame?;
         for left in (0..=count).rev() {

@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# Renders 60 frames as a farm does, from the templates of `afterimage job`: tasks in random order, three at once, one of
+# them killed and run again. The files are those of one run, byte for byte, or the differences are printed:
+# tests/farm.sh [PROGRAM]. It needs the package openjd-cli of PyPI, in the Python that OPENJD_PYTHON names.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+program=${1:-}
+if [ -z "$program" ]; then
+    cargo build --release --quiet -p afterimage
+    program=${CARGO_TARGET_DIR:-target}/release/afterimage
+fi
+program=$(realpath "$program")
+python=${OPENJD_PYTHON:-python3}
+"$python" -c 'import openjd.cli, openjd.model' || { echo "install openjd-cli: pip install openjd-cli" >&2; exit 2; }
+driver=$(realpath tests/farm/run_job.py)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+
+# A walk from the dim end of the room to its window: 2.5 seconds in which the light grows.
+cat > walk.ron <<'RON'
+Pipeline(
+    inputs: {},
+    nodes: { "scene": DemoScene(objects: 1, samples: 4, step: 0.0135, dt: 0.0417) },
+    outputs: { "scene": "scene", "depth": "scene.depth", "motion": "scene.motion" },
+)
+RON
+for frame in $(seq 1 60); do
+    time=$(awk "BEGIN { print $frame / 24 }")
+    walk=$(awk "BEGIN { print 0.0135 * $frame }")
+    outputs=()
+    for name in scene depth motion; do outputs+=(--output "$name=$name.$frame.exr"); done
+    "$program" render walk.ron --size 96x54 --depth 32 --set "scene.time=$time" --set "scene.walk=$walk" \
+        "${outputs[@]}" 2> /dev/null
+done
+
+# Linear light of two pipelines, for EXR.
+"$program" pipelines exposure --write exposure.ron
+"$program" pipelines tsushima --write tsushima.ron
+echo 'Pipeline(extends: "exposure.ron", outputs: { "light": "exposed" })' > exposed.ron
+echo 'Pipeline(extends: "tsushima.ron", outputs: { "light": "lit" })' > lit.ron
+
+job() { "$python" "$driver" "$program" "$@"; }
+scene=scene.#.exr
+film=(cinematic "$scene" --input depth=depth.#.exr --input motion=motion.#.exr --set linear.encoding=Distance)
+job exposure "$scene" -o OUT/exposure.#.png
+job exposed.ron "$scene" -o OUT/exposed.#.exr
+job tsushima "$scene" -o OUT/tsushima.#.png
+job lit.ron "$scene" -o OUT/lit.#.exr
+job hdr "$scene" --output sdr=OUT/sdr.#.png --output hdr=OUT/hdr.#.png
+job "${film[@]}" -o OUT/cinematic.#.png
+job --differs "${film[@]}" -o OUT/cinematic.#.png --preroll 6
