@@ -138,3 +138,16 @@ fn a_pipeline_without_inputs_renders_at_any_size() {
     let far = depth.pixels.to_f32().chunks(4).map(|pixel| pixel[0]).fold(0.0, f32::max);
     assert!(far > 1.0 && far <= 1000.0, "{far}");
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_good_run_prints_nothing_foreign_and_a_card_can_be_required() {
+    let folder = Folder::new("quiet");
+    save(&folder.file("room.exr"), &room(12, 8));
+    assert_eq!(folder.run("render grade room.exr -o room.png").notes(), "");
+    let required = folder.run("render grade room.exr -o required.png --require-gpu");
+    match required.status {
+        Some(0) => assert!(folder.file("required.png").exists()),
+        _ => required.fails_saying(2, &["`--require-gpu`: the only adapter is the processor"]),
+    }
+}

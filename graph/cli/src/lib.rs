@@ -42,7 +42,19 @@ use failure::Failure;
 
 /// Runs the program with the kinds of these tables and the arguments of the process.
 pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
+    silence_driver();
     run(tables, std::env::args_os())
+}
+
+/// Asks a layer of Mesa, which sorts adapters as wgpu does, to stay out of the process: it prints lines of its own.
+#[allow(unsafe_code, reason = "drivers take this from variables only")]
+fn silence_driver() {
+    const LAYER: &str = "NODEVICE_SELECT";
+    let is_alone = || std::fs::read_dir("/proc/self/task").is_ok_and(|tasks| tasks.count() == 1);
+    if std::env::var_os(LAYER).is_none() && is_alone() {
+        // SAFETY: this is the only thread, so nothing reads variables meanwhile.
+        unsafe { std::env::set_var(LAYER, "1") };
+    }
 }
 
 /// The script that completes the words of the program in a shell.

@@ -27,7 +27,8 @@ pub struct Gpu {
 /// How a device is opened.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
-    /// Part of the adapter's name; `None` for the adapter with the highest performance.
+    /// Part of the adapter's name, and `#2` after it for the second adapter with that part; `None` for the adapter with
+    /// the highest performance.
     pub adapter: Option<String>,
     /// Whether the Khronos validation layer is enabled.
     pub validation: bool,
@@ -69,8 +70,8 @@ impl Gpu {
         Self::open_on(&wgpu::Instance::new(descriptor), opening.adapter.as_deref()).await
     }
 
-    /// Opens a device of an instance that the program has made, on the adapter whose name contains `wanted`;
-    /// without it, on the one with the highest performance.
+    /// Opens a device of an instance that the program has made, on the adapter that `wanted` names as
+    /// [`Opening::adapter`] does; without it, on the one with the highest performance.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] and [`GpuError::NoDevice`].
@@ -190,12 +191,25 @@ async fn adapter(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu
         return adapter.map_err(|_| GpuError::NoAdapter { wanted: None, advice: ADVICE.into() });
     };
     let adapters = caught("the list of adapters", || instance.enumerate_adapters(wgpu::Backends::all()))?.await;
-    let names: Vec<String> = adapters.iter().map(|a| format!("`{}`", a.get_info().name)).collect();
-    let matches = |a: &wgpu::Adapter| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase());
-    adapters.into_iter().find(matches).ok_or_else(|| GpuError::NoAdapter {
+    let known: Vec<(String, wgpu::Backend)> =
+        adapters.iter().map(|adapter| adapter.get_info()).map(|info| (info.name, info.backend)).collect();
+    let names: Vec<String> = known.iter().map(|(name, _)| format!("`{name}`")).collect();
+    let found = named(&known, wanted).and_then(|index| adapters.into_iter().nth(index));
+    found.ok_or_else(|| GpuError::NoAdapter {
         wanted: Some(wanted.to_owned()),
         advice: if names.is_empty() { ADVICE.into() } else { format!("there are {}", names.join(", ")) },
     })
+}
+
+/// The index of the adapter that is named by a part of its name, and by `#2` after it if it is the second one. The same
+/// card is listed once for each backend, so all are those of the first one's.
+fn named(known: &[(String, wgpu::Backend)], wanted: &str) -> Option<usize> {
+    let numbered = wanted.rsplit_once('#').and_then(|(part, number)| Some((part, number.parse::<usize>().ok()?)));
+    let (part, number) = numbered.unwrap_or((wanted, 1));
+    let has_name = |(name, _): &(String, wgpu::Backend)| name.to_lowercase().contains(&part.to_lowercase());
+    let (_, backend) = known.iter().find(|adapter| has_name(adapter))?;
+    let same = known.iter().enumerate().filter(|(_, adapter)| has_name(adapter) && adapter.1 == *backend);
+    same.map(|(index, _)| index).nth(number.checked_sub(1)?)
 }
 
 /// The features of an adapter that make plans faster. A host that opens the device itself adds them to its own.
@@ -283,5 +297,30 @@ pub fn texture_format(format: Format) -> TextureFormat {
         Format::Rgba32Float => TextureFormat::Rgba32Float,
         Format::Depth16Unorm => TextureFormat::Depth16Unorm,
         Format::Depth32Float => TextureFormat::Depth32Float,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wgpu::Backend;
+
+    use super::named;
+
+    #[test]
+    fn the_second_of_equal_cards_is_chosen_by_its_number() {
+        let known = [
+            ("H200", Backend::Vulkan),
+            ("H200", Backend::Vulkan),
+            ("llvmpipe", Backend::Vulkan),
+            ("H200", Backend::Gl),
+        ];
+        let known = known.map(|(name, backend)| (name.to_owned(), backend));
+        let index = |wanted| named(&known, wanted);
+        assert_eq!(
+            [index("h200"), index("h200#1"), index("h200#2"), index("h200#3")],
+            [Some(0), Some(0), Some(1), None]
+        );
+        assert_eq!([index("pipe"), index("pipe#2"), index("#3"), index("h200#0")], [Some(2), None, Some(2), None]);
+        assert_eq!([index("voodoo"), index("h#200")], [None, None]);
     }
 }

@@ -80,9 +80,12 @@ pub(crate) enum NoAlias {
 /// Options of every command that runs on a GPU.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct DeviceOptions {
-    /// Part of the name of the graphics adapter to use
+    /// Part of the name of the graphics adapter to use; `NAME#2` is the second of equal ones
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
+    /// End with status 2 rather than render on the processor
+    #[arg(long)]
+    pub(crate) require_gpu: bool,
     /// Memory that the images of a frame may take, such as `2G`; by default three quarters of a card's memory,
     /// or half of the system's
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
