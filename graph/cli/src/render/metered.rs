@@ -63,7 +63,7 @@ impl MeteredFrame {
         for buffer in &metering.measured {
             let bytes = plan.buffers[buffer.0 as usize].bytes as usize;
             let words = self.measured.get(&names[buffer.0 as usize]).filter(|words| 4 * words.len() == bytes);
-            measured.extend(words.map(|words| bytemuck::cast_slice(words).to_vec()));
+            measured.extend(words.map(|words| bytemuck::cast_slice::<u32, u8>(words).to_vec()));
         }
         let is_same = self.passes == plan.measuring_hash(metering).to_string();
         match is_same && measured.len() == metering.measured.len() {
