@@ -80,7 +80,8 @@ impl<'a> Request<'a> {
         let cuts = cuts(args, &jobs, &numbered)?;
         let state = args.state_in.as_deref().map(SavedState::read).transpose()?;
         check_state(args, &jobs, state.as_ref())?;
-        let earlier = numbered.roll_back(&mut jobs, args.preroll, frame_step(&jobs), &cuts);
+        let step = frame_step(&jobs);
+        let earlier = numbered.roll_back(&mut jobs, args.preroll, step, &cuts);
         let (inputs, scene) = (graph.inputs.clone(), scene(graph));
         let (measured, skipped, files) = (Vec::new(), Vec::new(), numbered);
         Ok(Self { args, targets, jobs, cuts, inputs, state, earlier, measured, files, skipped, scene })
