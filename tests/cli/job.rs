@@ -10,6 +10,11 @@ const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\":
                        \"meter\": AutoExposure(histogram: \"bins\"), \"lit\": Exposure(source: \"scene\", meter: \
                        \"meter\") }, outputs: { \"light\": \"lit\" })";
 
+/// The same after a trail of light, which is made from all frames before: no frame can be measured alone.
+const TRAILING: &str = "Pipeline(extends: \"meter.ron\", nodes: { \"trail\": Composite(base: \"scene\", bloom: \
+                        \"trail@previous\", strength: 0.25), \"bins\": Histogram(source: \"trail\"), \"lit\": \
+                        Exposure(source: \"trail\", meter: \"meter\") })";
+
 /// A shot that gets brighter, of nine frames.
 fn shot(test: &str) -> Folder {
     let folder = Folder::new(test);
@@ -20,6 +25,7 @@ fn shot(test: &str) -> Folder {
         save(&folder.file(&format!("shot.{frame}.exr")), &picture);
     }
     folder.with("meter.ron", METERED.as_bytes());
+    folder.with("trail.ron", TRAILING.as_bytes());
     folder
 }
 
@@ -64,8 +70,8 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn chunks_of_frames_with_state_are_chains_for_each_shot() {
     let (folder, elsewhere) = (shot("job-chain"), Folder::new("job-chain-elsewhere"));
-    folder.run("render meter.ron shot.#.exr -o whole.#.exr --cut 6").good();
-    let template = job(&folder, "job meter.ron shot.#.exr -o part.#.exr --cut 6 --chunk 3");
+    folder.run("render trail.ron shot.#.exr -o whole.#.exr --cut 6").good();
+    let template = job(&folder, "job trail.ron shot.#.exr -o part.#.exr --cut 6 --chunk 3");
     let steps = template["steps"].as_array().expect("a list");
     let names: Vec<&str> = steps.iter().map(|step| step["name"].as_str().expect("a word")).collect();
     assert_eq!(names, ["Frames 1-3", "Frames 4-5", "Frames 6-8", "Frames 9"]);
@@ -80,6 +86,28 @@ fn chunks_of_frames_with_state_are_chains_for_each_shot() {
         assert!(bytes("whole") == bytes("part"), "frame {frame}");
     }
     assert!(folder.names().contains(&"part.5.state".to_owned()), "{:?}", folder.names());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn chunks_of_metered_frames_are_measured_before_in_any_order() {
+    let (folder, elsewhere) = (shot("job-metered"), Folder::new("job-metered-elsewhere"));
+    // The sequence has a frame before the first, which is no part of the job.
+    folder.run("render meter.ron shot.#.exr --frames 2-9 -o whole.#.exr").good();
+    let template =
+        job(&folder, "job meter.ron shot.#.exr --frames 2-9 --depth 16 --keep-going -o part.#.exr --chunk 3");
+    let [measuring, rendering] = &template["steps"].as_array().expect("a list")[..] else { panic!("{template}") };
+    assert_eq!((&measuring["name"], &rendering["name"]), (&"Meter".into(), &"Render".into()));
+    assert_eq!(rendering["dependencies"][0]["dependsOn"], "Meter");
+    for step in [measuring, rendering] {
+        for frames in ["8-9", "2-4", "5-7"] {
+            elsewhere.run(&line_of(&folder, step, frames)).good();
+        }
+    }
+    for frame in 2..=9 {
+        let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.exr"))).expect("it was written");
+        assert!(bytes("whole") == bytes("part"), "frame {frame}");
+    }
 }
 
 #[test]

@@ -140,7 +140,8 @@ fn measurements_that_do_not_fit_are_refused() {
     of("twice.meter", "6").fails_saying(1, &["frame 4 was measured twice, differently"]);
     of("words.meter", "6").fails_saying(1, &["words.meter:1: this is no measured frame"]);
     run("other.ron shot.#.exr --meter a.meter --frames 3").fails_saying(1, &["frame 1 was measured by other passes"]);
-    run("glare shot.#.exr --meter a.meter --frames 3").fails_saying(1, &["has no meter"]);
+    let glare = folder.run("render glare shot.#.exr --meter a.meter --frames 3 -o refused.#.png");
+    glare.fails_saying(1, &["has no meter"]);
     folder.run("meter glare shot.#.exr -o no.meter").fails_saying(1, &["each of its frames is rendered alone"]);
     let line = "meter cinematic shot.#.exr --input depth=depth.#.exr --input camera=camera.#.json -o no.meter";
     folder.run(line).fails_saying(1, &["no meter that measures a frame alone", "`steady.result`", "--preroll"]);

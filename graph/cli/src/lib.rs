@@ -12,6 +12,7 @@ mod demo;
 mod device;
 mod failure;
 mod files;
+mod frame_ranges;
 mod job;
 mod measure;
 mod nodes;

@@ -9,6 +9,7 @@ use afterimage_graph::image::{ColorState, Size};
 use afterimage_media::Alpha;
 use afterimage_plan::{Plan, PlanOutput};
 
+use super::metered::unmetered;
 use super::read::{Cameras, InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters};
 use super::repairs::{Repairs, is_opaque};
@@ -16,7 +17,6 @@ use super::request::Request;
 use super::state::{self, SavedState};
 use super::target::Target;
 use super::times::Times;
-use super::unmetered;
 use super::write::Rendered;
 use crate::args::AlphaChoice;
 use crate::device::CachedSession;

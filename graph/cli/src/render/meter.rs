@@ -8,12 +8,12 @@ use afterimage_graph::node::NodeKind;
 use afterimage_media::sequence::Pattern;
 
 use super::frames::{feed, size};
-use super::metered::{MeteredFrame, write_frames};
+use super::metered::{MeteredFrame, no_meter, write_frames};
 use super::read::{Inputs, read_all};
 use super::readings::{meters, read_meters};
 use super::request::{Job, Request};
 use super::stages::AHEAD;
-use super::{Prepared, no_meter, prepare};
+use super::{Prepared, prepare};
 use crate::args::meter::MeterArgs;
 use crate::device::CachedSession;
 use crate::failure::Failure;

@@ -7,12 +7,13 @@ use std::path::Path;
 
 use afterimage_media::sequence::Pattern;
 use afterimage_media::{read_text, write_atomic};
-use afterimage_plan::{Metering, Plan};
+use afterimage_plan::{Metering, Plan, StateContent, StateItem};
 use serde::{Deserialize, Serialize};
 
 use super::readings::Reading;
+use super::state::names;
 use crate::failure::Failure;
-use crate::job::ranges;
+use crate::frame_ranges::ranges;
 
 /// The most bytes of a file: those of 100,000 frames.
 const MAX_BYTES: u64 = 256 << 20;
@@ -162,4 +163,30 @@ fn frames_of(path: &Path) -> Result<Vec<MeteredFrame>, Failure> {
 pub(super) fn write_frames(path: &Path, frames: &[MeteredFrame]) -> Result<(), Failure> {
     let text: String = frames.iter().map(MeteredFrame::line).collect();
     Ok(write_atomic(path, text.as_bytes())?)
+}
+
+/// Whether some state of a plan follows from what frames measure, each alone.
+pub(super) fn has_meter(plan: &Plan) -> bool {
+    !plan.metering().state.is_empty()
+}
+
+/// The state that does not follow from what frames measure, each alone.
+pub(super) fn unmetered(plan: &Plan) -> impl Iterator<Item = StateItem> + use<> {
+    let metered = plan.metering().state;
+    plan.state().into_iter().filter(move |item| match item.content {
+        StateContent::Buffer { buffer, .. } => !metered.contains(&buffer),
+        StateContent::History { .. } => true,
+    })
+}
+
+/// Why the frames of a plan cannot be measured.
+pub(super) fn no_meter(plan: &Plan) -> Failure {
+    let state = plan.state();
+    if state.is_empty() {
+        return Failure::user("this pipeline has no meter, and each of its frames is rendered alone")
+            .hint("render any range of frames");
+    }
+    let names = names(&state);
+    Failure::user(format!("this pipeline has no meter that measures a frame alone: earlier frames make {names}"))
+        .hint("`--state-in` continues from the `--state-out` of the frames before; `--preroll COUNT` comes near it")
 }

@@ -19,9 +19,7 @@ use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
 use afterimage_media::write_atomic;
-use afterimage_plan::{
-    GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, StateItem, plan_without_tables,
-};
+use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
@@ -29,7 +27,7 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
 use crate::run_files::RunFiles;
 use crate::terminal::note;
-use metered::Metered;
+use metered::{Metered, has_meter, no_meter, unmetered};
 use readings::{FrameReport, Outcome, Report};
 use request::Request;
 use target::{Target, targets};
@@ -161,28 +159,4 @@ fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Opt
     let request = pipeline::request(graph, size, facts, options, typical_caps(), &Requirement::typical);
     let given = HostInputs::everything(size, graph.inputs.iter().filter(is_given), image);
     plan_without_tables(graph, &PlanRequest { given, ..request }).ok()
-}
-
-fn has_meter(plan: &Plan) -> bool {
-    !plan.metering().state.is_empty()
-}
-
-/// The state that does not follow from what frames measure, each alone.
-fn unmetered(plan: &Plan) -> impl Iterator<Item = StateItem> + use<> {
-    let metered = plan.metering().state;
-    plan.state().into_iter().filter(move |item| match item.content {
-        StateContent::Buffer { buffer, .. } => !metered.contains(&buffer),
-        StateContent::History { .. } => true,
-    })
-}
-
-fn no_meter(plan: &Plan) -> Failure {
-    let state = plan.state();
-    if state.is_empty() {
-        return Failure::user("this pipeline has no meter, and each of its frames is rendered alone")
-            .hint("render any range of frames");
-    }
-    let names = state::names(&state);
-    Failure::user(format!("this pipeline has no meter that measures a frame alone: earlier frames make {names}"))
-        .hint("`--state-in` continues from the `--state-out` of the frames before; `--preroll COUNT` comes near it")
 }
