@@ -89,8 +89,8 @@ def run_all(template):
         batch = [(name, task) for name in ready for task in steps[name][1]]
         order.shuffle(batch)
         tasks += len(batch)
-        if killed is None:
-            (step, parameters) = batch[0]
+        (step, parameters) = batch[0]
+        if killed is None and step != "Meter":
             killed = f"one of `{step}` killed after {kill_midway(template, step, parameters)} of its files"
         with ThreadPoolExecutor(WORKERS) as workers:
             list(workers.map(lambda task: run(template, *task), batch))
