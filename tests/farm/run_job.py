@@ -1,6 +1,6 @@
 """Runs a template of `afterimage job` as a farm does, and compares its files with those of one run.
 
-run_job.py [--differs] PROGRAM WORDS... `OUT` in the words is the folder of the files.
+run_job.py PROGRAM [--differs] WORDS... `OUT` in the words is the folder of the files.
 """
 
 import json
@@ -146,16 +146,15 @@ def compare(differs):
 
 
 def main():
-    arguments = sys.argv[1:]
-    differs = arguments[0] == "--differs"
-    (program, *words) = arguments[differs:]
+    (program, *words) = sys.argv[1:]
+    differs = words[0] == "--differs"
+    words = words[differs:]
     for folder in ("whole", "part"):
         shutil.rmtree(folder, ignore_errors=True)
         os.mkdir(folder)
     (whole, part) = ([word.replace("OUT", folder) for word in words] for folder in ("whole", "part"))
-    alone = [word for word in whole if word != "--preroll"]
-    if differs:
-        alone.remove(words[words.index("--preroll") + 1])
+    # The frames before a chunk are for tasks only.
+    alone = whole[: whole.index("--preroll")] if differs else whole
     start = time.monotonic()
     subprocess.run([program, "render", *alone], check=True, capture_output=True)
     (single, start) = (time.monotonic() - start, time.monotonic())
