@@ -35,6 +35,30 @@ for frame in $(seq 1 60); do
         "${outputs[@]}" 2> /dev/null
 done
 
+# The camera of the walk, as `DemoScene::camera` in nodes/src/demo_scene.rs has it.
+"$python" - << 'PYTHON'
+import json, math
+
+def sub(a, b): return [x - y for x, y in zip(a, b)]
+def dot(a, b): return sum(x * y for x, y in zip(a, b))
+def unit(a): return [x / math.sqrt(dot(a, a)) for x in a]
+def cross(a, b): return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+def mix(a, b, w): return [x + (y - x) * w for x, y in zip(a, b)]
+
+across = 1 / (0.4245 * 96 / 54)
+projection = [[across, 0, 0, 0], [0, 1 / 0.4245, 0, 0], [0, 0, 0, 0.1], [0, 0, -1, 0]]
+for frame in range(1, 61):
+    w = 0.0135 * frame
+    w = w * w * (3 - 2 * w)
+    eye = mix([1.75, 1.55, 4.7], [-0.45, 1.62, -2.3], w)
+    forward = unit(sub(mix([0.15, 1.72, -4.0], [-1.6, 2.0, -8.0], w), eye))
+    side = unit(cross(forward, [0, 1, 0]))
+    axes = [side, cross(side, forward), [-x for x in forward]]
+    view = [[*axis, -dot(axis, eye)] for axis in axes] + [[0, 0, 0, 1]]
+    with open(f"camera.{frame}.json", "w") as file:
+        json.dump({"view": view, "projection": projection, "jitter": [0, 0]}, file)
+PYTHON
+
 # Linear light of two pipelines, for EXR.
 "$program" pipelines exposure --write exposure.ron
 "$program" pipelines tsushima --write tsushima.ron
@@ -43,7 +67,7 @@ echo 'Pipeline(extends: "tsushima.ron", outputs: { "light": "lit" })' > lit.ron
 
 job() { "$python" "$driver" "$program" "$@"; }
 scene=scene.#.exr
-film=(cinematic "$scene" --input depth=depth.#.exr --input motion=motion.#.exr --set linear.encoding=Distance)
+film=(cinematic "$scene" --input depth=depth.#.exr --input camera=camera.#.json --set linear.encoding=Distance)
 job exposure "$scene" -o OUT/exposure.#.png
 job exposed.ron "$scene" -o OUT/exposed.#.exr
 job tsushima "$scene" -o OUT/tsushima.#.png
