@@ -22,15 +22,15 @@ cd "$folder"
 cat > walk.ron <<'RON'
 Pipeline(
     inputs: {},
-    nodes: { "scene": DemoScene(objects: 1, samples: 4, step: 0.0135, dt: 0.0417) },
-    outputs: { "scene": "scene", "depth": "scene.depth", "motion": "scene.motion" },
+    nodes: { "scene": DemoScene(objects: 1) },
+    outputs: { "scene": "scene", "depth": "scene.depth" },
 )
 RON
 for frame in $(seq 1 60); do
     time=$(awk "BEGIN { print $frame / 24 }")
     walk=$(awk "BEGIN { print 0.0135 * $frame }")
     outputs=()
-    for name in scene depth motion; do outputs+=(--output "$name=$name.$frame.exr"); done
+    for name in scene depth; do outputs+=(--output "$name=$name.$frame.exr"); done
     "$program" render walk.ron --size 96x54 --depth 32 --set "scene.time=$time" --set "scene.walk=$walk" \
         "${outputs[@]}" 2> /dev/null
 done
