@@ -17,6 +17,7 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
     let clips = ClipOptions {
         images: Vec::new(),
         inputs: Vec::new(),
+        charts: false,
         scene: true,
         size: SIZE,
         walk: 1,

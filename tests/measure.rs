@@ -326,3 +326,29 @@ fn figures_of_another_identity_are_refused() {
     );
     assert!(!Path::new(&folder.arg("out.ron")).exists());
 }
+
+/// The claim of a tier is that of its worst image, and what the others would have claimed stands beside it.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_folder_and_built_in_charts_are_measured() {
+    let folder = Folder::new("charts");
+    std::fs::create_dir(folder.file("pictures")).unwrap();
+    for (name, frame) in [("b.exr", 0), ("a.exr", 3)] {
+        folder.picture(&format!("pictures/{name}"), frame);
+    }
+    std::fs::write(folder.file("pictures/notes.txt"), "no image").unwrap();
+    let report = report(&folder, "pictures", &["--charts", "--tiers"]);
+    let images: Vec<&str> =
+        report["images"].as_array().unwrap().iter().map(|image| image["image"].as_str().unwrap()).collect();
+    assert_eq!(images[..2], ["a", "b"]);
+    assert!(["lines", "dots", "one sun", "white", "black", "night"].iter().all(|name| images.contains(name)));
+    let cheap = row(&report, "tier cheap");
+    let mut errors: Vec<f64> = cheap["images"].as_array().unwrap().iter().map(|image| number(image, "p999")).collect();
+    errors.sort_by(f64::total_cmp);
+    let [.., second, first] = errors[..] else { panic!("{errors:?}") };
+    assert_eq!((number(cheap, "p999"), number(cheap, "p999_without_worst")), (first, second));
+    // Lights of one pixel break what photographs do not.
+    let lights = ["dots", "dots shifted", "one sun", "suns in the night", "lines"];
+    assert!(lights.contains(&cheap["worst_image"].as_str().unwrap()), "{cheap:#}");
+    assert!(!run(&["measure", &folder.arg("glow.ron"), &folder.arg("."), "--tiers"]), "the folder has no image");
+}

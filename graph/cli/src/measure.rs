@@ -39,6 +39,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
         images: args.images.clone(),
         inputs,
         scene: args.scene,
+        charts: args.charts,
         size: Size::new(args.size.0, args.size.1),
         walk: args.walk,
         frames: args.frames.clone(),
@@ -59,7 +60,10 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
 /// Notes the images that a pipeline is measured on. Names without files are reported when they are read.
 pub(crate) fn note_images(args: &ClipArgs, run: &RunFiles) {
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
-    for file in args.images.iter().map(String::as_str).chain(named) {
+    // A folder that cannot be listed is reported when it is read.
+    let images = args.images.iter().flat_map(|image| measure::files(image).unwrap_or_default());
+    for file in images.chain(named.map(str::to_owned)) {
+        let file = file.as_str();
         let frames = args.frames.as_deref().filter(|_| is_numbered(file));
         let found = Input::find(file, frames);
         for (_, source) in found.iter().flat_map(Input::sources) {

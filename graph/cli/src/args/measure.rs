@@ -26,7 +26,8 @@ flicker: the change between two frames that the reference does not have: 99.9th 
 /// The images that a pipeline is measured on.
 #[derive(Debug, Args)]
 pub(crate) struct ClipArgs {
-    /// Images for the pipeline's first input; `shot.####.exr` is a sequence; without images, the built-in scene
+    /// Images for the pipeline's first input, or folders of them; `shot.####.exr` is a sequence; without images, the
+    /// built-in scene
     #[arg(value_name = "IN")]
     pub(crate) images: Vec<String>,
     /// The image for another input: `--input albedo=albedo.exr`
@@ -35,6 +36,10 @@ pub(crate) struct ClipArgs {
     /// Also measure a walk through the built-in scene
     #[arg(long)]
     pub(crate) scene: bool,
+    /// Also measure built-in pictures that break meters and halvings: lines, dots, suns of one pixel, charts, white,
+    /// black, night
+    #[arg(long)]
+    pub(crate) charts: bool,
     /// Pixels of the built-in scene
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: (u32, u32),

@@ -6,20 +6,24 @@ use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_media::{Budget, Source, read_within, sequence};
+use afterimage_media::{Budget, FileError, Source, images_in, read_within, sequence};
 
+use super::charts;
 use crate::files::file_name;
 use crate::{LabError, scene};
 
 /// Which images a pipeline is measured on.
 #[derive(Clone, Debug)]
 pub struct ClipOptions {
-    /// Files for the pipeline's first input; `shot.####.exr` is a sequence. Each is a clip.
+    /// Files for the pipeline's first input; `shot.####.exr` is a sequence. Each is a clip, and so is each image of a
+    /// folder.
     pub images: Vec<String>,
     /// Files for other inputs, by the names of the inputs.
     pub inputs: Vec<(String, String)>,
-    /// Whether a walk through the built-in scene is a clip, too. It is if there are no images.
+    /// Whether a walk through the built-in scene is a clip, too. It is if there are no other clips.
     pub scene: bool,
+    /// Whether the pictures that break meters and halvings are clips, too.
+    pub charts: bool,
     /// Pixels of the built-in scene.
     pub size: Size,
     /// Frames of the walk, and of a still image in a pipeline with histories.
@@ -35,7 +39,9 @@ impl ClipOptions {
     /// Whether an image of errors may have this file name: it begins with the name of a clip.
     pub fn may_name_error_image(&self, name: &str) -> bool {
         let scene = self.scene || self.images.is_empty();
-        let clips = self.images.iter().map(|image| short_name(image)).chain(scene.then(|| SCENE.to_owned()));
+        let files = self.images.iter().flat_map(|image| files(image).unwrap_or_default());
+        let clips = files.map(|file| short_name(&file)).chain(scene.then(|| SCENE.to_owned()));
+        let clips = clips.chain(charts::names().filter(|_| self.charts).map(str::to_owned));
         name.ends_with(".png") && clips.map(|clip| file_name(&clip)).any(|clip| name.starts_with(&format!("{clip}-")))
     }
 }
@@ -83,6 +89,11 @@ pub(crate) enum ClipSource {
     },
     /// A walk through the built-in scene.
     Scene,
+    /// A picture for the pipeline's first input, by its name.
+    Chart {
+        name: &'static str,
+        input: String,
+    },
 }
 
 /// The clips that the options name.
@@ -96,7 +107,12 @@ pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSo
     }
     let mut clips = Vec::new();
     for image in &options.images {
-        clips.push(file_clip(options, graph, image, &others)?);
+        for file in files(image)? {
+            clips.push(file_clip(options, graph, &file, &others)?);
+        }
+    }
+    for name in charts::names().filter(|_| options.charts) {
+        clips.push(ClipSource::Chart { name, input: first_input(graph, name, &others)? });
     }
     if options.scene || clips.is_empty() {
         clips.push(ClipSource::Scene);
@@ -116,18 +132,36 @@ fn file_clip(
     image: &str,
     others: &[(String, sequence::Input)],
 ) -> Result<ClipSource, LabError> {
+    let first = first_input(graph, image, others)?;
+    let mut inputs = vec![(first, find(options, image)?)];
+    inputs.extend(others.iter().cloned());
+    Ok(ClipSource::Files { name: short_name(image), inputs })
+}
+
+/// The name of the input that an image is for: the first that has no other one.
+fn first_input(graph: &Graph, image: &str, others: &[(String, sequence::Input)]) -> Result<String, LabError> {
     let is_free = |input: &&GraphInput| others.iter().all(|(name, _)| *name != input.name);
-    let Some(first) = graph.inputs.iter().find(is_free) else {
+    let mut free = graph.inputs.iter().filter(is_free);
+    let Some(first) = free.next() else {
         return Err(LabError::request(format!("the pipeline has no input for `{image}`")).hint("leave the images out"));
     };
-    let mut inputs = vec![(first.name.clone(), find(options, image)?)];
-    inputs.extend(others.iter().cloned());
-    let lacks = |input: &&GraphInput| !input.optional && inputs.iter().all(|(name, _)| *name != input.name);
-    if let Some(input) = graph.inputs.iter().find(lacks) {
+    if let Some(input) = free.find(|input| !input.optional) {
         return Err(LabError::request(format!("the pipeline needs an image for its input `{}`", input.name))
             .hint(format!("name it with `--input {}=FILE`", input.name)));
     }
-    Ok(ClipSource::Files { name: short_name(image), inputs })
+    Ok(first.name.clone())
+}
+
+/// The files of an image argument: those in it, if it is a folder.
+///
+/// # Errors
+/// The folder cannot be listed, or has no image.
+pub fn files(image: &str) -> Result<Vec<String>, FileError> {
+    let path = Path::new(image);
+    if !path.is_dir() {
+        return Ok(vec![image.to_owned()]);
+    }
+    Ok(images_in(path)?.iter().map(|file| file.to_string_lossy().into_owned()).collect())
 }
 
 /// The files of an image argument; the frames of the options apply to sequences only.
@@ -150,6 +184,7 @@ impl ClipSource {
         match self {
             Self::Files { name, .. } => name,
             Self::Scene => SCENE,
+            Self::Chart { name, .. } => name,
         }
     }
 
@@ -162,6 +197,10 @@ impl ClipSource {
     ) -> Result<Clip, LabError> {
         let images = match self {
             Self::Files { inputs, .. } => file_images(gpu, inputs, options.budget)?,
+            Self::Chart { name, input } => {
+                let picture = charts::picture(name);
+                vec![vec![input_image(gpu, input, picture.desc, &picture.bytes)?]]
+            }
             Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, options.walk, options.fps)?,
         };
         let size = images[0].first().map_or(options.size, |image| image.desc.size);

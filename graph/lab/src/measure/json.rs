@@ -32,6 +32,10 @@ fn json_row(report: &MeasureReport, row: &Row) -> Value {
     object.insert("pareto".into(), json!(row.pareto));
     object.insert("clock".into(), json!(report.clock.name()));
     object.extend(figures(report, &row.worst()));
+    if let Some(others) = row.p999_without_worst() {
+        object.insert("worst_image".into(), json!(report.clips[row.worst_clip()].name));
+        object.insert("p999_without_worst".into(), json!(others));
+    }
     let image = |(clip, of_clip): (&ClipInfo, &Figures)| {
         let mut object = Map::from_iter([("image".to_owned(), json!(clip.name))]);
         object.extend(figures(report, of_clip));

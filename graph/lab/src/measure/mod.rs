@@ -4,6 +4,7 @@
 //! plug-ins are measured in the same way as built-in ones.
 
 mod chart;
+mod charts;
 pub(crate) mod clips;
 mod error_image;
 mod errors;
@@ -24,7 +25,7 @@ use afterimage_graph::node::Registry;
 use afterimage_plan::{Options, Plan};
 
 pub use chart::write_chart;
-pub use clips::ClipOptions;
+pub use clips::{ClipOptions, files};
 pub use errors::{Errors, Flicker};
 pub use json::json;
 pub use player::Cost;

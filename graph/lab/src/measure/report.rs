@@ -67,6 +67,14 @@ impl Row {
         (worst.cost.time.ms(), worst.errors.p999)
     }
 
+    /// The 99.9th percentile of the error without the clip where it is largest: what the others would have claimed.
+    /// `None` if there is one clip.
+    pub fn p999_without_worst(&self) -> Option<f64> {
+        let worst = self.worst_clip();
+        let others = self.clips.iter().enumerate().filter(|(at, _)| *at != worst);
+        others.map(|(_, figures)| figures.errors.p999).reduce(f64::max)
+    }
+
     /// The index of the clip with the largest error.
     pub(crate) fn worst_clip(&self) -> usize {
         let error = |at: usize| self.clips[at].errors.p999;

@@ -33,7 +33,7 @@ fn headings(report: &MeasureReport) -> Vec<&'static str> {
         headings.push("flicker");
     }
     if report.clips.len() > 1 {
-        headings.push("worst on");
+        headings.extend(["worst on", "without it"]);
     }
     headings
 }
@@ -65,6 +65,7 @@ fn cells(report: &MeasureReport, row: &Row) -> Vec<Cell> {
     }
     if report.clips.len() > 1 {
         texts.push(report.clips[row.worst_clip()].name.clone());
+        texts.push(row.p999_without_worst().map_or(String::new(), significant));
     }
     texts.into_iter().map(|text| styled(row, text)).collect()
 }
@@ -98,6 +99,11 @@ fn legend(report: &MeasureReport) -> String {
     };
     let mut text =
         format!("\n● no other variant is both faster and more accurate; errors in {}; {time}", report.unit());
+    if report.clips.len() > 1 {
+        let more = report.clips.len() + 1;
+        text += "\nwithout it: the p99.9 of the other images; ";
+        text += &format!("one image more of their kind exceeds the p99.9 of all in 1 of {more} cases");
+    }
     if !report.without_effect.is_empty() {
         text += &format!("\nwithout effect here: {}", report.without_effect.join(", "));
     }

@@ -65,7 +65,7 @@ pub fn tune(
     let space = measurer.space()?;
     let mut state = SearchState::open(state, measurer.identity(pipeline, &space)?)?;
     let (choice, measured) =
-        search(&space, target, &mut |choice| measurer.measured(&space, choice, &mut state, progress))?;
+        search(&space, target, &mut |choice, left| measurer.measured(&space, choice, left, &mut state, progress))?;
     if !target.is_met(&measured) {
         return Err(unreachable_target(target, &measured));
     }
@@ -90,6 +90,8 @@ struct ClipMeasurer<'a> {
     /// The hashes of the reference plans, one for each clip.
     reference_hashes: Vec<String>,
     adapter: String,
+    /// Choices that were measured and not known from the state.
+    measured: u64,
 }
 
 impl<'a> ClipMeasurer<'a> {
@@ -111,7 +113,7 @@ impl<'a> ClipMeasurer<'a> {
             let reference = Reference::render(&mut player, &clip, view, &output.name)?;
             ready.push((clip, reference));
         }
-        Ok(Self { player, written, view, clips: ready, reference_hashes, adapter: gpu.name() })
+        Ok(Self { player, written, view, clips: ready, reference_hashes, adapter: gpu.name(), measured: 0 })
     }
 
     fn space(&mut self) -> Result<Space, LabError> {
@@ -138,11 +140,12 @@ impl<'a> ClipMeasurer<'a> {
         }))
     }
 
-    /// The figures of a choice, from the state or measured.
+    /// The figures of a choice, from the state or measured. `left` is the number of choices that may be left with it.
     fn measured(
         &mut self,
         space: &Space,
         choice: &[usize],
+        left: usize,
         state: &mut SearchState,
         progress: &dyn Progress,
     ) -> Result<Measured, LabError> {
@@ -150,7 +153,8 @@ impl<'a> ClipMeasurer<'a> {
         if let Some(known) = state.get(&name) {
             return Ok(known);
         }
-        progress.expect(state.len() as u64 + 1);
+        progress.expect(self.measured + left as u64);
+        self.measured += 1;
         progress.begin(&name);
         let graph = space.graph(self.written, choice);
         let mut worst: Option<Measured> = None;
@@ -160,7 +164,7 @@ impl<'a> ClipMeasurer<'a> {
             let (p999, max) = reference.errors_in_codes(&mut self.player, clip, self.view)?;
             self.player.load(&graph, clip, false)?;
             let cost = self.player.cost(clip)?;
-            let here = Measured { ms: cost.time.ms(), p999, max, bytes: cost.bytes };
+            let here = Measured { ms: cost.time.ms(), p999, p999_without_worst: None, max, bytes: cost.bytes };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
         }
         let measured = worst.expect("there is at least one clip");

@@ -32,6 +32,9 @@ pub struct Measured {
     pub ms: f64,
     /// The 99.9th percentile of the error, in codes.
     pub p999: f64,
+    /// The same without the image where it is largest; `None` for one image.
+    #[serde(default)]
+    pub p999_without_worst: Option<f64>,
     /// The largest error.
     pub max: f64,
     /// Bytes of transient images.
@@ -39,11 +42,13 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The worse of each figure.
+    /// The worse of each figure, of some images and of one more.
     pub(super) fn worst(self, other: Self) -> Self {
+        let second = self.p999.min(other.p999);
         Self {
             ms: self.ms.max(other.ms),
             p999: self.p999.max(other.p999),
+            p999_without_worst: Some(self.p999_without_worst.map_or(second, |before| before.max(second))),
             max: self.max.max(other.max),
             bytes: self.bytes.max(other.bytes),
         }
@@ -118,7 +123,9 @@ impl PartialOrd for Ordered {
     }
 }
 
-type Evaluate<'o> = dyn FnMut(&[usize]) -> Result<Measured, LabError> + 'o;
+/// Measures a choice. The number is that of the choices that are left with it, at most: each step of the descent is
+/// taken to be the least one.
+type Evaluate<'o> = dyn FnMut(&[usize], usize) -> Result<Measured, LabError> + 'o;
 
 /// A choice and its figures.
 type Candidate = (Vec<usize>, Measured);
@@ -135,9 +142,11 @@ fn search_sizes(sizes: &[usize], target: TuneTarget, evaluate: &mut Evaluate<'_>
     let mut best = best_of(&found, target);
     loop {
         let mut near = vec![best.clone()];
-        for choice in neighbors(&best.0, sizes) {
-            let measured = evaluate(&choice)?;
-            near.push((choice, measured));
+        let choices = neighbors(&best.0, sizes);
+        let refined: usize = best.0.iter().sum();
+        for (at, choice) in choices.iter().enumerate() {
+            let measured = evaluate(choice, choices.len() - at + refined)?;
+            near.push((choice.clone(), measured));
         }
         let better = best_of(&near, target);
         if !target.gains(&better.1, &best.1) {
@@ -154,9 +163,10 @@ fn refine(best: Candidate, target: TuneTarget, evaluate: &mut Evaluate<'_>) -> R
     let most = best.1.ms / (1.0 - MIN_SAVING);
     for switch in 0..best.0.len() {
         for at in 0..best.0[switch] {
+            let left = best.0[switch..].iter().sum::<usize>() - at;
             let mut choice = best.0.clone();
             choice[switch] = at;
-            let measured = evaluate(&choice)?;
+            let measured = evaluate(&choice, left)?;
             if measured.ms <= most && measured.point().1 <= best.1.point().1 && target.is_met(&measured) {
                 best = (choice, measured);
                 break;
@@ -175,12 +185,18 @@ fn descend(
     found: &mut Vec<Candidate>,
 ) -> Result<(), LabError> {
     let exact = vec![0; sizes.len()];
-    let mut here = (exact.clone(), evaluate(&exact)?);
+    let steps: usize = sizes.iter().map(|size| size - 1).sum();
+    // The local search and the refinement follow.
+    let later = 2 * steps;
+    let mut here = (exact.clone(), evaluate(&exact, 1 + steps * (steps + 1) / 2 + later)?);
     found.push(here.clone());
     while !matches!(target, TuneTarget::Budget(ms) if here.1.ms <= ms) {
         let mut steps = Vec::new();
-        for choice in neighbors(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
-            let measured = evaluate(&choice)?;
+        let mut choices = neighbors(&here.0, sizes);
+        choices.retain(|choice| is_cheaper(choice, &here.0));
+        let count = choices.len();
+        for (at, choice) in choices.into_iter().enumerate() {
+            let measured = evaluate(&choice, count - at + count * count.saturating_sub(1) / 2 + later)?;
             steps.push((choice, measured));
         }
         found.extend(steps.iter().cloned());
@@ -243,7 +259,7 @@ mod tests {
     fn figures(choice: &[usize]) -> Measured {
         let parts = || COSTS.iter().zip(choice).map(|(costs, at)| costs[*at]);
         let (ms, p999) = (parts().map(|p| p.0).sum(), parts().map(|p| p.1).sum());
-        Measured { ms, p999, max: 2.0 * p999, bytes: 0 }
+        Measured { ms, p999, p999_without_worst: None, max: 2.0 * p999, bytes: 0 }
     }
 
     fn every_choice() -> Vec<Vec<usize>> {
@@ -266,7 +282,7 @@ mod tests {
             TuneTarget::Error(0.4),
             TuneTarget::Error(5.0),
         ] {
-            let (choice, found) = search_sizes(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
+            let (choice, found) = search_sizes(&SIZES, target, &mut |choice, _| Ok(figures(choice))).unwrap();
             assert!(target.is_met(&found), "{target}: {choice:?}");
             assert_eq!(found, best_by_trying_all(target), "{target}: {choice:?}");
         }
@@ -275,16 +291,39 @@ mod tests {
     #[test]
     fn comes_closest_where_the_goal_cannot_be_met() {
         let target = TuneTarget::Budget(1.0);
-        let (choice, found) = search_sizes(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
+        let (choice, found) = search_sizes(&SIZES, target, &mut |choice, _| Ok(figures(choice))).unwrap();
         assert!(!target.is_met(&found));
         assert_eq!(choice, [2, 1, 1]);
+    }
+
+    /// The number of choices that are left is never too small while the search descends and refines, so that a bar is
+    /// not full before the end.
+    #[test]
+    fn what_is_left_is_known() {
+        for target in [TuneTarget::Budget(4.6), TuneTarget::Budget(1.0)] {
+            let mut left = Vec::new();
+            let mut evaluate = |choice: &[usize], more: usize| {
+                left.push(more);
+                Ok(figures(choice))
+            };
+            search_sizes(&SIZES, target, &mut evaluate).unwrap();
+            assert!(left.iter().enumerate().all(|(at, more)| *more >= left.len() - at), "{target}: {left:?}");
+            assert!(left.last().is_some_and(|last| *last < 3), "{target}: {left:?}");
+        }
+    }
+
+    #[test]
+    fn what_other_images_claim_is_the_second_largest_error() {
+        let of = |p999: f64| Measured { ms: 1.0, p999, p999_without_worst: None, max: p999, bytes: 0 };
+        let all = [2.0, 7.0, 3.0, 5.0].map(of).into_iter().reduce(Measured::worst).unwrap();
+        assert_eq!((all.p999, all.p999_without_worst), (7.0, Some(5.0)));
     }
 
     #[test]
     fn equal_figures_lead_to_equal_choices() {
         let run = || {
             let mut asked = Vec::new();
-            let found = search_sizes(&SIZES, TuneTarget::Budget(4.6), &mut |choice| {
+            let found = search_sizes(&SIZES, TuneTarget::Budget(4.6), &mut |choice, _| {
                 asked.push(choice.to_vec());
                 Ok(figures(choice))
             });

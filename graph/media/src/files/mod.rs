@@ -3,6 +3,7 @@
 
 mod atomic;
 mod error;
+mod folder;
 mod leftovers;
 mod memory;
 mod regular;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 pub use atomic::{real_output_path, write_atomic};
 pub use error::FileError;
+pub use folder::images_in;
 pub use memory::{address_space_limit, default_budget};
 pub use regular::{read_bytes, read_text, real_path};
 #[cfg(not(target_family = "wasm"))]

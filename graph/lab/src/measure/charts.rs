@@ -1,0 +1,69 @@
+//! Pictures that break meters and halvings: their errors are larger than those of photographs.
+
+use afterimage_gpu::Texels;
+
+/// A picture by its name and its light.
+struct Chart {
+    name: &'static str,
+    /// The color at a position, in scene light where 0.18 is middle gray.
+    light: fn(u32, u32) -> [f32; 3],
+}
+
+/// Width and height: neither is a multiple of the halvings.
+const WIDTH: u32 = 331;
+const HEIGHT: u32 = 187;
+/// The brightest half float.
+const SUN: f32 = 65504.0;
+/// Luminance of a landscape under stars, beside 0.18 for a gray card in a room.
+const NIGHT: f32 = 1e-3;
+
+const CHARTS: [Chart; 10] = [
+    Chart { name: "lines", light: |x, y| gray(if (if y < HEIGHT / 2 { x } else { y }) % 5 == 0 { 8.0 } else { 0.05 }) },
+    Chart { name: "dots", light: |x, y| gray(if x % 17 == 0 && y % 17 == 0 { 200.0 } else { 0.05 }) },
+    Chart { name: "dots shifted", light: |x, y| gray(if x % 17 == 1 && y % 17 == 1 { 200.0 } else { 0.05 }) },
+    Chart { name: "one sun", light: |x, y| gray(if (x, y) == (97, 53) { SUN } else { 0.18 }) },
+    Chart { name: "suns in the night", light: |x, y| gray(if x % 64 == 9 && y % 64 == 9 { SUN } else { NIGHT }) },
+    Chart { name: "steps", light: steps },
+    Chart { name: "colors", light: colors },
+    Chart { name: "white", light: |_, _| gray(1.0) },
+    Chart { name: "black", light: |_, _| gray(0.0) },
+    Chart { name: "night", light: |x, y| gray(NIGHT * (1.0 + (x * y) as f32 / (WIDTH * HEIGHT) as f32)) },
+];
+
+const fn gray(light: f32) -> [f32; 3] {
+    [light; 3]
+}
+
+/// Twenty-two grays, a stop from one to the next, with hard edges.
+fn steps(x: u32, _: u32) -> [f32; 3] {
+    gray(2.0_f32.powi((x / 15) as i32 - 12))
+}
+
+/// Patches of the primaries and their mixes, from dim to ten times white.
+fn colors(x: u32, y: u32) -> [f32; 3] {
+    const PATCHES: [[f32; 3]; 6] =
+        [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
+    let brightness = [0.02, 0.18, 1.0, 10.0][(y / 47) as usize % 4];
+    PATCHES[(x / 56) as usize % PATCHES.len()].map(|channel| channel * brightness)
+}
+
+/// The names of all pictures.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    CHARTS.iter().map(|chart| chart.name)
+}
+
+/// The picture of that name, opaque.
+///
+/// # Panics
+/// There is none.
+pub(crate) fn picture(name: &str) -> Texels {
+    let chart = CHARTS.iter().find(|chart| chart.name == name).expect("the name is one of `names`");
+    let mut pixels = Vec::with_capacity((WIDTH * HEIGHT) as usize);
+    for y in 0..HEIGHT {
+        for x in 0..WIDTH {
+            let [red, green, blue] = (chart.light)(x, y);
+            pixels.push([red, green, blue, 1.0]);
+        }
+    }
+    Texels::from_floats_as_half(WIDTH, HEIGHT, &pixels)
+}
