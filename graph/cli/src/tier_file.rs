@@ -15,7 +15,7 @@ use crate::run_files::RunFiles;
 
 /// The figures as text.
 pub(crate) fn figures(measured: &Measured) -> String {
-    let Measured { ms, p999, p999_without_worst, max, bytes } = measured;
+    let Measured { ms, p999, p999_without_worst, max, bytes, .. } = measured;
     let mebibytes = *bytes as f64 / f64::from(1 << 20);
     let others = p999_without_worst.map_or(String::new(), |others| format!(" ({others:.3} without the worst image)"));
     format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes{others} and all within {max:.3}, {mebibytes:.1} MiB")

@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::tune::{TunePipeline, TuneTarget, changes, tune};
+use afterimage_lab::tune::{Prediction, TunePipeline, TuneTarget, changes, tune};
 use afterimage_media::write_atomic;
 
 use crate::args::PipelineOptions;
@@ -44,7 +44,10 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     if let Some(folder) = tier_file::foreign_folder(args) {
         note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }
-    note(&format!("{}; {} choices were measured", tier_file::figures(&tuned.measured), tuned.choices));
+    for Prediction { choice, predicted, measured } in &tuned.predictions {
+        note(&format!("{choice}: {predicted:.3} codes predicted, {measured:.3} measured"));
+    }
+    note(&format!("{}; {} choices were compared", tier_file::figures(&tuned.measured), tuned.choices));
     Ok(())
 }
 

@@ -7,7 +7,7 @@ mod chart;
 mod charts;
 pub(crate) mod clips;
 mod error_image;
-mod errors;
+pub(crate) mod errors;
 mod json;
 pub(crate) mod player;
 pub(crate) mod reference;

@@ -4,11 +4,11 @@ use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::{ColorState, Format};
 
 use super::clips::Clip;
-use super::errors::{ErrorTrace, Errors, SHARE, errors};
+use super::errors::{ErrorTrace, Errors, errors};
 use super::player::{Cost, Player};
 use super::view::View;
 use crate::LabError;
-use crate::metrics::{Shown, difference, percentile};
+use crate::metrics::Shown;
 
 /// The frames of the reference on one clip.
 pub(crate) struct Reference {
@@ -135,14 +135,23 @@ impl Reference {
         Ok(worst)
     }
 
-    /// The 99.9th percentile and the maximum of the loaded plan's error, in codes.
-    pub(crate) fn errors_in_codes(&self, player: &mut Player, clip: &Clip, view: View) -> Result<(f64, f64), LabError> {
-        let mut worst = (0.0_f64, 0.0_f64);
+    /// The signed differences of the loaded plan in codes, of each frame.
+    pub(crate) fn differences(
+        &self,
+        player: &mut Player,
+        clip: &Clip,
+        view: View,
+    ) -> Result<Vec<Vec<[f32; 3]>>, LabError> {
+        let mut frames = Vec::with_capacity(self.frames.len());
         for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(player, clip, view, frame)?;
-            let errors = difference(&reference.codes(), &shown.codes());
-            worst = (worst.0.max(percentile(&errors, SHARE)), worst.1.max(percentile(&errors, 1.0)));
+            let mut codes = self.shown(player, clip, view, frame)?.codes();
+            for (code, reference) in codes.iter_mut().zip(reference.codes()) {
+                for channel in 0..3 {
+                    code[channel] -= reference[channel];
+                }
+            }
+            frames.push(codes);
         }
-        Ok(worst)
+        Ok(frames)
     }
 }

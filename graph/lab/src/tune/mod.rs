@@ -1,9 +1,11 @@
 //! The choice of quality switches with the smallest error within a time, or the shortest time within an error.
 
+mod prediction;
 mod search;
 mod space;
 mod state;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use afterimage_gpu::{ClockSource, Gpu};
@@ -13,16 +15,19 @@ use afterimage_graph::node::Registry;
 pub use crate::measure::variants::changes;
 pub use search::{Measured, TuneTarget};
 
+use prediction::SignedErrors;
 use search::search;
 use space::Space;
 use state::SearchState;
 
 use crate::measure::clips::{self, Clip};
+use crate::measure::errors::SHARE;
 use crate::measure::player::Player;
 use crate::measure::reference::{self, Reference};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
 use crate::measure::{MeasureOptions, load};
+use crate::metrics::percentile;
 use crate::{LabError, Progress};
 
 #[derive(Clone, Debug)]
@@ -43,11 +48,30 @@ pub struct Tuned {
     pub measured: Measured,
     /// Clock, adapter and images of the figures.
     pub conditions: String,
-    /// The number of measured choices.
+    /// The number of choices with figures.
     pub choices: usize,
+    /// The choices whose predicted error was measured in the end.
+    pub predictions: Vec<Prediction>,
 }
 
-/// Searches the choices of a pipeline's quality switches. `state` is a file of figures: a search that was interrupted
+/// An error that the search relied on, beside what it is: 99.9th percentiles, in codes.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// The switches that are not at their most accurate.
+    pub choice: String,
+    pub predicted: f64,
+    pub measured: f64,
+}
+
+/// Finalists that are measured at most: from then on the figures of all that were found so far decide.
+const MAX_FINALISTS: usize = 16;
+/// A measured error may exceed the predicted one by this factor and this number of codes.
+const MAX_EXCESS: f64 = 1.2;
+const MIN_EXCESS_CODES: f64 = 0.05;
+
+/// Searches the choices of a pipeline's quality switches. Times are measured, and the errors of single switches. The
+/// error of several is predicted as that of their signed sum, and measured for the choice that is found. If that has a
+/// larger error, the search goes on. `state` is a file of figures: a search that was interrupted
 /// continues from it.
 ///
 /// # Errors
@@ -64,13 +88,25 @@ pub fn tune(
     let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options)?;
     let space = measurer.space()?;
     let mut state = SearchState::open(state, measurer.identity(pipeline, &space)?)?;
-    let (choice, measured) =
-        search(&space, target, &mut |choice, left| measurer.measured(&space, choice, left, &mut state, progress))?;
+    let mut predictions = Vec::new();
+    let (choice, measured) = loop {
+        let (choice, found) =
+            search(&space, target, &mut |choice, left| measurer.figures(&space, choice, left, &mut state, progress))?;
+        if !found.is_predicted {
+            break (choice, found);
+        }
+        let measured = measurer.verified(&space, &choice, found, &mut state)?;
+        predictions.push(Prediction { choice: space.key(&choice), predicted: found.p999, measured: measured.p999 });
+        let is_as_predicted = measured.p999 <= MAX_EXCESS * found.p999 + MIN_EXCESS_CODES;
+        if is_as_predicted && target.is_met(&measured) || predictions.len() == MAX_FINALISTS {
+            break (choice, measured);
+        }
+    };
     if !target.is_met(&measured) {
         return Err(unreachable_target(target, &measured));
     }
     let graph = space.graph(&pipeline.written, &choice);
-    Ok(Tuned { graph, measured, conditions: measurer.conditions(), choices: state.len() })
+    Ok(Tuned { graph, measured, conditions: measurer.conditions(), choices: state.len(), predictions })
 }
 
 fn unreachable_target(target: TuneTarget, best: &Measured) -> LabError {
@@ -92,6 +128,8 @@ struct ClipMeasurer<'a> {
     adapter: String,
     /// Choices that were measured and not known from the state.
     measured: u64,
+    /// The errors of the most accurate choice and of choices of one switch.
+    errors: BTreeMap<Vec<usize>, SignedErrors>,
 }
 
 impl<'a> ClipMeasurer<'a> {
@@ -113,7 +151,16 @@ impl<'a> ClipMeasurer<'a> {
             let reference = Reference::render(&mut player, &clip, view, &output.name)?;
             ready.push((clip, reference));
         }
-        Ok(Self { player, written, view, clips: ready, reference_hashes, adapter: gpu.name(), measured: 0 })
+        Ok(Self {
+            player,
+            written,
+            view,
+            clips: ready,
+            reference_hashes,
+            adapter: gpu.name(),
+            measured: 0,
+            errors: BTreeMap::new(),
+        })
     }
 
     fn space(&mut self) -> Result<Space, LabError> {
@@ -140,8 +187,8 @@ impl<'a> ClipMeasurer<'a> {
         }))
     }
 
-    /// The figures of a choice, from the state or measured. `left` is the number of choices that may be left with it.
-    fn measured(
+    /// The figures of a choice, from the state or new. `left` is the number of choices that may be left with it.
+    fn figures(
         &mut self,
         space: &Space,
         choice: &[usize],
@@ -156,21 +203,78 @@ impl<'a> ClipMeasurer<'a> {
         progress.expect(self.measured + left as u64);
         self.measured += 1;
         progress.begin(&name);
+        let errors = if singles(choice).len() < 2 {
+            self.measured_errors(space, choice)?
+        } else {
+            self.predicted_errors(space, choice)?
+        };
         let graph = space.graph(self.written, choice);
         let mut worst: Option<Measured> = None;
-        for (clip, reference) in &self.clips {
-            let compared = reference::before_quantization(&graph, reference.output());
-            self.player.load(&compared, clip, false)?;
-            let (p999, max) = reference.errors_in_codes(&mut self.player, clip, self.view)?;
+        for ((clip, _), (p999, max)) in self.clips.iter().zip(errors) {
             self.player.load(&graph, clip, false)?;
-            let cost = self.player.cost(clip)?;
-            let here = Measured { ms: cost.time.ms(), p999, p999_without_worst: None, max, bytes: cost.bytes };
+            let (cost, is_predicted) = (self.player.cost(clip)?, singles(choice).len() > 1);
+            let (ms, bytes) = (cost.time.ms(), cost.bytes);
+            let here = Measured { ms, p999, p999_without_worst: None, max, bytes, is_predicted };
+            worst = Some(worst.map_or(here, |worst| worst.worst(here)));
+        }
+        let figures = worst.expect("there is at least one clip");
+        state.insert(name, figures)?;
+        progress.end();
+        Ok(figures)
+    }
+
+    /// The figures of a choice with errors that are measured in the place of predicted ones.
+    fn verified(
+        &mut self,
+        space: &Space,
+        choice: &[usize],
+        found: Measured,
+        state: &mut SearchState,
+    ) -> Result<Measured, LabError> {
+        let mut worst: Option<Measured> = None;
+        for (p999, max) in self.measured_errors(space, choice)? {
+            let here = Measured { p999, p999_without_worst: None, max, is_predicted: false, ..found };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
         }
         let measured = worst.expect("there is at least one clip");
-        state.insert(name, measured)?;
-        progress.end();
+        state.insert(space.key(choice), measured)?;
         Ok(measured)
+    }
+
+    /// The 99.9th percentile and the largest error of each clip. The images of a choice of one switch are kept.
+    fn measured_errors(&mut self, space: &Space, choice: &[usize]) -> Result<Vec<(f64, f64)>, LabError> {
+        let graph = space.graph(self.written, choice);
+        let (mut figures, mut images) = (Vec::new(), Vec::new());
+        for (clip, reference) in &self.clips {
+            let compared = reference::before_quantization(&graph, reference.output());
+            self.player.load(&compared, clip, false)?;
+            let frames = reference.differences(&mut self.player, clip, self.view)?;
+            let mut worst = (0.0_f64, 0.0_f64);
+            for frame in &frames {
+                let largest: Vec<f32> =
+                    frame.iter().map(|pixel| pixel.map(f32::abs).into_iter().fold(0.0, f32::max)).collect();
+                worst = (worst.0.max(percentile(&largest, SHARE)), worst.1.max(percentile(&largest, 1.0)));
+            }
+            figures.push(worst);
+            images.push(frames);
+        }
+        if singles(choice).len() < 2 {
+            self.errors.insert(choice.to_vec(), SignedErrors::new(&images));
+        }
+        Ok(figures)
+    }
+
+    /// The same for a choice of several switches, from the sum of their signed errors.
+    fn predicted_errors(&mut self, space: &Space, choice: &[usize]) -> Result<Vec<(f64, f64)>, LabError> {
+        let (exact, parts) = (space.most_accurate(), singles(choice));
+        for single in parts.iter().chain([&exact]) {
+            // A search that goes on has the figures of its state, and no images.
+            if !self.errors.contains_key(single) {
+                self.measured_errors(space, single)?;
+            }
+        }
+        let parts: Vec<&SignedErrors> = parts.iter().map(|single| &self.errors[single]).collect();
+        Ok(SignedErrors::of_sum(&self.errors[&exact], &parts))
     }
 
     /// Clock, adapter and images of the figures.
@@ -180,4 +284,15 @@ impl<'a> ClipMeasurer<'a> {
             self.clips.iter().map(|(clip, _)| format!("{} at {}", clip.name, clip.size)).collect();
         format!("{clock} on {}; worst of: {}", self.adapter, images.join(", "))
     }
+}
+
+/// The choices of one switch that make up a choice.
+fn singles(choice: &[usize]) -> Vec<Vec<usize>> {
+    let mut singles = Vec::new();
+    for (switch, at) in choice.iter().enumerate().filter(|(_, at)| **at > 0) {
+        let mut single = vec![0; choice.len()];
+        single[switch] = *at;
+        singles.push(single);
+    }
+    singles
 }

@@ -39,6 +39,9 @@ pub struct Measured {
     pub max: f64,
     /// Bytes of transient images.
     pub bytes: u64,
+    /// Whether the errors are predicted from those of the switches, and not measured.
+    #[serde(default)]
+    pub is_predicted: bool,
 }
 
 impl Measured {
@@ -51,6 +54,7 @@ impl Measured {
             p999_without_worst: Some(self.p999_without_worst.map_or(second, |before| before.max(second))),
             max: self.max.max(other.max),
             bytes: self.bytes.max(other.bytes),
+            is_predicted: self.is_predicted || other.is_predicted,
         }
     }
 
@@ -259,7 +263,7 @@ mod tests {
     fn figures(choice: &[usize]) -> Measured {
         let parts = || COSTS.iter().zip(choice).map(|(costs, at)| costs[*at]);
         let (ms, p999) = (parts().map(|p| p.0).sum(), parts().map(|p| p.1).sum());
-        Measured { ms, p999, p999_without_worst: None, max: 2.0 * p999, bytes: 0 }
+        Measured { ms, p999, p999_without_worst: None, max: 2.0 * p999, bytes: 0, is_predicted: false }
     }
 
     fn every_choice() -> Vec<Vec<usize>> {
@@ -314,7 +318,8 @@ mod tests {
 
     #[test]
     fn what_other_images_claim_is_the_second_largest_error() {
-        let of = |p999: f64| Measured { ms: 1.0, p999, p999_without_worst: None, max: p999, bytes: 0 };
+        let of =
+            |p999: f64| Measured { ms: 1.0, p999, p999_without_worst: None, max: p999, bytes: 0, is_predicted: false };
         let all = [2.0, 7.0, 3.0, 5.0].map(of).into_iter().reduce(Measured::worst).unwrap();
         assert_eq!((all.p999, all.p999_without_worst), (7.0, Some(5.0)));
     }
