@@ -146,8 +146,8 @@ impl Reference {
         for (frame, reference) in self.frames.iter().enumerate() {
             let mut codes = self.shown(player, clip, view, frame)?.codes();
             for (code, reference) in codes.iter_mut().zip(reference.codes()) {
-                for channel in 0..3 {
-                    code[channel] -= reference[channel];
+                for (code, reference) in code.iter_mut().zip(reference) {
+                    *code -= reference;
                 }
             }
             frames.push(codes);

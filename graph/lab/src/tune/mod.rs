@@ -63,7 +63,7 @@ pub struct Prediction {
     pub measured: f64,
 }
 
-/// Finalists that are measured at most: from then on the figures of all that were found so far decide.
+/// Finalists that are measured at most: from then on no error is predicted.
 const MAX_FINALISTS: usize = 16;
 /// A measured error may exceed the predicted one by this factor and this number of codes.
 const MAX_EXCESS: f64 = 1.2;
@@ -71,8 +71,7 @@ const MIN_EXCESS_CODES: f64 = 0.05;
 
 /// Searches the choices of a pipeline's quality switches. Times are measured, and the errors of single switches. The
 /// error of several is predicted as that of their signed sum, and measured for the choice that is found. If that has a
-/// larger error, the search goes on. `state` is a file of figures: a search that was interrupted
-/// continues from it.
+/// larger error, the search goes on. `state` is a file of figures: a search that was interrupted continues from it.
 ///
 /// # Errors
 /// No choice meets the target; and everything that a measurement reports.
@@ -98,9 +97,10 @@ pub fn tune(
         let measured = measurer.verified(&space, &choice, found, &mut state)?;
         predictions.push(Prediction { choice: space.key(&choice), predicted: found.p999, measured: measured.p999 });
         let is_as_predicted = measured.p999 <= MAX_EXCESS * found.p999 + MIN_EXCESS_CODES;
-        if is_as_predicted && target.is_met(&measured) || predictions.len() == MAX_FINALISTS {
+        if is_as_predicted && target.is_met(&measured) {
             break (choice, measured);
         }
+        measurer.predicts = predictions.len() < MAX_FINALISTS;
     };
     if !target.is_met(&measured) {
         return Err(unreachable_target(target, &measured));
@@ -128,6 +128,8 @@ struct ClipMeasurer<'a> {
     adapter: String,
     /// Choices that were measured and not known from the state.
     measured: u64,
+    /// Whether errors of several switches are predicted.
+    predicts: bool,
     /// The errors of the most accurate choice and of choices of one switch.
     errors: BTreeMap<Vec<usize>, SignedErrors>,
 }
@@ -159,6 +161,7 @@ impl<'a> ClipMeasurer<'a> {
             reference_hashes,
             adapter: gpu.name(),
             measured: 0,
+            predicts: true,
             errors: BTreeMap::new(),
         })
     }
@@ -197,22 +200,20 @@ impl<'a> ClipMeasurer<'a> {
         progress: &dyn Progress,
     ) -> Result<Measured, LabError> {
         let name = space.key(choice);
-        if let Some(known) = state.get(&name) {
+        if let Some(known) = state.get(&name).filter(|known| self.predicts || !known.is_predicted) {
             return Ok(known);
         }
         progress.expect(self.measured + left as u64);
         self.measured += 1;
         progress.begin(&name);
-        let errors = if singles(choice).len() < 2 {
-            self.measured_errors(space, choice)?
-        } else {
-            self.predicted_errors(space, choice)?
-        };
+        let is_predicted = self.predicts && singles(choice).len() > 1;
+        let errors =
+            if is_predicted { self.predicted_errors(space, choice)? } else { self.measured_errors(space, choice)? };
         let graph = space.graph(self.written, choice);
         let mut worst: Option<Measured> = None;
         for ((clip, _), (p999, max)) in self.clips.iter().zip(errors) {
             self.player.load(&graph, clip, false)?;
-            let (cost, is_predicted) = (self.player.cost(clip)?, singles(choice).len() > 1);
+            let cost = self.player.cost(clip)?;
             let (ms, bytes) = (cost.time.ms(), cost.bytes);
             let here = Measured { ms, p999, p999_without_worst: None, max, bytes, is_predicted };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
