@@ -82,7 +82,7 @@ fn facts_tiers_and_parameters_are_checked() {
     folder.run("view {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("view caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);
-    folder.run("render {glare} room.exr -o out.png --fact emissive=false").fails_saying(1, &["emissive"]);
+    folder.run("render {glare} room.exr -o out.png --fact lamps=false").fails_saying(1, &["lamps"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=0").fails(
         1,
         "error: `--fact emissive=0`: this fact is `true` or `false`, not a number\n  hint: write `--fact emissive=false`",

@@ -7,6 +7,7 @@ mod contract;
 mod devices;
 mod drawing;
 mod dynamic;
+mod facts;
 mod faults;
 mod fusion;
 mod golden;
