@@ -1,4 +1,12 @@
-//! The kinds of `tests/folders`, which have several passes and no Rust, compared with CPU references.
+//! Kinds without Rust: those of `nodes/folders` and, with several passes, of `tests/folders`, compared with CPU references
+//! and by what they are defined to do.
+
+/// Kinds that grade.
+mod grading;
+/// Masks, and what is limited to them.
+mod masks;
+/// Kinds that read other pixels.
+mod space;
 
 use std::path::Path;
 
@@ -12,7 +20,27 @@ use crate::reference::image::Image;
 use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
-pub fn kind(name: &str) -> NodeKind {
+/// The kinds of `nodes/folders` that tests here hold.
+pub const TESTED: [&str; 16] = [
+    "ChannelMixer",
+    "ColorKey",
+    "Crt",
+    "Curves",
+    "Denoise",
+    "Glitch",
+    "GodRays",
+    "HueCurves",
+    "Letterbox",
+    "LumaKey",
+    "Mix",
+    "OrderedDither",
+    "Pixelate",
+    "ShapeMask",
+    "SplitToning",
+    "Transform",
+];
+
+fn kind(name: &str) -> NodeKind {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("folders");
     let text = |path: &str| {
         let path = folder.join(path);
@@ -24,8 +52,8 @@ pub fn kind(name: &str) -> NodeKind {
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn kinds() -> [NodeKind; 5] {
-    ["soft_blur", "haze", "pixelate", "crt", "glitch"].map(kind)
+fn kinds() -> [NodeKind; 2] {
+    ["soft_blur", "haze"].map(kind)
 }
 
 fn graph(nodes: &str, outputs: &str) -> Graph {

@@ -12,7 +12,7 @@
 //!
 //! `afterimage nodes` prints the manual of all kinds, from their declarations. To add a kind, write
 //! `nodes/src/<kind>.rs` and `shaders/<kind>.wgsl`, and add it to `mod`, `pub use` and [`ALL`] below, in alphabetical
-//! order.
+//! order; for one without Rust write `nodes/folders/<kind>`, and add it to `nodes/src/folders.rs` and [`ALL`].
 
 /// The shader of that name.
 macro_rules! shader {
@@ -52,6 +52,7 @@ mod exposure;
 mod extract;
 mod film_grain;
 mod fog;
+mod folders;
 mod fxaa;
 mod gaussian;
 mod gaussian_weights;
@@ -181,12 +182,17 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<BrightnessKind>(),
     NodeKind::of::<Cas>(),
     NodeKind::of::<Cdl>(),
+    NodeKind::embedded(&folders::CHANNEL_MIXER),
     NodeKind::of::<ChromaticAberration>(),
     NodeKind::of::<ColorBalance>(),
+    NodeKind::embedded(&folders::COLOR_KEY),
     NodeKind::of::<ColorLut>(),
     NodeKind::of::<Composite>(),
     NodeKind::of::<Contrast>(),
+    NodeKind::embedded(&folders::CRT),
+    NodeKind::embedded(&folders::CURVES),
     NodeKind::of::<DemoScene>(),
+    NodeKind::embedded(&folders::DENOISE),
     NodeKind::of::<DepthOfField>(),
     NodeKind::of::<Dither>(),
     NodeKind::of::<Downsample>(),
@@ -199,34 +205,45 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Fxaa>(),
     NodeKind::of::<Gaussian>(),
     NodeKind::of::<GaussianPyramid>(),
+    NodeKind::embedded(&folders::GLITCH),
+    NodeKind::embedded(&folders::GOD_RAYS),
     NodeKind::of::<GridBlur>(),
     NodeKind::of::<GridBuild>(),
     NodeKind::of::<Gtao>(),
     NodeKind::of::<Halation>(),
     NodeKind::of::<HeatHaze>(),
     NodeKind::of::<Histogram>(),
+    NodeKind::embedded(&folders::HUE_CURVES),
     NodeKind::of::<LensDirt>(),
     NodeKind::of::<LensDistortion>(),
     NodeKind::of::<LensFlare>(),
+    NodeKind::embedded(&folders::LETTERBOX),
     NodeKind::of::<LiftGammaGain>(),
     NodeKind::of::<LinearDepth>(),
     NodeKind::of::<LocalToneMap>(),
     NodeKind::of::<LogGaussian>(),
+    NodeKind::embedded(&folders::LUMA_KEY),
     NodeKind::of::<MeanLuminance>(),
+    NodeKind::embedded(&folders::MIX),
     NodeKind::of::<MotionBlur>(),
+    NodeKind::embedded(&folders::ORDERED_DITHER),
     NodeKind::of::<Outline>(),
+    NodeKind::embedded(&folders::PIXELATE),
     NodeKind::of::<Purkinje>(),
     NodeKind::of::<PurkinjeSimple>(),
     NodeKind::of::<ReferenceGamutCompress>(),
     NodeKind::of::<Resolve>(),
     NodeKind::of::<Saturation>(),
     NodeKind::of::<ShadowMask>(),
+    NodeKind::embedded(&folders::SHAPE_MASK),
     NodeKind::of::<Sharpen>(),
     NodeKind::of::<Smaa>(),
+    NodeKind::embedded(&folders::SPLIT_TONING),
     NodeKind::of::<Ssao>(),
     NodeKind::of::<Streaks>(),
     NodeKind::of::<Taa>(),
     NodeKind::of::<ToneMap>(),
+    NodeKind::embedded(&folders::TRANSFORM),
     NodeKind::of::<Upsample>(),
     NodeKind::of::<Vignette>(),
     NodeKind::of::<VolumetricComposite>(),

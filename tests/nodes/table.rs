@@ -1,5 +1,5 @@
 //! One row for each built-in kind: nodes to run, and the image that a CPU reference makes of the same input, or pixels
-//! with known values. A kind without a row fails a test.
+//! with known values. A kind without a row, and without tests in `node_folders`, fails a test.
 
 mod bloom;
 mod camera;
@@ -17,6 +17,7 @@ use std::collections::BTreeSet;
 use afterimage_graph::node::Camera;
 
 use super::color::{ARITHMETIC, OneFile, SIZES, TRANSCENDENTAL, light, lut, tolerance, unit};
+use crate::node_folders;
 use crate::reference::image::Image;
 use crate::reference::lut::Cube;
 use crate::reference::math::Rgb;
@@ -152,7 +153,7 @@ const DEPTHS: [([u32; 2], [f64; 4]); 5] = [
 #[test]
 fn every_kind_has_a_cpu_reference_or_a_vector() {
     let rows = references().into_iter().map(|row| row.kind).chain(VECTORS.iter().map(|row| row.kind));
-    let covered: BTreeSet<&str> = rows.collect();
+    let covered: BTreeSet<&str> = rows.chain(node_folders::TESTED).collect();
     let kinds: BTreeSet<&str> = afterimage_nodes::ALL.iter().map(|kind| kind.name()).collect();
     let missing: Vec<&&str> = kinds.difference(&covered).collect();
     assert!(missing.is_empty(), "no CPU reference and no vector: {missing:?}");

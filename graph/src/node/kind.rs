@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::block::HostBlock;
 use super::color::ColorChange;
 use super::ports::{Fallback, Input, Output, Signature};
 use super::promises::Promises;
@@ -51,6 +52,10 @@ pub trait Kind: Send + Sync + 'static {
     /// The shaders that a registry validates before it takes the kind.
     fn shaders(&self) -> &[&'static Shader] {
         &[]
+    }
+    /// The host blocks that its inputs declare.
+    fn blocks(&self) -> Vec<&'static HostBlock> {
+        self.inputs().iter().filter_map(|port| port.block).collect()
     }
     /// The node at these values, in the order of `params`. Panics where a value has the wrong type.
     fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode>;

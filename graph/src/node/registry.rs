@@ -75,7 +75,7 @@ impl Registry {
 
     /// The host blocks that ports declare; one that several ports declare comes as often.
     pub fn blocks(&self) -> impl Iterator<Item = &'static HostBlock> + '_ {
-        self.iter().flat_map(|kind| kind.inputs()).filter_map(|port| port.block)
+        self.iter().flat_map(|kind| kind.blocks())
     }
 
     /// The names of the kinds that a wrong name may mean by its topic, the likeliest first: those whose own name has

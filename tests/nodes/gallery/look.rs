@@ -13,7 +13,6 @@ pub(super) fn page() -> Page {
     Page {
         nodes: "\"room\": DemoScene(walk: 0.15, samples: 16, time: 1.0, objects: 2),".to_owned(),
         panels,
-        own: ["pixelate", "crt", "glitch"].map(crate::node_folders::kind).to_vec(),
         ..Page::new("kinds-look.jpg", size(1280))
     }
 }

@@ -1,0 +1,42 @@
+//! The kinds of `nodes/folders`: folders without Rust that are part of the program.
+
+use afterimage_graph::node::EmbeddedKind;
+
+/// A kind of `nodes/folders`, by its name and that of its folder and shader.
+macro_rules! folder {
+    ($static:ident, $kind:literal, $folder:literal) => {
+        pub(crate) static $static: EmbeddedKind = EmbeddedKind::new(
+            $kind,
+            (concat!($folder, "/node.ron"), include_str!(concat!("../folders/", $folder, "/node.ron"))),
+            &[(
+                concat!($folder, "/", $folder, ".wgsl"),
+                include_str!(concat!("../folders/", $folder, "/", $folder, ".wgsl")),
+            )],
+            LIBRARY,
+        );
+    };
+}
+
+/// What they share.
+const LIBRARY: &[(&str, &str)] = &[
+    ("lib/monotone.wgsl", include_str!("../folders/lib/monotone.wgsl")),
+    ("lib/oklab_rgb.wgsl", include_str!("../folders/lib/oklab_rgb.wgsl")),
+    ("lib/srgb.wgsl", include_str!("../folders/lib/srgb.wgsl")),
+];
+
+folder!(CHANNEL_MIXER, "ChannelMixer", "channel_mixer");
+folder!(COLOR_KEY, "ColorKey", "color_key");
+folder!(CRT, "Crt", "crt");
+folder!(CURVES, "Curves", "curves");
+folder!(DENOISE, "Denoise", "denoise");
+folder!(GLITCH, "Glitch", "glitch");
+folder!(GOD_RAYS, "GodRays", "god_rays");
+folder!(HUE_CURVES, "HueCurves", "hue_curves");
+folder!(LETTERBOX, "Letterbox", "letterbox");
+folder!(LUMA_KEY, "LumaKey", "luma_key");
+folder!(MIX, "Mix", "mix");
+folder!(ORDERED_DITHER, "OrderedDither", "ordered_dither");
+folder!(PIXELATE, "Pixelate", "pixelate");
+folder!(SHAPE_MASK, "ShapeMask", "shape_mask");
+folder!(SPLIT_TONING, "SplitToning", "split_toning");
+folder!(TRANSFORM, "Transform", "transform");

@@ -1,0 +1,112 @@
+//! Masks of brightness, color and shape, and what is limited to them.
+
+use crate::support::gpu::Picture;
+use crate::support::harness::Nodes;
+
+/// The red channel of a mask that a kind makes of a picture.
+fn mask(node: &str, picture: &Picture) -> Vec<f64> {
+    let text = format!("\"result\": {node}");
+    let found = Nodes::new(&text, &[("in", "DisplayLinear")]).exact(&[picture]);
+    for pixel in &found.pixels {
+        assert!((0.0..=1.0).contains(&pixel[0]) && pixel[1] == pixel[0] && pixel[2] == pixel[0], "{pixel:?}");
+    }
+    found.pixels.iter().map(|pixel| f64::from(pixel[0])).collect()
+}
+
+fn black(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |_, _| [0.0, 0.0, 0.0, 1.0])
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_key_of_brightness_is_one_between_its_bounds_and_zero_beyond_its_slopes() {
+    // Codes of sRGB of 0.2 to 0.9 in gray, as linear light.
+    let grays = [0.033104767, 0.073238955, 0.13286832, 0.21404114, 0.3185468, 0.44798842, 0.60382736, 0.7874123];
+    let picture = Picture::new(8, 1, |x, _| [grays[x as usize], grays[x as usize], grays[x as usize], 1.0]);
+    let found = mask("LumaKey(source: \"in\", low: 0.4, high: 0.7, softness: 0.2)", &picture);
+    for (found, wanted) in found.iter().zip([0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]) {
+        assert!((found - wanted).abs() < 1e-4, "{found} instead of {wanted}");
+    }
+    let hard = mask("LumaKey(source: \"in\", low: 0.45, softness: 0.0)", &picture);
+    assert_eq!(hard, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_key_of_color_finds_it_at_any_brightness_and_knows_the_distance_of_gray() {
+    // Green in 12 stops, then gray in as many.
+    let picture = Picture::new(24, 1, |x, _| {
+        let light = 2.0_f32.powi((x % 12) as i32 - 8);
+        if x < 12 { [0.0, light, 0.0, 1.0] } else { [light, light, light, 1.0] }
+    });
+    let node = |tolerance: f64| format!("ColorKey(source: \"in\", tolerance: {tolerance:?}, softness: 0.0)");
+    let near = mask(&node(0.33), &picture);
+    assert_eq!(near[..12], [1.0; 12]);
+    assert_eq!(near[12..], [0.0; 12]);
+    // The chroma of green, 0.2948, over its lightness, 0.8664, is 0.3403.
+    assert_eq!(mask(&node(0.35), &picture), [1.0; 24]);
+    let soft = mask("ColorKey(source: \"in\", tolerance: 0.2403, softness: 0.2)", &picture);
+    assert!(soft[12..].iter().all(|share| (share - 0.5).abs() < 0.01), "{:?}", &soft[12..]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn shapes_have_their_areas() {
+    let height = 96.0;
+    let area = |node: &str| mask(node, &black(144, 96)).iter().sum::<f64>();
+    // A rectangle loses at most a quarter of a pixel at each corner.
+    for (size, wanted) in [("(0.5, 0.25)", 48.0 * 24.0), ("(0.53, 0.31)", 0.53 * height * 0.31 * height)] {
+        let found = area(&format!("ShapeMask(source: \"in\", size: {size})"));
+        assert!((found - wanted).abs() < 1.0, "{size}: {found} instead of {wanted}");
+        let turned = area(&format!("ShapeMask(source: \"in\", size: {size}, rotation: 90.0)"));
+        assert!((turned - found).abs() < 0.1, "{size} turned: {turned} instead of {found}");
+        let outside = area(&format!("ShapeMask(source: \"in\", size: {size}, invert: true)"));
+        assert!((found + outside - 144.0 * 96.0).abs() < 0.01, "{size}: {found} and {outside}");
+    }
+    let radii = std::f64::consts::PI * 0.25 * (0.8 * height) * (0.5 * height);
+    let ellipse = area("ShapeMask(source: \"in\", size: (0.8, 0.5), ellipse: true)");
+    assert!((ellipse / radii - 1.0).abs() < 2e-3, "{ellipse} instead of {radii}");
+    // A square with the largest corners is a circle, and one with half of them loses the corners of a square.
+    let circle = std::f64::consts::PI * 0.25 * (0.5 * height).powi(2);
+    let round = area("ShapeMask(source: \"in\", size: (0.5, 0.5), roundness: 1.0)");
+    assert!((round / circle - 1.0).abs() < 2e-3, "{round} instead of {circle}");
+    let corners = (4.0 - std::f64::consts::PI) * (0.125 * height).powi(2);
+    let half_round = area("ShapeMask(source: \"in\", size: (0.5, 0.5), roundness: 0.5)");
+    assert!((half_round - (48.0 * 48.0 - corners)).abs() < 2.0, "{half_round}");
+    // A slope has as much inside as outside, but for the corners.
+    let soft = area("ShapeMask(source: \"in\", size: (0.5, 0.5), softness: 0.1)");
+    assert!((soft / 2304.0 - 1.0).abs() < 0.01, "{soft}");
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_shape_lies_where_its_center_is_and_turns_clockwise() {
+    let found = mask("ShapeMask(source: \"in\", center: (0.25, 0.5), size: (0.25, 0.25))", &black(128, 64));
+    let at = |x: usize, y: usize| found[y * 128 + x];
+    assert_eq!(
+        [at(32, 32), at(25, 32), at(22, 32), at(41, 32), at(32, 25), at(32, 22)],
+        [1.0, 1.0, 0.0, 0.0, 1.0, 0.0]
+    );
+    let turned = mask("ShapeMask(source: \"in\", size: (1.0, 0.05), rotation: 45.0)", &black(64, 64));
+    let at = |x: usize, y: usize| turned[y * 64 + x];
+    assert_eq!([at(20, 20), at(44, 44), at(44, 20)], [1.0, 1.0, 0.0]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_mask_takes_one_image_or_the_other() {
+    let one = Picture::new(5, 3, |x, y| [x as f32 * 0.37, y as f32 * 11.3, 0.1, 0.75]);
+    let other = Picture::new(5, 3, |x, y| [y as f32 * 0.21, 900.7, x as f32, 0.25]);
+    let shares = Picture::new(5, 3, |x, _| [[-1.0, 0.0, 0.5, 1.0, 7.0][x as usize], 0.3, 0.3, 1.0]);
+    let inputs = [("one", "Exposed"), ("other", "Exposed"), ("shares", "Data")];
+    let nodes = "\"result\": Mix(source: \"one\", other: \"other\", mask: \"shares\")";
+    let found = Nodes::new(nodes, &inputs).exact(&[&one, &other, &shares]);
+    for y in 0..3 {
+        for x in 0..5 {
+            let [near, far] = [one.at(x, y), other.at(x, y)];
+            let share = [0.0, 0.0, 0.5, 1.0, 1.0][x as usize];
+            let wanted = [0, 1, 2].map(|c| near[c] * (1.0 - share) + far[c] * share);
+            assert_eq!(found.at(x, y), [wanted[0], wanted[1], wanted[2], 0.75], "at {x}, {y}");
+        }
+    }
+}
