@@ -38,9 +38,9 @@ fn curves_is_straight(p: MonotonePoints) -> bool {
 }
 
 // Light with another luminance: scaled, and by gray where the scale is beyond reason.
-fn curves_relight(rgb: vec3f, from: f32, to: f32) -> vec3f {
-    let scale = min(to / max(from, 1e-6), 64.0);
-    return scale * rgb + (to - scale * from);
+fn curves_relight(rgb: vec3f, own: f32, other: f32) -> vec3f {
+    let scale = min(other / max(own, 1e-6), 64.0);
+    return scale * rgb + (other - scale * own);
 }
 
 fn curves(source: vec4f, params: Curves) -> vec4f {
