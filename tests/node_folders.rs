@@ -5,6 +5,8 @@
 mod grading;
 /// Masks, and what is limited to them.
 mod masks;
+/// Upscaling and its sharpening.
+mod scale;
 /// Kinds that read other pixels.
 mod space;
 
@@ -21,12 +23,13 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
 /// The kinds of `nodes/folders` that tests here hold.
-pub const TESTED: [&str; 16] = [
+pub const TESTED: [&str; 18] = [
     "ChannelMixer",
     "ColorKey",
     "Crt",
     "Curves",
     "Denoise",
+    "Fsr1",
     "Glitch",
     "GodRays",
     "HueCurves",
@@ -35,6 +38,7 @@ pub const TESTED: [&str; 16] = [
     "Mix",
     "OrderedDither",
     "Pixelate",
+    "Rcas",
     "ShapeMask",
     "SplitToning",
     "Transform",

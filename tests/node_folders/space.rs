@@ -22,7 +22,7 @@ fn flat(width: u32, height: u32, light: f32) -> Picture {
 }
 
 /// Nodes whose parameters are neutral, and a state of their image.
-const NEUTRAL: [(&str, &str); 11] = [
+const NEUTRAL: [(&str, &str); 12] = [
     ("Curves(source: \"in\")", "DisplayLinear"),
     ("Curves(source: \"in\", rgb_middle: (0.5, 0.7), amount: 0.0)", "DisplayLinear"),
     ("ChannelMixer(source: \"in\")", "Exposed"),
@@ -30,6 +30,7 @@ const NEUTRAL: [(&str, &str); 11] = [
     ("HueCurves(source: \"in\")", "Exposed"),
     ("Letterbox(source: \"in\", amount: 0.0)", "Encoded"),
     ("OrderedDither(source: \"in\", amount: 0.0)", "Encoded"),
+    ("Rcas(source: \"in\", sharpness: 0.0)", "Encoded"),
     ("Transform(source: \"in\")", "Exposed"),
     ("Denoise(source: \"in\", strength: 0.0)", "Exposed"),
     ("GodRays(source: \"in\", bright: \"in\", strength: 0.0)", "Exposed"),

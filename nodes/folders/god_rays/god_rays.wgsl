@@ -1,3 +1,4 @@
+#import color
 #import grade
 
 struct GodRays {
@@ -5,6 +6,7 @@ struct GodRays {
     strength: f32,
     length: f32,
     falloff: f32,
+    limit: f32,
     color: vec3f,
 }
 
@@ -25,7 +27,9 @@ fn god_rays_along(t: texture_2d<f32>, s: sampler, uv: vec2f, step: f32, params: 
     for (var read = 0; read < GOD_RAYS_READS; read++) {
         let place = params.light + from_light;
         let is_inside = all(place == clamp(place, vec2f(0.0), vec2f(1.0)));
-        sum += select(0.0, weight, is_inside) * tap(t, s, place).rgb;
+        let seen = tap(t, s, place).rgb;
+        let share = min(params.limit / max(brightest(seen), 1e-6), 1.0);
+        sum += select(0.0, weight * share, is_inside) * seen;
         total += weight;
         weight *= fade;
         from_light *= shrink;
