@@ -181,13 +181,19 @@ impl CaseRunner<'_> {
         };
         let is_slow = self.options.quick && self.is_heavy;
         let (all, long) = (images(is_slow.then_some(&HEAVY_IMAGES)), images(Some(&LONG_IMAGES)));
+        // How many times as wide as the image the widest output is.
+        let mut ratios = Vec::new();
         for size in self.options.sizes(self.is_heavy) {
-            self.stills(configuration, graph, &Overrides::new(), size, &all);
+            let ran = self.stills(configuration, graph, &Overrides::new(), size, &all);
+            let outputs = ran.iter().flat_map(|ran| &ran.frames[0]);
+            let widest = outputs.map(|output| output.size.width).max();
+            ratios.extend(widest.map(|widest| widest.div_ceil(size.width)));
         }
         let mut half = self.renderer.configure(|_, _| {}, true);
         self.stills(&mut half, graph, &Overrides::new(), SWEPT, &all);
         if !self.options.quick {
-            let longest = configuration.longest_side();
+            // Outputs of a kind that enlarges have the longest side; those of a fixed size do not grow.
+            let longest = configuration.longest_side() / ratios.into_iter().min().unwrap_or(1);
             for size in [Size::new(longest, 1), Size::new(1, longest)] {
                 self.stills(configuration, graph, &Overrides::new(), size, &long);
             }
