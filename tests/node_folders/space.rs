@@ -131,7 +131,7 @@ fn shafts_are_the_sum_of_mitchell() {
     });
     let pairs = found.pixels.iter().zip(&wanted.pixels);
     let error = pairs.map(|(found, wanted)| (f64::from(found[0]) - wanted[0]).abs()).fold(0.0, f64::max);
-    assert!(error < 0.03, "{error} of 4");
+    assert!(error < 0.04, "{error} of 4");
 }
 
 #[test]

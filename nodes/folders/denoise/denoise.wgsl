@@ -11,8 +11,8 @@ fn denoise_level(rgb: vec3f) -> vec3f {
 }
 
 // The weight of a read whose depth and normal differ.
-fn denoise_surface(own: vec4f, other: vec4f, own_normal: vec4f, other_normal: vec4f, distance: f32, edge: f32) -> f32 {
-    let apart = (other.x - own.x) / max(edge * max(own.x, 1e-4) * distance, 1e-6);
+fn denoise_surface(own: vec4f, other: vec4f, own_normal: vec4f, other_normal: vec4f, edge: f32) -> f32 {
+    let apart = (other.x - own.x) / (edge * max(own.x, 1e-4));
     let facing = own_normal.xyz - other_normal.xyz;
     return exp(-apart * apart - 4.0 * dot(facing, facing));
 }
@@ -43,16 +43,10 @@ fn denoise_pass(
             let other = texel(source, pixel);
             let spline = vec2f(DENOISE_SPLINE[abs(x)], DENOISE_SPLINE[abs(y)]);
             let apart = denoise_level(other.rgb) - own_level;
-            let distance = f32(step) * length(vec2f(vec2i(x, y)));
             let alike = exp(-dot(apart, apart) / (tolerance * tolerance));
-            let surface = denoise_surface(
-                own_depth,
-                texel(depth, pixel),
-                own_normal,
-                texel(normal, pixel),
-                distance,
-                params.depth_edge,
-            );
+            let other_depth = texel(depth, pixel);
+            let other_normal = texel(normal, pixel);
+            let surface = denoise_surface(own_depth, other_depth, own_normal, other_normal, params.depth_edge);
             let weight = spline.x * spline.y * alike * surface;
             sum += weight * other.rgb;
             total += weight;
