@@ -60,7 +60,7 @@ fn hue_curves_is_all(values: array<f32, 8>, value: f32) -> bool {
 }
 
 // The share of its chroma in the lightness from which on a color is brightened in full.
-const HUE_CURVES_FULL: f32 = 0.1;
+const HUE_CURVES_FULL: f32 = 0.05;
 
 fn hue_curves(source: vec4f, params: HueCurves) -> vec4f {
     let turns = array(
