@@ -12,6 +12,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("glare", include_str!("glare.ron")),
     ("hdr", include_str!("hdr.ron")),
     ("lynx", include_str!("lynx.ron")),
+    ("matinee", include_str!("matinee.ron")),
     ("mobile", include_str!("mobile.ron")),
     ("tsushima", include_str!("tsushima.ron")),
     ("cinematic", include_str!("cinematic.ron")),
