@@ -5,6 +5,8 @@
 mod blocks;
 /// Drawing passes that do not fit.
 mod drawing;
+/// Folders that are part of the program.
+mod embedded;
 /// Errors in files, and what is said of them.
 mod errors;
 /// Functions of the shaders' library, called by kinds from folders.
