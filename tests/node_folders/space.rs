@@ -36,7 +36,7 @@ const NEUTRAL: [(&str, &str); 12] = [
     ("GodRays(source: \"in\", bright: \"in\", strength: 0.0)", "Exposed"),
     (
         "Mix(source: \"in\", other: \"other\", mask: \"mask\", amount: 0.0), \"mask\": LumaKey(source: \"in\"), \
-      \"other\": Exposure(source: \"in\", stops: 1.0)",
+      \"other\": Saturation(source: \"in\", amount: 0.0)",
         "Exposed",
     ),
 ];

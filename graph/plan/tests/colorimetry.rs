@@ -68,6 +68,7 @@ fn every_kind_keeps_the_colorimetry_or_says_what_it_is() {
                 ("Encode", _) => ImageColor { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB },
                 ("Exposure", _) => ImageColor::of(ColorState::Exposed),
                 ("LogGaussian", _) => ImageColor::of(ColorState::LogLuminance),
+                ("ColorKey" | "LumaKey", _) => ImageColor::of(ColorState::Data),
                 (_, OutputState::Same(_) | OutputState::Chosen(_)) => ImageColor::of(state),
                 (name, other) => panic!("{name} is {other:?} and has no row in this test"),
             };
