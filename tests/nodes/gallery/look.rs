@@ -22,7 +22,7 @@ pub(super) fn page() -> Page {
     let curves = "luminance_shadows: (0.25, 0.17), luminance_highlights: (0.75, 0.85), blue_black: (0.0, 0.08)";
     let tints = "shadow_amount: 0.5, highlight_amount: 0.6";
     let hues = "hue_orange: -30.0, saturation_orange: 1.3, saturation_cyan: 2.5, lightness_blue: -1.0";
-    let shafts = "light: (0.45, 0.2), strength: 0.3, limit: 4.0, color: (1.0, 0.85, 0.65)";
+    let shafts = "light: (0.45, 0.2), strength: 0.1, limit: 4.0, color: (1.0, 0.85, 0.65)";
     let panels = vec![
         Panel::display(("Curves", curves), "room", 0.5, whole),
         Panel::display(("SplitToning", tints), "room", 0.5, whole),
