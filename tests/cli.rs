@@ -9,6 +9,7 @@ mod chunks;
 mod errors;
 mod folders;
 mod hostile;
+mod info;
 mod job;
 mod meters;
 mod outputs;

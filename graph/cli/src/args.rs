@@ -47,6 +47,8 @@ pub(crate) enum Command {
     Meter(MeterArgs),
     /// Print a render as a template of Open Job Description (2023-09), for a render farm
     Job(JobArgs),
+    /// Say what image files hold, from their headers alone: parts, channels, sizes, colors and what states them
+    Info(InfoArgs),
     /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
@@ -74,6 +76,16 @@ pub(crate) struct PipelinesArgs {
     /// Write it to this file, and what it uses next to it, to change it
     #[arg(long, value_name = "FILE", requires = "name")]
     pub(crate) write: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// EXR, Radiance HDR or PNG files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    #[arg(required = true)]
+    pub(crate) files: Vec<String>,
+    /// Print a list as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -13,6 +13,7 @@ mod device;
 mod failure;
 mod files;
 mod frame_ranges;
+mod info;
 mod job;
 mod measure;
 mod nodes;
@@ -101,6 +102,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Render(args) => watch::run(args, &known),
         Command::Meter(args) => render::meter(args, &known),
         Command::Job(args) => job::run(args, &words, &known),
+        Command::Info(args) => info::run(args),
         Command::Check(args) => check::run(args, &known),
         Command::Plan(args) => plan::run(args, &known),
         Command::Nodes(args) => nodes::run(args, &known),

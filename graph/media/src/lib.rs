@@ -15,8 +15,9 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, Budget, CodecError, EncodedPixels, ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture,
-    Pixels, PngDepth, PngOptions, StatedCamera, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
+    Alpha, Budget, ChannelDescription, CodecError, Description, EncodedPixels, ErrorKind, ExrCompression, ExrOptions,
+    JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels, PngDepth, PngOptions, StatedCamera,
+    Window, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
@@ -25,6 +26,6 @@ pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{
-    FileError, Source, address_space_limit, default_budget, images_in, read, read_bytes, read_camera, read_text,
+    FileError, Source, address_space_limit, default_budget, images_in, read, read_bytes, read_camera, read_description, read_text,
     read_within, real_output_path, real_path, sequence, write_atomic, write_exr, write_jpeg, write_png,
 };

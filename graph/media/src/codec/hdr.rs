@@ -9,7 +9,9 @@ use image::{ImageDecoder, ImageError};
 use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::{Budget, MAX_HDR_HEADER, filled, zeroed};
 use crate::codec::metered::Metered;
-use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+use crate::codec::{
+    ChannelDescription, CodecError, Description, ErrorKind, PartDescription, Picture, PictureChannels, Pixels, Window,
+};
 
 /// The two signatures in use.
 pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
@@ -30,6 +32,32 @@ pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Pict
     let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
     apply(&meta, &mut picture);
     Ok(picture)
+}
+
+/// What the header states.
+pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
+    let (reader, _) = Metered::new(reader, MAX_HDR_HEADER);
+    let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
+    let (width, height) = decoder.dimensions();
+    let stated = stated_primaries(&decoder.metadata());
+    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
+    let of_channel = |name: &String| ChannelDescription { name: name.clone(), samples: "RGBE" };
+    let part = PartDescription {
+        name: None,
+        display: Window::of_size(width, height),
+        data: Window::of_size(width, height),
+        channels: channels.iter().map(of_channel).collect(),
+        compression: "runs".to_owned(),
+        tiles: None,
+    };
+    Ok(Description {
+        format: "Radiance HDR",
+        parts: vec![part],
+        picture: Some(PictureChannels { part: 0, channels }),
+        color: Some(Colorimetry::linear(stated.unwrap_or(Chromaticities::REC709))),
+        stated_by: stated.map(|_| "PRIMARIES"),
+        notes: Vec::new(),
+    })
 }
 
 fn rgba(rgb: &[u8]) -> Result<Vec<f32>, CodecError> {

@@ -6,6 +6,7 @@
 mod avif;
 mod chromaticities;
 mod cicp;
+mod description;
 mod error;
 mod exr;
 mod hdr;
@@ -26,6 +27,7 @@ use std::io::{BufRead, Read as _, Seek};
 
 #[cfg(feature = "avif")]
 pub use avif::{AvifOptions, encode_avif};
+pub use description::{ChannelDescription, Description, PartDescription, PictureChannels, Window};
 pub use error::{CodecError, ErrorKind};
 #[cfg(test)]
 pub(crate) use exr::of_attributes;
@@ -65,6 +67,21 @@ pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Re
     }
     let decoded = catch_panic(|| exr::camera(reader, layer));
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+/// What the headers of an EXR, Radiance or PNG file state. `layer` as in [`decode`].
+///
+/// # Errors
+/// As [`decode`], for what it finds in headers.
+pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<Description, CodecError> {
+    let format = Format::of(&mut reader)?;
+    let described = catch_panic(|| match (format, layer) {
+        (Format::Exr, layer) => exr::describe(reader, layer),
+        (Format::Hdr, None) => hdr::describe(reader),
+        (Format::Png, None) => png::describe(reader),
+        (_, Some(layer)) => Err(no_layers(layer)),
+    });
+    described.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
 fn no_layers(layer: &str) -> CodecError {

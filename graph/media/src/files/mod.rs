@@ -24,8 +24,8 @@ pub use regular::{read_bytes, read_text, real_path};
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, StatedCamera, decode, decode_camera,
-    encode_exr, encode_jpeg, encode_png,
+    Budget, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, StatedCamera, decode,
+    decode_camera, describe, encode_exr, encode_jpeg, encode_png,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -77,6 +77,19 @@ pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
     }
     let (file, _) = regular::open(path)?;
     decode_camera(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
+}
+
+/// What the headers of an EXR, Radiance or PNG file state.
+///
+/// # Errors
+/// See [`FileError`] and [`describe`].
+pub fn read_description(source: &Source) -> Result<Description, FileError> {
+    let path = &source.path;
+    if path.is_dir() {
+        return Err(FileError::folder(path));
+    }
+    let (file, _) = regular::open(path)?;
+    describe(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
 }
 
 /// Writes `picture` as an EXR file, atomically.

@@ -12,16 +12,26 @@ const INTEROP_ID: &str = "colorInteropID";
 
 /// The primaries that the file states by name, for files without `chromaticities`.
 pub(super) fn named_primaries(header: &Header) -> Option<Chromaticities> {
-    let find = |name| {
-        let name = Text::from(name);
-        header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
-    };
-    let named = match find(INTEROP_ID) {
+    let is_aces = matches!(attribute(header, ACES_FLAG), Some(AttributeValue::I32(1)));
+    interop_space(header).or(is_aces.then_some(Chromaticities::ACES_AP0))
+}
+
+/// The attribute that names them.
+pub(super) fn naming_attribute(header: &Header) -> Option<&'static str> {
+    named_primaries(header)?;
+    Some(if interop_space(header).is_some() { INTEROP_ID } else { ACES_FLAG })
+}
+
+fn interop_space(header: &Header) -> Option<Chromaticities> {
+    match attribute(header, INTEROP_ID) {
         Some(AttributeValue::Text(id)) => space(&id.to_string()),
         _ => None,
-    };
-    let is_aces = matches!(find(ACES_FLAG), Some(AttributeValue::I32(1)));
-    named.or(is_aces.then_some(Chromaticities::ACES_AP0))
+    }
+}
+
+fn attribute<'a>(header: &'a Header, name: &str) -> Option<&'a AttributeValue> {
+    let name = Text::from(name);
+    header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
 }
 
 /// The linear spaces of the list that have RGB primaries. Files with other names are read as if they had none.

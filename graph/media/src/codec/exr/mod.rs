@@ -4,6 +4,7 @@
 mod camera;
 mod counters;
 mod decode;
+mod describe;
 mod label;
 mod read;
 mod select;
@@ -17,6 +18,7 @@ pub use camera::StatedCamera;
 pub(crate) use camera::camera;
 #[cfg(test)]
 pub(crate) use camera::of_attributes;
+pub(crate) use describe::describe;
 pub(crate) use read::decode;
 pub use write::{ExrCompression, ExrOptions, encode_exr};
 

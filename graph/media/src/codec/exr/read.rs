@@ -35,7 +35,7 @@ pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budg
         _ => Pixels::Float(decode_blocks(reader, &placement)?),
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
-    let notes = notes(&header, &placement);
+    let notes = notes(&header, &placement.choice);
     let meta = metadata(&header, &choice, primaries.as_ref());
     let stated = primaries.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
@@ -100,7 +100,7 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
 }
 
 /// The primaries that the file states; `None` if it states none, and for gray and data, which need none.
-fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
+pub(super) fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
     let is_gray = choice.slots[0] == choice.slots[1];
     if !choice.is_color || is_gray {
         return Ok(None);
@@ -129,7 +129,7 @@ pub(super) fn point(xy: Xy) -> Vec2<f32> {
 }
 
 /// `whiteLuminance` and `adoptedNeutral` are stated only with the primaries that they belong to.
-fn stated_color(header: &Header, primaries: Chromaticities) -> Colorimetry {
+pub(super) fn stated_color(header: &Header, primaries: Chromaticities) -> Colorimetry {
     let own = &header.own_attributes;
     let white_nits = own.white_luminance.filter(|nits| (1e-6..=1e9).contains(nits)).map(Decimal::from);
     let adopted_white = own.adopted_neutral.map(|xy| Xy::from([xy.0, xy.1]));
@@ -157,12 +157,12 @@ fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>
     Metadata { image, layer }
 }
 
-fn notes(header: &Header, placement: &Placement) -> Vec<String> {
+pub(super) fn notes(header: &Header, choice: &Choice) -> Vec<String> {
     let mut notes = Vec::new();
-    if !contains(placement.display, placement.data) {
+    if !contains(header.shared_attributes.display_window, header.data_window()) {
         notes.push("pixels outside the display window are left out".to_owned());
     }
-    let mut chosen = placement.choice.slots.iter().flatten();
+    let mut chosen = choice.slots.iter().flatten();
     if chosen.any(|&slot| header.channels.list[slot].sample_type == SampleType::U32) {
         notes.push("integers beyond 16777216 lose their last digits as 32-bit floats".to_owned());
     }

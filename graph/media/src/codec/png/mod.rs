@@ -6,5 +6,5 @@ mod light;
 mod read;
 mod write;
 
-pub(crate) use read::{MAGIC, decode};
+pub(crate) use read::{MAGIC, decode, describe};
 pub use write::{Alpha, PngDepth, PngOptions, encode_png};

@@ -2,12 +2,15 @@
 
 use std::io::{BufRead, Seek};
 
+use afterimage_base::color::Colorimetry;
 use half::f16;
-use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
 
 use super::light::Colors;
 use crate::codec::limits::{Budget, MAX_PNG_EXTRAS, filled, too_large, zeroed};
-use crate::codec::{CodecError, Picture, Pixels};
+use crate::codec::{
+    ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, Pixels, Window,
+};
 
 /// The first eight bytes of every PNG.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
@@ -34,6 +37,53 @@ pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Pict
     picture.notes = colors.notes;
     picture.stated = colors.stated;
     Ok(picture)
+}
+
+/// What the chunks before the pixels state.
+pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
+    let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
+    decoder.set_ignore_text_chunk(true);
+    let reader = decoder.read_info().map_err(|error| explain(&error))?;
+    let info = reader.info();
+    let colors = Colors::of(info)?;
+    let names: &[&str] = match info.color_type {
+        ColorType::Grayscale => &["Y"],
+        ColorType::GrayscaleAlpha => &["Y", "A"],
+        ColorType::Rgb => &["R", "G", "B"],
+        ColorType::Rgba => &["R", "G", "B", "A"],
+        ColorType::Indexed if info.trns.is_some() => &["R", "G", "B", "A"],
+        ColorType::Indexed => &["R", "G", "B"],
+    };
+    let samples = if info.bit_depth == BitDepth::Sixteen { "16 bits" } else { "8 bits" };
+    let window = Window::of_size(info.width, info.height);
+    let part = PartDescription {
+        name: None,
+        display: window,
+        data: window,
+        channels: names.iter().map(|name| ChannelDescription { name: (*name).to_owned(), samples }).collect(),
+        compression: "deflate".to_owned(),
+        tiles: None,
+    };
+    Ok(Description {
+        format: "PNG",
+        parts: vec![part],
+        picture: Some(PictureChannels { part: 0, channels: names.iter().map(|name| (*name).to_owned()).collect() }),
+        color: Some(colors.stated.unwrap_or(Colorimetry::SRGB)),
+        stated_by: colors.stated.and_then(|_| stating_chunk(info)),
+        notes: colors.notes,
+    })
+}
+
+/// The chunk that states the colors.
+fn stating_chunk(info: &Info<'_>) -> Option<&'static str> {
+    let chunks = [
+        ("cICP", info.coding_independent_code_points.is_some()),
+        ("iCCP", info.icc_profile.is_some()),
+        ("sRGB", info.srgb.is_some()),
+        ("gAMA", info.gama_chunk.is_some()),
+        ("cHRM", info.chrm_chunk.is_some()),
+    ];
+    chunks.into_iter().find(|(_, is_there)| *is_there).map(|(name, _)| name)
 }
 
 /// What a PNG stores.

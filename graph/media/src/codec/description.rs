@@ -1,0 +1,76 @@
+//! What a file states about its picture, from its headers alone.
+
+use afterimage_base::color::Colorimetry;
+
+/// What the headers of an EXR, Radiance or PNG file state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// The format: `EXR`, `Radiance HDR` or `PNG`.
+    pub format: &'static str,
+    /// The parts of an EXR file; one for other formats.
+    pub parts: Vec<PartDescription>,
+    /// The channels that are read as red, green, blue and alpha if no layer is named; those that are missing are left
+    /// out. `None` if a layer must be named.
+    pub picture: Option<PictureChannels>,
+    /// What the numbers of the picture mean as light; `None` for numbers that are no color.
+    pub color: Option<Colorimetry>,
+    /// What in the file states it: the attribute, chunk or line. `None` if nothing does, and it is assumed.
+    pub stated_by: Option<&'static str>,
+    /// What reading leaves out or changes.
+    pub notes: Vec<String>,
+}
+
+/// A part of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartDescription {
+    /// The name of an EXR part.
+    pub name: Option<String>,
+    /// The pixels of the picture.
+    pub display: Window,
+    /// The pixels that the file holds.
+    pub data: Window,
+    /// The channels in the order of the file.
+    pub channels: Vec<ChannelDescription>,
+    /// How pixels are compressed.
+    pub compression: String,
+    /// The size of tiles, across and down; `None` for rows.
+    pub tiles: Option<[u64; 2]>,
+}
+
+/// A rectangle of pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// The first column.
+    pub x: i32,
+    /// The first row, from the top.
+    pub y: i32,
+    /// Columns.
+    pub width: u64,
+    /// Rows.
+    pub height: u64,
+}
+
+impl Window {
+    /// A rectangle that begins at 0.
+    pub(crate) fn of_size(width: u32, height: u32) -> Self {
+        Self { x: 0, y: 0, width: width.into(), height: height.into() }
+    }
+}
+
+/// A channel of a part.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelDescription {
+    /// Its name, with the layer before it: `diffuse.R`.
+    pub name: String,
+    /// What a sample is: `half`, `float`, `uint`, `8 bits`, `16 bits`, or `RGBE` for eight bits with a shared exponent.
+    pub samples: &'static str,
+}
+
+/// The channels that make a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureChannels {
+    /// The part, from 0.
+    pub part: usize,
+    /// The names of the channels that are there.
+    pub channels: Vec<String>,
+}

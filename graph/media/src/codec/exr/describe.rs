@@ -1,0 +1,78 @@
+//! What the headers of an EXR file state.
+
+use std::io::{Read, Seek};
+
+use afterimage_base::color::{Chromaticities, Colorimetry};
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{IntegerBounds, SampleType};
+use exr::meta::header::Header;
+
+use super::label::naming_attribute;
+use super::read::{notes, open, stated_color, stated_primaries};
+use super::select::{Choice, choose};
+use crate::codec::{ChannelDescription, CodecError, Description, PartDescription, PictureChannels, Window};
+
+/// Reads the headers of all parts. A file without a picture that could be chosen is described, too.
+pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<Description, CodecError> {
+    let reader = open(reader)?;
+    let headers = reader.headers();
+    let parts = headers.iter().map(part).collect();
+    let mut description =
+        Description { format: "EXR", parts, picture: None, color: None, stated_by: None, notes: Vec::new() };
+    let choice = match choose(headers, layer) {
+        Ok(choice) => choice,
+        Err(error) if layer.is_some() => return Err(error),
+        Err(_) => return Ok(description),
+    };
+    let header = &headers[choice.part];
+    description.picture = Some(picture(header, &choice));
+    description.notes = notes(header, &choice);
+    if choice.is_color {
+        let primaries = stated_primaries(header, &choice)?;
+        description.color =
+            Some(primaries.map_or(Colorimetry::linear(Chromaticities::REC709), |known| stated_color(header, known)));
+        let attribute = || header.shared_attributes.chromaticities.map(|_| "chromaticities");
+        description.stated_by = primaries.and_then(|_| attribute().or_else(|| naming_attribute(header)));
+    }
+    Ok(description)
+}
+
+fn part(header: &Header) -> PartDescription {
+    let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string);
+    let channels = header.channels.list.iter().map(|channel| ChannelDescription {
+        name: channel.name.to_string(),
+        samples: match channel.sample_type {
+            SampleType::F16 => "half",
+            SampleType::F32 => "float",
+            SampleType::U32 => "uint",
+        },
+    });
+    PartDescription {
+        name: name.filter(|name| !name.is_empty()),
+        display: window(header.shared_attributes.display_window),
+        data: window(header.data_window()),
+        channels: channels.collect(),
+        compression: header.compression.to_string(),
+        tiles: match header.blocks {
+            BlockDescription::Tiles(tiles) => Some([tiles.tile_size.0 as u64, tiles.tile_size.1 as u64]),
+            BlockDescription::ScanLines => None,
+        },
+    }
+}
+
+fn window(bounds: IntegerBounds) -> Window {
+    let (at, size) = (bounds.position, bounds.size);
+    Window { x: at.0, y: at.1, width: size.0 as u64, height: size.1 as u64 }
+}
+
+fn picture(header: &Header, choice: &Choice) -> PictureChannels {
+    let mut channels: Vec<String> = Vec::new();
+    for &slot in choice.slots.iter().flatten() {
+        let name = header.channels.list[slot].name.to_string();
+        // Gray is one channel three times.
+        if !channels.contains(&name) {
+            channels.push(name);
+        }
+    }
+    PictureChannels { part: choice.part, channels }
+}

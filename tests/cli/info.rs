@@ -1,0 +1,50 @@
+//! What the program says about files.
+
+use afterimage_graph::color::{Chromaticities, Colorimetry};
+use afterimage_media::{ExrOptions, write_exr};
+use serde_json::Value;
+
+use super::{Folder, room, save};
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_file_says_what_it_holds_and_what_states_its_colors() {
+    let folder = Folder::new("info");
+    save(&folder.file("room.exr"), &room(12, 8));
+    folder.run("render exposure room.exr -o room.png").good();
+    folder.run("render hdr room.exr --output hdr=hdr.png").good();
+    let text = folder.run("info room.exr").good();
+    assert!(text.contains("room.exr: EXR\n  12x8, ") && text.contains("(half)") && text.contains(", rows"), "{text}");
+    let text = folder.run("info room.png").good();
+    assert!(text.contains("room.png: PNG\n  12x8, R G B (8 bits), deflate, rows"), "{text}");
+    let text = folder.run("info hdr.png").good();
+    assert!(
+        text.contains("R G B (16 bits)") && text.contains("color: Pq, Rec2020") && text.contains("`cICP`"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_list_of_files_is_json_and_a_bad_one_is_reported() {
+    let folder = Folder::new("info-json");
+    let wide =
+        ExrOptions { float: true, color: Some(Colorimetry::linear(Chromaticities::ACES_CG)), ..ExrOptions::default() };
+    write_exr(&folder.file("wide.1.exr"), &room(6, 4), &wide).expect("it can be written");
+    write_exr(&folder.file("wide.2.exr"), &room(6, 4), &wide).expect("it can be written");
+    let list: Vec<Value> = serde_json::from_str(&folder.run("info wide.#.exr --json").good()).expect("it is JSON");
+    assert_eq!(list.len(), 2);
+    let (color, part) = (&list[1]["color"], &list[1]["parts"][0]);
+    assert_eq!((&color["primaries"], &list[1]["stated_by"]), (&"AcesCg".into(), &"chromaticities".into()));
+    assert_eq!(
+        (&part["display"], &part["channels"][0]["samples"]),
+        (&serde_json::json!([0, 0, 6, 4]), &"float".into())
+    );
+    // Headers alone: what follows may be damaged.
+    let bytes = std::fs::read(folder.file("wide.1.exr")).expect("it was written");
+    folder.with("damaged.exr", &[&bytes[..bytes.len() - 40], &[7; 40]].concat());
+    folder.run("info damaged.exr").good();
+    folder.with("words.exr", b"a text");
+    let bad = folder.run("info words.exr wide.1.exr");
+    assert!(bad.out.contains("wide.1.exr: EXR"), "{}", bad.out);
+    bad.fails_saying(1, &["words.exr: this is not an image that this program knows"]);
+}
