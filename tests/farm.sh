@@ -74,4 +74,6 @@ job tsushima "$scene" -o OUT/tsushima.#.png
 job lit.ron "$scene" -o OUT/lit.#.exr
 job hdr "$scene" --output sdr=OUT/sdr.#.png --output hdr=OUT/hdr.#.png
 job "${film[@]}" -o OUT/cinematic.#.png
-job --differs "${film[@]}" -o OUT/cinematic.#.png --preroll 6
+for frames in 6 24; do
+    job --differs "${film[@]}" -o OUT/cinematic.#.png --preroll "$frames"
+done

@@ -163,7 +163,7 @@ def main():
     subprocess.run([*OPENJD, "check", "job.json"], check=True, capture_output=True)
     done = run_all("job.json")
     seconds = time.monotonic() - start
-    extra = " --preroll" if differs else ""
+    extra = f" --preroll {words[-1]}" if differs else ""
     times = f"{single:.1f} s in one run, {seconds:.1f} s in tasks"
     print(f"{words[0]}{extra}: {done}: {compare(differs)}; {times}", flush=True)
 
