@@ -26,6 +26,6 @@ pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{
-    FileError, Source, address_space_limit, default_budget, images_in, read, read_bytes, read_camera, read_description, read_text,
-    read_within, real_output_path, real_path, sequence, write_atomic, write_exr, write_jpeg, write_png,
+    FileError, Source, address_space_limit, default_budget, images_in, read, read_bytes, read_camera, read_description,
+    read_text, read_within, real_output_path, real_path, sequence, write_atomic, write_exr, write_jpeg, write_png,
 };

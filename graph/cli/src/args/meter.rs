@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, PlanOptions, parse_fps, parse_size};
-use super::{AlphaChoice, RenderArgs};
 
 #[derive(Debug, Args)]
 pub(crate) struct MeterArgs {
@@ -42,41 +41,4 @@ pub(crate) struct MeterArgs {
     pub(crate) plan: PlanOptions,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
-}
-
-impl MeterArgs {
-    /// A render of these frames, without files.
-    pub(crate) fn as_render(&self) -> RenderArgs {
-        let mut args = RenderArgs {
-            pipeline: self.pipeline.clone(),
-            input: self.input.clone(),
-            out: None,
-            inputs: self.inputs.clone(),
-            slices: self.slices,
-            outputs: Vec::new(),
-            frames: self.frames.clone(),
-            cut: self.cut.clone(),
-            state_out: None,
-            state_in: None,
-            meter: None,
-            preroll: 0,
-            keep_going: false,
-            skip_existing: false,
-            json: None,
-            fps: self.fps,
-            size: self.size,
-            depth: None,
-            no_dither: false,
-            alpha: AlphaChoice::Auto,
-            quality: None,
-            timings: false,
-            watch: false,
-            images: self.images.clone(),
-            options: self.options.clone(),
-            plan: self.plan.clone(),
-            device: self.device.clone(),
-        };
-        args.put_in_order();
-        args
-    }
 }

@@ -15,13 +15,14 @@ use super::request::{Job, Request};
 use super::stages::AHEAD;
 use super::{Prepared, prepare};
 use crate::args::meter::MeterArgs;
+use crate::args::{AlphaChoice, RenderArgs};
 use crate::device::CachedSession;
 use crate::failure::Failure;
 use crate::run_files::RunFiles;
 use crate::terminal::note;
 
 pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let render = args.as_render();
+    let render = render_args(args);
     let files = RunFiles::default();
     let Prepared { request, graph, facts, options } = prepare(&render, tables, &files, |_, _| Ok(Vec::new()))?;
     let frames: Vec<u32> = request.jobs.iter().filter_map(|job| job.frame).collect();
@@ -60,6 +61,41 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     Ok(())
 }
 
+/// A render of these frames, without files.
+fn render_args(given: &MeterArgs) -> RenderArgs {
+    let mut args = RenderArgs {
+        pipeline: given.pipeline.clone(),
+        input: given.input.clone(),
+        out: None,
+        inputs: given.inputs.clone(),
+        slices: given.slices,
+        outputs: Vec::new(),
+        frames: given.frames.clone(),
+        cut: given.cut.clone(),
+        state_out: None,
+        state_in: None,
+        meter: None,
+        preroll: 0,
+        keep_going: false,
+        skip_existing: false,
+        json: None,
+        fps: given.fps,
+        size: given.size,
+        depth: None,
+        no_dither: false,
+        alpha: AlphaChoice::Auto,
+        quality: None,
+        timings: false,
+        watch: false,
+        images: given.images.clone(),
+        options: given.options.clone(),
+        plan: given.plan.clone(),
+        device: given.device.clone(),
+    };
+    args.put_in_order();
+    args
+}
+
 /// The frames that are measured one after another.
 struct Measuring<'a> {
     request: &'a Request<'a>,
@@ -88,7 +124,7 @@ impl Measuring<'_> {
         session.number_next(frame);
         let measured = session.measure(&metering, &images, step)?;
         session.integrate(&metering, &images, FrameStep::FIRST, &measured)?;
-        let exposure = read_meters(session, &self.meters)?;
+        let exposure = serde_json::json!(read_meters(session, &self.meters)?);
         self.last = job.frame;
         Ok(MeteredFrame::new(&plan, &metering, frame, exposure, &measured))
     }

@@ -9,8 +9,8 @@ use afterimage_media::sequence::Pattern;
 use afterimage_media::{read_text, write_atomic};
 use afterimage_plan::{Metering, Plan, StateContent, StateItem};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::readings::Reading;
 use super::state::names;
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
@@ -29,7 +29,7 @@ pub(super) struct MeteredFrame {
     pub(super) frame: u32,
     /// The exposure of the frame without those before it, for people.
     #[serde(skip_deserializing)]
-    exposure: Vec<Reading>,
+    exposure: Value,
     /// The hash of the passes that have measured.
     passes: String,
     /// The words of each buffer: counts, or the bits of 32-bit floats.
@@ -37,13 +37,7 @@ pub(super) struct MeteredFrame {
 }
 
 impl MeteredFrame {
-    pub(super) fn new(
-        plan: &Plan,
-        metering: &Metering,
-        frame: u32,
-        exposure: Vec<Reading>,
-        measured: &[Vec<u8>],
-    ) -> Self {
+    pub(super) fn new(plan: &Plan, metering: &Metering, frame: u32, exposure: Value, measured: &[Vec<u8>]) -> Self {
         let names = plan.buffer_names();
         let mut words = BTreeMap::new();
         for (buffer, bytes) in metering.measured.iter().zip(measured) {
