@@ -3,6 +3,7 @@
 use std::io::{Read, Seek};
 
 use afterimage_base::color::{Chromaticities, Colorimetry};
+use exr::compression::Compression;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
@@ -52,11 +53,29 @@ fn part(header: &Header) -> PartDescription {
         display: window(header.shared_attributes.display_window),
         data: window(header.data_window()),
         channels: channels.collect(),
-        compression: header.compression.to_string(),
+        compression: compression(header.compression).to_owned(),
         tiles: match header.blocks {
             BlockDescription::Tiles(tiles) => Some([tiles.tile_size.0 as u64, tiles.tile_size.1 as u64]),
             BlockDescription::ScanLines => None,
         },
+    }
+}
+
+/// The name that OpenEXR has for it.
+fn compression(method: Compression) -> &'static str {
+    match method {
+        Compression::Uncompressed => "none",
+        Compression::RLE => "rle",
+        Compression::ZIP1 => "zips",
+        Compression::ZIP16 => "zip",
+        Compression::PIZ => "piz",
+        Compression::PXR24 => "pxr24",
+        Compression::B44 => "b44",
+        Compression::B44A => "b44a",
+        Compression::DWAA(_) => "dwaa",
+        Compression::DWAB(_) => "dwab",
+        Compression::HTJ2K32 => "htj2k32",
+        Compression::HTJ2K256 => "htj2k256",
     }
 }
 
