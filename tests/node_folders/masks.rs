@@ -1,5 +1,6 @@
 //! Masks of brightness, color and shape, and what is limited to them.
 
+use crate::reference::transfer::srgb_decode;
 use crate::support::gpu::Picture;
 use crate::support::harness::Nodes;
 
@@ -20,9 +21,11 @@ fn black(width: u32, height: u32) -> Picture {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_key_of_brightness_is_one_between_its_bounds_and_zero_beyond_its_slopes() {
-    // Codes of sRGB of 0.2 to 0.9 in gray, as linear light.
-    let grays = [0.033104767, 0.073238955, 0.13286832, 0.21404114, 0.3185468, 0.44798842, 0.60382736, 0.7874123];
-    let picture = Picture::new(8, 1, |x, _| [grays[x as usize], grays[x as usize], grays[x as usize], 1.0]);
+    // Codes of 0.2 to 0.9.
+    let picture = Picture::new(8, 1, |x, _| {
+        let gray = srgb_decode(0.2 + 0.1 * f64::from(x)) as f32;
+        [gray, gray, gray, 1.0]
+    });
     let found = mask("LumaKey(source: \"in\", low: 0.4, high: 0.7, softness: 0.2)", &picture);
     for (found, wanted) in found.iter().zip([0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]) {
         assert!((found - wanted).abs() < 1e-4, "{found} instead of {wanted}");
