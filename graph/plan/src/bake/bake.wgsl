@@ -1,14 +1,16 @@
 // A table of colors: the levels of the largest channel from left to right, and within each the ratio of the next
-// channel to it; from top to bottom the largest channel, and within each the ratio of the one after that. Three parts
+// channel to it, in every other one backward, so that a filter at the end of a level meets the same ratio of the next
+// level; from top to bottom the largest channel, and within each the ratio of the one after that. Three parts
 // for colors without a negative channel are above three for the others.
 #import color
+#import sampling
 
 struct Bake {
     levels: f32,    // steps between levels
     ratios: f32,    // steps between ratios
     negative: f32,  // those of the lower three parts that are below 0
-    grays: f32,     // steps of the curve of grays in one step of levels
     lowest: f32,    // of a result
+    texel: vec2f,   // the size of a texel as a share of the table
 }
 
 // The shaper of levels is m^p / (m^p + c^p). Levels are dense around the middle gray of exposed light and of a display,
@@ -53,7 +55,7 @@ fn bake_ratios(largest: i32, is_outside: bool, params: Bake) -> BakeRatios {
 
 fn bake_places(ratios: vec2f, axis: BakeRatios) -> vec2f {
     let are_below = ratios < vec2f(0.0);
-    let sizes = ratios / select(vec2f(1.0), axis.lowest, are_below);
+    let sizes = min(ratios / select(vec2f(1.0), axis.lowest, are_below), vec2f(1.0));
     let steps = select(vec2f(axis.above), vec2f(-axis.below), are_below);
     return axis.below + steps * (axis.root * sqrt(sizes) + (1.0 - axis.root) * sizes);
 }
@@ -66,79 +68,51 @@ fn bake_at_places(places: vec2f, axis: BakeRatios) -> vec2f {
     return select(vec2f(1.0), axis.lowest, are_below) * roots * roots;
 }
 
+// The place from left to right within a level, from that of its ratio, and back.
+fn bake_across(place: f32, level: f32, params: Bake) -> f32 {
+    return select(place, params.ratios - place, fract(0.5 * level) > 0.25);
+}
+
 // The color of a texel of the table. A color with a luminance below 0 is none that a pixel can have: see
 // `extended_light`.
 fn bake_color(at: Point, params: Bake) -> vec4f {
     let count = i32(params.ratios) + 1;
     let largest = (at.pixel.y / count) % 3;
     let axis = bake_ratios(largest, at.pixel.y >= 3 * count, params);
+    let level = f32(at.pixel.x / count);
     let places = vec2f(at.pixel % vec2i(count));
-    let light = bake_light(f32(at.pixel.x / count), params);
-    let others = light * bake_at_places(places, axis);
+    let light = bake_light(level, params);
+    let others = light * bake_at_places(vec2f(bake_across(places.x, level, params), places.y), axis);
     var rgb = vec3f(light, others);
     if largest == 1 { rgb = rgb.zxy; }
     if largest == 2 { rgb = rgb.yzx; }
     return vec4f(extended_light(rgb), 1.0);
 }
 
-// The gray of a texel of the curve of grays.
-fn bake_gray(at: Point, params: Bake) -> vec4f {
-    return vec4f(vec3f(bake_light(f32(at.pixel.x) / params.grays, params)), 1.0);
-}
-
-// What the table lacks of a gray.
-fn bake_rest(made: vec4f, table: texture_2d<f32>, at: Point, params: Bake) -> vec4f {
-    let ratios = i32(params.ratios) + 1;
-    let level = f32(at.pixel.x) / params.grays;
-    let first = clamp(i32(level), 0, i32(params.levels) - 1);
-    let gray = vec2i(first * ratios + ratios - 1, ratios - 1);
-    let share = level - f32(first);
-    let shown = (1.0 - share) * textureLoad(table, gray, 0) + share * textureLoad(table, gray + vec2i(ratios, 0), 0);
-    return vec4f(made.rgb - shown.rgb, 1.0);
-}
-
-// The color that the table has for a color: in the tetrahedron around it, and closer to gray with more of the curve of
-// grays, which for a gray makes it exact.
-fn bake(source: vec4f, table: texture_2d<f32>, grays: texture_2d<f32>, params: Bake) -> vec4f {
+// The color that the table has for a color: between two levels, each filtered between four ratios. A ratio of 1 is the
+// last one of its part, so that the filter takes nothing from the next part, and a gray lies between two grays.
+fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) -> vec4f {
     let c = source.rgb;
     let is_green = c.g > c.r && c.g >= c.b;
     let is_blue = c.b > c.r && c.b > c.g;
     let light = max(c.r, max(c.g, c.b));
     let others = select(select(c.gb, c.br, is_green), c.rg, is_blue);
     let largest = select(select(0, 1, is_green), 2, is_blue);
-    let of_light = others / max(light, 1e-20);
-    let is_outside = min(of_light.x, of_light.y) < 0.0;
+    let ratios = min(others / max(light, 1e-20), vec2f(1.0));
+    let is_outside = min(ratios.x, ratios.y) < 0.0;
     let axis = bake_ratios(largest, is_outside, params);
-    let ratios = clamp(of_light, axis.lowest, vec2f(1.0));
     let level = bake_level(light, params);
 
-    // Steps along the level, the next channel and the last one.
-    let count = i32(params.ratios) + 1;
-    let place = vec3f(level, bake_places(ratios, axis));
-    let base = clamp(vec3i(place), vec3i(0), vec3i(i32(params.levels), count - 1, count - 1) - 1);
-    let f = clamp(place - vec3f(base), vec3f(0.0), vec3f(1.0));
-    let part = largest + select(0, 3, is_outside);
-    let corner = vec2i(base.x * count + base.y, part * count + base.z);
-    let x_leads = f.x >= f.y && f.x >= f.z;
-    let y_leads = !x_leads && f.y >= f.z;
-    let x_trails = !x_leads && f.x < f.y && f.x < f.z;
-    let y_trails = !x_trails && !y_leads && f.y < f.z;
-    let first = select(select(vec2i(0, 1), vec2i(1, 0), y_leads), vec2i(count, 0), x_leads);
-    let trailing = select(select(vec2i(0, 1), vec2i(1, 0), y_trails), vec2i(count, 0), x_trails);
-    let most = max(f.x, max(f.y, f.z));
-    let least = min(f.x, min(f.y, f.z));
-    let middle = max(min(f.x, f.y), min(max(f.x, f.y), f.z));
-    let all = vec2i(count + 1, 1);
-    let shown = (1.0 - most) * textureLoad(table, corner, 0).rgb
-        + (most - middle) * textureLoad(table, corner + first, 0).rgb
-        + (middle - least) * textureLoad(table, corner + all - trailing, 0).rgb
-        + least * textureLoad(table, corner + all, 0).rgb;
-
-    let fine = level * params.grays;
-    let gray = clamp(i32(fine), 0, i32(params.levels * params.grays) - 1);
-    let share = clamp(fine - f32(gray), 0.0, 1.0);
-    let rest = (1.0 - share) * textureLoad(grays, vec2i(gray, 0), 0).rgb
-        + share * textureLoad(grays, vec2i(gray + 1, 0), 0).rgb;
-    let grayness = sqrt(max(min(ratios.x, ratios.y), 0.0));
-    return vec4f(max(shown + grayness * rest, vec3f(params.lowest)), source.a);
+    let count = params.ratios + 1.0;
+    let part = f32(select(largest, largest + 3, is_outside));
+    let lower = min(floor(level), params.levels - 1.0);
+    let share = level - lower;
+    let place = bake_places(ratios, axis);
+    let across = vec2f(bake_across(place.x, lower, params), bake_across(place.x, lower + 1.0, params));
+    let x = (across + count * vec2f(lower, lower + 1.0) + 0.5) * params.texel.x;
+    let y = (place.y + count * part + 0.5) * params.texel.y;
+    let low = tap(table, linear, vec2f(x.x, y)).rgb;
+    let high = tap(table, linear, vec2f(x.y, y)).rgb;
+    let shown = (1.0 - share) * low + share * high;
+    return vec4f(max(shown, vec3f(params.lowest)), source.a);
 }

@@ -1,7 +1,7 @@
 //! Baking: runs of point functions of one color become a table of colors, which the same functions fill.
 //!
-//! A run is replaced by one function that looks a color up. Two passes fill what it reads, in the first frame of a plan
-//! and when their uniforms have changed: the table, and the curve of grays, which are then as exact as the functions.
+//! A run is replaced by one function that looks a color up. A pass fills the table that it reads, in the first frame of
+//! a plan and when its uniforms have changed.
 
 mod run;
 mod table;

@@ -10,9 +10,6 @@ use super::run::Run;
 // SAFETY: all texels that it reads are clamped to the table, and it has no loops and no buffers.
 static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("bake.wgsl")) };
 
-/// Points of the curve of grays, about.
-const GRAYS: u32 = 1024;
-
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
 
@@ -30,15 +27,13 @@ pub(super) struct Table {
     ratios: u32,
     /// Those between negative ratios, in the parts for colors with a negative channel.
     negative: u32,
-    /// Steps of the curve of grays in one step of levels.
-    grays: u32,
 }
 
 impl Table {
     /// The table of that [size](afterimage_graph::node::Bake::size).
     pub(super) fn new(size: u32) -> Self {
-        let (levels, ratios) = (size * 9 / 8, size * 3 / 4);
-        Self { levels, ratios, negative: ratios * 2 / 3, grays: GRAYS / levels }
+        let (levels, ratios) = (size * 9 / 4, size * 3 / 4);
+        Self { levels, ratios, negative: ratios * 2 / 3 }
     }
 
     /// One ratio within the levels from left to right, the other one within the parts from top to bottom.
@@ -46,17 +41,13 @@ impl Table {
         Size::new((self.levels + 1) * (self.ratios + 1), PARTS * (self.ratios + 1))
     }
 
-    fn gray_texels(self) -> Size {
-        Size::new(self.levels * self.grays + 1, 1)
-    }
-
-    /// The longest side of its images.
+    /// The longest side of its image.
     pub(super) fn side(self) -> u32 {
-        self.texels().width.max(self.gray_texels().width)
+        self.texels().width
     }
 
-    /// The passes that fill the table and the curve of grays by `kernels`, whose first one reads the kernel before it,
-    /// and the one that reads both.
+    /// The pass that fills the table by `kernels`, whose first one reads the kernel before it, and the one that reads
+    /// it.
     pub(super) fn passes(
         self,
         recording: &mut Recording,
@@ -68,7 +59,6 @@ impl Table {
         let result = recording.image(run.result);
         let signedness = result.signedness;
         let table = self.image(recording, format!("{node}.table"), self.texels(), signedness);
-        let grays = self.image(recording, format!("{node}.grays"), self.gray_texels(), Signedness::Signed);
         let uniform = self.uniform(signedness);
         let call = |function: &'static str, args: &[(&str, Arg)]| KernelCall {
             uniform: uniform.clone(),
@@ -78,22 +68,14 @@ impl Table {
             Pass::of_functions(nodes.to_vec(), label.to_owned(), kernels, image)
         };
         let colors = call("bake_color", &[("at", Arg::Point), ("params", Arg::Params)]);
-        let fill = [vec![colors], kernels.clone()].concat();
-        let ramp = call("bake_gray", &[("at", Arg::Point), ("params", Arg::Params)]);
-        let made = Arg::Kernel(kernels.len());
-        let args = [("made", made), ("table", Arg::Texture(table)), ("at", Arg::Point), ("params", Arg::Params)];
-        let curve = [vec![ramp], kernels, vec![call("bake_rest", &args)]].concat();
+        let fill = [vec![colors], kernels].concat();
         let args = [
             ("source", Arg::Pixel(run.source)),
             ("table", Arg::Texture(table)),
-            ("grays", Arg::Texture(grays)),
+            ("linear", Arg::Sampler),
             ("params", Arg::Params),
         ];
-        vec![
-            of_nodes("fill table", fill, table),
-            of_nodes("fill grays", curve, grays),
-            of_nodes("look up", vec![call("bake", &args)], run.result),
-        ]
+        vec![of_nodes("fill table", fill, table), of_nodes("look up", vec![call("bake", &args)], run.result)]
     }
 
     fn image(self, recording: &mut Recording, label: String, size: Size, signedness: Signedness) -> ImageId {
@@ -107,10 +89,11 @@ impl Table {
             ("levels", self.levels as f32),
             ("ratios", self.ratios as f32),
             ("negative", self.negative as f32),
-            ("grays", self.grays as f32),
             ("lowest", lowest),
         ];
-        let values = numbers.map(|(name, number)| (name, UniformValue::Floats(vec![number])));
+        let mut values = numbers.map(|(name, number)| (name, UniformValue::Floats(vec![number]))).to_vec();
+        let Size { width, height, .. } = self.texels();
+        values.push(("texel", UniformValue::Floats(vec![1.0 / width as f32, 1.0 / height as f32])));
         let reflection = SHADER.reflect().expect("the shader is valid");
         reflection.pack("Bake", &values).expect("the struct has these numbers")
     }

@@ -26,7 +26,7 @@ pub struct Baked {
     pub nodes: Vec<String>,
     /// The size that was asked for: levels of light.
     pub size: u32,
-    /// Bytes of the table and of the curve of grays.
+    /// Bytes of the table.
     pub bytes: u64,
 }
 
