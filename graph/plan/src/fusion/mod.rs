@@ -14,24 +14,24 @@ pub(crate) use row_downsample::{row_kernel, row_pass};
 use crate::builder::PlanBuilder;
 use crate::options::When;
 use crate::request::PlanRequest;
+use row_downsample::RowDownsampling;
 
 /// Fuses passes, as far as the options ask for it and the device can run the result.
 pub(crate) fn fusion(builder: &mut PlanBuilder, request: &PlanRequest<'_>) {
     let options = &request.options;
+    let by_rows = match options.row_downsample {
+        When::Always => Some(RowDownsampling { always: true }),
+        When::WhereItPays if request.caps.fast_workgroup_memory => Some(RowDownsampling { always: false }),
+        When::WhereItPays | When::Never => None,
+    };
     if options.fuse {
-        point::fuse_points(builder, &request.caps);
+        point::fuse_points(builder, &request.caps, by_rows);
         warp::fuse_warps(builder, &request.caps);
     }
-    let makes_again = match options.row_downsample {
-        When::Always => row_downsample::downsample_by_rows(builder, &request.caps, true),
-        When::WhereItPays if request.caps.fast_workgroup_memory => {
-            row_downsample::downsample_by_rows(builder, &request.caps, false)
-        }
-        When::WhereItPays | When::Never => false,
-    };
+    let makes_again = by_rows.is_some_and(|by_rows| by_rows.replace_halvings(builder, &request.caps));
     // What the halvings make themselves, others read pixel by pixel.
     if options.fuse && makes_again {
-        point::fuse_points(builder, &request.caps);
+        point::fuse_points(builder, &request.caps, None);
     }
     if options.fuse {
         cell_reduce::join_cell_reductions(builder, &request.caps);

@@ -6,6 +6,7 @@
 
 use super::one_module::fit_one_module;
 use super::pass_graph::PassGraph;
+use super::row_downsample::RowDownsampling;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
 use afterimage_base::caps::Caps;
@@ -19,11 +20,14 @@ const MAX_COPIES: usize = 4;
 const MAX_KERNELS: usize = 64;
 
 /// Fuses until no pass can become part of its readers. A pass that changes puts those that make its images back on the
-/// stack.
-pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps) {
+/// stack. A halving that `by_rows` will take stays alone: by rows it costs less than its readers save.
+pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps, by_rows: Option<RowDownsampling>) {
     let mut graph = PassGraph::new(builder);
     let mut pending: Vec<usize> = (0..graph.len()).rev().collect();
     while let Some(number) = pending.pop() {
+        if by_rows.is_some_and(|by_rows| by_rows.takes(&graph, &builder.recording, number)) {
+            continue;
+        }
         let readers = pixel_readers(&graph, &builder.recording, caps, number);
         let Some((last, others)) = readers.split_last() else { continue };
         let producer = graph.take(number).expect("a producer was found");

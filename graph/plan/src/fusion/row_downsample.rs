@@ -31,19 +31,34 @@ fn rows_of(texels: u64) -> u32 {
     }
 }
 
-/// Halves by rows; whether a pass makes an image again that is still stored for others, which read only its pixels.
-pub(super) fn downsample_by_rows(builder: &mut PlanBuilder, caps: &Caps, always: bool) -> bool {
-    let mut graph = PassGraph::new(builder);
-    let mut makes_again = false;
-    for number in 0..graph.len() {
-        let Some(halving) = Halving::find(&graph, &builder.recording, number, always) else { continue };
-        let maker = Maker::find(&graph, &builder.recording, caps, &halving);
-        if always || maker.is_some() || halving.by.reach >= WIDE {
-            makes_again |= halving.replace(&mut graph, builder, maker);
-        }
+/// Which halvings are done by rows.
+#[derive(Clone, Copy)]
+pub(super) struct RowDownsampling {
+    /// All that have a form for it, and not only those that gain by it.
+    pub(super) always: bool,
+}
+
+impl RowDownsampling {
+    /// Whether the pass is a halving that is done by rows, whatever makes its source.
+    pub(super) fn takes(self, graph: &PassGraph, recording: &Recording, number: usize) -> bool {
+        let halving = Halving::find(graph, recording, number, self.always);
+        halving.is_some_and(|halving| self.always || halving.by.reach >= WIDE)
     }
-    graph.finish(builder);
-    makes_again
+
+    /// Halves by rows; whether a pass makes an image again that is still stored for others, which read only its pixels.
+    pub(super) fn replace_halvings(self, builder: &mut PlanBuilder, caps: &Caps) -> bool {
+        let mut graph = PassGraph::new(builder);
+        let mut makes_again = false;
+        for number in 0..graph.len() {
+            let Some(halving) = Halving::find(&graph, &builder.recording, number, self.always) else { continue };
+            let maker = Maker::find(&graph, &builder.recording, caps, &halving);
+            if self.always || maker.is_some() || halving.by.reach >= WIDE {
+                makes_again |= halving.replace(&mut graph, builder, maker);
+            }
+        }
+        graph.finish(builder);
+        makes_again
+    }
 }
 
 /// A pass that halves an image and has a form by rows.
