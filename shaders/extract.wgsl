@@ -124,9 +124,13 @@ fn extract_limited_around(source: vec4f, around: Around, at: Point) -> vec4f {
 }
 
 fn extract_limited_around_since(source: vec4f, around: Around, before: texture_2d<f32>, at: Point) -> vec4f {
-    let near = largest_around(around);
-    if brightest(source.rgb) <= EXTRACT_CONTRAST * near { return source; }
-    return extract_dimmed(source, EXTRACT_CONTRAST * max(near, extract_before(before, at.pixel)), at);
+    let near = max(largest_around(around), extract_before(before, at.pixel));
+    return extract_dimmed(source, EXTRACT_CONTRAST * near, at);
+}
+
+// Whether the pixel may be a firefly: few are.
+fn extract_stands_out(source: vec4f, around: Around) -> bool {
+    return brightest(source.rgb) > EXTRACT_CONTRAST * largest_around(around);
 }
 
 fn extract_number(texel: vec4f) -> f32 {

@@ -109,7 +109,12 @@ impl Extract {
             true => ("extract_limited_since", "extract_limited_around_since"),
             false => ("extract_limited", "extract_limited_around"),
         };
-        let form = ByNeighbors { source: "source", number: "extract_number", function: by_neighbors };
+        let form = ByNeighbors {
+            source: "source",
+            number: "extract_number",
+            changes: "extract_stands_out",
+            function: by_neighbors,
+        };
         pass.function(&SHADER, function).by_neighbors(form).write_to(result);
         result
     }

@@ -148,9 +148,11 @@ pub struct ByRows {
 /// of the eight texels there not more than a number each: with it a pass by rows makes each texel and its number once,
 /// and gives the number to the neighbors.
 ///
-/// Both functions are in the module of the function, which imports `neighbors`:
+/// The functions are in the module of the function, which imports `neighbors`:
 ///
 /// - `fn NUMBER(texel: vec4f) -> f32`, of any texel;
+/// - `fn CHANGES(source: vec4f, around: Around) -> bool`, whether the function may change a texel: it is not called for
+///   four texels of which it changes none;
 /// - `fn FUNCTION(source: vec4f, around: Around, ...) -> vec4f`, whose other arguments are those of the function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByNeighbors {
@@ -158,6 +160,8 @@ pub struct ByNeighbors {
     pub source: &'static str,
     /// The number of a texel.
     pub number: &'static str,
+    /// Whether the function may change a texel.
+    pub changes: &'static str,
     /// The function of a texel and of the numbers around it.
     pub function: &'static str,
 }

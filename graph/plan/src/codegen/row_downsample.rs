@@ -26,7 +26,10 @@ pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) 
     let halving = code.pass.results[0].kernel;
     let mut functions = writer.function("run", 0..rows.around.unwrap_or(halving));
     if let Some(around) = rows.around {
-        functions += &writer.function_of_neighbors("change", around..halving);
+        functions += &writer.function_after("change", around..around + 1, ", around: Around");
+        if around + 1 < halving {
+            functions += &writer.function_after("finish", around + 1..halving, "");
+        }
     }
     let [results, calls] = stored(code, &mut writer);
     let names = Names {
@@ -34,15 +37,10 @@ pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) 
         state: writer.name(halving, rows.state),
         results,
         calls,
-        number: rows.around.map(|around| writer.name(around, number(code.pass, around))),
+        neighbors: rows.around.map(|around| NeighborNames::new(code.pass, &writer, around, halving)),
     };
     let entry_point = entry_point(&writer, rows, &names);
     writer.finish(&(functions + &entry_point), [ROW_INVOCATIONS, 1, 1], &["compute"])
-}
-
-/// The function that gives the number of a texel for its neighbors.
-fn number(pass: &Pass, around: usize) -> &'static str {
-    pass.kernels[around].by_neighbors.expect("a kernel that shares its neighbors has a form for it").number
 }
 
 /// The storage images of the results, and the functions that make their texels.
@@ -61,18 +59,34 @@ struct Names {
     /// The storage images: that of the halving, and those of texels that depend on one square alone.
     results: Vec<String>,
     calls: Vec<String>,
-    /// The function for the number of a texel, if texels depend on their neighbors.
-    number: Option<String>,
+    /// If texels depend on their neighbors, what they are changed by.
+    neighbors: Option<NeighborNames>,
+}
+
+struct NeighborNames {
+    /// The functions for the number of a texel, and for whether it may change.
+    number: String,
+    changes: String,
+    /// Whether there are functions of the texels that are changed.
+    finishes: bool,
+}
+
+impl NeighborNames {
+    fn new(pass: &Pass, writer: &FunctionWriter<'_, '_>, around: usize, halving: usize) -> Self {
+        let form = pass.kernels[around].by_neighbors.expect("a kernel that shares its neighbors has a form for it");
+        let (number, changes) = (writer.name(around, form.number), writer.name(around, form.changes));
+        Self { number, changes, finishes: around + 1 < halving }
+    }
 }
 
 fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (extent, state, margin) = (&names.extent, &names.state, margin(rows));
     let [covered, count] = rows_cover(rows);
-    let walk = match &names.number {
+    let walk = match &names.neighbors {
         None => plain_walk(writer, names),
-        Some(number) => walk_of_neighbors(writer, names, number),
+        Some(neighbors) => walk_of_neighbors(writer, names, neighbors),
     };
-    let import = if names.number.is_some() { "#import neighbors\n" } else { "" };
+    let import = if names.neighbors.is_some() { "#import neighbors\n" } else { "" };
     format!(
         "{import}fn point_of_source(pixel: vec2i) -> Point {{
     let size = 2.0 * {extent};
@@ -92,21 +106,23 @@ fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
     )
 }
 
-/// The square of a row, from the texels of the source.
-fn square(writer: &FunctionWriter<'_, '_>) -> String {
-    let texels: Vec<String> = (0..4).map(|place| writer.call_at("run", place)).collect();
-    format!(
-        "        let corner = 2 * vec2i(column, row);
-        let at0 = point_of_source(corner);
-        let at1 = point_of_source(corner + vec2i(1, 0));
-        let at2 = point_of_source(corner + vec2i(0, 1));
-        let at3 = point_of_source(corner + vec2i(1, 1));
-{loads}        let square = Square({texels});
-",
-        loads = writer.load_host_pixels(4, "        "),
-        texels = texels.join(", "),
-    )
+/// The places of the square of a row, whose names begin with `places`.
+fn places(places: &str, row: &str, indent: &str) -> String {
+    let offsets = ["0, 0", "1, 0", "0, 1", "1, 1"];
+    let place = |(index, offset): (usize, &&str)| {
+        format!("{indent}let {places}{index} = point_of_source(2 * vec2i(column, {row}) + vec2i({offset}));\n")
+    };
+    offsets.iter().enumerate().map(place).collect()
 }
+
+/// The square of a row, from the texels of the source, which `loads` has loaded.
+fn square(writer: &FunctionWriter<'_, '_>, loads: &str) -> String {
+    let texels: Vec<String> = (0..4).map(|place| writer.call_at("run", place)).collect();
+    let places = places("at", "row", INDENT);
+    format!("{places}{loads}        let square = Square({});\n", texels.join(", "))
+}
+
+const INDENT: &str = "        ";
 
 /// Stores what depends on a square alone.
 fn stores_of_squares(names: &Names) -> String {
@@ -128,21 +144,47 @@ fn plain_walk(writer: &FunctionWriter<'_, '_>, names: &Names) -> String {
         if row > first && is_own {{ textureStore({result}, vec2i(column, row - 1), value); }}
     }}
 ",
-        square = square(writer),
+        square = square(writer, &writer.load_host_pixels(4, INDENT)),
         stores = stores_of_squares(names),
     )
 }
 
+/// Where each texel of a square is, from the place of the square below it, and its name.
+const TEXELS: [(&str, &str); 4] =
+    [("0, -2", "upper_left"), ("1, -2", "upper_right"), ("0, -1", "lower_left"), ("1, -1", "lower_right")];
+
 /// A step makes the texels of a square, and changes those of the square before, whose neighbors are known now. So it
 /// begins and ends a row further out. Beyond the border, squares consist of texels of the border as they are changed
 /// there: above of the first row, which is known when the first square is, and below of the last one.
-fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, number: &str) -> String {
+///
+/// It needs many registers, so few workgroups wait at once: each step loads the texels of the next one before it uses
+/// its own. A walk without neighbors takes longer so.
+fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, neighbors: &NeighborNames) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
+    let NeighborNames { number, changes, finishes } = neighbors;
+    let of_texels = |text: &dyn Fn(usize, &str, &str) -> String, between: &str| {
+        let texels = TEXELS.iter().enumerate().map(|(index, (offset, texel))| text(index, offset, texel));
+        texels.collect::<Vec<_>>().join(between)
+    };
+    let may_change = of_texels(&|index, _, texel| format!("{changes}(seen.square.{texel}, around[{index}])"), ", ");
+    let point = |offset: &str| format!("point_of_source(2 * vec2i(column, row) + vec2i({offset}))");
+    let change = |index: usize, offset: &str, texel: &str| {
+        format!("                change({}, seen.square.{texel}, around[{index}]),\n", point(offset))
+    };
+    let finish = |_: usize, offset: &str, texel: &str| match finishes {
+        true => format!("finish({}, seen.square.{texel})", point(offset)),
+        false => format!("seen.square.{texel}"),
+    };
+    let ahead = |row: &str, indent: &str| match writer.load_ahead(4, indent) {
+        loads if loads.is_empty() => loads,
+        loads => places("next", row, indent) + &loads,
+    };
+    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT) + &writer.sanitize_host_pixels(4, INDENT);
     format!(
         "    let place = neighbors_place(column, last.x, invocation);
     var next: NeighborsSeen;
     var changed: Square;
-    for (var row = first - 2; row <= end + 1; row++) {{
+{declared}{first}    for (var row = first - 2; row <= end + 1; row++) {{
 {square}        let numbers = vec4f({number}(square.upper_left), {number}(square.upper_right),
             {number}(square.lower_left), {number}(square.lower_right));
         let rows = neighbors_share(numbers, row >= 0 && row <= last.y, row, place);
@@ -151,21 +193,25 @@ fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, number: &st
         if row < first {{ continue; }}
 {stores}        if row == 0 {{ seen = NeighborsSeen(neighbors_upper(square), vec4f(), rows); }}
         let around = neighbors_of(seen, rows.upper);
-        let upper_left = change(point_of_source(corner - vec2i(0, 2)), seen.square.upper_left, around[0]);
-        let upper_right = change(point_of_source(corner - vec2i(-1, 2)), seen.square.upper_right, around[1]);
-        let lower_left = change(point_of_source(corner - vec2i(0, 1)), seen.square.lower_left, around[2]);
-        let lower_right = change(point_of_source(corner - vec2i(-1, 1)), seen.square.lower_right, around[3]);
+        if any(vec4<bool>({may_change})) {{
+            seen.square = Square(
+{change}            );
+        }}
         if row > last.y + 1 {{
             changed = neighbors_lower(changed);
         }} else {{
-            changed = neighbors_clamped(Square(upper_left, upper_right, lower_left, lower_right), column, last.x);
+            changed = neighbors_clamped(Square({finished}), column, last.x);
         }}
         if row == 0 {{ changed = neighbors_upper(changed); }}
         let value = {halve}(&state, changed, invocation);
         if row > first + 1 && is_own {{ textureStore({result}, vec2i(column, row - 2), value); }}
     }}
 ",
-        square = square(writer),
+        declared = writer.declare_ahead(4, "    "),
+        first = ahead("first - 2", "    "),
+        square = square(writer, &loads),
         stores = stores_of_squares(names),
+        change = of_texels(&change, ""),
+        finished = of_texels(&finish, ", "),
     )
 }

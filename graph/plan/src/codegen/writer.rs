@@ -81,32 +81,71 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     }
 
     /// A function `name` to the value of the last of these kernels, from a `Point`, the value of the kernel before them
-    /// and what is around it.
-    pub(super) fn function_of_neighbors(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
-        let (texel, last) = (kernels.start - 1, kernels.end - 1);
+    /// and `more` arguments.
+    pub(super) fn function_after(&mut self, name: &str, kernels: std::ops::Range<usize>, more: &str) -> String {
+        let (before, last) = (kernels.start - 1, kernels.end - 1);
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
-        let arguments = format!("at: Point, kernel{texel}: vec4f, around: Around");
-        format!("fn {name}({arguments}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
+        format!("fn {name}(at: Point, kernel{before}: vec4f{more}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
 
     /// Statements that load the pixels of host images at the places `at0` up to `at{count}`, and sanitize them.
     pub(super) fn load_host_pixels(&self, count: u32, indent: &str) -> String {
-        let (mut loads, mut largest, mut repairs) = (String::new(), String::new(), String::new());
+        self.loads(count, &format!("{indent}var host"), "at") + &self.sanitize_host_pixels(count, indent)
+    }
+
+    /// Statements that declare variables for the pixels of host images at that many places.
+    pub(super) fn declare_ahead(&self, count: u32, indent: &str) -> String {
+        self.of_host_pixels(count, &|index, place, _| format!("{indent}var ahead{index}_{place}: vec4f;\n"))
+    }
+
+    /// Statements that load the pixels of host images at the places `next0` up to `next{count}` into these variables:
+    /// what is done with others until they are taken hides the waiting.
+    pub(super) fn load_ahead(&self, count: u32, indent: &str) -> String {
+        self.loads(count, &format!("{indent}ahead"), "next")
+    }
+
+    /// Statements that take the pixels of host images from these variables, as if they were loaded at `at0` and so on.
+    pub(super) fn take_ahead(&self, count: u32, indent: &str) -> String {
+        self.of_host_pixels(count, &|index, place, _| {
+            format!("{indent}var host{index}_{place} = ahead{index}_{place};\n")
+        })
+    }
+
+    /// Loads into variables whose names begin with `variable`, at places whose names begin with `places`.
+    fn loads(&self, count: u32, variable: &str, places: &str) -> String {
+        self.of_host_pixels(count, &|index, place, texture| {
+            format!("{variable}{index}_{place} = textureLoad({texture}, {places}{place}.pixel, 0);\n")
+        })
+    }
+
+    /// A statement for each host image and each place.
+    fn of_host_pixels(&self, count: u32, statement: &dyn Fn(usize, u32, &str) -> String) -> String {
+        let mut statements = String::new();
+        for (index, pixel) in self.host_pixels.iter().enumerate() {
+            for place in 0..count {
+                statements += &statement(index, place, &pixel.texture);
+            }
+        }
+        statements
+    }
+
+    /// Statements that sanitize the pixels of host images that were loaded at the places `at0` up to `at{count}`.
+    pub(super) fn sanitize_host_pixels(&self, count: u32, indent: &str) -> String {
+        let (mut largest, mut repairs) = (String::new(), String::new());
         for (index, HostPixel { texture, mode }) in self.host_pixels.iter().enumerate() {
             for place in 0..count {
                 let pixel = format!("host{index}_{place}");
                 let at = format!("at{place}.pixel");
-                loads += &format!("{indent}var {pixel} = textureLoad({texture}, {at}, 0);\n");
                 let bits = mode.largest_bits(&pixel);
                 largest = if largest.is_empty() { bits } else { format!("max({largest}, {bits})") };
                 repairs += &format!("{indent}    {pixel} = {};\n", mode.sanitized(texture, &at, &pixel));
             }
         }
-        if loads.is_empty() {
-            return loads;
+        if largest.is_empty() {
+            return largest;
         }
-        format!("{loads}{indent}if {largest} > HALF_MAX_BITS {{\n{repairs}{indent}}}\n")
+        format!("{indent}if {largest} > HALF_MAX_BITS {{\n{repairs}{indent}}}\n")
     }
 
     /// A call of the [`function`](Self::function) of that name at the place `at{place}`.
