@@ -35,28 +35,39 @@ fn fxaa_brightness(color: vec4f, is_light: bool) -> f32 {
     return select(y, sqrt(y), is_light);
 }
 
-fn fxaa_square(source: texture_2d<f32>, p: vec2i, is_light: bool) -> FxaaSquare {
-    var square = FxaaSquare();
-    for (var y = 0; y < 3; y++) {
-        let row = p + vec2i(0, y - 1);
-        square.rows[y] = vec3f(
-            fxaa_brightness(texel(source, row - vec2i(1, 0)), is_light),
-            fxaa_brightness(texel(source, row), is_light),
-            fxaa_brightness(texel(source, row + vec2i(1, 0)), is_light),
-        );
-    }
-    return square;
+// The brightness beside a pixel: above, left, right and below.
+fn fxaa_beside(source: texture_2d<f32>, p: vec2i, is_light: bool) -> vec4f {
+    let above = texel(source, p - vec2i(0, 1));
+    let left = texel(source, p - vec2i(1, 0));
+    let right = texel(source, p + vec2i(1, 0));
+    let below = texel(source, p + vec2i(0, 1));
+    return vec4f(
+        fxaa_brightness(above, is_light),
+        fxaa_brightness(left, is_light),
+        fxaa_brightness(right, is_light),
+        fxaa_brightness(below, is_light),
+    );
 }
 
 // The difference between the brightest and the darkest of a pixel and the four beside it; 0 where that is too small to
 // be seen.
-fn fxaa_contrast(square: FxaaSquare, params: Fxaa) -> f32 {
-    let upper = square.rows[0];
-    let middle = square.rows[1];
-    let lower = square.rows[2];
-    let high = max(max(middle.x, middle.z), max(max(upper.y, lower.y), middle.y));
-    let low = min(min(middle.x, middle.z), min(min(upper.y, lower.y), middle.y));
+fn fxaa_contrast(center: f32, beside: vec4f, params: Fxaa) -> f32 {
+    let high = max(max(beside.y, beside.z), max(max(beside.x, beside.w), center));
+    let low = min(min(beside.y, beside.z), min(min(beside.x, beside.w), center));
     return select(high - low, 0.0, high - low < max(params.floor, high * params.threshold));
+}
+
+// The square around a pixel, of which all but the corners is known. Few pixels need them.
+fn fxaa_square(source: texture_2d<f32>, p: vec2i, center: f32, beside: vec4f, is_light: bool) -> FxaaSquare {
+    let upper_left = texel(source, p + vec2i(-1, -1));
+    let upper_right = texel(source, p + vec2i(1, -1));
+    let lower_left = texel(source, p + vec2i(-1, 1));
+    let lower_right = texel(source, p + vec2i(1, 1));
+    return FxaaSquare(array(
+        vec3f(fxaa_brightness(upper_left, is_light), beside.x, fxaa_brightness(upper_right, is_light)),
+        vec3f(beside.y, center, beside.z),
+        vec3f(fxaa_brightness(lower_left, is_light), beside.w, fxaa_brightness(lower_right, is_light)),
+    ));
 }
 
 // How far a pixel that stands out from all around it moves to its neighbor: this dims dots and thin lines.
@@ -145,11 +156,14 @@ fn fxaa_offset(
 }
 
 fn fxaa_at(source: texture_2d<f32>, s: sampler, at: Point, params: Fxaa, quality: u32, is_light: bool) -> vec4f {
-    let square = fxaa_square(source, at.pixel, is_light);
-    let contrast = fxaa_contrast(square, params);
-    if contrast <= 0.0 { return texel(source, at.pixel); }
+    let color = texel(source, at.pixel);
+    let center = fxaa_brightness(color, is_light);
+    let beside = fxaa_beside(source, at.pixel, is_light);
+    let contrast = fxaa_contrast(center, beside, params);
+    if contrast <= 0.0 { return color; }
+    let square = fxaa_square(source, at.pixel, center, beside, is_light);
     let edge = fxaa_edge(square);
-    let offset = fxaa_offset(source, s, at, edge, square.rows[1].y, quality, is_light);
+    let offset = fxaa_offset(source, s, at, edge, center, quality, is_light);
     let moved = max(offset, fxaa_subpixel(square, contrast, params));
     return tap(source, s, at.uv + moved * edge.across / at.size);
 }
