@@ -71,11 +71,25 @@ fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invoc
     let pixels = stride_size(size, params.step);
     let first = cell_first(column.xy, pixels, params.size.xy);
     let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
-    for (var i = invocation; i < extent.x * extent.y; i += GRID_BUILD_INVOCATIONS) {
-        let pixel = stride_pixel(first + vec2u(i % extent.x, i / extent.x), size, params.step);
-        let level = grid_build_level(texel(source, pixel));
-        grid_build_add(grid_build_bin(level), 1.0, level);
+    var run = GridBuildRun();
+    for (var x = invocation % 64u; x < extent.x; x += 64u) {
+        // Four pixels of a column are loaded together.
+        for (var y = invocation / 64u; y < extent.y; y += 16u) {
+            let rows = y + vec4u(0u, 4u, 8u, 12u);
+            let inside = min(rows, vec4u(extent.y - 1u));
+            let colors = texels_inside(
+                source,
+                stride_pixel(first + vec2u(x, inside.x), size, params.step),
+                stride_pixel(first + vec2u(x, inside.y), size, params.step),
+                stride_pixel(first + vec2u(x, inside.z), size, params.step),
+                stride_pixel(first + vec2u(x, inside.w), size, params.step),
+            );
+            for (var k = 0u; k < 4u; k++) {
+                if rows[k] < extent.y { grid_build_count(&run, grid_build_level(colors[k])); }
+            }
+        }
     }
+    grid_build_flush(&run);
     grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
 }
 
@@ -124,14 +138,7 @@ fn grid_build_flush(run: ptr<function, GridBuildRun>) {
     atomicAdd(&grid_build_weights[(*run).bin], (*run).weight);
 }
 
-fn grid_build_begin(cell: Cell) -> GridBuildRun {
-    grid_build_clear(cell.invocation, cell.invocations);
-    return GridBuildRun();
-}
-
-fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
-    if !seen.centered { return; }
-    let level = grid_build_level(seen.color);
+fn grid_build_count(run: ptr<function, GridBuildRun>, level: f32) {
     let bin = grid_build_bin(level);
     if bin != (*run).bin {
         grid_build_flush(run);
@@ -139,6 +146,15 @@ fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
     }
     (*run).sum += u32(level * params.unit + 0.5);
     (*run).weight += u32(params.unit + 0.5);
+}
+
+fn grid_build_begin(cell: Cell) -> GridBuildRun {
+    grid_build_clear(cell.invocation, cell.invocations);
+    return GridBuildRun();
+}
+
+fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
+    if seen.centered { grid_build_count(run, grid_build_level(seen.color)); }
 }
 
 fn grid_build_finish(run: ptr<function, GridBuildRun>, cell: Cell) {

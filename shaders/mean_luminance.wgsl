@@ -29,14 +29,29 @@ const MEAN_LUMINANCE_TILE: u32 = 64u;
 @group(0) @binding(4) var<storage, read> tiles: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> result: array<vec4f>;
 
-// A pixel of the tile, row by row: its luminance and its weight, 0 outside of the image.
-fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> vec2f {
+// Four pixels of the tile, four rows apart: the luminance of each and its weight, 0 outside of the image. They are
+// loaded together, so that their latencies overlap.
+fn mean_luminance_of(tile: vec2u, invocation: u32, row: u32) -> array<vec2f, 4> {
     let within = vec2u(invocation % MEAN_LUMINANCE_TILE, row + invocation / MEAN_LUMINANCE_TILE);
-    let cell = tile * MEAN_LUMINANCE_TILE + within;
+    let first = tile * MEAN_LUMINANCE_TILE + within;
     let size = textureDimensions(picture);
-    let light = max(luminance(texel(picture, vec2i(cell)).rgb), 0.0);
-    let uv = (vec2f(cell) + 0.5) / vec2f(size);
-    return vec2f(light, select(0.0, mean_luminance_weight(uv, vec2f(size)), all(cell < size)));
+    let last = vec2i(size) - 1;
+    let p = vec2i(first);
+    let colors = texels_inside(
+        picture,
+        min(p, last),
+        min(p + vec2i(0, 4), last),
+        min(p + vec2i(0, 8), last),
+        min(p + vec2i(0, 12), last),
+    );
+    var pixels: array<vec2f, 4>;
+    for (var k = 0u; k < 4u; k++) {
+        let cell = first + vec2u(0u, 4u * k);
+        let uv = (vec2f(cell) + 0.5) / vec2f(size);
+        let weight = select(0.0, mean_luminance_weight(uv, vec2f(size)), all(cell < size));
+        pixels[k] = vec2f(max(luminance(colors[k].rgb), 0.0), weight);
+    }
+    return pixels;
 }
 
 fn mean_luminance_weight(uv: vec2f, size: vec2f) -> f32 {
@@ -74,9 +89,11 @@ fn mean_luminance_log(
     invocation: Invocation,
 ) {
     var sum = vec3f();
-    for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let pixel = mean_luminance_of(group.xy, invocation.index, row);
-        sum = mean_luminance_add(sum, max(log2(max(pixel.x, 1e-37)), params.lo), pixel);
+    for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 16u) {
+        let pixels = mean_luminance_of(group.xy, invocation.index, row);
+        for (var k = 0u; k < 4u; k++) {
+            sum = mean_luminance_add(sum, max(log2(max(pixels[k].x, 1e-37)), params.lo), pixels[k]);
+        }
     }
     mean_luminance_write(group.xy, groups.x, invocation, sum);
 }
@@ -88,9 +105,9 @@ fn mean_luminance_linear(
     invocation: Invocation,
 ) {
     var sum = vec3f();
-    for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 4u) {
-        let pixel = mean_luminance_of(group.xy, invocation.index, row);
-        sum = mean_luminance_add(sum, pixel.x, pixel);
+    for (var row = 0u; row < MEAN_LUMINANCE_TILE; row += 16u) {
+        let pixels = mean_luminance_of(group.xy, invocation.index, row);
+        for (var k = 0u; k < 4u; k++) { sum = mean_luminance_add(sum, pixels[k].x, pixels[k]); }
     }
     mean_luminance_write(group.xy, groups.x, invocation, sum);
 }
