@@ -214,7 +214,7 @@ fn an_exact_plan_and_a_small_device_have_no_tables() {
     let gpu = gpu();
     assert_eq!(Run::new(&graph).exact().plan(&gpu, &[("in", &gray_ramp())]).baked, []);
     let mut narrow: Gpu = (*gpu).clone();
-    // A table of size 64 has 7105 texels a row.
+    // A table of size 64 has 8192 texels a row.
     narrow.caps.max_side = 2048;
     assert_eq!(Run::new(&graph).plan(&narrow, &[("in", &gray_ramp())]).baked, []);
 }

@@ -79,7 +79,8 @@ fn bake_color(at: Point, params: Bake) -> vec4f {
     let count = i32(params.ratios) + 1;
     let largest = (at.pixel.y / count) % 3;
     let axis = bake_ratios(largest, at.pixel.y >= 3 * count, params);
-    let level = f32(at.pixel.x / count);
+    // Behind the last level lies a part of it again, which no filter may find to be other than finite.
+    let level = min(f32(at.pixel.x / count), params.levels);
     let places = vec2f(at.pixel % vec2i(count));
     let light = bake_light(level, params);
     let others = light * bake_at_places(vec2f(bake_across(places.x, level, params), places.y), axis);

@@ -10,6 +10,9 @@ use super::run::Run;
 // SAFETY: all texels that it reads are clamped to the table, and it has no loops and no buffers.
 static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("bake.wgsl")) };
 
+/// Texels in a row, at least: with half as many, grays of the smallest table would be off by a quarter of an 8-bit code.
+const MIN_WIDTH: u32 = 4096;
+
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
 
@@ -21,6 +24,9 @@ const PARTS: u32 = 6;
 /// these axes about a third of those of a cube with as many entries.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
+    /// Texels in a row: a power of two, so that the place of a texel as a share of the row is exact, and a gray is no
+    /// mixture with other colors.
+    width: u32,
     /// Steps between levels.
     levels: u32,
     /// Steps between ratios.
@@ -32,18 +38,19 @@ pub(super) struct Table {
 impl Table {
     /// The table of that [size](afterimage_graph::node::Bake::size).
     pub(super) fn new(size: u32) -> Self {
-        let (levels, ratios) = (size * 9 / 4, size * 3 / 4);
-        Self { levels, ratios, negative: ratios * 2 / 3 }
+        let ratios = size * 3 / 4;
+        let width = (2 * size * (ratios + 1)).next_power_of_two().max(MIN_WIDTH);
+        Self { width, levels: width / (ratios + 1) - 1, ratios, negative: ratios * 2 / 3 }
     }
 
     /// One ratio within the levels from left to right, the other one within the parts from top to bottom.
     fn texels(self) -> Size {
-        Size::new((self.levels + 1) * (self.ratios + 1), PARTS * (self.ratios + 1))
+        Size::new(self.width, PARTS * (self.ratios + 1))
     }
 
     /// The longest side of its image.
     pub(super) fn side(self) -> u32 {
-        self.texels().width
+        self.width
     }
 
     /// The pass that fills the table by `kernels`, whose first one reads the kernel before it, and the one that reads
