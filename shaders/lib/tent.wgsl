@@ -23,8 +23,8 @@ fn tap_tent(t: texture_2d<f32>, s: sampler, uv: vec2f, radius: f32) -> vec4f {
 // The weights of four texels in a row from `first` on, from all taps around `center`. All in texels.
 fn tent_shares(center: f32, radius: f32, first: f32) -> vec4f {
     let away = first + vec4f(0.0, 1.0, 2.0, 3.0) - center;
-    let middle = max(1.0 - abs(away), vec4f());
-    let sides = max(1.0 - abs(away + radius), vec4f()) + max(1.0 - abs(away - radius), vec4f());
+    let middle = saturate(1.0 - abs(away));
+    let sides = saturate(1.0 - abs(away + radius)) + saturate(1.0 - abs(away - radius));
     return 0.5 * middle + 0.25 * sides;
 }
 
