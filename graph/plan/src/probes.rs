@@ -58,6 +58,12 @@ fn probe(pass: &Pass, recording: &mut Recording) -> Option<(Pass, ImageId)> {
 }
 
 impl Plan {
+    /// Whether it calls a function of a kind in a folder, so that there is something to probe.
+    pub fn has_untrusted_kernels(&self) -> bool {
+        let mut kernels = self.passes.iter().flat_map(|planned| &planned.pass.kernels);
+        kernels.any(|kernel| kernel.shader.is_untrusted())
+    }
+
     /// The functions that it probes, if it was made with [`Options::probes`](crate::Options::probes).
     pub fn probes(&self) -> impl Iterator<Item = Probe<'_>> {
         let kernels = self.passes.iter().flat_map(|planned| {

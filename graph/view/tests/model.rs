@@ -1,13 +1,13 @@
 //! What the viewer shows, without its window.
 
-use crate::support::{SIZE, apart, gpu, model, parameter, picture, render, settle, texels};
+use crate::support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
 use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
 use afterimage_graph::check::{Fact, Facts, Source};
-use afterimage_graph::node::{Origin, PortType};
+use afterimage_graph::node::{Origin, PortType, Registry, folder_kind};
 use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{CompareWith, Model, Problem, Rendered, Tap, Target};
+use afterimage_view::{CompareWith, Model, Problem, Rendered, Tap, Target, TextProject};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {
@@ -95,6 +95,51 @@ fn a_parameter_that_does_nothing_is_known_with_the_reason_and_another_choice_wak
     model.set(&parameter(&named("curve")), Some(Value::Choice("Uchimura")));
     model.release();
     assert!(!model.is_inactive(toe) && model.inactive_reason(toe).is_none());
+}
+
+#[test]
+fn infinities_of_a_kind_in_a_folder_are_counted_until_the_text_no_longer_uses_it() {
+    let declaration = r#"Kind(
+    name: "Overflow",
+    doc: "Multiplies until nothing is finite.",
+    inputs: { "source": Image(doc: "Any image.") },
+    outputs: { "result": Image(doc: "Infinities.", state: Same("source")) },
+)"#;
+    let shader = "fn overflow(source: vec4f) -> vec4f {\n    return (source + 1.0) * 1e30 * 1e30;\n}\n";
+    let kind = folder_kind(("overflow/node.ron", declaration), ("overflow/overflow.wgsl", shader)).unwrap();
+    let registry = Registry::new(&[afterimage_nodes::ALL, &[kind]]).unwrap();
+    let text = |source: &str| {
+        format!(
+            r#"Pipeline(
+    inputs: {{ "scene": Color }},
+    nodes: {{
+        "wrong": Overflow(source: "scene"),
+        "exposed": Exposure(source: "{source}", stops: 1.0),
+        "mapped": ToneMap(source: "exposed"),
+        "display": Encode(source: "mapped"),
+    }},
+    outputs: {{ "display": "display" }},
+)"#
+        )
+    };
+    let project = TextProject::with_registry("wrong.ron", &text("wrong"), registry);
+    let mut model = of(Box::new(project));
+    // The counts arrive a few frames after the picture.
+    for _ in 0..2000 {
+        render(&mut model);
+        if !model.kernel_faults().is_empty() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let [faults] = model.kernel_faults() else { panic!("{:?} {:?}", model.kernel_faults(), model.problem()) };
+    let pixels = u64::from(SIZE.width * SIZE.height);
+    assert_eq!((faults.not_finite, faults.cut_loops, faults.pixels), (pixels, 0, pixels));
+    assert_eq!((&*faults.node, &*faults.file, faults.line), ("wrong", "overflow/overflow.wgsl", 1));
+    assert_eq!(render(&mut model), Rendered::Same, "it is counted once");
+    model.edit(&text("scene"));
+    settle(&mut model);
+    assert!(model.kernel_faults().is_empty(), "{:?}", model.kernel_faults());
 }
 
 #[test]

@@ -2,8 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::KernelCall;
-use afterimage_plan::Options;
+use afterimage_plan::{Options, Probe};
 
 use super::{FrameStep, InputImage, Session};
 use crate::post::PostError;
@@ -32,6 +31,33 @@ pub struct KernelFaults {
 }
 
 impl KernelFaults {
+    /// Counts what one function does wrong: `texels` are those of the output of its probe.
+    pub fn count(texels: &Texels, probe: &Probe<'_>, graph: &Graph) -> Self {
+        let kernel = probe.kernel;
+        let node = graph.nodes.iter().find(|node| node.name == kernel.node);
+        let mut faults = Self {
+            kind: node.map_or(String::new(), |node| node.kind().name().to_owned()),
+            node: kernel.node.clone(),
+            file: kernel.shader.file().to_owned(),
+            line: kernel.shader.error_at(&format!("fn {}", &*kernel.function), "").line,
+            function: kernel.function.to_string(),
+            pixels: 0,
+            not_finite: 0,
+            cut_loops: 0,
+        };
+        for [not_finite, cut, ..] in texels.to_floats() {
+            faults.pixels += 1;
+            faults.not_finite += u64::from(not_finite > 0.5);
+            faults.cut_loops += u64::from(cut > 0.5);
+        }
+        faults
+    }
+
+    /// Whether it does anything wrong.
+    pub fn is_any(&self) -> bool {
+        (self.not_finite, self.cut_loops) != (0, 0)
+    }
+
     /// Adds it to what is known of the same function.
     pub fn add_to(self, known: &mut Vec<Self>) {
         match known.iter_mut().find(|one| (&one.node, &one.function) == (&self.node, &self.function)) {
@@ -67,8 +93,7 @@ impl Session {
     /// As [`render`](Session::render).
     pub fn kernel_faults(&mut self, size: Size, images: &[InputImage]) -> Result<Vec<KernelFaults>, PostError> {
         let plan = self.load(size, images)?.clone();
-        let mut kernels = plan.passes.iter().flat_map(|planned| &planned.pass.kernels);
-        if !kernels.any(|kernel| kernel.shader.is_untrusted()) {
+        if !plan.has_untrusted_kernels() {
             return Ok(Vec::new());
         }
         let (graph, facts) = (self.post.graph().clone(), self.post.facts().clone());
@@ -80,29 +105,9 @@ impl Session {
         let mut found: Vec<KernelFaults> = Vec::new();
         for probe in plan.probes() {
             // A function may be called for each level of a pyramid.
-            counted(&probing.output(probe.output)?, probe.kernel, self.post.graph()).add_to(&mut found);
+            KernelFaults::count(&probing.output(probe.output)?, &probe, self.post.graph()).add_to(&mut found);
         }
-        found.retain(|faults| (faults.not_finite, faults.cut_loops) != (0, 0));
+        found.retain(KernelFaults::is_any);
         Ok(found)
     }
-}
-
-fn counted(texels: &Texels, kernel: &KernelCall, graph: &Graph) -> KernelFaults {
-    let node = graph.nodes.iter().find(|node| node.name == kernel.node);
-    let mut faults = KernelFaults {
-        kind: node.map_or(String::new(), |node| node.kind().name().to_owned()),
-        node: kernel.node.clone(),
-        file: kernel.shader.file().to_owned(),
-        line: kernel.shader.error_at(&format!("fn {}", &*kernel.function), "").line,
-        function: kernel.function.to_string(),
-        pixels: 0,
-        not_finite: 0,
-        cut_loops: 0,
-    };
-    for [not_finite, cut, ..] in texels.to_floats() {
-        faults.pixels += 1;
-        faults.not_finite += u64::from(not_finite > 0.5);
-        faults.cut_loops += u64::from(cut > 0.5);
-    }
-    faults
 }

@@ -41,12 +41,15 @@ pub enum Purpose {
     Inspect,
     /// The same with 32 bits: the reference.
     Reference,
+    /// Functions of kinds in folders are called once more, to count what they do wrong.
+    CountFaults,
 }
 
 impl Purpose {
     fn options(self) -> Options {
         match self {
             Self::Show => Options::default(),
+            Self::CountFaults => Options { probes: true, ..Options::default() },
             Self::Inspect | Self::Reference => Options {
                 fuse: false,
                 row_downsample: When::Never,
@@ -176,6 +179,16 @@ impl Chain {
     /// The texture of that output.
     pub fn picture(&self) -> Option<&wgpu::Texture> {
         Some(self.post.output(&self.output()?))
+    }
+
+    /// The texture of an output.
+    pub(super) fn output_texture(&self, name: &str) -> &wgpu::Texture {
+        self.post.output(name)
+    }
+
+    /// The facts that are set.
+    pub(super) fn facts(&self) -> &Facts {
+        self.post.facts()
     }
 
     /// The texture of an image of the plan.

@@ -15,12 +15,14 @@ pub(super) struct Chains {
     pub(super) inspected: Option<Chain>,
     /// Stores every image in 32 bits.
     pub(super) reference: Option<Chain>,
+    /// Counts what functions of kinds in folders do wrong, if there are any.
+    pub(super) counting: Option<Chain>,
     pub(super) compared: Option<(CompareWith, Chain)>,
 }
 
 impl Chains {
     fn of_graph(&mut self) -> impl Iterator<Item = &mut Chain> {
-        [&mut self.shown, &mut self.inspected, &mut self.reference].into_iter().flatten()
+        [&mut self.shown, &mut self.inspected, &mut self.reference, &mut self.counting].into_iter().flatten()
     }
 
     pub(super) fn set_graph(&mut self, gpu: &Gpu, graph: &Graph, facts: &Facts) {

@@ -20,9 +20,10 @@ pub enum Rendered {
 impl Model {
     /// Records the next frame, `elapsed` seconds after the last call, if time runs or something has changed.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {
+        self.faults.take(&self.gpu, &self.chains);
         let advanced = self.clock.advance(elapsed);
         let is_changing = self.chains.shown.iter().chain(&self.chains.inspected).any(Chain::is_changing);
-        let must_run = self.is_stale || is_changing || self.is_measuring();
+        let must_run = self.is_stale || is_changing || self.is_measuring() || self.faults.is_busy();
         if self.graph.is_none() || advanced.is_none() && !must_run {
             return Rendered::Same;
         }
@@ -56,6 +57,7 @@ impl Model {
             let images = self.images.again(&chain.graph().inputs)?;
             chain.frame(encoder, &images, moment)?;
         }
+        self.faults.record(&self.gpu, encoder, &mut self.chains, &images)?;
         self.record_savings(encoder, &images, moment);
         self.fed = images;
         Ok(())

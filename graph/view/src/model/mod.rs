@@ -7,6 +7,7 @@ mod clock;
 mod compare_with;
 mod comparison;
 mod conflict;
+mod fault_count;
 mod files;
 mod frame;
 mod frame_images;
@@ -22,7 +23,7 @@ mod tap;
 use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
-use afterimage_gpu::{Gpu, GpuError, Watch};
+use afterimage_gpu::{Gpu, GpuError, KernelFaults, Watch};
 use afterimage_graph::check::{Fact, Facts, Graph, ParameterId};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::value::{FileValue, Value};
@@ -42,6 +43,7 @@ pub use tap::{Tap, TapImage};
 
 use crate::Problem;
 use chains::Chains;
+use fault_count::FaultCount;
 use inactive::InactiveCache;
 
 /// A pipeline that is open in the viewer.
@@ -66,6 +68,7 @@ pub struct Model {
     fed: FrameImages,
     clock: PlayClock,
     chains: Chains,
+    faults: FaultCount,
     savings: Option<Savings>,
     inactive: RefCell<InactiveCache>,
     tap: Option<Tap>,
@@ -96,6 +99,7 @@ impl Model {
             fed: FrameImages::default(),
             clock: PlayClock::default(),
             chains: Chains::default(),
+            faults: FaultCount::default(),
             savings: None,
             inactive: RefCell::default(),
             tap: None,
@@ -119,6 +123,11 @@ impl Model {
     /// The warnings of the last check.
     pub fn warnings(&self) -> &Diagnostics {
         &self.warnings
+    }
+
+    /// What functions of kinds in folders do wrong in the picture, counted once for each plan.
+    pub fn kernel_faults(&self) -> &[KernelFaults] {
+        self.faults.found()
     }
 
     /// Why the newest text, or the last frame, cannot be shown.

@@ -113,6 +113,11 @@ impl TextProject {
     /// If two built-in kinds had one name.
     pub fn new(name: &str, text: &str) -> Self {
         let registry = Registry::new(&[afterimage_nodes::ALL]).expect("built-in kinds have different names");
+        Self::with_registry(name, text, registry)
+    }
+
+    /// A pipeline of that name with kinds of its own. It may name the built-in files.
+    pub fn with_registry(name: &str, text: &str, registry: Registry) -> Self {
         Self { name: name.to_owned(), written: text.to_owned(), registry }
     }
 

@@ -274,7 +274,7 @@ impl Viewer {
 
     /// The text, with what is wrong beside it.
     fn show_text(&mut self, ui: &mut Ui) {
-        if self.model.problem().is_some() || !self.model.warnings().is_empty() || self.save_error.is_some() {
+        if text::has_messages(&self.model) || self.save_error.is_some() {
             let panel = match self.is_narrow {
                 true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
                 false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),

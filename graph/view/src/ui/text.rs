@@ -131,14 +131,22 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> 
         match model.problem() {
             Some(Problem::Pipeline(errors)) => line = list(ui, model, errors),
             Some(other) => drop(ui.label(RichText::new(other.to_string()).monospace().color(ERROR))),
-            None if model.warnings().is_empty() && save_error.is_none() => {
+            None if !has_messages(model) && save_error.is_none() => {
                 ui.label(RichText::new("Nothing is wrong.").color(DIM));
             }
             None => {}
         }
         line = list(ui, model, model.warnings()).or(line);
+        for faults in model.kernel_faults() {
+            ui.label(RichText::new(faults.to_string()).monospace().color(ACCENT));
+        }
     });
     line
+}
+
+/// Whether there are errors, warnings, or faults of kinds in folders.
+pub(super) fn has_messages(model: &Model) -> bool {
+    model.problem().is_some() || !model.warnings().is_empty() || !model.kernel_faults().is_empty()
 }
 
 fn list(ui: &mut Ui, model: &Model, found: &Diagnostics) -> Option<usize> {
