@@ -6,6 +6,8 @@
 struct AutoExposure {
     low: f32,
     high: f32,
+    dark: f32,
+    bright: f32,
     key_log2: f32,
     lowest_mean: f32,
     highest_mean: f32,
@@ -28,6 +30,8 @@ const AUTO_EXPOSURE_INVOCATIONS: u32 = 256u;
 @group(0) @binding(3) var<storage, read_write> result: array<vec4f>;
 // The target of the previous frame, in stops.
 @group(0) @binding(4) var<storage, read_write> wanted_before: array<f32>;
+// Stops between the percentiles `dark` and `bright`, their log2 luminances, and 1 if they are valid.
+@group(0) @binding(5) var<storage, read_write> range: array<vec4f>;
 
 struct AutoExposureBins {
     count: u32,
@@ -38,11 +42,15 @@ struct AutoExposureBins {
 struct AutoExposureMetered {
     counted: bool,
     mean: f32,
-    // log2 luminance of the upper percentile.
+    // log2 luminance of the upper percentile of the mean, and of the ends of the range.
+    high: f32,
+    dark: f32,
     bright: f32,
 }
 
 var<workgroup> auto_exposure_quantile: f32;
+var<workgroup> auto_exposure_high: f32;
+var<workgroup> auto_exposure_dark: f32;
 var<workgroup> auto_exposure_bright: f32;
 
 fn auto_exposure_bins() -> AutoExposureBins {
@@ -63,11 +71,18 @@ fn auto_exposure_count(bin: u32, bins: AutoExposureBins) -> u32 {
     return select(0u, count, bin > 0u && bin < bins.count);
 }
 
-// The ranks of the two percentiles, and the number of counted pixels.
+// The ranks of the percentiles, and the number of counted pixels.
 struct AutoExposureRanks {
     first: f32,
     last: f32,
+    dark: f32,
+    bright: f32,
     total: u32,
+}
+
+// log2 luminance of a rank in a bin that begins at `edge`.
+fn auto_exposure_level(rank: f32, below: u32, count: u32, edge: f32, per_bin: f32) -> f32 {
+    return edge + clamp((rank - f32(below)) / f32(count), 0.0, 1.0) * per_bin;
 }
 
 // The part of a bin between the percentiles: the weight times the bin's center, and the weight.
@@ -77,8 +92,13 @@ fn auto_exposure_part(bin: u32, below: u32, count: u32, bins: AutoExposureBins, 
     let center = edge + 0.5 * bins.per_bin;
     if auto_exposure_holds(ranks.first, below, through, ranks.total) { auto_exposure_quantile = center; }
     if auto_exposure_holds(ranks.last, below, through, ranks.total) {
-        let part = clamp((ranks.last - f32(below)) / f32(count), 0.0, 1.0);
-        auto_exposure_bright = edge + part * bins.per_bin;
+        auto_exposure_high = auto_exposure_level(ranks.last, below, count, edge, bins.per_bin);
+    }
+    if auto_exposure_holds(ranks.dark, below, through, ranks.total) {
+        auto_exposure_dark = auto_exposure_level(ranks.dark, below, count, edge, bins.per_bin);
+    }
+    if auto_exposure_holds(ranks.bright, below, through, ranks.total) {
+        auto_exposure_bright = auto_exposure_level(ranks.bright, below, count, edge, bins.per_bin);
     }
     let end = max(ranks.first, ranks.last);
     let weight = clamp(f32(through), ranks.first, end) - clamp(f32(below), ranks.first, end);
@@ -89,6 +109,8 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     // A default, because no invocation writes a result if no pixel was counted.
     if invocation.index == 0u {
         auto_exposure_quantile = 0.0;
+        auto_exposure_high = 0.0;
+        auto_exposure_dark = 0.0;
         auto_exposure_bright = 0.0;
     }
     let bins = auto_exposure_bins();
@@ -99,13 +121,14 @@ fn auto_exposure_meter(invocation: Invocation) -> AutoExposureMetered {
     let scanned = workgroup_scan(invocation, AUTO_EXPOSURE_INVOCATIONS, counts.x + counts.y);
     let total = scanned.y;
     let below = scanned.x - counts.x - counts.y;
-    let ranks = AutoExposureRanks(params.low * f32(total), params.high * f32(total), total);
+    let part = vec4f(params.low, params.high, params.dark, params.bright) * f32(total);
+    let ranks = AutoExposureRanks(part.x, part.y, part.z, part.w, total);
     let parts = auto_exposure_part(bin, below, counts.x, bins, ranks)
         + auto_exposure_part(bin + 1u, below + counts.x, counts.y, bins, ranks);
     let sums = workgroup_sum(invocation, AUTO_EXPOSURE_INVOCATIONS, parts);
     let is_range = ranks.last > ranks.first && sums.y > 0.0;
     let mean = select(auto_exposure_quantile, sums.x / max(sums.y, 1e-30), is_range);
-    return AutoExposureMetered(total > 0u, mean, auto_exposure_bright);
+    return AutoExposureMetered(total > 0u, mean, auto_exposure_high, auto_exposure_dark, auto_exposure_bright);
 }
 
 // The state of the previous frame: the result, and the target in stops.
@@ -122,7 +145,7 @@ fn auto_exposure_aim(metered: AutoExposureMetered, before: AutoExposureBefore) -
     let curve = metering_curve(metered.mean + METERING_EV100, params.curve_ev, params.curve_stops);
     let compensation = params.compensation + curve;
     let stops = metering_stops(metered.mean, params.lowest_mean, params.highest_mean, params.key_log2, compensation);
-    let wanted = max(min(stops, params.highlight_log2 - metered.bright), -METERING_MAX_STOPS);
+    let wanted = max(min(stops, params.highlight_log2 - metered.high), -METERING_MAX_STOPS);
     return MeteringAim(before.wanted, wanted);
 }
 
@@ -132,7 +155,19 @@ fn auto_exposure_write(metered: AutoExposureMetered, before: AutoExposureBefore,
     let next = vec4f(select(wanted, stops, known), metered.mean, metering_lux(metered.mean), 1.0);
     let held = select(vec4f(), before.result, known);
     result[0] = select(held, next, metered.counted);
-    if metered.counted { wanted_before[0] = wanted; }
+    if metered.counted {
+        wanted_before[0] = wanted;
+        auto_exposure_write_range(metered, known);
+    }
+}
+
+// The range approaches that of the frame by the same share of the rest per unit of time, in both directions alike.
+fn auto_exposure_write_range(metered: AutoExposureMetered, known: bool) {
+    let wanted = max(metered.bright - metered.dark, 0.0);
+    let before = range[0].x;
+    let share = select(metering_share(params.rate_dark * metering_seconds(frame.dt)), 0.0, params.hold != 0u);
+    let adapted = select(wanted, before + (wanted - before) * share, known && range[0].w > 0.0);
+    range[0] = vec4f(adapted, metered.dark, metered.bright, 1.0);
 }
 
 @compute @workgroup_size(256)

@@ -7,6 +7,7 @@
 
 struct LocalToneMap {
     contrast: f32,
+    span: f32,
     detail: f32,
     midpoint: f32,
     share: f32,
@@ -22,6 +23,14 @@ const LOCAL_TONE_MAP_KNOWN: f32 = 0.01;
 
 fn local_tone_map_level(rgb: vec3f, params: LocalToneMap) -> f32 {
     return clamp(log2(max(luminance(rgb), 1e-30)), params.lo, params.hi);
+}
+
+// The parameters for a scene whose luminance spans `range` stops. Before the first metered frame that is 0, and nothing
+// is compressed.
+fn local_tone_map_fitted(range: f32, params: LocalToneMap) -> LocalToneMap {
+    var fitted = params;
+    fitted.contrast = clamp(params.span / max(range, 0.015625), min(params.contrast, 1.0), max(params.contrast, 1.0));
+    return fitted;
 }
 
 // o = midpoint + contrast (base - midpoint) + detail (level - base), as a factor 2^(o - level). The chromaticity stays
@@ -81,4 +90,44 @@ fn local_tone_map_gaussian(
 fn local_tone_map_global(source: vec4f, params: LocalToneMap) -> vec4f {
     let level = local_tone_map_level(source.rgb, params);
     return local_tone_map_apply(source, level, level, params);
+}
+
+fn local_tone_map_ranged(
+    source: vec4f,
+    grid: texture_3d<f32>,
+    grid_sampler: sampler,
+    gaussian: texture_2d<f32>,
+    gaussian_sampler: sampler,
+    range: f32,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    let fitted = local_tone_map_fitted(range, params);
+    return local_tone_map(source, grid, grid_sampler, gaussian, gaussian_sampler, at, fitted);
+}
+
+fn local_tone_map_grid_ranged(
+    source: vec4f,
+    grid: texture_3d<f32>,
+    grid_sampler: sampler,
+    range: f32,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    return local_tone_map_grid(source, grid, grid_sampler, at, local_tone_map_fitted(range, params));
+}
+
+fn local_tone_map_gaussian_ranged(
+    source: vec4f,
+    gaussian: texture_2d<f32>,
+    gaussian_sampler: sampler,
+    range: f32,
+    at: Point,
+    params: LocalToneMap,
+) -> vec4f {
+    return local_tone_map_gaussian(source, gaussian, gaussian_sampler, at, local_tone_map_fitted(range, params));
+}
+
+fn local_tone_map_global_ranged(source: vec4f, range: f32, params: LocalToneMap) -> vec4f {
+    return local_tone_map_global(source, local_tone_map_fitted(range, params));
 }

@@ -35,11 +35,18 @@ params! {
     /// The result is (stops, metered mean of log2 luminance, lux, 1). All four are 0 before the first metered frame.
     /// Lux is the illuminance of a gray card of 18 % with the metered luminance L: pi L / 0.18. It is exact where
     /// luminance is in cd/m2 and the histogram has an albedo, and an estimate otherwise. It is not adapted over time.
+    ///
+    /// `range` is (stops between the percentiles `dark` and `bright`, log2 luminance at `dark`, the same at `bright`,
+    /// 1), all 0 before the first metered frame. The stops approach those of each frame exponentially, at `rate_dark`.
     pub struct AutoExposure {
         /// Lower percentile: the share of the counted pixels, from the darkest, that the mean ignores.
         pub low: f32 = 0.4 => within(0.0..=1.0);
         /// Upper percentile: the share at which the mean ends. 0.95 ignores the brightest 5 %.
         pub high: f32 = 0.95 => within(0.0..=1.0);
+        /// The percentile at which `range` begins. 0.05 ignores the darkest 5 %.
+        pub dark: f32 = 0.05 => within(0.0..=1.0);
+        /// The percentile at which `range` ends. 0.99 counts windows and lamps that fill a hundredth of the image.
+        pub bright: f32 = 0.99 => within(0.0..=1.0);
         /// Target of the metered mean, in exposed luminance. 0.18 is middle gray.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness, so that night
@@ -80,13 +87,17 @@ impl Node for AutoExposure {
     const INPUTS: &'static [Input] =
         &[Input::new("histogram", PortType::Table, "The result of a `Histogram`, with its range.")
             .content("histogram")];
-    const OUTPUTS: &'static [Output] = &[Output::new(
-        "result",
-        PortType::Value,
-        OutputState::Nothing,
-        "Stops, metered mean, lux, and 1 once they are valid.",
-    )
-    .content("exposure")];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new(
+            "result",
+            PortType::Value,
+            OutputState::Nothing,
+            "Stops, metered mean, lux, and 1 once they are valid.",
+        )
+        .content("exposure"),
+        Output::new("range", PortType::Value, OutputState::Nothing, "The range of luminance: stops, from, to, and 1.")
+            .content("luminance-range"),
+    ];
     const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
 
     fn verify(&self) -> Result<(), String> {
@@ -102,6 +113,7 @@ impl Node for AutoExposure {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output_value("result", BufferLife::Persistent);
+        let range = pass.output_value("range", BufferLife::Persistent);
         let before = wanted_before(pass);
         let entry = match self.adaptation {
             Adaptation::Exponential => "auto_exposure_exponential",
@@ -114,6 +126,7 @@ impl Node for AutoExposure {
         pass.compute(&SHADER, entry)
             .buffer("result", result)
             .buffer("wanted_before", before)
+            .buffer("range", range)
             .set("key_log2", self.key.log2())
             .set("lowest_mean", self.min_ev - EV100_OF_LUMINANCE)
             .set("highest_mean", self.max_ev - EV100_OF_LUMINANCE)

@@ -18,9 +18,14 @@ params! {
     /// Where the grid has no samples near a pixel, the base is the Gaussian, or the pixel's own luminance if the
     /// Gaussian is not read. If only one of them is wired, it is the base. With neither, or with equal contrast and
     /// detail, the base cancels out and each pixel is scaled by its own luminance.
+    ///
+    /// With `range` wired, the contrast follows the scene: it is `span` over the stops of that value, from `contrast` to
+    /// 1. A scene with a small range then stays as it is, and one with a large range is compressed to `span`.
     pub struct LocalToneMap {
         /// Contrast between regions: 1 keeps it, 0.5 halves it in stops, 0 makes all regions equally bright.
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);
+        /// With `range` wired, the stops that need no compression.
+        pub span: f32 = 6.0 => within(0.5..=32.0), usually(3.0..=10.0), unit("stops");
         /// Contrast within regions: 1 keeps it, more sharpens.
         pub detail: f32 = 1.0 => within(0.0..=4.0), usually(0.8..=1.5), neutral(1.0);
         /// The exposed luminance that does not change. The default is middle gray, log2 of 0.18.
@@ -38,16 +43,19 @@ params! {
 }
 
 impl LocalToneMap {
-    /// The cheapest kernel for the wired inputs. Without local contrast none is needed.
-    fn function(&self, has_local_contrast: bool, grid: bool, gaussian: bool) -> &'static str {
-        let grid = grid && (self.share > 0.0 || !gaussian);
-        let gaussian = gaussian && (self.share < 1.0 || !grid);
-        match (grid, gaussian) {
-            _ if !has_local_contrast => "local_tone_map_global",
-            (true, true) => "local_tone_map",
-            (true, false) => "local_tone_map_grid",
-            (false, true) => "local_tone_map_gaussian",
-            (false, false) => "local_tone_map_global",
+    /// The cheapest kernel for the wired inputs. Without local contrast it needs no base.
+    fn function(&self, has_local_contrast: bool, grid: bool, gaussian: bool, range: bool) -> &'static str {
+        let grid = has_local_contrast && grid && (self.share > 0.0 || !gaussian);
+        let gaussian = has_local_contrast && gaussian && (self.share < 1.0 || !grid);
+        match (grid, gaussian, range) {
+            (true, true, false) => "local_tone_map",
+            (true, true, true) => "local_tone_map_ranged",
+            (true, false, false) => "local_tone_map_grid",
+            (true, false, true) => "local_tone_map_grid_ranged",
+            (false, true, false) => "local_tone_map_gaussian",
+            (false, true, true) => "local_tone_map_gaussian_ranged",
+            (false, false, false) => "local_tone_map_global",
+            (false, false, true) => "local_tone_map_global_ranged",
         }
     }
 }
@@ -60,6 +68,9 @@ impl Node for LocalToneMap {
             .optional(),
         Input::image("gaussian", "The wide Gaussian of the image's log2 luminance.")
             .accepts(&[ColorState::LogLuminance])
+            .optional(),
+        Input::new("range", PortType::Value, "The range of the scene in stops, in x: that of an `AutoExposure`.")
+            .content("luminance-range")
             .optional(),
     ];
     const OUTPUTS: &'static [Output] =
@@ -79,8 +90,9 @@ impl Node for LocalToneMap {
         let source = pass.image("source");
         let desc = pass.desc(source);
         let may_change = pass.is_dynamic("contrast") || pass.is_dynamic("detail");
-        let has_local_contrast = self.contrast != self.detail || may_change;
-        let function = self.function(has_local_contrast, pass.wired("grid"), pass.wired("gaussian"));
+        let ranged = pass.wired("range");
+        let has_local_contrast = self.contrast != self.detail || may_change || ranged;
+        let function = self.function(has_local_contrast, pass.wired("grid"), pass.wired("gaussian"), ranged);
         pass.function(&SHADER, function).write("result", desc);
     }
 }

@@ -70,6 +70,22 @@ impl Bins {
         counts
     }
 
+    /// The log2 luminance below which a share of the counted pixels lies, which are spread evenly in each bin.
+    pub(crate) fn quantile(&self, counts: &[u32], share: f64) -> f64 {
+        let rank = share * counts[1..].iter().map(|&count| f64::from(count)).sum::<f64>();
+        let width = (self.high - self.low) / (self.count - 1) as f64;
+        let (mut below, mut level) = (0.0, self.low);
+        for (bin, &count) in counts.iter().enumerate().skip(1).filter(|(_, count)| **count > 0) {
+            let part = ((rank - below) / f64::from(count)).min(1.0);
+            level = self.low + ((bin - 1) as f64 + part) * width;
+            if part < 1.0 {
+                break;
+            }
+            below += f64::from(count);
+        }
+        level
+    }
+
     /// The mean of log2 luminance between two percentiles in [0, 1] of the pixels counted; the
     /// quantile when the two are equal or swapped; `None`, to hold, when nothing was counted.
     pub(crate) fn trimmed_mean(&self, counts: &[u32], low: f64, high: f64) -> Option<f64> {

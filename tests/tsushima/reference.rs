@@ -66,18 +66,31 @@ impl Node<'_> {
 
 /// What the pipeline makes of a picture, step by step.
 fn whole(graph: &Graph, picture: &Picture) -> Image {
-    let exposed = exposed(graph, &sanitized(&image(picture)));
+    let scene = sanitized(&image(picture));
+    let exposed = exposed(graph, &scene);
     let seen = seen(graph, &exposed);
-    let local = local(graph, &exposed, &seen);
+    let local = local(graph, &exposed, &seen, contrast(graph, &scene));
     let white = lit(graph, &seen, &local).map_rgb(|color| balanced(graph, color));
     let mapped = vignetted(graph, &white).map_rgb(|color| graded(graph, color));
     mapped.map_rgb(|color| color.map(|x| srgb_encode(x.clamp(0.0, 1.0))))
 }
 
-fn exposed(graph: &Graph, scene: &Image) -> Image {
-    let (counted, metered) = (Node(graph, "counted"), Node(graph, "metered"));
+fn bins(graph: &Graph) -> Bins {
+    let counted = Node(graph, "counted");
     let Range { low, high } = counted.range();
-    let bins = Bins { count: counted.whole("bins"), low, high, black: counted.number("black") };
+    Bins { count: counted.whole("bins"), low, high, black: counted.number("black") }
+}
+
+/// The contrast between regions that the range of the scene leaves.
+fn contrast(graph: &Graph, scene: &Image) -> f64 {
+    let (metered, local, bins) = (Node(graph, "metered"), Node(graph, "local"), bins(graph));
+    let counts = bins.histogram(scene);
+    let [dark, bright] = ["dark", "bright"].map(|share| bins.quantile(&counts, metered.number(share)));
+    (local.number("span") / (bright - dark)).clamp(local.number("contrast"), 1.0)
+}
+
+fn exposed(graph: &Graph, scene: &Image) -> Image {
+    let (metered, bins) = (Node(graph, "metered"), bins(graph));
     let mean = bins.trimmed_mean(&bins.histogram(scene), metered.number("low"), metered.number("high"));
     let limited =
         limit_mean(mean.expect("the picture is not black"), metered.number("min_ev"), metered.number("max_ev"));
@@ -92,7 +105,7 @@ fn seen(graph: &Graph, exposed: &Image) -> Image {
 }
 
 /// What is bright around a place is judged before night vision, as the pipeline has it.
-fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
+fn local(graph: &Graph, exposed: &Image, seen: &Image, contrast: f64) -> Image {
     let (build, blur, around) = (Node(graph, "grid"), Node(graph, "smooth"), Node(graph, "around"));
     let size = ["width", "height", "depth"].map(|side| build.whole(side));
     let sigmas = blur.triple("sigma");
@@ -105,8 +118,7 @@ fn local(graph: &Graph, exposed: &Image, seen: &Image) -> Image {
     let [across, down] = [sigma * width as f64, sigma * height as f64 * aspect].map(|sigma| taps(sigma, radius(sigma)));
     let wide = blur_axis(&blur_axis(&area_average(&logs, [width, height]), &across, [1, 0]), &down, [0, 1]);
     let node = Node(graph, "local");
-    let [bilateral, middle, contrast, detail] =
-        ["share", "midpoint", "contrast", "detail"].map(|parameter| node.number(parameter));
+    let [bilateral, middle, detail] = ["share", "midpoint", "detail"].map(|parameter| node.number(parameter));
     LocalToneMap { bilateral, middle, contrast, detail }.apply(seen, &grid, &wide)
 }
 
