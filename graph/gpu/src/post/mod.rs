@@ -7,6 +7,7 @@ mod controls;
 mod error;
 mod expected;
 mod fade;
+mod govern;
 mod governed;
 mod host_graph;
 mod names;
