@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, FIXED, HIGHEST_EV, LOWEST_EV, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, wanted_before};
 
 static SHADER: Shader = shader!("adapt");
 
@@ -17,8 +17,7 @@ params! {
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
         /// Lower limit of the metered brightness. A darker scene is exposed as if it had this brightness.
         pub min_ev: f32 = LOWEST_EV => within(-24.0..=24.0), unit("EV100");
-        /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness. If it equals
-        /// `min_ev`, the exposure is fixed: no mean is computed, and the metered mean and lux are those of the limit.
+        /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness.
         pub max_ev: f32 = HIGHEST_EV => within(-24.0..=24.0), unit("EV100");
         /// Stops added to the exposure. 0 changes nothing, 1 doubles the light.
         pub compensation: f32 = 0.0 => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral(0.0);
@@ -49,13 +48,11 @@ impl Node for Adapt {
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output_value("result", BufferLife::Persistent);
         let before = wanted_before(pass);
-        let is_fixed = self.min_ev == self.max_ev && !pass.is_dynamic("min_ev") && !pass.is_dynamic("max_ev");
-        let (shader, entry) = match self.adaptation {
-            _ if is_fixed => (&FIXED, self.adaptation.fixed_entry()),
-            Adaptation::Exponential => (&SHADER, "adapt_exponential"),
-            Adaptation::Linear => (&SHADER, "adapt_linear"),
+        let entry = match self.adaptation {
+            Adaptation::Exponential => "adapt_exponential",
+            Adaptation::Linear => "adapt_linear",
         };
-        pass.compute(shader, entry)
+        pass.compute(&SHADER, entry)
             .buffer("result", result)
             .buffer("wanted_before", before)
             .set("key_log2", self.key.log2())

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, FIXED, HIGHEST_EV, LOWEST_EV, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, wanted_before};
 
 static SHADER: Shader = shader!("auto_exposure");
 
@@ -53,9 +53,7 @@ params! {
         /// stays dark. -4 is moonlight. The default is the lower end of the range of `Histogram`.
         pub min_ev: f32 = LOWEST_EV => within(-24.0..=24.0), unit("EV100");
         /// Upper limit of the metered brightness. A brighter scene is exposed as if it had this brightness. 16 is snow
-        /// in sunlight. The default is the upper end of the range of `Histogram`. If it equals `min_ev`, the exposure
-        /// is fixed: without `Protect` and a curve, the histogram is not made, and the metered mean and lux are those
-        /// of the limit.
+        /// in sunlight. The default is the upper end of the range of `Histogram`.
         pub max_ev: f32 = HIGHEST_EV => within(-24.0..=24.0), unit("EV100");
         /// Stops added to the exposure. 0 changes nothing, 1 doubles the light.
         pub compensation: f32 = 0.0 => within(-16.0..=16.0), usually(-4.0..=4.0), unit("stops"), neutral(0.0);
@@ -79,16 +77,6 @@ params! {
         /// For `highlights: Protect`: the exposed luminance that the percentile `high` must not exceed. 1 is display
         /// white without a tone curve.
         pub highlight_threshold: f32 = 10.0 => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance");
-    }
-}
-
-impl AutoExposure {
-    /// Whether no image changes the target, at all values of what is dynamic.
-    fn is_fixed(&self, pass: &Recorder<'_>) -> bool {
-        let is_stated = self.min_ev == self.max_ev
-            && self.curve_stops == [0.0; 4]
-            && self.highlights == AutoExposureHighlights::Ignore;
-        is_stated && !["min_ev", "max_ev", "curve_stops"].iter().any(|parameter| pass.is_dynamic(parameter))
     }
 }
 
@@ -127,16 +115,6 @@ impl Node for AutoExposure {
         let result = pass.output_value("result", BufferLife::Persistent);
         let range = pass.output_value("range", BufferLife::Persistent);
         let before = wanted_before(pass);
-        if self.is_fixed(pass) {
-            return pass
-                .compute(&FIXED, self.adaptation.fixed_entry())
-                .buffer("result", result)
-                .buffer("wanted_before", before)
-                .set("key_log2", self.key.log2())
-                .set("lowest_mean", self.min_ev - EV100_OF_LUMINANCE)
-                .set("highest_mean", self.max_ev - EV100_OF_LUMINANCE)
-                .dispatch([1, 1, 1]);
-        }
         let entry = match self.adaptation {
             Adaptation::Exponential => "auto_exposure_exponential",
             Adaptation::Linear => "auto_exposure_linear",

@@ -2,9 +2,6 @@
 
 use afterimage_graph::prelude::*;
 
-/// An exposure whose scene brightness is stated: it reads no image.
-pub(crate) static FIXED: Shader = shader!("metering_fixed");
-
 /// EV100 of a luminance of 1 cd/m2: log2(100 / 12.5), a reflected-light meter with K = 12.5 (ISO 2720).
 pub const EV100_OF_LUMINANCE: f32 = 3.0;
 
@@ -48,16 +45,6 @@ choices! {
         Exponential,
         /// At a constant speed. Rates in stops per second.
         Linear,
-    }
-}
-
-impl Adaptation {
-    /// The entry point of [`FIXED`].
-    pub(crate) fn fixed_entry(self) -> &'static str {
-        match self {
-            Self::Exponential => "metering_fixed_exponential",
-            Self::Linear => "metering_fixed_linear",
-        }
     }
 }
 

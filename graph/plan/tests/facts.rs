@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 
-use super::planned::{FRAME, built_in, checked, pipelines};
+use super::planned::{FRAME, built_in, pipelines};
 
 /// All facts that built-in pipelines have, each with the same meaning in all of them.
 const FACTS: [(&str, &str); 3] = [
@@ -91,29 +91,4 @@ fn what_a_fact_rules_out_is_skipped() {
     let (written, still) = (planned(&graph, Facts::default()), planned(&graph, with("moving", false)));
     assert!(still.passes.len() < written.passes.len());
     assert!(still.skipped.iter().any(|skipped| skipped.node == "moved"));
-}
-
-/// A meter whose limits are equal does not read the image.
-#[test]
-fn a_fixed_exposure_needs_no_histogram_and_no_mean() {
-    let meters = [
-        r#""counted": Histogram(source: "scene"), "meter": AutoExposure(histogram: "counted", LIMITS)"#,
-        r#""counted": MeanLuminance(source: "scene"), "meter": Adapt(mean: "counted", LIMITS)"#,
-    ];
-    for meter in meters {
-        let passes = |limits: &str| {
-            let meter = meter.replace("LIMITS", limits);
-            let text = format!(
-                r#"Pipeline(
-                    inputs: {{ "scene": Color }},
-                    nodes: {{ {meter}, "out": Exposure(source: "scene", meter: "meter") }},
-                    outputs: {{ "out": "out" }},
-                )"#
-            );
-            let plan = planned(&checked(&text), Facts::default());
-            plan.pass_names()
-        };
-        assert!(passes("min_ev: 2.0, max_ev: 5.0").iter().any(|pass| pass.contains("counted")));
-        assert!(passes("min_ev: 5.0, max_ev: 5.0").iter().all(|pass| !pass.contains("counted")));
-    }
 }
