@@ -19,8 +19,8 @@ params! {
     /// Gaussian is not read. If only one of them is wired, it is the base. With neither, or with equal contrast and
     /// detail, the base cancels out and each pixel is scaled by its own luminance.
     ///
-    /// With `range` wired, the contrast follows the scene: it is `span` over the stops of that value, from `contrast` to
-    /// 1. A scene with a small range then stays as it is, and one with a large range is compressed to `span`.
+    /// With `range` wired, the contrast follows the scene: it is `span` over the stops of that value, from `contrast`
+    /// to 1. A scene with a small range then stays as it is, and one with a large range is compressed to `span`.
     pub struct LocalToneMap {
         /// Contrast between regions: 1 keeps it, 0.5 halves it in stops, 0 makes all regions equally bright.
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);

@@ -10,7 +10,8 @@ use super::run::Run;
 // SAFETY: all texels that it reads are clamped to the table, and it has no loops and no buffers.
 static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("bake.wgsl")) };
 
-/// Texels in a row, at least: with half as many, grays of the smallest table would be off by a quarter of an 8-bit code.
+/// Texels in a row, at least: with half as many, grays of the smallest table would be off by a quarter of a code of 8
+/// bits.
 const MIN_WIDTH: u32 = 4096;
 
 /// Parts of a table: three for colors without a negative channel, and three for others.

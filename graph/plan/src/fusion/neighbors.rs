@@ -5,8 +5,7 @@
 //! Kinds state how far their functions look: [`KernelCall::by_neighbors`] and [`KernelCall::by_square`].
 
 use super::one_module::fit_one_module;
-use super::pass_graph::PassGraph;
-use super::point::is_light;
+use super::pass_graph::{PassGraph, is_light};
 use crate::builder::copy_kernel;
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::builder::PlanBuilder;
 use crate::topological::stable_order;
-use afterimage_graph::node::{ImageId, Pass, Resource};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass, PassKind, Resource};
 
 /// The passes of a plan while they are being joined.
 pub(crate) struct PassGraph {
@@ -131,4 +131,12 @@ fn redrawn(passes: &[Pass]) -> BTreeSet<ImageId> {
         }
     }
     again
+}
+
+/// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
+/// pixel of one image.
+pub(super) fn is_light(pass: &Pass) -> bool {
+    let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
+    let is_short = pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1;
+    is_short && !pass.kernels.iter().any(KernelCall::is_heavy)
 }

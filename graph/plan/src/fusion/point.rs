@@ -5,12 +5,12 @@
 //! less than to store it.
 
 use super::one_module::fit_one_module;
-use super::pass_graph::PassGraph;
+use super::pass_graph::{PassGraph, is_light};
 use super::row_downsample::RowDownsampling;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
 use afterimage_base::caps::Caps;
-use afterimage_graph::node::{Arg, KernelCall, Origin, Pass, PassKind, Recording, Resource};
+use afterimage_graph::node::{Arg, Origin, Pass, Recording, Resource};
 
 /// Resources that a pass reads, at most: small devices refuse more bindings.
 const MAX_BINDINGS: usize = 12;
@@ -68,14 +68,6 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
 fn is_within_limits(producer: &Pass, reader: &Pass) -> bool {
     let kernels = producer.kernels.len() + reader.kernels.len();
     kernels <= MAX_KERNELS && bindings(producer) + bindings(reader) <= MAX_BINDINGS
-}
-
-/// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
-/// pixel of one image.
-pub(super) fn is_light(pass: &Pass) -> bool {
-    let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
-    let is_short = pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1;
-    is_short && !pass.kernels.iter().any(KernelCall::is_heavy)
 }
 
 fn bindings(pass: &Pass) -> usize {
