@@ -226,8 +226,8 @@ fn costs_are_learned() {
         let load = 2.0 - (f64::from(frame) * DT / 20.0).cos();
         governor.frame(governor.tier(), 1.0 + load * COSTS[governor.tier()], DT);
     }
-    for tier in 1..TIERS {
-        let (learned, is) = (governor.cost(tier) / governor.cost(0), COSTS[tier] / COSTS[0]);
+    for (tier, cost) in COSTS.iter().enumerate().skip(1) {
+        let (learned, is) = (governor.cost(tier) / governor.cost(0), cost / COSTS[0]);
         assert!((learned / is - 1.0).abs() < 0.1, "{tier}: {learned:.3}, is {is:.3}, {:.2} ms", governor.outside_ms());
     }
     assert!((governor.outside_ms() - 1.0).abs() < 0.2, "{:.2} ms outside", governor.outside_ms());
