@@ -14,7 +14,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::{Origin, Registry};
 use afterimage_graph::value::Value;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, PlanCache, PlanRequest, Planned, Requirement};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanRequest, Planned, Requirement};
 
 /// Counts what its own thread allocates.
 struct Counting;
@@ -81,6 +81,8 @@ fn planned(graph: &Graph, dynamic: BTreeSet<ParameterId>) -> Planned {
 struct Cost {
     allocations: usize,
     writes: usize,
+    /// Whether it allocates more than its kind may.
+    too_many: bool,
 }
 
 /// Changes a parameter to and fro, and counts in all but the first two changes, which may keep what they allocate.
@@ -103,8 +105,17 @@ fn cost(cache: &mut PlanCache, planned: &mut Planned, parameter: ParameterId, va
     Some(cost)
 }
 
+/// Allocations of a kind in a folder, at most: it is recorded again from its declaration.
+const MAX_OF_FOLDERS: usize = 8;
+
+/// Whether a node is of a kind in a folder.
+fn is_in_folder(plan: &Plan, node: &str) -> bool {
+    let mut kernels = plan.passes.iter().flat_map(|planned| &planned.pass.kernels);
+    kernels.any(|kernel| kernel.node == node && kernel.shader.is_untrusted())
+}
+
 #[test]
-fn new_values_of_dynamic_parameters_allocate_nothing() {
+fn new_values_of_dynamic_parameters_allocate_nothing_and_little_in_folders() {
     let mut costs: BTreeMap<(String, String), Cost> = BTreeMap::new();
     for (name, text) in PIPELINES {
         let graph = graph_of(name, text);
@@ -117,14 +128,17 @@ fn new_values_of_dynamic_parameters_allocate_nothing() {
             let Some(found) = cost(&mut cache, &mut planned, parameter, &values) else { continue };
             let kind = graph.nodes[parameter.node].kind().name().to_owned();
             let most = costs.entry((kind, declaration.name.to_string())).or_default();
+            let is_in_folder = is_in_folder(&planned.plan, &graph.nodes[parameter.node].name);
+            let allowed = if is_in_folder { MAX_OF_FOLDERS } else { 0 };
             most.allocations = most.allocations.max(found.allocations);
+            most.too_many |= found.allocations > allowed;
             most.writes += found.writes;
         }
     }
-    for ((kind, parameter), Cost { allocations, writes }) in &costs {
+    for ((kind, parameter), Cost { allocations, writes, .. }) in &costs {
         println!("{kind}.{parameter}: {allocations} allocations, {writes} writes");
     }
-    let allocating: Vec<_> = costs.iter().filter(|(_, cost)| cost.allocations > 0).map(|(name, _)| name).collect();
+    let allocating: Vec<_> = costs.iter().filter(|(_, cost)| cost.too_many).map(|(name, _)| name).collect();
     assert_eq!(allocating, Vec::<&(String, String)>::new());
     let moved = costs.values().filter(|cost| cost.writes > 0).count();
     assert!(moved > 100, "{moved} parameters have changed uniforms");

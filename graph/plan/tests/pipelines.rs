@@ -72,7 +72,8 @@ fn the_state_of_a_sequence_is_what_meters_and_histories_keep() {
     };
     assert!(state("glare.ron").is_empty(), "{:?}", state("glare.ron"));
     let meter = |name: &str, bytes: &str| (name.to_owned(), bytes.to_owned(), None::<u32>);
-    assert_eq!(state("exposure.ron"), [meter("meter.result", "16 bytes"), meter("meter.wanted_before", "4 bytes")]);
+    let [result, range] = ["meter.result", "meter.range"].map(|name| meter(name, "16 bytes"));
+    assert_eq!(state("exposure.ron"), [result, range, meter("meter.wanted_before", "4 bytes")]);
     let items = state("cinematic.ron");
     let reach_of = |name: &str| items.iter().find(|(known, ..)| known == name).map(|(.., reach)| *reach);
     assert_eq!(reach_of("metered.result"), Some(None), "{items:?}");
@@ -94,10 +95,13 @@ fn metered(name: &str) -> (Vec<String>, Vec<String>) {
 
 #[test]
 fn meters_of_the_scene_measure_frames_in_any_order() {
-    let of = |measured: &str, state: [&str; 2]| (vec![measured.to_owned()], state.map(str::to_owned).to_vec());
-    assert_eq!(metered("exposure.ron"), of("bins.result", ["meter.result", "meter.wanted_before"]));
-    assert_eq!(metered("tsushima.ron"), of("counted.result", ["metered.result", "metered.wanted_before"]));
-    assert_eq!(metered("hdr.ron"), of("bins.result", ["meter.result", "meter.wanted_before"]));
+    let of = |measured: &str, meter: &str| {
+        let state = ["result", "range", "wanted_before"].map(|port| format!("{meter}.{port}"));
+        (vec![measured.to_owned()], state.to_vec())
+    };
+    assert_eq!(metered("exposure.ron"), of("bins.result", "meter"));
+    assert_eq!(metered("tsushima.ron"), of("counted.result", "metered"));
+    assert_eq!(metered("hdr.ron"), of("bins.result", "meter"));
     // Its meter reads what anti-aliasing has made from all frames before.
     assert_eq!(metered("cinematic.ron"), Default::default());
     assert_eq!(metered("glare.ron"), Default::default());

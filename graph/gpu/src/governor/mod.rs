@@ -197,7 +197,7 @@ impl Governor {
     /// frame before. A time that is not finite or not above zero, and that of another tier than the
     /// [present](Self::tier) one, only lets the seconds pass. Returns the change that the next frame should have.
     pub fn frame(&mut self, tier: usize, ms: f64, dt: f64) -> Option<TierChange> {
-        let dt = dt.clamp(0.0, 1.0);
+        let dt = if dt.is_nan() { 0.0 } else { dt.clamp(0.0, 1.0) };
         self.clock += dt;
         self.dt += DT_SHARE * (dt.max(MIN_DT) - self.dt);
         if tier != self.tier || !ms.is_finite() || ms <= 0.0 {

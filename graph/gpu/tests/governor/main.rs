@@ -234,6 +234,15 @@ fn costs_are_learned() {
 }
 
 #[test]
+fn seconds_that_are_no_number_pass_as_none() {
+    let mut governor = governor(&COSTS.map(Some));
+    for dt in [f64::NAN, f64::NEG_INFINITY, -1.0] {
+        governor.frame(0, 1.0, dt);
+    }
+    assert!(first_change(&mut governor, |_| 0.1).is_some());
+}
+
+#[test]
 fn any_costs_are_taken() {
     for costs in [[Some(0.0); TIERS], [None; TIERS], [Some(f64::INFINITY); TIERS], [Some(-1.0); TIERS]] {
         let mut governor = governor(&costs);
