@@ -148,7 +148,7 @@ fn small_limits_make_the_same_pictures() {
     afterimage_media::write_exr(&source, &exr, &options).expect("a temporary file");
     for name in sweep::some(files(), 3) {
         let render = |driver: Option<&str>, out: &str| {
-            let mut command = program(&folder);
+            let mut command = crate::support::command::program(&folder);
             command.arg("render").arg(pipelines().join(&name)).arg(&source).arg("-o").arg(folder.join(out));
             if let Some(driver) = driver {
                 command.env("VK_ICD_FILENAMES", driver).env("VK_DRIVER_FILES", driver);
