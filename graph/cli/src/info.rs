@@ -1,6 +1,6 @@
 //! `afterimage info`: what files state about their pictures, from their headers alone.
 
-use afterimage_graph::color::{Colorimetry, Transfer};
+use afterimage_graph::color::Colorimetry;
 use afterimage_media::{ChannelDescription, Description, PartDescription, Source, Window, read_description, sequence};
 use serde_json::{Value, json};
 
@@ -83,21 +83,11 @@ fn channels_text(channels: &[ChannelDescription]) -> String {
 }
 
 fn color_text(color: &Colorimetry) -> String {
-    let mut words = vec![transfer(color.transfer), color.primaries.name().unwrap_or("other primaries").to_owned()];
+    let mut words = vec![color.transfer.to_string(), color.primaries.name().unwrap_or("other primaries").to_owned()];
     words.extend(color.white_nits.map(|nits| format!("white at {nits} cd/m2")));
     words.extend(color.peak_nits.map(|nits| format!("peak at {nits} cd/m2")));
     words.extend(color.adopted_white.map(|white| format!("adapted to x {} y {}", white.x, white.y)));
     words.join(", ")
-}
-
-fn transfer(transfer: Transfer) -> String {
-    match transfer {
-        Transfer::Linear => "Linear".into(),
-        Transfer::Srgb => "Srgb".into(),
-        Transfer::Gamma(exponent) => format!("Gamma {exponent}"),
-        Transfer::Pq => "Pq".into(),
-        Transfer::Hlg => "Hlg".into(),
-    }
 }
 
 fn as_json(source: &Source, description: &Description) -> Value {
@@ -120,7 +110,7 @@ fn as_json(source: &Source, description: &Description) -> Value {
             "chromaticities": color.primaries.points().map(|point| point.to_vec().to_array()),
             "peak_nits": color.peak_nits.map(|nits| nits.get()),
             "primaries": color.primaries.name(),
-            "transfer": transfer(color.transfer),
+            "transfer": color.transfer.to_string(),
             "white_nits": color.white_nits.map(|nits| nits.get()),
         })
     });

@@ -1,5 +1,7 @@
 //! Transfer functions in f64.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::Decimal;
@@ -17,6 +19,19 @@ pub enum Transfer {
     Pq,
     /// Hybrid log-gamma (ITU-R BT.2100). A signal of 1 is the peak of the display.
     Hlg,
+}
+
+/// Its name as reports have it: `Srgb`, `Gamma 2.2`.
+impl fmt::Display for Transfer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Linear => f.write_str("Linear"),
+            Self::Srgb => f.write_str("Srgb"),
+            Self::Gamma(exponent) => write!(f, "Gamma {exponent}"),
+            Self::Pq => f.write_str("Pq"),
+            Self::Hlg => f.write_str("Hlg"),
+        }
+    }
 }
 
 /// Constants of SMPTE ST 2084.

@@ -1,6 +1,6 @@
 //! Colorimetry of outputs as text and as JSON.
 
-use afterimage_base::color::{Colorimetry, Transfer};
+use afterimage_base::color::Colorimetry;
 use afterimage_graph::node::ImageColor;
 use serde_json::{Value, json};
 
@@ -14,19 +14,9 @@ pub(super) fn colorimetry(colorimetry: Colorimetry) -> Value {
         "chromaticities": primaries.points().map(|point| point.to_vec().to_array()),
         "peak_nits": peak_nits.map(|nits| nits.get()),
         "primaries": primaries.name(),
-        "transfer": name(transfer),
+        "transfer": transfer.to_string(),
         "white_nits": white_nits.map(|nits| nits.get()),
     })
-}
-
-fn name(transfer: Transfer) -> String {
-    match transfer {
-        Transfer::Linear => "Linear".into(),
-        Transfer::Srgb => "Srgb".into(),
-        Transfer::Gamma(exponent) => format!("Gamma {exponent}"),
-        Transfer::Pq => "Pq".into(),
-        Transfer::Hlg => "Hlg".into(),
-    }
 }
 
 /// The color state and the colorimetry: `Encoded: Pq, Rec2020, white at 203 cd/m2, peak at 1000 cd/m2`.
@@ -37,7 +27,7 @@ pub(super) fn described(output: &PlanOutput) -> String {
     }
     let Colorimetry { primaries, transfer, white_nits, peak_nits, adopted_white } = colorimetry;
     let space = primaries.name().unwrap_or("other primaries");
-    let mut parts = vec![format!("{}: {}", state.name(), name(transfer)), space.to_owned()];
+    let mut parts = vec![format!("{}: {transfer}", state.name()), space.to_owned()];
     parts.extend(white_nits.map(|nits| format!("white at {nits} cd/m2")));
     parts.extend(peak_nits.map(|nits| format!("peak at {nits} cd/m2")));
     parts.extend(adopted_white.map(|white| format!("adapted to x {} y {}", white.x, white.y)));
