@@ -20,6 +20,7 @@ mod quantize;
 mod readings;
 mod scaffold;
 mod sequences;
+mod spaces;
 #[cfg(target_os = "linux")]
 mod strangers;
 mod tiers;

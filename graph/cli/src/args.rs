@@ -1,5 +1,6 @@
 //! The command line.
 
+pub(crate) mod files;
 pub(crate) mod measure;
 pub(crate) mod meter;
 mod options;
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::built_in::is_pipeline;
+use files::{ExrArgs, ReadArgs};
 use measure::{MeasureArgs, TuneArgs};
 use meter::MeterArgs;
 use stress::StressArgs;
@@ -189,6 +191,10 @@ pub(crate) struct RenderArgs {
     /// Render again whenever the pipeline, a file that it names, a shader of `--nodes` or an image changes
     #[arg(long)]
     pub(crate) watch: bool,
+    #[command(flatten)]
+    pub(crate) exr: ExrArgs,
+    #[command(flatten)]
+    pub(crate) reading: ReadArgs,
     #[command(flatten)]
     pub(crate) images: ImageOptions,
     #[command(flatten)]

@@ -120,7 +120,18 @@ fn metered(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Valu
 }
 
 /// The options of `render` with a value that `meter` does not have.
-const RENDER_OPTIONS: [&str; 7] = ["-o", "--out", "--output", "--depth", "--alpha", "--quality", "--preroll"];
+const RENDER_OPTIONS: [&str; 10] = [
+    "-o",
+    "--out",
+    "--output",
+    "--depth",
+    "--alpha",
+    "--quality",
+    "--preroll",
+    "--output-space",
+    "--compression",
+    "--channel-type",
+];
 /// Those without a value.
 const RENDER_FLAGS: [&str; 4] = ["--no-dither", "--keep-going", "--skip-existing", "--timings"];
 

@@ -6,8 +6,8 @@ use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_media::{
-    Alpha, EncodedPixels, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth, PngOptions, write_exr,
-    write_jpeg, write_png,
+    Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
+    PngOptions, write_exr, write_jpeg, write_png,
 };
 use afterimage_plan::PlanOutput;
 use half::f16;
@@ -59,6 +59,10 @@ pub(crate) struct SaveOptions {
     pub(crate) alpha: Alpha,
     /// For JPEG and AVIF, 1 to 100; that of the format if `None`.
     pub(crate) quality: Option<u8>,
+    /// For EXR.
+    pub(crate) compression: ExrCompression,
+    /// For EXR; that of the output if `None`.
+    pub(crate) space: Option<ColorSpace>,
 }
 
 impl SaveOptions {
@@ -66,7 +70,16 @@ impl SaveOptions {
     /// floats in EXR.
     pub(crate) fn plain(format: FileFormat) -> Self {
         let bits = if format == FileFormat::Exr { 16 } else { 8 };
-        Self { format, bits, dither: true, noise: Noise::default(), alpha: Alpha::Drop, quality: None }
+        Self {
+            format,
+            bits,
+            dither: true,
+            noise: Noise::default(),
+            alpha: Alpha::Drop,
+            quality: None,
+            compression: ExrCompression::default(),
+            space: None,
+        }
     }
 
     fn seed(&self, frame: u32) -> Option<u32> {
@@ -150,9 +163,20 @@ fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions)
         picture.meta.layer.white_luminance = None;
         picture.meta.layer.adopted_neutral = None;
     }
-    let is_light = !matches!(stated.state, ColorState::Data | ColorState::LogLuminance);
-    let color = is_light.then_some(stated.colorimetry);
-    Ok(write_exr(path, &picture, &ExrOptions { float: options.bits == 32, color, ..ExrOptions::default() })?)
+    let exr = ExrOptions {
+        float: options.bits == 32,
+        color: is_light(stated.state).then_some(stated.colorimetry),
+        primaries: options.space.map(|space| space.primaries),
+        scene: matches!(stated.state, ColorState::Scene | ColorState::Exposed),
+        compression: options.compression,
+        ..ExrOptions::default()
+    };
+    Ok(write_exr(path, &picture, &exr)?)
+}
+
+/// Whether the numbers of such an image are light, with primaries.
+pub(crate) fn is_light(state: ColorState) -> bool {
+    !matches!(state, ColorState::Data | ColorState::LogLuminance)
 }
 
 fn halves(texels: &Texels) -> Vec<f16> {

@@ -15,9 +15,9 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, Budget, ChannelDescription, CodecError, Description, EncodedPixels, ErrorKind, ExrCompression, ExrOptions,
-    JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels, PngDepth, PngOptions, StatedCamera,
-    Window, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
+    Alpha, Budget, ChannelDescription, CodecError, ColorSpace, Description, EncodedPixels, ErrorKind, ExrCompression,
+    ExrOptions, JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels, PngDepth, PngOptions,
+    ReadOptions, StatedCamera, Window, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};

@@ -14,6 +14,7 @@ mod labels;
 mod oracles;
 mod png;
 mod sequence;
+mod spaces;
 mod watch;
 
 use std::env;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::files::ReadArgs;
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, PlanOptions, parse_fps, parse_size};
 
 #[derive(Debug, Args)]
@@ -33,6 +34,8 @@ pub(crate) struct MeterArgs {
     /// Pixels of a frame, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
+    #[command(flatten)]
+    pub(crate) reading: ReadArgs,
     #[command(flatten)]
     pub(crate) images: ImageOptions,
     #[command(flatten)]

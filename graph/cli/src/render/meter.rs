@@ -14,6 +14,7 @@ use super::readings::{meters, read_meters};
 use super::request::{Job, Request};
 use super::stages::AHEAD;
 use super::{Prepared, prepare};
+use crate::args::files::ExrArgs;
 use crate::args::meter::MeterArgs;
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::device::CachedSession;
@@ -87,6 +88,8 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         quality: None,
         timings: false,
         watch: false,
+        exr: ExrArgs::default(),
+        reading: given.reading.clone(),
         images: given.images.clone(),
         options: given.options.clone(),
         plan: given.plan.clone(),

@@ -28,6 +28,7 @@ use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typi
 use crate::run_files::RunFiles;
 use crate::terminal::note;
 use metered::{Metered, has_meter, no_meter, unmetered};
+use read::check_spaces;
 use readings::{FrameReport, Outcome, Report};
 use request::Request;
 use target::{Target, targets};
@@ -92,6 +93,7 @@ fn prepare<'a>(
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named_inputs = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
+    check_spaces(&request)?;
     if let Some(name) = &args.meter {
         let plan = typical_plan(&request, &graph, facts.clone(), options);
         if let Some(plan) = plan.as_ref().filter(|plan| !has_meter(plan)) {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use afterimage_graph::image::{ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_media::{Picture, Source, read_within};
+use afterimage_media::{Picture, ReadOptions, Source, read_within};
 
 use super::repairs::{Repairs, is_opaque};
 use super::request::{Job, Request};
@@ -98,7 +98,10 @@ fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<Bloc
 }
 
 fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
-    let picture = read_within(source, request.args.images.budget()).map_err(|error| {
+    let input = request.inputs.iter().find(|input| input.name == name);
+    let space = input.and_then(|input| request.args.reading.space_of(input));
+    let options = ReadOptions { budget: request.args.images.budget(), space };
+    let picture = read_within(source, options).map_err(|error| {
         let is_pipeline = source.path.is_file() && source.path.extension().is_some_and(|ending| ending == "ron");
         match is_pipeline {
             true => Failure::user(format!("`{}` is a pipeline, not an image", source.path.display()))
@@ -106,7 +109,6 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
             false => error.into(),
         }
     })?;
-    let input = request.inputs.iter().find(|input| input.name == name);
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
     let repairs = Repairs::of(&picture, signedness);
@@ -115,6 +117,17 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
         false => picture.desc(),
     };
     Ok(InputPicture { name: name.to_owned(), file: source.path.clone(), picture, desc, repairs, lacks_alpha })
+}
+
+/// Refuses the color space of an input that the pipeline does not have.
+pub(super) fn check_spaces(request: &Request<'_>) -> Result<(), Failure> {
+    let names: Vec<&str> = request.inputs.iter().map(|input| input.name.as_str()).collect();
+    let mut given = request.args.reading.input_space.iter().filter_map(|space| space.input.as_deref());
+    match given.find(|name| !names.contains(name)) {
+        None => Ok(()),
+        Some(name) => Err(Failure::user(format!("`--input-space`: the pipeline has no input `{name}`"))
+            .hint(format!("it has `{}`", names.join("`, `")))),
+    }
 }
 
 /// The volume whose slices an image has one below the other.

@@ -7,7 +7,7 @@ use afterimage_media::Alpha;
 
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
-use crate::save::{FileFormat, SaveOptions};
+use crate::save::{FileFormat, SaveOptions, is_light};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
@@ -38,7 +38,15 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
     };
     let all: Vec<(Option<String>, String)> = first.into_iter().chain(named).collect();
     different(&all)?;
-    all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect()
+    let targets: Vec<Target> =
+        all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect::<Result<_, _>>()?;
+    let is_idle = !targets.iter().any(|target| target.saving.format == FileFormat::Exr);
+    match args.exr.given().filter(|_| is_idle) {
+        Some(option) => {
+            Err(Failure::user(format!("`{option}` is for EXR files, and none is written")).hint("leave it out"))
+        }
+        None => Ok(targets),
+    }
 }
 
 fn no_file(output: &str) -> Failure {
@@ -61,10 +69,13 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
     let format = FileFormat::of(&file).ok_or_else(|| unknown_format(&file))?;
     let output = choose_output(graph, output, format.is_encoded())?;
+    if format == FileFormat::Exr && args.exr.output_space.is_some() && !is_light(output.state) {
+        return Err(no_light(output));
+    }
     let color = graph.colors().at(output.source);
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
     let saving = SaveOptions {
-        bits: bits(format, args.depth, is_hdr)?,
+        bits: bits(format, args.exr.bits().filter(|_| format == FileFormat::Exr).or(args.depth), is_hdr)?,
         dither: !args.no_dither,
         alpha: match args.alpha {
             AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
@@ -72,9 +83,16 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
             AlphaChoice::Auto | AlphaChoice::Drop => Alpha::Drop,
         },
         quality: args.quality,
+        compression: args.exr.compression.unwrap_or_default(),
+        space: args.exr.output_space,
         ..SaveOptions::plain(format)
     };
     Ok(Target { output: output.name.clone(), file, saving })
+}
+
+fn no_light(output: &GraphOutput) -> Failure {
+    let (name, state) = (&output.name, output.state.name());
+    Failure::user(format!("output `{name}` is {state}, and `--output-space` converts light")).hint("leave it out")
 }
 
 /// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.

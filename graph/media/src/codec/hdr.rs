@@ -7,10 +7,11 @@ use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 
 use crate::codec::chromaticities::{convert, to_rec709};
-use crate::codec::limits::{Budget, MAX_HDR_HEADER, filled, zeroed};
+use crate::codec::limits::{MAX_HDR_HEADER, filled, zeroed};
 use crate::codec::metered::Metered;
 use crate::codec::{
-    ChannelDescription, CodecError, Description, ErrorKind, PartDescription, Picture, PictureChannels, Pixels, Window,
+    ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
+    Pixels, ReadOptions, Window,
 };
 
 /// The two signatures in use.
@@ -18,19 +19,19 @@ pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
 /// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
 /// divided out, the products of all their lines, so that the values are the radiance that the file states.
-pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Picture, CodecError> {
+pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let (reader, allowance) = Metered::new(reader, MAX_HDR_HEADER);
     // Strict mode accepts only one of the two signatures.
     let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
     let (width, height) = decoder.dimensions();
     // The decoder's three floats a pixel are there until all are copied.
-    budget.check((width.into(), height.into()), 4, u64::from(width) * u64::from(height) * 12)?;
+    options.budget.check((width.into(), height.into()), 4, u64::from(width) * u64::from(height) * 12)?;
     allowance.lift();
     let meta = decoder.metadata();
     let mut bytes = zeroed(width as usize * height as usize * 12)?;
     decoder.read_image(&mut bytes).map_err(explain)?;
     let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
-    apply(&meta, &mut picture);
+    apply(&meta, options.space, &mut picture);
     Ok(picture)
 }
 
@@ -72,14 +73,14 @@ fn rgba(rgb: &[u8]) -> Result<Vec<f32>, CodecError> {
     Ok(values)
 }
 
-fn apply(meta: &HdrMetadata, picture: &mut Picture) {
+fn apply(meta: &HdrMetadata, space: Option<ColorSpace>, picture: &mut Picture) {
     // Radiance stores height / width, EXR width / height.
     if let Some(aspect) = meta.pixel_aspect_ratio.filter(|a| (1e-6..=1e6).contains(a)) {
         picture.meta.image.pixel_aspect = 1.0 / aspect;
     }
     divide(meta, picture);
     // Some programs write eight zeros instead of primaries.
-    let stated = stated_primaries(meta);
+    let stated = space.map(|space| space.primaries).or_else(|| stated_primaries(meta));
     picture.stated = stated.map(Colorimetry::linear);
     let matrix = stated.and_then(|stated| to_rec709(&stated));
     if let (Some(matrix), Pixels::Float(values)) = (matrix, &mut picture.pixels) {

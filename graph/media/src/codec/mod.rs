@@ -19,6 +19,8 @@ mod panics;
 mod picture;
 mod png;
 mod quantize;
+mod reading;
+mod space;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
@@ -38,18 +40,29 @@ pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
 pub use png::{Alpha, PngDepth, PngOptions, encode_png};
 pub use quantize::EncodedPixels;
+pub use reading::ReadOptions;
+pub use space::ColorSpace;
 
 /// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
-/// of an EXR file. `budget` limits the memory that decoding takes.
+/// of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
-/// What the decoders report, and a layer of a format without layers. A panic of a decoder is an error, too.
-pub fn decode(mut reader: impl BufRead + Seek, layer: Option<&str>, budget: Budget) -> Result<Picture, CodecError> {
+/// What the decoders report, a layer of a format without layers, and an encoded `space` for a file of linear light. A
+/// panic of a decoder is an error, too.
+pub fn decode(
+    mut reader: impl BufRead + Seek,
+    layer: Option<&str>,
+    options: impl Into<ReadOptions>,
+) -> Result<Picture, CodecError> {
+    let options = &options.into();
     let format = Format::of(&mut reader)?;
+    if let Some(space) = options.space.filter(|space| !space.is_linear() && !matches!(format, Format::Png)) {
+        return Err(not_linear(&space));
+    }
     let decoded = catch_panic(|| match (format, layer) {
-        (Format::Exr, layer) => exr::decode(reader, layer, budget),
-        (Format::Hdr, None) => hdr::decode(reader, budget),
-        (Format::Png, None) => png::decode(reader, budget),
+        (Format::Exr, layer) => exr::decode(reader, layer, options),
+        (Format::Hdr, None) => hdr::decode(reader, options),
+        (Format::Png, None) => png::decode(reader, options),
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
@@ -82,6 +95,12 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     described.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+fn not_linear(space: &ColorSpace) -> CodecError {
+    let linear: Vec<&str> = ColorSpace::ALL.iter().filter(|space| space.is_linear()).map(|space| space.name).collect();
+    CodecError::new(ErrorKind::Naming, format!("this file holds linear light, and not {}", space.name))
+        .hint(format!("name a linear space: {}", linear.join(", ")))
 }
 
 fn no_layers(layer: &str) -> CodecError {

@@ -24,7 +24,7 @@ pub use regular::{read_bytes, read_text, real_path};
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, StatedCamera, decode,
+    Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions, StatedCamera, decode,
     decode_camera, describe, encode_exr, encode_jpeg, encode_png,
 };
 
@@ -53,17 +53,18 @@ pub fn read(source: &Source) -> Result<Picture, FileError> {
     read_within(source, default_budget())
 }
 
-/// Reads an EXR, Radiance or PNG file. The header is checked against the budget before the image is decoded.
+/// Reads an EXR, Radiance or PNG file. The header is checked against the budget before the image is decoded; `options`
+/// may be that budget alone.
 ///
 /// # Errors
 /// See [`FileError`]: a file that does not exist, that this user may not read, or that [`decode`] refuses.
-pub fn read_within(source: &Source, budget: Budget) -> Result<Picture, FileError> {
+pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<Picture, FileError> {
     let path = &source.path;
     if path.is_dir() {
         return Err(FileError::folder(path));
     }
     let (file, _) = regular::open(path)?;
-    decode(BufReader::new(file), source.layer.as_deref(), budget).map_err(|error| FileError::at(path, error))
+    decode(BufReader::new(file), source.layer.as_deref(), options).map_err(|error| FileError::at(path, error))
 }
 
 /// Reads the camera that an EXR file states.

@@ -20,6 +20,17 @@ fn acescg_is_adapted_from_its_own_white() {
     assert_rows(to_rec709(&Chromaticities::ACES_CG).unwrap(), rows);
 }
 
+/// Academy TB-2014-004, which has ten digits.
+#[test]
+fn ap0_becomes_ap1_by_the_matrix_of_the_academy() {
+    let rows = [
+        [1.4514393161, -0.2365107469, -0.2149285693],
+        [-0.0765537734, 1.1762296998, -0.0996759264],
+        [0.0083161484, -0.0060324498, 0.9977163014],
+    ];
+    assert_rows(Chromaticities::ACES_AP0.conversion(&Chromaticities::ACES_CG), rows);
+}
+
 #[test]
 fn p3_with_the_same_white_needs_no_adaptation() {
     let rows = [

@@ -53,7 +53,7 @@ fn part(header: &Header) -> PartDescription {
         display: window(header.shared_attributes.display_window),
         data: window(header.data_window()),
         channels: channels.collect(),
-        compression: compression(header.compression).to_owned(),
+        compression: compression_name(header.compression).to_owned(),
         tiles: match header.blocks {
             BlockDescription::Tiles(tiles) => Some([tiles.tile_size.0 as u64, tiles.tile_size.1 as u64]),
             BlockDescription::ScanLines => None,
@@ -62,7 +62,7 @@ fn part(header: &Header) -> PartDescription {
 }
 
 /// The name that OpenEXR has for it.
-fn compression(method: Compression) -> &'static str {
+pub(super) fn compression_name(method: Compression) -> &'static str {
     match method {
         Compression::Uncompressed => "none",
         Compression::RLE => "rle",

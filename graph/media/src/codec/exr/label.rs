@@ -2,7 +2,9 @@
 
 use afterimage_base::color::Chromaticities;
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::meta::header::Header;
+use exr::meta::header::{Header, LayerAttributes};
+
+use crate::codec::ColorSpace;
 
 /// Set by ACES containers (SMPTE ST 2065-4), whose pixels are ACES2065-1.
 const ACES_FLAG: &str = "acesImageContainerFlag";
@@ -24,7 +26,8 @@ pub(super) fn naming_attribute(header: &Header) -> Option<&'static str> {
 
 fn interop_space(header: &Header) -> Option<Chromaticities> {
     match attribute(header, INTEROP_ID) {
-        Some(AttributeValue::Text(id)) => space(&id.to_string()),
+        // Files with other names are read as if they had none.
+        Some(AttributeValue::Text(id)) => ColorSpace::of_interop_id(&id.to_string()).map(|space| space.primaries),
         _ => None,
     }
 }
@@ -34,15 +37,14 @@ fn attribute<'a>(header: &'a Header, name: &str) -> Option<&'a AttributeValue> {
     header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
 }
 
-/// The linear spaces of the list that have RGB primaries. Files with other names are read as if they had none.
-fn space(id: &str) -> Option<Chromaticities> {
-    match id {
-        "lin_rec709_scene" => Some(Chromaticities::REC709),
-        "lin_p3d65_scene" => Some(Chromaticities::DISPLAY_P3),
-        "lin_rec2020_scene" => Some(Chromaticities::REC2020),
-        "lin_ap1_scene" => Some(Chromaticities::ACES_CG),
-        "lin_ap0_scene" => Some(Chromaticities::ACES_AP0),
-        _ => None,
+/// Names the primaries of scene light: `colorInteropID`, and `acesImageContainerFlag` for ACES2065-1 in a file that
+/// `is_plain`.
+pub(super) fn name_primaries(layer: &mut LayerAttributes, primaries: &Chromaticities, is_plain: bool) {
+    if let Some(id) = ColorSpace::interop_id_of(primaries) {
+        layer.other.insert(Text::from(INTEROP_ID), AttributeValue::Text(Text::from(id)));
+    }
+    if *primaries == Chromaticities::ACES_AP0 && is_plain {
+        layer.other.insert(Text::from(ACES_FLAG), AttributeValue::I32(1));
     }
 }
 

@@ -14,21 +14,28 @@ use super::label::named_primaries;
 use super::select::{Choice, choose};
 use super::{explain, unsupported};
 use crate::codec::chromaticities::to_rec709;
-use crate::codec::limits::{Budget, MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large};
+use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large};
 use crate::codec::metered::Metered;
-use crate::codec::{CodecError, Metadata, Picture, Pixels};
+use crate::codec::{CodecError, Metadata, Picture, Pixels, ReadOptions};
 
 /// Decodes the chosen layer of an EXR file, placed in its display window.
-pub(crate) fn decode(reader: impl Read + Seek, layer: Option<&str>, budget: Budget) -> Result<Picture, CodecError> {
+pub(crate) fn decode(
+    reader: impl Read + Seek,
+    layer: Option<&str>,
+    options: &ReadOptions,
+) -> Result<Picture, CodecError> {
     let reader = open(reader)?;
     let choice = choose(reader.headers(), layer)?;
     let header = reader.headers()[choice.part].clone();
-    let primaries = stated_primaries(&header, &choice)?;
+    let primaries = match options.space.filter(|_| has_primaries(&choice)) {
+        Some(space) => Some(space.primaries),
+        None => stated_primaries(&header, &choice)?,
+    };
     let color = primaries.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
     let display = header.shared_attributes.display_window;
     let pixel_type = pixel_type(&header, &choice);
     let sample_bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
-    budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
+    options.budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
     let placement = Placement { choice, display, data: header.data_window(), color };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
@@ -99,10 +106,14 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
+/// Whether the numbers depend on primaries: not those of gray and of data.
+fn has_primaries(choice: &Choice) -> bool {
+    choice.is_color && choice.slots[0] != choice.slots[1]
+}
+
 /// The primaries that the file states; `None` if it states none, and for gray and data, which need none.
 pub(super) fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
-    let is_gray = choice.slots[0] == choice.slots[1];
-    if !choice.is_color || is_gray {
+    if !has_primaries(choice) {
         return Ok(None);
     }
     let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
@@ -136,9 +147,9 @@ pub(super) fn stated_color(header: &Header, primaries: Chromaticities) -> Colori
     Colorimetry { white_nits, adopted_white, ..Colorimetry::linear(primaries) }
 }
 
-/// A chromaticity after the adaptation to the white of Rec.709, which the pixels undergo, too.
-fn adapted(xy: Vec2<f32>, white: Xy) -> Option<Vec2<f32>> {
-    let adapt = Cones::Bradford.adaptation(white.to_xyz(), Xy::D65.to_xyz());
+/// A chromaticity after the adaptation from one white to another, which the pixels undergo, too.
+pub(super) fn adapted(xy: Vec2<f32>, from: Xy, to: Xy) -> Option<Vec2<f32>> {
+    let adapt = Cones::Bradford.adaptation(from.to_xyz(), to.to_xyz());
     let at = adapt * Xy::from([xy.0, xy.1]).to_xyz();
     let sum = at.element_sum();
     at.is_finite().then(|| point(Xy::new(at.x / sum, at.y / sum)))
@@ -152,7 +163,7 @@ fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>
     }
     let mut layer = header.own_attributes.clone();
     if let Some(primaries) = primaries {
-        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white));
+        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white, Xy::D65));
     }
     Metadata { image, layer }
 }

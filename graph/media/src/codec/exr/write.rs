@@ -13,12 +13,16 @@ use exr::meta::attribute::{
     AttributeValue, ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType, Text,
 };
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
+use glam::Mat3;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
+use super::describe::compression_name;
 use super::explain;
-use super::label::describes_old_pixels;
-use super::read::{point, to_attribute};
+use super::label::{describes_old_pixels, name_primaries};
+use super::read::{adapted, point, to_attribute};
+use crate::codec::chromaticities::convert;
 use crate::codec::limits::check_size;
 use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
@@ -30,11 +34,28 @@ pub struct ExrOptions {
     pub float: bool,
     /// Whether the alpha channel is written.
     pub alpha: bool,
-    /// How blocks are packed; every choice is lossless.
+    /// How blocks are packed.
     pub compression: ExrCompression,
     /// What the numbers mean, which the file states: `chromaticities`, and `whiteLuminance` and `adoptedNeutral` where
     /// they are known. `None` keeps the attributes of the picture, for data and for unknown colors.
     pub color: Option<Colorimetry>,
+    /// The primaries that the file has; those of `color` if `None`. Pixels are converted to them.
+    pub primaries: Option<Chromaticities>,
+    /// Whether the numbers are light of the scene: then `colorInteropID` names the primaries, if they have a name.
+    pub scene: bool,
+}
+
+impl ExrOptions {
+    /// The primaries of the written numbers; `None` for data.
+    pub(super) fn written_primaries(&self) -> Option<Chromaticities> {
+        self.color.map(|color| self.primaries.unwrap_or(color.primaries))
+    }
+
+    /// From the primaries of the picture to those of the file; `None` if they are the same.
+    fn conversion(&self) -> Option<Mat3> {
+        let (from, to) = (self.color?.primaries, self.written_primaries()?);
+        (from != to).then(|| from.conversion(&to).as_mat3())
+    }
 }
 
 impl Default for ExrOptions {
@@ -45,11 +66,13 @@ impl Default for ExrOptions {
             alpha: true,
             compression: ExrCompression::Zip,
             color: Some(Colorimetry::linear(Chromaticities::REC709)),
+            primaries: None,
+            scene: false,
         }
     }
 }
 
-/// Lossless ways to pack an EXR file.
+/// Ways to pack an EXR file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ExrCompression {
     /// Not packed: the fastest to write, the largest.
@@ -61,11 +84,45 @@ pub enum ExrCompression {
     Zip,
     /// Deflate, row by row.
     Zips,
-    /// Wavelets and Huffman codes: the smallest for grainy pictures.
+    /// Wavelets and Huffman codes: the smallest lossless one for grainy pictures.
     Piz,
+    /// Deflate after differences, sixteen rows at a time; floats lose their last eight bits.
+    Pxr24,
+    /// Halves become blocks of a fixed size, with losses.
+    B44,
+    /// The same, with smaller blocks for flat areas.
+    B44a,
+    /// Cosines, with losses, 32 rows at a time.
+    Dwaa,
+    /// Cosines, with losses, 256 rows at a time.
+    Dwab,
 }
 
 impl ExrCompression {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::None,
+        Self::Rle,
+        Self::Zips,
+        Self::Zip,
+        Self::Piz,
+        Self::Pxr24,
+        Self::B44,
+        Self::B44a,
+        Self::Dwaa,
+        Self::Dwab,
+    ];
+
+    /// The name that OpenEXR has for it.
+    pub fn name(self) -> &'static str {
+        compression_name(self.method())
+    }
+
+    /// The one with that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|known| known.name() == name)
+    }
+
     fn method(self) -> Compression {
         match self {
             Self::None => Compression::Uncompressed,
@@ -73,6 +130,11 @@ impl ExrCompression {
             Self::Zip => Compression::ZIP16,
             Self::Zips => Compression::ZIP1,
             Self::Piz => Compression::PIZ,
+            Self::Pxr24 => Compression::PXR24,
+            Self::B44 => Compression::B44,
+            Self::B44a => Compression::B44A,
+            Self::Dwaa => Compression::DWAA(None),
+            Self::Dwab => Compression::DWAB(None),
         }
     }
 }
@@ -82,14 +144,14 @@ pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, Co
     let bytes = if options.float { 4 } else { 2 };
     check_size((picture.width.into(), picture.height.into()), bytes)?;
     let header = header(picture, options);
-    catch_panic(|| encode(picture, header)).unwrap_or_else(|panic| Err(ours(&panic)))
+    catch_panic(|| encode(picture, header, options.conversion())).unwrap_or_else(|panic| Err(ours(&panic)))
 }
 
-fn encode(picture: &Picture, header: Header) -> Result<Vec<u8>, CodecError> {
+fn encode(picture: &Picture, header: Header, conversion: Option<Mat3>) -> Result<Vec<u8>, CodecError> {
     let headers = std::slice::from_ref(&header);
     let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
     let chunks = blocks.into_par_iter().map(|(number, index)| {
-        let data = planes(picture, &header, &index);
+        let data = planes(picture, &header, conversion.as_ref(), &index);
         let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(headers))
             .map_err(|panic| ours(&panic))?;
         chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
@@ -115,11 +177,21 @@ const STORED: [(&str, usize); 4] = [("A", 3), ("B", 2), ("G", 1), ("R", 0)];
 fn header(picture: &Picture, options: &ExrOptions) -> Header {
     let sample_type = if options.float { SampleType::F32 } else { SampleType::F16 };
     let stored = if options.alpha { &STORED[..] } else { &STORED[1..] };
-    let channel = |name| ChannelDescription::named(name, sample_type);
+    // B44 quantizes some channels on a curve that does not keep an alpha of 1.
+    let is_curved = !matches!(options.compression, ExrCompression::B44 | ExrCompression::B44a);
+    let channel = |name| {
+        let named = ChannelDescription::named(name, sample_type);
+        ChannelDescription { quantize_linearly: named.quantize_linearly && is_curved, ..named }
+    };
     let channels = stored.iter().map(|&(name, _)| channel(name)).collect();
     let size = (picture.width as usize, picture.height as usize);
     let image = image_attributes(picture, options);
-    let layer = stated_luminance(layer_attributes(picture, &image), options);
+    let mut layer = stated_luminance(layer_attributes(picture, &image), options);
+    // An ACES container (SMPTE ST 2065-4) has uncompressed halves in rows, and no channels but R, G, B and A.
+    let is_plain = options.compression == ExrCompression::None && !options.float;
+    if let Some(primaries) = options.written_primaries().filter(|_| options.scene) {
+        name_primaries(&mut layer, &primaries, is_plain);
+    }
     Header::new(Text::default(), size, channels)
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing)
         .with_shared_attributes(image)
@@ -135,8 +207,8 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
         image.pixel_aspect = 1.0;
     }
-    if let Some(color) = &options.color {
-        image.chromaticities = Some(to_attribute(&color.primaries));
+    if let Some(primaries) = options.written_primaries() {
+        image.chromaticities = Some(to_attribute(&primaries));
     }
     image.other.retain(|name, value| is_kept(name) && is_writable(name, value));
     image
@@ -164,11 +236,13 @@ fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttribut
 fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttributes {
     let white = options.color.and_then(|color| color.white_nits).map(|nits| nits.get() as f32);
     let neutral = options.color.and_then(|color| color.adopted_white).map(point);
-    LayerAttributes {
-        white_luminance: white.or(layer.white_luminance),
-        adopted_neutral: neutral.or(layer.adopted_neutral),
-        ..layer
-    }
+    let neutral = neutral.or(layer.adopted_neutral).and_then(|xy| {
+        match options.color.map(|color| color.primaries.white).zip(options.primaries.map(|space| space.white)) {
+            Some((from, to)) if from != to => adapted(xy, from, to),
+            _ => Some(xy),
+        }
+    });
+    LayerAttributes { white_luminance: white.or(layer.white_luminance), adopted_neutral: neutral, ..layer }
 }
 
 /// Whether an attribute of the input is written: not those that the encoder makes, and none that would be false.
@@ -185,26 +259,33 @@ fn is_writable(name: &Text, value: &AttributeValue) -> bool {
 }
 
 /// The rows of one block, each row channel after channel.
-fn planes(picture: &Picture, header: &Header, block: &BlockIndex) -> Vec<u8> {
+fn planes(picture: &Picture, header: &Header, conversion: Option<&Mat3>, block: &BlockIndex) -> Vec<u8> {
     let row_length = picture.width as usize * 4;
     let (first, rows) = (block.pixel_position.1, block.pixel_size.1);
     let range = first * row_length..(first + rows) * row_length;
     let is_float = header.channels.uniform_sample_type == Some(SampleType::F32);
     let stored = &STORED[STORED.len() - header.channels.list.len()..];
     let mut bytes = Vec::with_capacity(rows * picture.width as usize * header.channels.bytes_per_pixel);
-    match (&picture.pixels, is_float) {
-        (Pixels::Half(v), false) => {
-            plane_rows(&v[range], row_length, stored, |v| v.to_ne_bytes(), &mut bytes);
+    if let Pixels::Half(v) = &picture.pixels
+        && conversion.is_none()
+        && !is_float
+    {
+        plane_rows(&v[range], row_length, stored, |v| v.to_ne_bytes(), &mut bytes);
+        return bytes;
+    }
+    let mut values = match &picture.pixels {
+        Pixels::Half(values) => values[range].to_f32_vec(),
+        Pixels::Float(values) => values[range].to_vec(),
+    };
+    if let Some(matrix) = conversion {
+        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
+            [*r, *g, *b] = convert(matrix, [*r, *g, *b]);
         }
-        (Pixels::Half(v), true) => {
-            plane_rows(&v[range], row_length, stored, |v| v.to_f32().to_ne_bytes(), &mut bytes);
-        }
-        (Pixels::Float(v), false) => {
-            plane_rows(&v[range], row_length, stored, |v| to_half(v).to_ne_bytes(), &mut bytes);
-        }
-        (Pixels::Float(v), true) => {
-            plane_rows(&v[range], row_length, stored, f32::to_ne_bytes, &mut bytes);
-        }
+    }
+    if is_float {
+        plane_rows(&values, row_length, stored, f32::to_ne_bytes, &mut bytes);
+    } else {
+        plane_rows(&values, row_length, stored, |v| to_half(v).to_ne_bytes(), &mut bytes);
     }
     bytes
 }

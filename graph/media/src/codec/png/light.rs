@@ -7,7 +7,7 @@ use png::Info;
 
 use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::cicp::Cicp;
-use crate::codec::{CodecError, ErrorKind, icc};
+use crate::codec::{CodecError, ColorSpace, ErrorKind, icc};
 
 /// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
 const HLG_PEAK: f64 = 1000.0;
@@ -25,9 +25,13 @@ pub(super) struct Colors {
 }
 
 impl Colors {
-    pub(super) fn of(info: &Info<'_>) -> Result<Self, CodecError> {
+    /// The colors of `space`, or else what the chunks state.
+    pub(super) fn of(info: &Info<'_>, space: Option<ColorSpace>) -> Result<Self, CodecError> {
         let mut notes = Vec::new();
-        let stated = stated(info, &mut notes)?;
+        let stated = match space {
+            Some(space) => Some((space.primaries, space.transfer)),
+            None => stated(info, &mut notes)?,
+        };
         let (primaries, transfer) = stated.unwrap_or((Chromaticities::REC709, Transfer::Srgb));
         let peak = mastering_peak(info).unwrap_or(HLG_PEAK);
         let luminance = || primaries.to_xyz().row(1).as_vec3();

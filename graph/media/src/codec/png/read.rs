@@ -7,9 +7,9 @@ use half::f16;
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
 
 use super::light::Colors;
-use crate::codec::limits::{Budget, MAX_PNG_EXTRAS, filled, too_large, zeroed};
+use crate::codec::limits::{MAX_PNG_EXTRAS, filled, too_large, zeroed};
 use crate::codec::{
-    ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, Pixels, Window,
+    ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, Pixels, ReadOptions, Window,
 };
 
 /// The first eight bytes of every PNG.
@@ -17,19 +17,19 @@ pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a PNG to linear light. `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` are applied, in this order of
 /// priority. A profile that is no matrix with a known curve is ignored, with a note. Alpha is not multiplied in.
-pub(crate) fn decode(reader: impl BufRead + Seek, budget: Budget) -> Result<Picture, CodecError> {
+pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
     let header = decoder.read_header_info().map_err(|error| explain(&error))?;
     let (width, height) = (header.width, header.height);
-    budget.check((width.into(), height.into()), 2, 0)?;
+    options.budget.check((width.into(), height.into()), 2, 0)?;
     let mut reader = decoder.read_info().map_err(|error| explain(&error))?;
-    let colors = Colors::of(reader.info())?;
+    let colors = Colors::of(reader.info(), options.space)?;
     let (color_type, depth) = reader.output_color_type();
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
     let is_half = depth == BitDepth::Eight && !colors.is_hdr();
-    budget.check((width.into(), height.into()), if is_half { 2 } else { 4 }, size as u64)?;
+    options.budget.check((width.into(), height.into()), if is_half { 2 } else { 4 }, size as u64)?;
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let codes = Codes { bytes, depth, channels: color_type.samples(), pixels: width as usize * height as usize };
@@ -45,7 +45,7 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
     decoder.set_ignore_text_chunk(true);
     let reader = decoder.read_info().map_err(|error| explain(&error))?;
     let info = reader.info();
-    let colors = Colors::of(info)?;
+    let colors = Colors::of(info, None)?;
     let names: &[&str] = match info.color_type {
         ColorType::Grayscale => &["Y"],
         ColorType::GrayscaleAlpha => &["Y", "A"],

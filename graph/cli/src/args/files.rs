@@ -1,0 +1,95 @@
+//! Options of the image files that `render` reads and writes.
+
+use afterimage_graph::check::GraphInput;
+use afterimage_graph::image::ColorState;
+use afterimage_media::{ColorSpace, ExrCompression};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+
+/// Options of the commands that read sequences for a render.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct ReadArgs {
+    /// What the numbers of the images mean, whatever the files state: `ACEScg`, or for one input `albedo=Rec709`; one
+    /// of Rec709, P3, Rec2020, ACEScg and ACES2065-1 (linear light), and for PNG also sRGB, DisplayP3, Rec2100-PQ and
+    /// Rec2100-HLG
+    #[arg(long, value_name = "[INPUT=]SPACE", value_parser = parse_input_space)]
+    pub(crate) input_space: Vec<InputSpace>,
+}
+
+/// The color space of the files of an input, or of all inputs but those of data.
+#[derive(Clone, Debug)]
+pub(crate) struct InputSpace {
+    pub(crate) input: Option<String>,
+    space: ColorSpace,
+}
+
+impl ReadArgs {
+    /// The space that the command line states for the files of an input; that with its name counts first.
+    pub(crate) fn space_of(&self, input: &GraphInput) -> Option<ColorSpace> {
+        let named = self.input_space.iter().find(|given| given.input.as_ref() == Some(&input.name));
+        let is_light = input.state != ColorState::Data;
+        let of_all = || self.input_space.iter().find(|given| given.input.is_none() && is_light);
+        named.or_else(of_all).map(|given| given.space)
+    }
+}
+
+/// How `render` writes EXR files.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct ExrArgs {
+    /// The color space of EXR files; Rec709 by default. ACES2065-1 in halves with `--compression none` is an ACES
+    /// container (SMPTE ST 2065-4)
+    #[arg(long, value_name = "SPACE", ignore_case = true, value_parser = linear_spaces())]
+    pub(crate) output_space: Option<ColorSpace>,
+    /// The compression of EXR files; `zip` by default. b44, b44a, dwaa and dwab lose details, pxr24 those of floats
+    #[arg(long, value_parser = compressions())]
+    pub(crate) compression: Option<ExrCompression>,
+    /// What the numbers of EXR files are, whatever `--depth` is; half by default
+    #[arg(long, value_name = "TYPE", value_enum)]
+    pub(crate) channel_type: Option<ChannelType>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ChannelType {
+    /// 16-bit floats
+    Half,
+    /// 32-bit floats
+    Float,
+}
+
+impl ExrArgs {
+    /// Bits of a channel, if the type is named.
+    pub(crate) fn bits(&self) -> Option<u8> {
+        self.channel_type.map(|channel| if channel == ChannelType::Half { 16 } else { 32 })
+    }
+
+    /// The first option that is given, which is a mistake if no EXR file is written.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        let options = [
+            ("--output-space", self.output_space.is_some()),
+            ("--compression", self.compression.is_some()),
+            ("--channel-type", self.channel_type.is_some()),
+        ];
+        options.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)
+    }
+}
+
+fn linear_spaces() -> impl TypedValueParser<Value = ColorSpace> {
+    let linear = ColorSpace::ALL.iter().filter(|space| space.is_linear());
+    let names: Vec<&str> = linear.map(|space| space.name).collect();
+    PossibleValuesParser::new(names).map(|name| ColorSpace::named(&name).expect("it is one of the names"))
+}
+
+fn compressions() -> impl TypedValueParser<Value = ExrCompression> {
+    let names = ExrCompression::ALL.map(ExrCompression::name);
+    PossibleValuesParser::new(names).map(|name| ExrCompression::named(&name).expect("it is one of the names"))
+}
+
+/// `ACEScg` or `albedo=ACEScg`.
+fn parse_input_space(text: &str) -> Result<InputSpace, String> {
+    let (input, name) = text.split_once('=').map_or((None, text), |(input, name)| (Some(input.to_owned()), name));
+    let space = ColorSpace::named(name).ok_or_else(|| {
+        let names = ColorSpace::ALL.map(|space| space.name);
+        format!("no color space is called so; known are {}", names.join(", "))
+    })?;
+    Ok(InputSpace { input, space })
+}
