@@ -137,27 +137,14 @@ fn extract_number(texel: vec4f) -> f32 {
     return brightest(texel.rgb);
 }
 
-// The largest channel of the pixels under one of half the size; up to three by three at odd sizes.
+// The largest channel of 2x2 pixels, or of those inside.
 fn extract_peaks(source: texture_2d<f32>, at: Point) -> vec4f {
-    let size = vec2i(textureDimensions(source));
-    let half = vec2i(at.size);
-    let first = at.pixel * size / half;
-    let end = ((at.pixel + 1) * size + half - 1) / half;
-    let last = end - 1;
-    let corners = texels_inside(source, first, vec2i(last.x, first.y), vec2i(first.x, last.y), last);
-    let upper = max(brightest(corners[0].rgb), brightest(corners[1].rgb));
-    let lower = max(brightest(corners[2].rgb), brightest(corners[3].rgb));
-    var peak = max(max(upper, lower), 0.0);
-    if all(end - first <= vec2i(2)) { return vec4f(peak, 0.0, 0.0, 1.0); }
-    for (var y = first.y; y < end.y; y++) {
-        for (var x = first.x; x < end.x; x++) {
-            peak = max(peak, brightest(texel(source, vec2i(x, y)).rgb));
-        }
-    }
-    return vec4f(peak, 0.0, 0.0, 1.0);
+    let first = 2 * at.pixel;
+    let last = min(first + 1, vec2i(textureDimensions(source)) - 1);
+    let texels = texels_inside(source, first, vec2i(last.x, first.y), vec2i(first.x, last.y), last);
+    return extract_peaks_of_square(Square(texels[0], texels[1], texels[2], texels[3]));
 }
 
-// The same where just four pixels lie under one.
 fn extract_peaks_of_square(square: Square) -> vec4f {
     let upper = max(brightest(square.upper_left.rgb), brightest(square.upper_right.rgb));
     let lower = max(brightest(square.lower_left.rgb), brightest(square.lower_right.rgb));

@@ -5,7 +5,7 @@ use afterimage_plan::{Options, When};
 
 use crate::reference::bloom::{gate_weight, without_fireflies};
 use crate::reference::math::largest;
-use crate::reference::resample::{Down, downsample, half_size};
+use crate::reference::resample::{Down, Firefly, downsample, downsample_karis, half_size};
 use crate::support::gpu::{Picture, Run, gpu, graph};
 use crate::support::harness::image;
 use crate::support::sequence::Sequence;
@@ -60,10 +60,10 @@ fn half_floats_by_rows_round_like_half_floats_in_memory() {
     let allowed = if gpu().is_processor() { 6e-3 } else { 4e-2 };
     for filter in ["filter: Tap13, firefly: Groups", "filter: Tap13", "filter: Tap4", "filter: Box"] {
         let text = BLOOM.replace("filter: Tap13, firefly: Groups", filter);
-        // Each of the five levels has a source with even sides, four of them, and two.
-        for (width, height, halvings) in [(256, 256, 5), (640, 360, 4), (641, 359, 2)] {
+        // Of the five levels, all have a source with even sides, four of them, and two.
+        for (width, height) in [(256, 256), (640, 360), (641, 359)] {
             let (apart, by_rows, rows) = both(&text, width, height);
-            assert_eq!(rows, halvings, "{filter} at {width}x{height}");
+            assert_eq!(rows, 5, "{filter} at {width}x{height}");
             let worst = difference(&apart, &by_rows);
             assert!(worst < allowed, "{filter} at {width}x{height}: differs by {worst}");
         }
@@ -143,8 +143,8 @@ fn frames(text: &str, pictures: &[Picture; 2]) -> ([Vec<Vec<Picture>>; 2], usize
     ([shown(&apart), shown(&by_rows)], found)
 }
 
-/// Sizes around the borders of workgroups, and sizes that are not exactly halved.
-const SIZES: [(u32, u32); 12] = [
+/// Sizes around the borders of workgroups, odd ones, and sides that are not halved.
+const SIZES: [(u32, u32); 18] = [
     (2, 2),
     (4, 2),
     (2, 36),
@@ -157,6 +157,12 @@ const SIZES: [(u32, u32); 12] = [
     (2, 1),
     (65, 64),
     (130, 67),
+    (3, 3),
+    (3, 36),
+    (117, 31),
+    (119, 33),
+    (120, 35),
+    (237, 64),
 ];
 
 #[test]
@@ -176,11 +182,17 @@ fn light_is_limited_by_rows_as_in_passes_of_its_own() {
                 let pictures = if is_damaged { pictures.map(damaged) } else { pictures };
                 let ([apart, by_rows], found) = frames(&text, &pictures);
                 let what = format!("{exposed}, {history}{filter} at {width}x{height}, damaged: {is_damaged}");
-                assert_eq!(found, usize::from(width % 2 == 0 && height % 2 == 0), "{what}");
+                assert_eq!(found, usize::from(width > 1 && height > 1), "{what}");
+                // At an odd size, a texture unit weighs the texels of the passes apart with few bits of fraction.
+                let allowed = match (width % 2 + height % 2, gpu().is_processor()) {
+                    (0, _) => 6e-3,
+                    (_, true) => 1e-2,
+                    (_, false) => 4e-2,
+                };
                 for (number, (apart, by_rows)) in apart.iter().zip(&by_rows).enumerate() {
                     let [half, past, lit] = [0, 1, 2].map(|output| difference(&apart[output], &by_rows[output]));
-                    assert!(half < 6e-3, "{what}: the light of frame {number} differs by {half}");
-                    assert!(lit < 6e-3, "{what}: the result of frame {number} differs by {lit}");
+                    assert!(half < allowed, "{what}: the light of frame {number} differs by {half}");
+                    assert!(lit < allowed, "{what}: the result of frame {number} differs by {lit}");
                     // Peaks of the scene are the same numbers; the exposed ones are rounded once less.
                     let allowed = if exposed == "scene" { 0.0 } else { 1e-3 };
                     assert!(past <= allowed, "{what}: the peaks before frame {number} differ by {past}");
@@ -195,7 +207,7 @@ fn light_is_limited_by_rows_as_in_passes_of_its_own() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn light_that_is_limited_by_rows_is_as_in_the_cpu_reference() {
     let text = limited("scene", HISTORY, "filter: Tap13");
-    for (width, height) in [(2, 2), (64, 36), (244, 70)] {
+    for (width, height) in [(2, 2), (64, 36), (244, 70), (3, 3), (65, 36), (64, 37), (245, 71)] {
         let pictures = [0, 1].map(|frame| sparks(width, height, frame));
         let ([_, by_rows], found) = frames(&text, &pictures);
         assert_eq!(found, 1, "{width}x{height}");
@@ -210,6 +222,70 @@ fn light_that_is_limited_by_rows_is_as_in_the_cpu_reference() {
             let channels = wanted.pixels.as_flattened().iter().zip(shown.pixels.as_flattened());
             let worst = channels.map(|(a, b)| (a - b).abs() / (1.0 + a.abs())).fold(0.0, f64::max);
             assert!(worst < 6e-3, "frame {frame} at {width}x{height} differs by {worst}");
+        }
+    }
+}
+
+/// A halving of half floats whose result is no output, so that it can be done by rows; the light is four times as large.
+fn halved(filter: &str) -> String {
+    format!(
+        r#"Pipeline(
+    inputs: {{ "scene": Color }},
+    nodes: {{
+        "exposed": Exposure(source: "scene", stops: 1.0),
+        "mips": Downsample(source: "exposed", levels: 1, {filter}),
+        "out": Composite(base: "mips.coarsest", bloom: "mips.coarsest", blend: Add, strength: 1.0, filter: Bilinear),
+    }},
+    outputs: {{ "out": "out" }},
+)"#
+    )
+}
+
+/// Halvings by rows against their definition, at all four parities and around the borders of workgroups.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_halving_by_rows_is_as_in_the_cpu_reference() {
+    for (name, filter, firefly) in [
+        ("Tap13", Down::ThirteenTap, Firefly::Off),
+        ("Tap13", Down::ThirteenTap, Firefly::Groups),
+        ("Tap4", Down::FourTap, Firefly::Off),
+        ("Box", Down::Box, Firefly::Off),
+    ] {
+        let graph = graph(&halved(&format!("filter: {name}, firefly: {firefly:?}")));
+        for (width, height) in [(64, 36), (3, 2), (123, 33), (124, 35), (245, 66), (481, 269)] {
+            let scene = scene(width, height);
+            let mut run = Run::new(&graph);
+            run.options.row_downsample = When::Always;
+            let plan = run.plan(&gpu(), &[("scene", &scene)]);
+            let is_by_rows = plan.work().any(|pass| matches!(pass.kind, PassKind::RowDownsample(_)));
+            assert!(is_by_rows, "{name}");
+            let shown = image(&run.frame(&[("scene", &scene)]).remove(0));
+            let source = image(&scene).map_rgb(|color| color.map(|c| 2.0 * c));
+            let wanted = downsample_karis(&source, half_size(source.width, source.height), filter, firefly);
+            let wanted = wanted.map_rgb(|color| color.map(|c| 2.0 * c));
+            let channels = wanted.pixels.as_flattened().iter().zip(shown.pixels.as_flattened());
+            let worst = channels.map(|(a, b)| (a - b).abs() / (1.0 + a.abs())).fold(0.0, f64::max);
+            assert!(worst < 2e-3, "{name} {firefly:?} at {width}x{height} differs by {worst}");
+        }
+    }
+}
+
+/// Lights of one pixel, far from each other: each keeps its energy by rows, wherever it is.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_light_of_one_pixel_keeps_its_energy_by_rows() {
+    let graph = graph(&halved("filter: Tap13"));
+    for (width, height) in [(256, 128), (257, 128), (256, 129), (257, 129), (1281, 65)] {
+        let mut run = Run::new(&graph);
+        run.options.row_downsample = When::Always;
+        let mut sequence = Sequence::new(&run);
+        for at in (0..24).map(|step| (9 + 37 * step % (width - 18), 9 + 5 * step % (height - 18))) {
+            let light = Picture::new(width, height, |x, y| [if (x, y) == at { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]);
+            sequence.frame(&[("scene", &light)], 0.0, false);
+            let half = sequence.output("out");
+            let area = f64::from(width * height) / f64::from(half.width * half.height);
+            let energy = half.pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() * area / 4000.0;
+            assert!((energy - 1.0).abs() < 2e-3, "{width}x{height} {at:?}: {energy}");
         }
     }
 }

@@ -134,6 +134,7 @@ impl Downsample {
             pass.function(&ANY_SIZE, function)
                 .label(format_args!("{function} {to}"))
                 .read("source", source)
+                .by_rows(self.by_rows(is_first))
                 .write_to(level);
         }
     }

@@ -130,7 +130,8 @@ impl Node for Extract {
         Output::image(
             "peaks",
             OutputState::same("source"),
-            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame.",
+            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame. Its size is \
+             rounded up.",
         ),
     ];
 
@@ -143,7 +144,7 @@ impl Node for Extract {
         let source = pass.image("source");
         let result = ImageDesc::new(pass.desc(source).size);
         if pass.is_output_used("peaks") {
-            let peaks = result.half().format(Format::R16Float);
+            let peaks = ImageDesc::new(result.size.div_up(2)).format(Format::R16Float);
             pass.function(&SHADER, "extract_peaks").by_square("extract_peaks_of_square").write("peaks", peaks);
         }
         let light = match self.fireflies {

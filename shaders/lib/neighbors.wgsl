@@ -45,6 +45,11 @@ fn neighbors_place(column: i32, last: i32, invocation: u32) -> NeighborsPlace {
     );
 }
 
+// The numbers of a square, of which the image has the right and the lower texels or not.
+fn neighbors_inside(numbers: vec4f, has: vec2<bool>) -> vec4f {
+    return select(vec4f(), numbers, vec4<bool>(true, has.x, has.y, has.x && has.y));
+}
+
 // The numbers of four texels in each of two rows: the outer ones are the neighbors'.
 struct NeighborsRows {
     upper: vec4f,

@@ -129,7 +129,7 @@ pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image 
         let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
         let near = around.filter(|&(i, j)| (i, j) != (x, y) && inside(i, j)).map(|(i, j)| bright(image, i, j));
         let past = before.map_or(0.0, |before| {
-            let cell = |at: i64, side: usize| (at.max(0) / 2).min(side as i64 / 2 - 1);
+            let cell = |at: i64, side: usize| (at.max(0) / 2).min((side as i64 - 1) / 2);
             let columns = [cell(x - 1, image.width), cell(x + 1, image.width)];
             let rows = [cell(y - 1, image.height), cell(y + 1, image.height)];
             let cells = columns.into_iter().flat_map(|i| rows.map(|j| (i, j)));
@@ -142,13 +142,9 @@ pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image 
     })
 }
 
-/// The largest channel of the 2x2 pixels of a cell; up to 3x3 at odd sizes.
+/// The largest channel of the 2x2 pixels of a cell.
 fn peak(image: &Image, i: i64, j: i64) -> f64 {
-    let pixels = |cell: i64, side: usize| {
-        let (side, half) = (side as i64, (side as i64 / 2).max(1));
-        cell * side / half..((cell + 1) * side + half - 1) / half
-    };
-    let places = pixels(j, image.height).flat_map(|y| pixels(i, image.width).map(move |x| (x, y)));
+    let places = (2 * j..2 * j + 2).flat_map(|y| (2 * i..2 * i + 2).map(move |x| (x, y)));
     places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
 }
 

@@ -118,7 +118,13 @@ impl Modules {
             self.ways(&fused, recording, " fused with its reader", &WAYS[..1]);
         }
         let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass)).chain(by_cells(pass));
-        forms.for_each(|pass| self.ways(&pass, recording, "", &WAYS));
+        for mut pass in forms {
+            self.ways(&pass, recording, "", &WAYS);
+            if let PassKind::RowDownsample(rows) = &mut pass.kind {
+                rows.odd = [1; 2];
+                self.ways(&pass, recording, " at an odd size", &WAYS[..1]);
+            }
+        }
     }
 
     fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, bool)]) {
@@ -176,7 +182,7 @@ fn by_rows(pass: &Pass) -> Option<Pass> {
 }
 
 fn of_rows(pass: &Pass, kernels: Vec<KernelCall>, image: ImageId, by: ByRows, around: Option<usize>) -> Pass {
-    let rows = RowDownsample { state: by.state, rows: 1, around };
+    let rows = RowDownsample { state: by.state, rows: 1, odd: [0; 2], around };
     row_pass(pass.nodes.clone(), pass.label.clone(), kernels, image, rows)
 }
 

@@ -228,10 +228,12 @@ impl<'p> Machine<'p> {
             PassKind::Point | PassKind::Gather | PassKind::Workgroup(_) => {
                 self.functions(&pass.kernels, size_of_result())?
             }
-            PassKind::RowDownsample(_) => {
+            PassKind::RowDownsample(rows) => {
+                let [wide, high] = rows.odd;
                 let Size { width, height, depth } = size_of_result();
                 let (makers, others) = pass.kernels.split_at(pass.results[0].kernel);
-                let mut values = self.functions(makers, Size { width: 2 * width, height: 2 * height, depth })?;
+                let mut values =
+                    self.functions(makers, Size { width: 2 * width + wide, height: 2 * height + high, depth })?;
                 values.push(halved(&others[0].function, *values.last().expect("a halving has a source")));
                 for kernel in &others[1..] {
                     let [Argument { value: Arg::SquareOf(texel), .. }] = kernel.args[..] else {

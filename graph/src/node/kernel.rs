@@ -132,6 +132,9 @@ pub enum Arg {
 /// below its last, with the texels under one texel of that row; the result of a call is the texel of the row before. It
 /// may wait for the others (`workgroupBarrier`), and takes no parameters:
 /// `fn name(state: ptr<function, State>, square: Square, invocation: u32) -> vec4f`.
+///
+/// Where a side of the source is odd, 2m + 1 texels for m of the result, it is given the means over 2m equal parts in
+/// the place of texels: so the filter must be a sum of boxes that begin and end at halves of a texel of the result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByRows {
     /// The module.

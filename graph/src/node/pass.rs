@@ -57,14 +57,16 @@ pub enum PassKind {
 ///
 /// At each step an invocation makes the four texels under one texel of the result with the kernels before the halving,
 /// and gives them to the halving, the kernel of the first result, which shares what its neighbors need through
-/// workgroup memory. So each texel of the source, which is exactly twice as large as the result, is made about once and
-/// never stored.
+/// workgroup memory. So each texel of the source is made about once and never stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowDownsample {
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,
     /// Rows of the result that a workgroup makes.
     pub rows: u32,
+    /// Columns and rows of the source beyond twice those of the result: 0 or 1. Where it is 1, the halving is given the
+    /// means over halves of a texel of the result.
+    pub odd: [u32; 2],
     /// The kernel that looks at the texels around its own, by its place in the pass, if one does: it is called in its
     /// form [by neighbors](super::ByNeighbors), and those before it make a texel.
     pub around: Option<usize>,

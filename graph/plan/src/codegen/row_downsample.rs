@@ -15,9 +15,10 @@ fn margin(rows: &RowDownsample) -> u32 {
     if rows.around.is_some() { 2 } else { 1 }
 }
 
-/// Texels of the result that a workgroup makes, across and down.
+/// Texels of the result that a workgroup makes, across and down. With an odd number of columns, each invocation needs
+/// a texel of the next one besides.
 pub(super) fn rows_cover(rows: &RowDownsample) -> [u32; 2] {
-    [ROW_INVOCATIONS - 2 * margin(rows), rows.rows]
+    [ROW_INVOCATIONS - 2 * margin(rows) - rows.odd[0], rows.rows]
 }
 
 /// A halving by rows with its entry point.
@@ -82,28 +83,46 @@ impl NeighborNames {
 fn entry_point(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (extent, state, margin) = (&names.extent, &names.state, margin(rows));
     let [covered, count] = rows_cover(rows);
+    let [wide, high] = rows.odd;
     let walk = match &names.neighbors {
-        None => plain_walk(writer, names),
-        Some(neighbors) => walk_of_neighbors(writer, names, neighbors),
+        None => plain_walk(writer, rows, names),
+        Some(neighbors) => walk_of_neighbors(writer, rows, names, neighbors),
     };
-    let import = if names.neighbors.is_some() { "#import neighbors\n" } else { "" };
+    let imports = [("neighbors", names.neighbors.is_some()), ("halves", rows.odd != [0; 2])];
+    let imports: String =
+        imports.iter().filter(|(_, is_used)| *is_used).map(|(name, _)| format!("#import {name}\n")).collect();
+    let above = if high == 1 { "    var above: Square;\n" } else { "" };
     format!(
-        "{import}fn point_of_source(pixel: vec2i) -> Point {{
-    let size = 2.0 * {extent};
+        "{imports}fn point_of_source(pixel: vec2i) -> Point {{
+    let size = 2.0 * {extent} + vec2f({wide}, {high});
     let inside = clamp(pixel, vec2i(0), vec2i(size) - 1);
     return Point(inside, (vec2f(inside) + 0.5) / size, size);
 }}
 @compute @workgroup_size({ROW_INVOCATIONS})
 fn compute(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) invocation: u32) {{
-    let last = vec2i({extent}) - 1;
-    let column = i32(group.x) * {covered} + i32(invocation) - {margin};
-    let first = i32(group.y) * {count};
-    let end = min(first + {count}, last.y + 1);
-    let is_own = invocation >= {margin}u && invocation < {outer}u && column <= last.x;
+    let size = vec2i({extent});
+    let first = vec2i(group.xy) * vec2i({covered}, {count});
+    let end = min(first + vec2i({covered}, {count}), size);
+    let column = first.x + i32(invocation) - {margin};
+    let is_own = column >= first.x && column < end.x;
     var state: {state};
-{walk}}}",
-        outer = ROW_INVOCATIONS - margin,
+{above}{walk}}}"
     )
+}
+
+/// Statements that make a square for the halving of one of texels, `square`, that lies in the row `row`; and what it is
+/// called. If the number of rows is odd, it is the square of the row before.
+fn halves(rows: &RowDownsample, square: &str, row: &str) -> (String, String) {
+    let (mut statements, mut name) = (String::new(), square.to_owned());
+    if rows.odd[0] == 1 {
+        statements += &format!("        let across = halves_across({name}, column, size.x, row, invocation);\n");
+        name = "across".into();
+    }
+    if rows.odd[1] == 1 {
+        statements += &format!("        let halves = halves_down(&above, {name}, {row} - 1, size.y);\n");
+        name = "halves".into();
+    }
+    (statements, name)
 }
 
 /// The places of the square of a row, whose names begin with `places`.
@@ -124,28 +143,36 @@ fn square(writer: &FunctionWriter<'_, '_>, loads: &str) -> String {
 
 const INDENT: &str = "        ";
 
-/// Stores what depends on a square alone.
-fn stores_of_squares(names: &Names) -> String {
+/// Stores what depends on a square alone: also on the last one, of which an image with an odd side has a part.
+fn stores_of_squares(rows: &RowDownsample, names: &Names) -> String {
     let of_squares = names.results.iter().zip(&names.calls).skip(1);
     let store = |(result, function)| format!("textureStore({result}, vec2i(column, row), {function}(square));");
     let stores: String = of_squares.map(store).map(|store| format!("            {store}\n")).collect();
     if stores.is_empty() {
         return stores;
     }
-    format!("        if row >= first && row < end && is_own {{\n{stores}        }}\n")
+    let [wide, high] = rows.odd;
+    format!(
+        "        let beyond = end + select(vec2i(0), vec2i({wide}, {high}), end == size);
+        if row >= first.y && row < beyond.y && column >= first.x && column < beyond.x {{
+{stores}        }}
+"
+    )
 }
 
 /// From the row above the first to the one below the last: a step gives the row before.
-fn plain_walk(writer: &FunctionWriter<'_, '_>, names: &Names) -> String {
+fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Names) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
+    let (halves, given) = halves(rows, "square", "row");
     format!(
-        "    for (var row = first - 1; row <= end; row++) {{
-{square}{stores}        let value = {halve}(&state, square, invocation);
-        if row > first && is_own {{ textureStore({result}, vec2i(column, row - 1), value); }}
+        "    for (var row = first.y - 1; row <= end.y + {late}; row++) {{
+{square}{stores}{halves}        let value = {halve}(&state, {given}, invocation);
+        if row > first.y + {late} && is_own {{ textureStore({result}, vec2i(column, row - 1 - {late}), value); }}
     }}
 ",
+        late = rows.odd[1],
         square = square(writer, &writer.load_host_pixels(4, INDENT)),
-        stores = stores_of_squares(names),
+        stores = stores_of_squares(rows, names),
     )
 }
 
@@ -155,12 +182,20 @@ const TEXELS: [(&str, &str); 4] =
 
 /// A step makes the texels of a square, and changes those of the square before, whose neighbors are known now. So it
 /// begins and ends a row further out. Beyond the border, squares consist of texels of the border as they are changed
-/// there: above of the first row, which is known when the first square is, and below of the last one.
+/// there: above of the first row, which is known when the first square is, and below of the last one. Of an image with
+/// an odd side, so does the part of the last square that is beyond.
 ///
 /// It needs many registers, so few workgroups wait at once: each step loads the texels of the next one before it uses
 /// its own. A walk without neighbors takes longer so.
-fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, neighbors: &NeighborNames) -> String {
+fn walk_of_neighbors(
+    writer: &FunctionWriter<'_, '_>,
+    rows: &RowDownsample,
+    names: &Names,
+    neighbors: &NeighborNames,
+) -> String {
     let (result, halve) = (&names.results[0], &names.calls[0]);
+    let (halves, given) = halves(rows, "changed", "(row - 1)");
+    let [wide, high] = rows.odd;
     let NeighborNames { number, changes, finishes } = neighbors;
     let of_texels = |text: &dyn Fn(usize, &str, &str) -> String, between: &str| {
         let texels = TEXELS.iter().enumerate().map(|(index, (offset, texel))| text(index, offset, texel));
@@ -181,16 +216,17 @@ fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, neighbors: 
     };
     let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT) + &writer.sanitize_host_pixels(4, INDENT);
     format!(
-        "    let place = neighbors_place(column, last.x, invocation);
+        "    let last = size - 1 + vec2i({wide}, {high});
+    let place = neighbors_place(column, last.x, invocation);
     var next: NeighborsSeen;
     var changed: Square;
-{declared}{first}    for (var row = first - 2; row <= end + 1; row++) {{
+{declared}{first}    for (var row = first.y - 2; row <= end.y + 1 + {high}; row++) {{
 {square}        let numbers = vec4f({number}(square.upper_left), {number}(square.upper_right),
             {number}(square.lower_left), {number}(square.lower_right));
-        let rows = neighbors_share(numbers, row >= 0 && row <= last.y, row, place);
+        let rows = neighbors_share({known}, row >= 0 && row <= last.y, row, place);
         var seen = next;
         next = NeighborsSeen(square, seen.rows.lower, rows);
-        if row < first {{ continue; }}
+        if row < first.y {{ continue; }}
 {stores}        if row == 0 {{ seen = NeighborsSeen(neighbors_upper(square), vec4f(), rows); }}
         let around = neighbors_of(seen, rows.upper);
         if any(vec4<bool>({may_change})) {{
@@ -200,17 +236,26 @@ fn walk_of_neighbors(writer: &FunctionWriter<'_, '_>, names: &Names, neighbors: 
         if row > last.y + 1 {{
             changed = neighbors_lower(changed);
         }} else {{
-            changed = neighbors_clamped(Square({finished}), column, last.x);
+            changed = neighbors_clamped(Square({finished}), column, size.x - 1);
         }}
-        if row == 0 {{ changed = neighbors_upper(changed); }}
-        let value = {halve}(&state, changed, invocation);
-        if row > first + 1 && is_own {{ textureStore({result}, vec2i(column, row - 2), value); }}
+        if row == 0{or_last} {{ changed = neighbors_upper(changed); }}
+{halves}        let value = {halve}(&state, {given}, invocation);
+        if row > first.y + 1 + {high} && is_own {{ textureStore({result}, vec2i(column, row - 2 - {high}), value); }}
     }}
 ",
         declared = writer.declare_ahead(4, "    "),
-        first = ahead("first - 2", "    "),
+        first = ahead("first.y - 2", "    "),
         square = square(writer, &loads),
-        stores = stores_of_squares(names),
+        stores = stores_of_squares(rows, names),
+        known = match rows.odd {
+            [0, 0] => "numbers".to_owned(),
+            [wide, high] => format!(
+                "neighbors_inside(numbers, vec2<bool>({}, {}))",
+                if wide == 1 { "column < size.x" } else { "true" },
+                if high == 1 { "row < size.y" } else { "true" },
+            ),
+        },
+        or_last = if high == 1 { " || row == last.y + 1" } else { "" },
         change = of_texels(&change, ""),
         finished = of_texels(&finish, ", "),
     )

@@ -32,14 +32,13 @@ impl Neighbors {
         caps: &Caps,
         number: usize,
         halving: usize,
-        halved: ImageId,
     ) -> Option<Self> {
         let (pass, result) = graph.function_pass(number)?;
         let source = looks_around(pass)?;
         if recording.image(source).desc.size != recording.image(result).desc.size {
             return None;
         }
-        let mut squares = squares(graph, recording, source, halved);
+        let mut squares = squares(graph, recording, source);
         squares.truncate(caps.max_storage_images as usize - 1);
         let mut joined = squares.clone();
         joined.push(number);
@@ -134,15 +133,15 @@ fn looks_around(pass: &Pass) -> Option<ImageId> {
     is_fit.then_some(source)
 }
 
-/// The passes that make an image of the size of `half` from squares of `source`, for later frames alone: the halving
-/// might wait for a pass of this frame that reads it.
-fn squares(graph: &PassGraph, recording: &Recording, source: ImageId, half: ImageId) -> Vec<usize> {
+/// The passes that make an image from squares of `source`, a texel from each, for later frames alone: the halving might
+/// wait for a pass of this frame that reads it.
+fn squares(graph: &PassGraph, recording: &Recording, source: ImageId) -> Vec<usize> {
     let size = |image: ImageId| recording.image(image).desc.size;
     let is_of_squares = |number: &usize| {
         let Some((pass, result)) = graph.function_pass(*number) else { return false };
         let is_read = graph.readers(Resource::Image(result)).next().is_some() || graph.is_output(result);
         let has_form = matches!(pass.kernels.as_slice(), [kernel] if kernel.by_square.is_some());
-        has_form && !is_read && size(result) == size(half)
+        has_form && !is_read && size(result) == size(source).div_up(2)
     };
     graph.readers(Resource::Image(source)).filter(is_of_squares).collect()
 }

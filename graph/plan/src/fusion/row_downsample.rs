@@ -67,6 +67,8 @@ pub(super) struct Halving {
     source: ImageId,
     result: ImageId,
     by: ByRows,
+    /// See [`RowDownsample::odd`].
+    odd: [u32; 2],
 }
 
 impl Halving {
@@ -77,11 +79,14 @@ impl Halving {
         let by = kernel.by_rows.filter(|_| !graph.is_output(result))?;
         let source = kernel.textures().next()?;
         let (from, to) = (recording.image(source).desc, recording.image(result).desc);
-        let is_exact_half = from.size.width == 2 * to.size.width && from.size.height == 2 * to.size.height;
+        let odd = [(from.size.width, to.size.width), (from.size.height, to.size.height)]
+            .map(|(from, to)| from.checked_sub(2 * to).unwrap_or(u32::MAX));
+        // A side of one texel stays one.
+        let is_half = odd.iter().all(|texels| *texels <= 1);
         // Neighbors share texels as half floats.
         let is_half_float = !from.format.is_32_bit() && !to.format.is_32_bit();
         let is_large = always || to.size.texels() >= MIN_TEXELS;
-        (is_exact_half && is_half_float && is_large).then_some(Self { number, source, result, by })
+        (is_half && is_half_float && is_large).then_some(Self { number, source, result, by, odd })
     }
 
     /// Puts the pass by rows in the place of the halving and of the pass that makes its source, if that one is given.
@@ -105,7 +110,7 @@ impl Halving {
         nodes.dedup();
         kernels.push(row_kernel(nodes.last().unwrap_or(&node), self.by));
         let rows = rows_of(recording.image(self.result).desc.size.texels());
-        let kind = RowDownsample { state: self.by.state, rows, around };
+        let kind = RowDownsample { state: self.by.state, rows, odd: self.odd, around };
         let mut pass = row_pass(nodes, label, kernels, self.result, kind);
         let saved = |image: ImageId, nodes: &[String], times: u64| {
             let image = recording.image(image);
@@ -168,7 +173,7 @@ impl Maker {
         }
         let find = |number: usize| {
             let is_point = graph.get(number).is_some_and(|pass| pass.kind == PassKind::Point);
-            let neighbors = Neighbors::find(graph, recording, caps, number, halving.number, halving.result);
+            let neighbors = Neighbors::find(graph, recording, caps, number, halving.number);
             (is_point || neighbors.is_some()).then_some(Self { number, neighbors })
         };
         graph.writers(Resource::Image(source)).find_map(find)
