@@ -3,6 +3,8 @@
 
 /// Numbers of host blocks, and facts.
 mod blocks;
+/// What images mean, and what a graph tells of itself.
+mod colors;
 /// Drawing passes that do not fit.
 mod drawing;
 /// Folders that are part of the program.

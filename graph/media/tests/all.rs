@@ -6,13 +6,17 @@ mod atomic;
 #[cfg(feature = "avif")]
 mod avif;
 mod budget;
+mod described;
+mod exr_layouts;
 mod exr_read;
 mod exr_write;
 mod formats;
 mod hostile;
 mod labels;
+mod names;
 mod oracles;
 mod png;
+mod png_layouts;
 mod sequence;
 mod spaces;
 mod watch;

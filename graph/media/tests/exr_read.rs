@@ -29,9 +29,9 @@ fn counted(base: f32, sample_type: SampleType, count: usize) -> FlatSamples {
     }
 }
 
-type Part = Layer<AnyChannels<FlatSamples>>;
+pub(super) type Part = Layer<AnyChannels<FlatSamples>>;
 
-fn part(name: &str, at: (i32, i32), channels: &[(&str, f32, SampleType)]) -> Part {
+pub(super) fn part(name: &str, at: (i32, i32), channels: &[(&str, f32, SampleType)]) -> Part {
     let list: SmallVec<[AnyChannel<FlatSamples>; 4]> =
         channels.iter().map(|&(name, base, kind)| AnyChannel::new(name, samples(base, kind))).collect();
     let attributes = match name {
@@ -42,20 +42,20 @@ fn part(name: &str, at: (i32, i32), channels: &[(&str, f32, SampleType)]) -> Par
     Layer::new(SIZE, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(list))
 }
 
-fn write(folder: &Folder, display: IntegerBounds, parts: Vec<Part>) -> PathBuf {
+pub(super) fn write(folder: &Folder, display: IntegerBounds, parts: Vec<Part>) -> PathBuf {
     let path = folder.file("parts.exr");
     let layers: SmallVec<[Part; 2]> = parts.into_iter().collect();
     Image::from_layers(ImageAttributes::new(display), layers).write().to_file(&path).unwrap();
     path
 }
 
-fn plain() -> IntegerBounds {
+pub(super) fn plain() -> IntegerBounds {
     IntegerBounds::from_dimensions(SIZE)
 }
 
-const HALF: SampleType = SampleType::F16;
-const FLOAT: SampleType = SampleType::F32;
-const UINT: SampleType = SampleType::U32;
+pub(super) const HALF: SampleType = SampleType::F16;
+pub(super) const FLOAT: SampleType = SampleType::F32;
+pub(super) const UINT: SampleType = SampleType::U32;
 
 /// One part with everything in it.
 const CROWDED: [(&str, f32, SampleType); 13] = [

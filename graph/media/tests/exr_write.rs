@@ -15,7 +15,7 @@ fn encoded(picture: &Picture, options: &ExrOptions) -> Vec<u8> {
 }
 
 /// The bytes of an attribute of the header.
-fn attribute<'f>(file: &'f [u8], name: &str, ty: &str) -> &'f [u8] {
+pub(super) fn attribute<'f>(file: &'f [u8], name: &str, ty: &str) -> &'f [u8] {
     let start = format!("{name}\0{ty}\0");
     let at = file.windows(start.len()).position(|bytes| bytes == start.as_bytes()).expect("the header has it");
     let (length, value) = file[at + start.len()..].split_at(4);
@@ -218,7 +218,7 @@ fn primaries_that_only_a_name_states_are_converted() {
 
 /// The file with the attribute `unused` replaced, since the writer does not write these names. The table of offsets is
 /// moved by what the header grows.
-fn with_attribute(file: &[u8], name: &str, value: &AttributeValue) -> Vec<u8> {
+pub(super) fn with_attribute(file: &[u8], name: &str, value: &AttributeValue) -> Vec<u8> {
     let (kind, bytes) = match value {
         AttributeValue::I32(number) => ("int", number.to_le_bytes().to_vec()),
         AttributeValue::Text(text) => ("string", text.to_string().into_bytes()),
@@ -237,7 +237,7 @@ fn with_attribute(file: &[u8], name: &str, value: &AttributeValue) -> Vec<u8> {
 }
 
 /// Up to the zero that ends the attributes.
-fn header_length(file: &[u8]) -> usize {
+pub(super) fn header_length(file: &[u8]) -> usize {
     let mut at = 8;
     while file[at] != 0 {
         for _ in 0..2 {

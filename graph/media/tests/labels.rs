@@ -30,7 +30,7 @@ fn chunks(file: &[u8]) -> Vec<(String, Vec<u8>)> {
     found
 }
 
-fn chunk(file: &[u8], name: &str) -> Option<Vec<u8>> {
+pub(super) fn chunk(file: &[u8], name: &str) -> Option<Vec<u8>> {
     chunks(file).into_iter().find(|(found, _)| found == name).map(|(_, data)| data)
 }
 
@@ -173,7 +173,7 @@ fn what_is_written_is_read_back_as_light() {
 }
 
 /// The file without the chunks of that name.
-fn without(file: &[u8], name: &str) -> Vec<u8> {
+pub(super) fn without(file: &[u8], name: &str) -> Vec<u8> {
     let mut kept = file[..8].to_vec();
     let mut rest = &file[8..];
     while rest.len() >= 12 {
@@ -240,7 +240,7 @@ fn a_coding_that_is_not_read_is_refused() {
 }
 
 /// CRC-32 of PNG, bit by bit.
-fn crc(bytes: &[u8]) -> u32 {
+pub(super) fn crc(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step))
 }

@@ -9,6 +9,7 @@ mod drawing;
 mod dynamic;
 mod facts;
 mod faults;
+mod figures;
 mod fusion;
 mod golden;
 mod kernels;
@@ -33,4 +34,5 @@ mod stages;
 #[path = "../../../tests/support/sweep.rs"]
 mod sweep;
 mod switches;
+mod told;
 mod wrong_shaders;

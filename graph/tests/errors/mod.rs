@@ -7,6 +7,7 @@ mod absurd;
 mod accepted;
 mod conditions;
 mod contract;
+mod diagnosed;
 mod folder;
 mod folder_images;
 mod folder_workgroups;

@@ -5,7 +5,7 @@
 #[cfg(feature = "avif")]
 mod avif;
 mod chromaticities;
-mod cicp;
+pub(crate) mod cicp;
 mod description;
 mod error;
 mod exr;

@@ -77,6 +77,18 @@ fn points_lie_where_the_file_says() {
     check(&attributes(orthographic(), 1.0), |distance| (20.0 - distance) / 19.5);
 }
 
+/// 0.1 and, without a perspective, 1000.
+#[test]
+fn planes_that_are_not_stated_have_their_defaults() {
+    let bare = |stated: LayerAttributes| LayerAttributes { near_clip_plane: None, far_clip_plane: None, ..stated };
+    check(&bare(attributes(perspective(), 1.0)), |distance| 0.1 / distance);
+    check(&bare(attributes(orthographic(), 1.0)), |distance| (1000.0 - distance) / 999.9);
+    let wrong = LayerAttributes { world_to_camera: None, ..attributes(perspective(), 1.0) };
+    let error = of_attributes(&wrong).unwrap_err();
+    assert!(error.message.contains("`worldToCamera` or `worldToNDC` is missing"), "{error}");
+    assert!(error.hint.unwrap().contains("`--input camera=FILE.json`"));
+}
+
 #[test]
 fn files_that_state_no_camera_are_refused() {
     let whole = attributes(perspective(), 1.0);

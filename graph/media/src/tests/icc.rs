@@ -7,14 +7,14 @@ use moxcms::{ColorProfile, ToneReprCurve};
 use crate::codec::icc;
 
 /// The tags of a profile by a parser of our own.
-fn tag(profile: &[u8], name: &[u8; 4]) -> Vec<u8> {
+pub(super) fn tag(profile: &[u8], name: &[u8; 4]) -> Vec<u8> {
     let word = |at: usize| u32::from_be_bytes(profile[at..at + 4].try_into().unwrap()) as usize;
     let entry = (0..word(128)).map(|tag| 132 + 12 * tag).find(|at| &profile[*at..*at + 4] == name).unwrap();
     profile[word(entry + 4)..word(entry + 4) + word(entry + 8)].to_vec()
 }
 
 /// Numbers with 16 bits behind the point, after the type and the reserved bytes.
-fn numbers(tag: &[u8]) -> Vec<f64> {
+pub(super) fn numbers(tag: &[u8]) -> Vec<f64> {
     let fixed = |word: &[u8; 4]| f64::from(i32::from_be_bytes(*word)) / 65536.0;
     tag[8..].as_chunks::<4>().0.iter().map(fixed).collect()
 }

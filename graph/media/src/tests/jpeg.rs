@@ -6,7 +6,7 @@ use crate::codec::icc;
 use crate::*;
 
 /// The segments before the image data: markers and data.
-fn segments(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
+pub(super) fn segments(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
     assert_eq!(file[..2], [0xff, 0xd8]);
     let mut found = Vec::new();
     let mut rest = &file[2..];

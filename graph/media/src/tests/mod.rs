@@ -4,5 +4,7 @@
 
 mod camera;
 mod chromaticities;
+mod errors;
 mod icc;
 mod jpeg;
+mod profiles;

@@ -1,0 +1,174 @@
+//! Tables in the place of nodes: which runs become one, how it is laid out, and what is counted for it.
+
+use afterimage_graph::check::Facts;
+use afterimage_graph::image::{Format, Signedness};
+use afterimage_graph::node::{Arg, Bake, Origin, Pass};
+use afterimage_plan::{Caps, Options, Plan, verify};
+
+use super::planned::{FRAME, all_formats, checked, plan_images};
+
+/// The plan of nodes from `in`, which is exposed light, to `out`.
+fn planned_with(nodes: &str, caps: Caps, options: Options) -> Plan {
+    let graph = checked(&format!(
+        r#"Pipeline(inputs: {{ "in": Exposed }}, nodes: {{ {nodes} }}, outputs: {{ "out": "out" }})"#
+    ));
+    let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, options);
+    assert_eq!(verify(&plan), Ok(()));
+    plan
+}
+
+fn planned(nodes: &str) -> Plan {
+    planned_with(nodes, all_formats(), Options::default())
+}
+
+/// The nodes of each table, joined.
+fn tables(plan: &Plan) -> Vec<String> {
+    plan.baked.iter().map(|baked| baked.nodes.join(" ")).collect()
+}
+
+#[test]
+fn a_run_is_as_long_as_each_node_reads_only_the_color_of_the_one_before() {
+    let table = [
+        // The nodes, and those of each table.
+        (r#""out": ToneMap(source: "in", bake: Auto)"#, &["out"][..]),
+        (r#""out": ToneMap(source: "in")"#, &[]),
+        (r#""out": ToneMap(source: "in", bake: Off)"#, &[]),
+        (
+            r#""a": Exposure(source: "in", stops: 1.0), "b": ToneMap(source: "a", bake: Auto),
+               "out": Encode(source: "b")"#,
+            &["a b out"],
+        ),
+        (
+            r#""a": Exposure(source: "in", stops: 1.0, bake: Off), "b": ToneMap(source: "a", bake: Auto),
+               "out": Encode(source: "b")"#,
+            &["b out"],
+        ),
+        // A vignette depends on the place.
+        (
+            r#""a": ToneMap(source: "in", bake: Auto), "b": Vignette(source: "a", amount: 0.5),
+               "out": Encode(source: "b")"#,
+            &["a"],
+        ),
+        // What others read, too, is stored.
+        (
+            r#""a": Exposure(source: "in", stops: 1.0), "b": ToneMap(source: "a", bake: Auto),
+               "c": ToneMap(source: "a"), "out": Composite(base: "b", bloom: "c", strength: 0.5)"#,
+            &["b"],
+        ),
+        (
+            r#""a": ToneMap(source: "in", bake: Auto), "b": Vignette(source: "a", amount: 0.5),
+               "out": Saturation(source: "b", amount: 0.5, bake: 33)"#,
+            &["a", "out"],
+        ),
+    ];
+    for (nodes, expected) in table {
+        assert_eq!(tables(&planned(nodes)), expected, "{nodes}");
+    }
+}
+
+#[test]
+fn what_all_nodes_are_told_replaces_what_they_ask_for_but_off() {
+    let table = [
+        ("", None, None),
+        ("", Some(Bake::Auto), Some(64)),
+        ("", Some(Bake::Size(33)), Some(33)),
+        (", bake: 48", None, Some(48)),
+        (", bake: Auto", None, Some(64)),
+        (", bake: Auto", Some(Bake::Size(33)), Some(33)),
+        (", bake: Auto", Some(Bake::Off), None),
+        (", bake: Off", Some(Bake::Auto), None),
+    ];
+    for (asks, replaced, size) in table {
+        let options = Options { bake: replaced, ..Options::default() };
+        let nodes = format!(r#""out": ToneMap(source: "in"{asks})"#);
+        let plan = planned_with(&nodes, all_formats(), options);
+        assert_eq!(plan.baked.first().map(|baked| baked.size), size, "{asks} {replaced:?}");
+        let exact = planned_with(&nodes, all_formats(), Options { exact: true, ..options });
+        assert!(exact.baked.is_empty(), "a reference has no tables");
+    }
+    let sizes = r#""a": Exposure(source: "in", stops: 1.0, bake: 48), "out": ToneMap(source: "a", bake: 33)"#;
+    assert_eq!(planned(sizes).baked.iter().map(|baked| baked.size).collect::<Vec<_>>(), [48], "the largest one");
+}
+
+/// The passes that fill a table and that read it.
+fn passes(plan: &Plan) -> (&Pass, &Pass) {
+    let fills = |at: &usize| plan.fills_table(*at);
+    let fill = (0..plan.passes.len()).find(fills).expect("a pass fills the table");
+    let table = plan.passes[fill].pass.function_result().expect("it writes it");
+    let reads = |pass: &&Pass| pass.args().any(|arg| arg == Arg::Texture(table));
+    (&plan.passes[fill].pass, plan.work().find(reads).expect("a pass reads it"))
+}
+
+#[test]
+fn a_table_has_the_layout_that_its_shader_reads() {
+    for size in Bake::SIZES {
+        let nodes = format!(
+            r#""a": Exposure(source: "in", stops: 1.0), "b": ToneMap(source: "a", bake: {size}),
+               "out": Encode(source: "b")"#
+        );
+        let plan = planned(&nodes);
+        let (fill, look) = passes(&plan);
+        assert!(fill.label.starts_with("fill table"), "{}", fill.label);
+        assert!(look.label.contains("look up"), "{}", look.label);
+        assert_eq!(fill.nodes, ["a", "b", "out"]);
+        let table = plan.image(fill.function_result().expect("it writes it"));
+        assert_eq!((table.label.as_str(), table.origin.clone()), ("a.table", Origin::Baked));
+        assert_eq!((table.desc.format, table.signedness), (Format::Rgba16Float, Signedness::Unsigned));
+        // The first kernel makes the colors, and each other one changes those of the one before.
+        let functions: Vec<&str> = fill.kernels.iter().map(|kernel| &*kernel.function).collect();
+        assert_eq!((functions[0], functions.len()), ("bake_color", 4));
+        for (at, kernel) in fill.kernels.iter().enumerate().skip(1) {
+            assert!(kernel.args.iter().any(|arg| arg.value == Arg::Kernel(at - 1)), "{functions:?}");
+        }
+        let kernel = look.kernels.iter().find(|kernel| &*kernel.function == "bake").expect("it looks colors up");
+        let numbers: Vec<f32> = kernel
+            .uniform
+            .chunks_exact(4)
+            .map(|bytes| f32::from_le_bytes(bytes.try_into().expect("four bytes")))
+            .collect();
+        let [levels, ratios, negative, lowest, x, y] = numbers[..] else { panic!("{numbers:?}") };
+        assert_eq!(fill.kernels[0].uniform, kernel.uniform, "both know one layout");
+        let (width, height) = (table.desc.size.width, table.desc.size.height);
+        // A gray is no mixture, so ratios are whole steps; each level has one more texel than steps; six parts.
+        assert!(width.is_power_of_two() && width >= 4096, "{width}");
+        assert_eq!((ratios, negative), ((size * 3 / 4) as f32, (size * 3 / 4 * 2 / 3) as f32));
+        assert_eq!(height as f32, 6.0 * (ratios + 1.0));
+        assert_eq!(levels, (width as f32 / (ratios + 1.0)).floor() - 1.0);
+        assert!(levels >= 2.0 * size as f32 - 1.0, "a level for each step of the size: {levels}");
+        assert_eq!((lowest, x, y), (0.0, 1.0 / width as f32, 1.0 / height as f32));
+        assert_eq!((plan.baked[0].size, plan.baked[0].bytes), (size, 8 * u64::from(width) * u64::from(height)));
+        let text = plan.to_text();
+        let row = text.lines().skip_while(|line| *line != "tables in the place of nodes").nth(1).expect("a table");
+        let bytes = format!("{:.1} MiB", plan.baked[0].bytes as f64 / f64::from(1 << 20));
+        let parts = [row.starts_with("  a + b + out"), row.contains(&format!("size {size}")), row.ends_with(&bytes)];
+        assert_eq!(parts, [true; 3], "{row}");
+        // Two images are not stored, each of which a pass would write and another one read.
+        let saved = 2 * u64::from(FRAME.width) * u64::from(FRAME.height) * 8;
+        let fused: Vec<(&str, u64)> =
+            plan.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved)).collect();
+        assert!(fused.contains(&("a.result", saved)) && fused.contains(&("b.result", saved)), "{fused:?}");
+    }
+}
+
+#[test]
+fn a_table_is_made_only_where_the_device_has_images_as_wide() {
+    let nodes = r#""out": ToneMap(source: "in", bake: Auto)"#;
+    let width = passes(&planned(nodes)).0.function_result().map(|image| planned(nodes).image(image).desc.size.width);
+    let width = width.expect("there is a table");
+    let with = |max_side| planned_with(nodes, Caps { max_side, ..all_formats() }, Options::default());
+    assert_eq!(tables(&with(width)), ["out"]);
+    assert!(tables(&with(width - 1)).is_empty());
+}
+
+#[test]
+fn a_chain_of_many_nodes_has_tables_of_at_most_48_functions() {
+    let chain: String = (1..100)
+        .map(|at| {
+            let source = if at == 1 { "in".to_owned() } else { format!("n{}", at - 1) };
+            format!(r#""n{at}": Exposure(source: "{source}", stops: 0.5, bake: 33), "#)
+        })
+        .collect();
+    let plan = planned(&format!(r#"{chain} "out": ToneMap(source: "n99", bake: 33)"#));
+    let lengths: Vec<usize> = plan.baked.iter().map(|baked| baked.nodes.len()).collect();
+    assert_eq!(lengths, [48, 48, 4]);
+}
