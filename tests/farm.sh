@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 
 program=${1:-}
 if [ -z "$program" ]; then
-    cargo build --release --quiet -p afterimage
+    cargo build --release --quiet -p afterimage-cli
     program=${CARGO_TARGET_DIR:-target}/release/afterimage
 fi
 program=$(realpath "$program")

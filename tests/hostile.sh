@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --release --quiet -p afterimage
+cargo build --release --quiet -p afterimage-cli
 cargo build --quiet -p afterimage-fuzz --bin afterimage-hostile
 target=${CARGO_TARGET_DIR:-target}
 hostile=("$target/debug/afterimage-hostile" "$target/release/afterimage")

@@ -73,7 +73,7 @@ fn run(arguments: &[&str]) -> bool {
     let adapter = std::env::var("AFTERIMAGE_ADAPTER").ok();
     let adapter: Vec<&str> = adapter.iter().flat_map(|name| ["--adapter", name.as_str()]).collect();
     let all = ["afterimage"].iter().chain(arguments).chain(&adapter).map(Into::into);
-    let code = afterimage::run(&[afterimage_nodes::ALL], all);
+    let code = afterimage_cli::run(&[afterimage_nodes::ALL], all);
     format!("{code:?}") == format!("{:?}", std::process::ExitCode::SUCCESS)
 }
 

@@ -8,7 +8,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$folder/target}"
 repository=$PWD
-cargo build -p afterimage
+cargo build -p afterimage-cli
 program=$CARGO_TARGET_DIR/debug/afterimage
 cd "$folder"
 "$program" nodes --new SoftGlow --rust --repository "$repository"

@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-# All members but the program and what only tests need: a new crate is packaged unless it is listed here.
-unpublished=(afterimage halftone afterimage-fuzz afterimage-generators afterimage-tidy afterimage-tests)
+# All members but what only tests need: a new crate is packaged unless it is listed here.
+unpublished=(halftone afterimage-fuzz afterimage-generators afterimage-tidy afterimage-tests)
 # A folder of its own: cargo takes a package of the same version from an earlier run for the same.
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

@@ -20,7 +20,7 @@ port=$((20000 + $$ % 20000))
 site=http://localhost:$port
 export XDG_RUNTIME_DIR=${XDG_RUNTIME_DIR:-/tmp}
 program=${CARGO_TARGET_DIR:-target}/debug/afterimage
-cargo build --quiet -p afterimage
+cargo build --quiet -p afterimage-cli
 cp -r "$page" "$work/site"
 cp tests/page/page.mjs "$work/"
 (cd "$work" && npm install --silent --no-audit --no-fund playwright-core@1)

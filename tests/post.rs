@@ -6,6 +6,7 @@ mod governed;
 mod images;
 mod incoming;
 mod names;
+mod opened;
 mod rectangles;
 mod tools;
 

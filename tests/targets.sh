@@ -16,7 +16,7 @@
 set -uo pipefail
 cd "$(dirname "$0")/.."
 
-crates=(afterimage-graph afterimage-nodes afterimage-plan afterimage-gpu)
+crates=(afterimage)
 targets=("$@")
 [ ${#targets[@]} -gt 0 ] || targets=(
     x86_64-unknown-linux-gnu x86_64-pc-windows-gnu aarch64-apple-darwin aarch64-linux-android wasm32-unknown-unknown

@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    afterimage::main(&[afterimage_nodes::ALL])
+    afterimage_cli::main(&[afterimage_nodes::ALL])
 }

@@ -11,7 +11,8 @@ use crate::error::GpuError;
 use crate::platform;
 use crate::platform::{caught, local_memory, watched};
 
-/// A device that Afterimage opens itself, for programs without a renderer. Clones are handles to the same device.
+/// A device: that of a host, or one that Afterimage opens, for programs without a renderer. Clones are handles to the
+/// same device.
 #[derive(Clone)]
 pub struct Gpu {
     /// The adapter.
@@ -52,6 +53,12 @@ const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
     .union(Features::CLEAR_TEXTURE);
 
 impl Gpu {
+    /// The device of a host. The capabilities are those that it was opened with.
+    pub fn new(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let caps = caps(adapter, device);
+        Self { adapter: adapter.clone(), device: device.clone(), queue: queue.clone(), caps }
+    }
+
     /// Opens a device without a window.
     #[cfg(not(target_family = "wasm"))]
     pub fn open(opening: &Opening) -> Result<Self, GpuError> {

@@ -66,15 +66,17 @@ impl GraphBuilder<'_> {
         let Some(name) = name else { return document };
         let Some((_, tier)) = document.tiers.iter().find(|(known, _)| known.value == name) else {
             let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
-            let help = match document.tiers.len() {
+            let mut help = match document.tiers.len() {
                 0 => "it has no tiers at all".to_owned(),
                 _ => format!("its tiers are {}", list(names(), 8)),
             };
+            if let Some(meant) = did_you_mean(name, names()) {
+                help = format!("{meant} {help}");
+            }
             self.report(
                 Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(name)))
                     .at(&document.location, "")
-                    .help(help)
-                    .maybe_help(did_you_mean(name, names())),
+                    .help(help),
             );
             return document;
         };

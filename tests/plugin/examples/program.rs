@@ -4,5 +4,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    afterimage::main(&[afterimage_nodes::ALL, halftone::ALL])
+    afterimage_cli::main(&[afterimage_nodes::ALL, halftone::ALL])
 }

@@ -16,13 +16,14 @@ pub const LAYERS: &[(&str, &[&str])] = &[
     ("afterimage-nodes", &["afterimage-color", "afterimage-graph", "afterimage-shaders"]),
     ("afterimage-pipelines", &["afterimage-graph"]),
     ("afterimage-gpu", &["afterimage-plan"]),
+    ("afterimage", &["afterimage-gpu", "afterimage-nodes", "afterimage-pipelines"]),
     ("afterimage-media", &["afterimage-base"]),
     ("afterimage-lab", &["afterimage-gpu", "afterimage-media", "afterimage-plan"]),
     (
         "afterimage-view",
         &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines", "afterimage-plan"],
     ),
-    ("afterimage", &["afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"]),
+    ("afterimage-cli", &["afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"]),
 ];
 
 /// External crates that only some crates may name as normal dependencies.
@@ -86,8 +87,8 @@ mod tests {
     #[test]
     fn a_reserved_crate_is_found_outside_of_its_users() {
         let gpu = crate_with("afterimage-gpu", &["wgpu"], &[]);
-        let program = crate_with("afterimage", &["wgpu"], &[]);
-        assert_eq!(violations(&[&gpu, &program]), ["`afterimage` must not depend on `wgpu`"]);
+        let program = crate_with("afterimage-cli", &["wgpu"], &[]);
+        assert_eq!(violations(&[&gpu, &program]), ["`afterimage-cli` must not depend on `wgpu`"]);
     }
 
     #[test]

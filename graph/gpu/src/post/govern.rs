@@ -27,6 +27,19 @@ impl Post {
         self.governed = Some(Governed { governor, graphs, source, taken, seconds: 0.0, last_change: None });
     }
 
+    /// Replaces the graphs of the governed tiers, in the same order: the pipeline file has changed. The tier and what
+    /// was learned of costs stay.
+    ///
+    /// # Panics
+    /// There is another number of them than of tiers.
+    pub fn change_governed(&mut self, graphs: Vec<Graph>) {
+        let Some(governed) = &mut self.governed else { return };
+        assert_eq!(graphs.len(), governed.graphs.len(), "each tier has a graph");
+        governed.graphs = graphs;
+        let graph = governed.present_graph();
+        self.change(graph);
+    }
+
     /// Keeps the present tier from now on.
     pub fn stop_governing(&mut self) {
         self.governed = None;

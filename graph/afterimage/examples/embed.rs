@@ -1,6 +1,6 @@
 //! A renderer as a host: it has its own device, its own encoder and its own images.
 //!
-//! `cargo run -p afterimage-gpu --example embed` renders a few frames, changes a parameter in each and a fact between
+//! `cargo run -p afterimage --example embed` renders a few frames, changes a parameter in each and a fact between
 //! them, and prints the color at the center. `-- 1.5 1920 1080 20` renders for 20 more seconds with a budget of 1.5 ms
 //! at that size, and prints each change of tier.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
@@ -9,28 +9,22 @@ use std::env;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{Frame, GovernedTier, Gpu, Opening, Post, Texels, TierGraph, download, upload, wgpu};
-use afterimage_graph::check::{CheckOptions, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
-
-const PIPELINE: &str = include_str!("../../../pipelines/caracal.ron");
+use afterimage::host::{Size, Texels, download, upload};
+use afterimage::{Frame, Gpu, Opening, Post, wgpu};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<f64> = env::args().skip(1).map(|argument| argument.parse()).collect::<Result<_, _>>()?;
     let [budget, width, height, seconds] = *arguments.first_chunk().unwrap_or(&[0.0, 64.0, 64.0, 0.0]);
-    // A renderer has its own device.
-    let Gpu { adapter, device, queue, .. } = Gpu::open(&Opening::default())?;
+    // A renderer has its own device: `Gpu::new(&adapter, &device, &queue)`.
+    let gpu = Gpu::open(&Opening::default())?;
+    let (device, queue) = (&gpu.device, &gpu.queue);
     let size = Size::new(width as u32, height as u32);
-    let scene = upload(&device, &queue, &gray(size, 0.18))?.create_view(&Default::default());
-    let screen = screen(&device, size);
+    let scene = upload(device, queue, &gray(size, 0.18))?.create_view(&Default::default());
+    let screen = screen(device, size);
     let screen_view = screen.create_view(&Default::default());
 
-    // Once. The capabilities of the device determine which formats and kernels plans use.
-    let kinds = Registry::new(&[afterimage_nodes::ALL])?;
-    let (graph, _warnings) = check(&parse("caracal.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
-    let mut post = Post::new(&adapter, &device, &queue, graph);
+    // Once: the name of a built-in pipeline, or a file.
+    let mut post = Post::open(&gpu, "caracal")?;
     let strength = post.parameter::<f32>("lit.strength")?;
 
     for frame in 0..4_u8 {
@@ -51,13 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     // The tiers follow a budget, from the worst picture to the best. What they cost is learned.
-    let mut tiers = Vec::new();
-    for name in ["low", "medium", "high", "ultra"] {
-        let options = CheckOptions { tier: Some(name.into()), ..CheckOptions::default() };
-        let (graph, _warnings) = check(&parse("caracal.ron", PIPELINE)?, &kinds, &options)?;
-        tiers.push(TierGraph { tier: GovernedTier { name: name.into(), cost: None }, graph });
-    }
-    post.govern(budget, tiers);
+    post.govern(budget, &["low", "medium", "high", "ultra"])?;
     let (begin, mut before, mut last) = (Instant::now(), 0.0, None);
     while begin.elapsed() < Duration::from_secs_f64(seconds) {
         let time = begin.elapsed().as_secs_f32();
@@ -73,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
 
-    let pixels = download(&device, &queue, &screen)?.to_floats();
+    let pixels = download(device, queue, &screen)?.to_floats();
     println!("middle gray becomes {:?} on the display", pixels[pixels.len() / 2]);
     Ok(())
 }

@@ -1,16 +1,13 @@
 //! An output in a texture of the host, in a format that the pipeline does not mention.
 //!
-//! `cargo run -p afterimage-gpu --example custom_output` renders into a `Bgra8Unorm` texture, as windows have them,
+//! `cargo run -p afterimage --example custom_output` renders into a `Bgra8Unorm` texture, as windows have them,
 //! reads it back and prints a row of codes.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
 use std::error::Error;
 
-use afterimage_gpu::{Frame, Gpu, Opening, Post, Texels, upload};
-use afterimage_graph::check::{CheckOptions, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
+use afterimage::host::{Size, Texels, upload};
+use afterimage::{Frame, Gpu, Opening, Post, Source, wgpu};
 
 const PIPELINE: &str = r#"Pipeline(
     inputs: { "scene": Color },
@@ -28,8 +25,6 @@ const SIZE: Size = Size { width: 64, height: 4, depth: 1 };
 fn main() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::open(&Opening::default())?;
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let kinds = Registry::new(&[afterimage_nodes::ALL])?;
-    let (graph, _warnings) = check(&parse("custom_output.ron", PIPELINE)?, &kinds, &CheckOptions::default())?;
 
     let ramp: Vec<[f32; 4]> = (0..SIZE.width * SIZE.height).map(|index| [(index % 64) as f32 / 16.0; 4]).collect();
     let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &ramp);
@@ -38,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The last pass draws into the texture, because no shader can store to this format.
     let screen = screen(device);
     let screen_view = screen.create_view(&Default::default());
-    let mut post = Post::new(&gpu.adapter, device, queue, graph);
+    let mut post = Post::open(&gpu, Source::text("custom_output.ron", PIPELINE))?;
     let mut encoder = device.create_command_encoder(&Default::default());
     let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
     post.encode(&mut encoder, &Frame { inputs, outputs, reset: true, ..Frame::default() })?;

@@ -1,0 +1,124 @@
+//! GPU post-processing on wgpu: exposure, bloom, depth of field, tone mapping and the like, as pipelines in text files.
+//!
+//! A host gives its device, its images and its command encoder. A [`Post`] is one pipeline on that device.
+//!
+//! ```no_run
+//! use afterimage::{Frame, Gpu, Post, wgpu};
+//!
+//! # fn run(adapter: &wgpu::Adapter, device: &wgpu::Device, queue: &wgpu::Queue, encoder: &mut wgpu::CommandEncoder,
+//! #     scene: wgpu::TextureView, screen: wgpu::TextureView, dt: f32) -> Result<(), afterimage::Error> {
+//! // Once: the host's device, and a file or the name of a built-in pipeline.
+//! let gpu = Gpu::new(adapter, device, queue);
+//! let mut post = Post::open(&gpu, "look.ron")?;
+//! let strength = post.parameter::<f32>("lit.strength")?;
+//! post.set_tier("low")?;
+//!
+//! // In every frame: the host's images by the names of the pipeline's inputs and outputs.
+//! post.set(strength, 0.3)?;
+//! let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen)]);
+//! post.encode(encoder, &Frame { inputs, outputs, dt, ..Frame::default() })?;
+//!
+//! // Now and then: whether the files have changed.
+//! post.reload_if_changed()?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | to | see |
+//! |---|---|
+//! | open text, node kinds in folders or in Rust, files elsewhere | [`Source`] |
+//! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
+//! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
+//! | give cameras, rectangles of images, factors | [`Frame`] |
+//! | hold a budget in milliseconds | [`Post::govern`] |
+//! | open a device without a renderer | [`Gpu::open`] |
+//! | write a node kind | [`node`] |
+//!
+//! The types of these signatures are in [`host`], and [`wgpu`] is that of the crate. Nothing here waits for the device
+//! but the first frame of a size.
+
+mod error;
+mod files;
+mod kinds;
+mod post;
+mod snapshot;
+mod source;
+
+pub use afterimage_gpu::{Frame, Gpu, Opening, wgpu};
+pub use error::Error;
+pub use post::Post;
+pub use source::Source;
+
+pub mod host {
+    //! What the signatures for hosts name.
+    #[cfg(not(target_family = "wasm"))]
+    pub use afterimage_gpu::{Clock, ClockSource, FrameTime, Readback, TimedCommands, download};
+    pub use afterimage_gpu::{
+        Control, DrawTargets, ErrorLog, Executor, FadeSkipReason, FullScreenPipeline, GovernedTier, Governor, GpuError,
+        HostDraw, Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading, Rectangle,
+        Task, TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format, upload,
+        upload_bytes, wanted_features,
+    };
+    pub use afterimage_graph::check::{Fact, Facts, Graph};
+    pub use afterimage_graph::image::Size;
+    pub use afterimage_graph::node::{BlockData, Camera, Matrix, NodeKind, Registry, RegistryError};
+    pub use afterimage_graph::value::{Param, ParamType, Type, Value};
+    pub use afterimage_graph::{check, diagnostic, document, image, value};
+    /// The types of parameters of built-in kinds, such as `Curve`.
+    pub use afterimage_nodes as kinds;
+    pub use afterimage_pipelines::PIPELINES;
+    pub use afterimage_plan as plan;
+    pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
+}
+
+pub mod node {
+    //! For authors of node kinds.
+    //!
+    //! A kind declares its parameters and its ports, and records passes. Its shader is a function without bindings.
+    //! [`Source::kinds`](crate::Source::kinds) gives a table of kinds to a host.
+    //!
+    //! ```
+    //! use afterimage::node::*;
+    //!
+    //! static SHADER: Shader = Shader::new(
+    //!     "darken.wgsl",
+    //!     "struct Darken { amount: f32 }\n\
+    //!      fn darken(source: vec4f, params: Darken) -> vec4f {\n\
+    //!          return vec4f(source.rgb * (1.0 - params.amount), 1.0);\n\
+    //!      }",
+    //! );
+    //!
+    //! params! {
+    //!     /// Darkens the image.
+    //!     pub struct Darken {
+    //!         /// The share of light that is taken away.
+    //!         pub amount: f32 = 0.5 => within(0.0..=1.0), neutral(0.0);
+    //!     }
+    //! }
+    //!
+    //! impl Node for Darken {
+    //!     const INPUTS: &'static [Input] = &[Input::image("source", "The image.")];
+    //!     const OUTPUTS: &'static [Output] =
+    //!         &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
+    //!
+    //!     fn is_identity(&self, _: &InputValues) -> bool {
+    //!         self.amount == 0.0
+    //!     }
+    //!
+    //!     fn record(&self, pass: &mut Recorder<'_>) {
+    //!         let source = pass.image("source");
+    //!         pass.function(&SHADER, "darken").write("result", pass.desc(source));
+    //!     }
+    //! }
+    //!
+    //! let kinds = [NodeKind::of::<Darken>()];
+    //! contract(&kinds).expect("ports, parameters and documentation fit");
+    //! let source = afterimage::Source::from("look.ron").kinds(&kinds);
+    //! # drop(source);
+    //! ```
+    pub use afterimage_graph::node::*;
+    pub use afterimage_graph::prelude::*;
+    pub use afterimage_graph::{image, value, wgsl};
+    /// Looks whether what kinds record is valid: every pass, and every shader module.
+    pub use afterimage_plan::contract as recorded_contract;
+}

@@ -1,0 +1,84 @@
+//! Where a pipeline comes from.
+
+use std::path::{Path, PathBuf};
+
+use afterimage_graph::node::NodeKind;
+
+/// Where a pipeline comes from, and what it may use. A path or a name is one: `Post::open(&gpu, "look.ron")`.
+///
+/// * A path is that of a pipeline file. If there is no such file, it may be the name of a built-in pipeline, with or
+///   without `.ron`: see [`PIPELINES`](crate::host::PIPELINES).
+/// * A file may name files of its own folder and below: pipelines that it extends, looks, tables.
+///   [`allow`](Self::allow) permits other folders. A built-in pipeline and a [text](Self::text) may name built-in ones.
+/// * Folders with a `node.ron` that lie beside a file are node kinds, as is the folder of the file.
+///   [`folder`](Self::folder) adds others.
+///
+/// ```
+/// use afterimage::Source;
+/// let source = Source::text("look.ron", r#"Pipeline(
+///     inputs: { "scene": Color },
+///     nodes: { "display": Encode(source: "scene", transfer: Srgb) },
+///     outputs: { "display": "display" },
+/// )"#);
+/// let at_tier = Source::from("tsushima").tier("low");
+/// # drop((source, at_tier));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Source {
+    pub(crate) place: Place,
+    pub(crate) kinds: Vec<NodeKind>,
+    pub(crate) kind_folders: Vec<PathBuf>,
+    pub(crate) allowed: Vec<PathBuf>,
+    pub(crate) tier: Option<String>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    /// A file, or the name of a built-in pipeline.
+    Path(PathBuf),
+    Text {
+        name: String,
+        text: String,
+    },
+}
+
+impl Source {
+    /// A pipeline as text. `name` is for errors.
+    pub fn text(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self::of(Place::Text { name: name.into(), text: text.into() })
+    }
+
+    fn of(place: Place) -> Self {
+        Self { place, kinds: Vec::new(), kind_folders: Vec::new(), allowed: Vec::new(), tier: None }
+    }
+
+    /// Adds node kinds in Rust to the built-in ones.
+    pub fn kinds(mut self, kinds: &[NodeKind]) -> Self {
+        self.kinds.extend_from_slice(kinds);
+        self
+    }
+
+    /// Adds the node kinds of a folder: itself if it has a `node.ron`, or each folder in it that has one.
+    pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.kind_folders.push(folder.into());
+        self
+    }
+
+    /// Permits the pipeline to name files of a folder and below.
+    pub fn allow(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.allowed.push(folder.into());
+        self
+    }
+
+    /// Begins with a tier.
+    pub fn tier(mut self, tier: impl Into<String>) -> Self {
+        self.tier = Some(tier.into());
+        self
+    }
+}
+
+impl<P: AsRef<Path> + ?Sized> From<&P> for Source {
+    fn from(path: &P) -> Self {
+        Self::of(Place::Path(path.as_ref().to_owned()))
+    }
+}
