@@ -7,10 +7,11 @@ use afterimage_generators::Rng;
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{
-    Blend, ColorAttachment, DepthTest, DrawContents, Drawing, Draws, IndirectDraws, Load, PassKind, Registry, WriteMask,
+    Blend, ColorAttachment, DepthTest, DrawContents, Drawing, Draws, Geometry, IndirectDraws, Load, PassKind, Registry,
+    WriteMask,
 };
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, contract, verify};
+use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, contract, verify};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
 use super::machine::Machine;
@@ -100,6 +101,73 @@ fn verify_finds_what_the_interpreter_notices_of_draws() {
         }
     }
     assert!(noticed["an attachment is not stored"] >= 20 && noticed["a transition is missing"] >= 20, "{noticed:?}");
+}
+
+/// Each fault of a drawing pass is reported with the pass and the image.
+#[test]
+fn faults_of_draws_are_reported_in_words() {
+    fn drawing<'p>(plan: &'p mut Plan, label: &str) -> &'p mut Drawing {
+        match &mut planned(plan, label).pass.kind {
+            PassKind::Drawing(drawing) => drawing,
+            _ => panic!("`{label}` draws"),
+        }
+    }
+    fn planned<'p>(plan: &'p mut Plan, label: &str) -> &'p mut PlannedPass {
+        plan.passes.iter_mut().find(|planned| planned.pass.label == label).expect("the pass is there")
+    }
+    fn desc<'p>(plan: &'p mut Plan, image: &str) -> &'p mut ImageDesc {
+        &mut plan.images.iter_mut().find(|planned| planned.label == image).expect("the image is there").desc
+    }
+    fn ranges(plan: &mut Plan) -> &mut Geometry {
+        match &mut drawing(plan, "second").contents {
+            DrawContents::Geometry(geometry) => geometry,
+            _ => panic!("it draws geometry"),
+        }
+    }
+    fn at_byte(plan: &mut Plan, byte: u64) {
+        if let Draws::Indirect(draws) = &mut ranges(plan).draws {
+            draws.offset = byte;
+        }
+    }
+    let table: [(fn(&mut Plan), &str); 14] = [
+        (|plan| planned(plan, "first").stores.truncate(1), "pass `out: first` has 2 attachments and stores [true]"),
+        (
+            |plan| planned(plan, "first").stores[0] = false,
+            "pass `out: pane_half` reads `out.result`, which was not stored",
+        ),
+        (
+            |plan| planned(plan, "first").stores[0] = false,
+            "pass `out: second` reads `out.result`, which was not stored",
+        ),
+        (
+            |plan| drawing(plan, "second").colors[0].target.level = 1,
+            "pass `out: second` draws into level 1 of layer 0 of `out.result`, which is not there",
+        ),
+        (
+            |plan| drawing(plan, "first").colors[0].target.layer = 1,
+            "pass `out: first` draws into level 0 of layer 1 of `out.result`, which is not there",
+        ),
+        (|plan| desc(plan, "out.depth").format = Format::R32Float, "draws depth into `out.depth` (R32Float)"),
+        (|plan| desc(plan, "out.result").format = Format::Depth32Float, "draws color into `out.result` (Depth32Float)"),
+        (|plan| desc(plan, "out.depth").size.width += 1, "pass `out: first` draws into attachments of 2 shapes"),
+        (|plan| desc(plan, "out.depth").samples = 4, "pass `out: first` draws into attachments of 2 shapes"),
+        (|plan| at_byte(plan, 4), "pass `out: second` reads 2 ranges from byte 4 of `out.ranges`, which has 32"),
+        (|plan| at_byte(plan, 2), "reads 2 ranges from byte 2 of `out.ranges`"),
+        (|plan| ranges(plan).indices = Some(BufferId(0)), "reads 2 ranges from byte 0 of `out.ranges`"),
+        (|plan| planned(plan, "first").stage = Stage::Compute, "pass `first` is planned as Compute, which it is not"),
+        (
+            |plan| desc(plan, "out.between").levels = 2,
+            "pass `out: second` reads level 1 of layer 0 of `out.between`, which no pass has drawn",
+        ),
+    ];
+    let plan = planned_at(SIZE, r#""out": Panes(source: "in")"#, r#""out": "out""#, Options::default());
+    assert_eq!(verify(&plan), Ok(()));
+    for (change, told) in table {
+        let mut changed = plan.clone();
+        change(&mut changed);
+        let faults = verify(&changed).expect_err(told);
+        assert!(faults.iter().any(|fault| fault.to_string().contains(told)), "{told}: {faults:?}");
+    }
 }
 
 /// Does not store one of the attachments.
