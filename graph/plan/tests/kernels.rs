@@ -1,6 +1,6 @@
 //! What kernels read and promise: how many of them make a pass, how its module runs, and what is halved by rows.
 
-use afterimage_graph::node::{NodeKind, Pass, PassKind};
+use afterimage_graph::node::{NodeKind, PassKind};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{Options, When};
 
