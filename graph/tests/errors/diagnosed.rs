@@ -477,7 +477,7 @@ fn tiers_change_pipelines_used_as_nodes_and_unknown_ones_are_listed() {
     assert_eq!(state(Some("high"), &[]), is("night", "Glow/up", false, "3.0"));
     assert_eq!(state(Some("low"), &[("g", "On"), ("g.label", "\"Lit\"")]), is("dusk", "Lit/up", false, "2.0"));
     for (text, tier, help) in [
-        (text.as_str(), "lo", "did you mean `low`?"),
+        (text.as_str(), "lo", "did you mean `low`? its tiers are `low` and `high`"),
         (&text, "zyx", "its tiers are `low` and `high`"),
         (&pipeline("", "s", ""), "low", "it has no tiers at all"),
     ] {
