@@ -7,8 +7,18 @@ use afterimage_graph::node::folder_kind;
 
 /// What no author calls: what counts the steps of loops, reads one sample of several, which folders do not take, or
 /// belongs to passes by rows.
-const INTERNAL: &[&str] =
-    &["begin_steps", "is_last_step", "were_steps_cut", "texel_sample", "is_sample_known", "neighbors_share"];
+const INTERNAL: &[&str] = &[
+    "begin_steps",
+    "is_last_step",
+    "were_steps_cut",
+    "texel_sample",
+    "is_sample_known",
+    "neighbors_share",
+    "halves_put",
+    "halves_take",
+    "halves_across",
+    "halves_down",
+];
 
 /// A value of an argument's type.
 fn value(ty: &str) -> String {
