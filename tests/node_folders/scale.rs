@@ -1,7 +1,10 @@
 //! Upscaling and its sharpening.
 
+use afterimage_graph::node::{NodeKind, folder_kind_of};
+use afterimage_plan::Options;
+
 use crate::reference::image::Image;
-use crate::support::gpu::Picture;
+use crate::support::gpu::{Picture, Run, gpu, graph_with};
 use crate::support::harness::{Nodes, image};
 
 fn made(node: &str, picture: &Picture) -> Picture {
@@ -84,4 +87,41 @@ fn sharpening_is_as_strong_as_keeps_the_result_in_range() {
     assert!((found - 0.9).abs() < 1e-5, "{found} instead of 0.9");
     let sharp = made("Rcas(source: \"in\", sharpness: 1.0)", &drawn(64, 48));
     assert!(sharp.pixels.iter().all(|pixel| (-1e-6..=1.0 + 1e-6).contains(&pixel[1])));
+}
+
+/// Reads of a few texels repair a picture of the host as a copy of it would be repaired.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_sharpener_sees_a_damaged_picture_as_its_repaired_copy_is() {
+    const SAME: &str = r#"Kind(name: "Same", doc: "An image.",
+        inputs: { "source": Image(doc: "The image.", accepts: [Encoded]) },
+        outputs: { "result": Image(doc: "The image.", state: Same("source")) })"#;
+    let shader = "fn same(source: vec4f) -> vec4f { return source; }";
+    let kind: NodeKind =
+        folder_kind_of(("node.ron", SAME), &[("same.wgsl", shader)]).unwrap_or_else(|errors| panic!("{errors}"));
+    let text = r#"Pipeline(inputs: { "in": Encoded }, nodes: {
+        "copy": Same(source: "in", format: Rgba32Float),
+        "of_copy": Rcas(source: "copy", sharpness: 0.7, format: Rgba32Float),
+        "itself": Rcas(source: "in", sharpness: 0.7, format: Rgba32Float),
+        }, outputs: { "of_copy": "of_copy", "itself": "itself" })"#;
+    let graph = graph_with(text, &[kind]);
+    let mut picture = drawn(64, 48);
+    for (at, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (x, y) = (at % 64, at / 64);
+        match (x + 5 * y) % 37 {
+            0 => *pixel = [f32::NAN; 4],
+            1 if y % 3 == 0 => pixel[1] = f32::INFINITY,
+            2 => pixel[0] = f32::NEG_INFINITY,
+            3 => pixel[2] = -3.0,
+            _ if y == 24 || x == 0 => pixel[0] = f32::NAN,
+            _ => {}
+        }
+    }
+    let mut run = Run::new(&graph);
+    run.options = Options { fuse: false, ..Options::default() };
+    let plan = run.plan(&gpu(), &[("in", &picture)]);
+    assert!(plan.work().all(|pass| pass.label != "sanitize"), "{}", plan.to_text());
+    let [of_copy, itself] = &run.frame(&[("in", &picture)])[..] else { panic!("two outputs") };
+    assert!(of_copy.pixels.iter().flatten().all(|number| number.is_finite()));
+    assert_eq!(of_copy, itself);
 }

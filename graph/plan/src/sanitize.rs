@@ -4,7 +4,8 @@
 //! Pixels and texels are sanitized where they are read (see `shaders/lib/sampling.wgsl`). A kernel that filters or
 //! reads textures directly gets a sanitized copy: a filtered read has four texels, each with the code that repairs it,
 //! and the device cannot filter what is not sanitized. So does a kernel that reads numbers besides it which may be
-//! negative where the host image may not: all textures of a pass are sampled alike.
+//! negative where the host image may not: all textures of a pass are sampled alike. And so does an untrusted one that
+//! may read more texels than those around its pixel.
 
 use std::collections::BTreeSet;
 
@@ -81,10 +82,14 @@ fn drawn(recording: &Recording) -> Vec<(String, ImageId)> {
     drawn.map(|(image, id)| (image.label.clone(), ImageId(id))).collect()
 }
 
+/// Texels around a pixel, and the pixel: an untrusted kernel that reads no more repairs them itself.
+const AROUND: usize = 9;
+
 /// Whether a kernel that reads an image needs a copy of it.
 fn cannot_sanitize(kernel: &KernelCall, more_signed: &BTreeSet<ImageId>) -> bool {
     let (shader, function) = (&kernel.shader, &kernel.function);
     let is_mixed = kernel.textures().any(|other| more_signed.contains(&other));
-    // Nobody knows how often an untrusted kernel reads: each read would have the code that repairs a texel.
-    is_mixed || shader.is_untrusted() || shader.reads_textures_itself(function) || shader.filters_textures(function)
+    // Each read has the code that repairs a texel.
+    let reads_many = shader.is_untrusted() && shader.texel_reads(function) > AROUND;
+    is_mixed || reads_many || shader.reads_textures_itself(function) || shader.filters_textures(function)
 }

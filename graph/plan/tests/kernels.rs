@@ -1,11 +1,13 @@
 //! What kernels read and promise: how many of them make a pass, how its module runs, and what is halved by rows.
 
-use afterimage_graph::node::{NodeKind, PassKind};
+use afterimage_graph::check::{CheckOptions, Facts, check};
+use afterimage_graph::document::parse;
+use afterimage_graph::node::{NodeKind, PassKind, Registry, folder_kind_of};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{Options, When};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
-use super::planned::FRAME;
+use super::planned::{FRAME, all_formats, plan_images};
 
 static MANY: Shader = Shader::new(
     "many",
@@ -131,4 +133,47 @@ fn images_of_floats_are_not_halved_by_rows() {
     };
     let floats = ", format: Rgba32Float";
     assert_eq!([halved("", ""), halved(floats, ""), halved("", floats)], [true, false, false]);
+}
+
+/// A kind without Rust whose function sums texels of its source by these lines.
+fn reading(lines: &str) -> NodeKind {
+    let text = r#"Kind(name: "Reading", doc: "Reads an image.",
+        inputs: { "source": Image(doc: "An image.") },
+        outputs: { "result": Image(doc: "The sum.", state: Same("source")) })"#;
+    let shader = format!(
+        "fn read(t: texture_2d<f32>, p: vec2i) -> vec4f {{ return texel(t, p); }}
+fn reading(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f {{
+    var sum = vec4f();
+    let p = at.pixel;
+    {lines}
+    return sum;
+}}"
+    );
+    folder_kind_of(("node.ron", text), &[("reading.wgsl", &shader)]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Nine texels at most, and none that is filtered.
+#[test]
+fn an_untrusted_function_repairs_a_few_texels_itself_and_reads_a_copy_for_many() {
+    let square =
+        "for (var y = -1; y <= 1; y++) { for (var x = -1; x <= 1; x++) { sum += read(source, p + vec2i(x, y)); } }";
+    for (lines, has_copy) in [
+        ("sum = texel(source, p + 1);", false),
+        (square, false),
+        (&format!("{square} sum += texel(source, p);"), true),
+        (&square.replace("y <= 1", "y <= 2"), true),
+        (&square.replace("y <= 1", "y <= p.x"), true),
+        ("sum = tap(source, source_sampler, at.uv);", true),
+        ("sum = textureLoad(source, p, 0);", true),
+    ] {
+        let kinds = [reading(lines)];
+        let registry = Registry::new(&[&kinds]).expect("one kind");
+        let text = r#"Pipeline(inputs: { "in": Color }, nodes: { "a": Reading(source: "in") }, outputs: { "a": "a" })"#;
+        let document = parse("reading.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+        let (graph, _) =
+            check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+        let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
+        let copies = plan.work().filter(|pass| pass.label == "sanitize").count();
+        assert_eq!(copies, usize::from(has_copy), "{lines}\n{}", plan.to_text());
+    }
 }

@@ -4,6 +4,8 @@ use naga::{
     BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, MathFunction, Module, Statement,
 };
 
+use crate::direct_reads::is_read;
+
 /// Powers, exponentials and logarithms of a number, at most, of a function that takes less time than to store an image
 /// and to read it again. On an H200 that trip takes as long as eight powers.
 const FEW_POWERS: usize = 6;
@@ -19,6 +21,7 @@ pub struct Work {
     powers: usize,
     has_loop: bool,
     effort: Effort,
+    reads: usize,
 }
 
 /// How much a function computes, in the measure of registers: more texels in flight need more of them.
@@ -54,10 +57,18 @@ impl Work {
         if self.powers > FEW_POWERS { self.effort.max(Effort::Medium) } else { self.effort }
     }
 
+    /// How many texels it reads at most, through the library: those that its loops read in each of their turns.
+    pub(crate) fn reads(self) -> usize {
+        self.reads
+    }
+
     /// `known` holds the work of the functions before.
     fn of(module: &Module, function: &Function, known: &[Self]) -> Self {
-        let powers = function.expressions.iter().filter(|(_, expression)| is_power(expression)).count();
-        let mut walk = Walk { module, function, known, work: Self { powers, ..Self::default() } };
+        let count = |matches: fn(&Expression) -> bool| {
+            function.expressions.iter().filter(|(_, expression)| matches(expression)).count()
+        };
+        let work = Self { powers: count(is_power), reads: count(is_read), ..Self::default() };
+        let mut walk = Walk { module, function, known, work, turns: 1 };
         walk.block(&function.body);
         walk.work
     }
@@ -69,6 +80,8 @@ struct Walk<'m> {
     function: &'m Function,
     known: &'m [Work],
     work: Work,
+    /// How often the statements run that are walked over.
+    turns: usize,
 }
 
 impl Walk<'_> {
@@ -79,20 +92,26 @@ impl Walk<'_> {
                 Statement::Call { function, .. } => {
                     let called = self.known[function.index()];
                     self.work.powers = self.work.powers.saturating_add(called.powers);
+                    self.work.reads = self.work.reads.saturating_add(called.reads.saturating_mul(self.turns));
                     self.work.has_loop |= called.has_loop;
                     self.work.effort = self.work.effort.max(called.effort);
                     true
                 }
                 Statement::Loop { body, continuing, .. } => {
                     self.work.has_loop = true;
-                    let effort = match self.turns(&block[..index], body, continuing) {
+                    let turns = self.turns(&block[..index], body, continuing);
+                    let effort = match turns {
                         Some(..=FEW_TURNS) => Effort::Light,
                         Some(..=SOME_TURNS) => Effort::Medium,
                         _ => Effort::Heavy,
                     };
                     self.work.effort = self.work.effort.max(effort);
+                    let outside = self.turns;
+                    let turns = turns.and_then(|turns| usize::try_from(turns).ok()).unwrap_or(usize::MAX);
+                    self.turns = outside.saturating_mul(turns);
                     self.block(body);
                     self.block(continuing);
+                    self.turns = outside;
                     true
                 }
                 Statement::If { condition, accept, reject } => match self.constant(*condition) {

@@ -128,6 +128,13 @@ impl Shader {
         self.work(function).effort()
     }
 
+    /// How many texels a function reads at most, through the library; `usize::MAX` if no constant states how many turns
+    /// its loops have, and for an entry point.
+    pub fn texel_reads(&self, function: &str) -> usize {
+        let is_function = self.reflect().is_ok_and(|reflection| reflection.function(function).is_some());
+        if is_function { self.work(function).reads() } else { usize::MAX }
+    }
+
     fn work(&self, function: &str) -> Work {
         let reflection = self.reflect().ok();
         let known = reflection.and_then(|reflection| reflection.works.iter().find(|(name, _)| name == function));
