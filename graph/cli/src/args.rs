@@ -273,6 +273,9 @@ pub(crate) struct PlanArgs {
     /// Plan for this machine's graphics adapter instead of a typical one
     #[arg(long)]
     pub(crate) device: bool,
+    /// Print how far each table of colors is from its nodes; opens a graphics adapter
+    #[arg(long, conflicts_with_all = ["format", "diff", "diff_tier"])]
+    pub(crate) bake_error: bool,
     /// Plan as for a host that changes this parameter in every frame: `--dynamic lit.strength`
     #[arg(long, value_name = "NODE.PARAMETER")]
     pub(crate) dynamic: Vec<String>,

@@ -3,7 +3,8 @@
 use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::image::Size;
-use afterimage_graph::node::NodeKind;
+use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_lab::bench::{self, BenchOptions, TableError};
 use afterimage_plan::{Caps, Plan, PlanDiff, PlanRequest, Requirement, diff, plan};
 use serde_json::{Value, json};
 
@@ -40,9 +41,24 @@ fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
     let other = match (&args.diff, &args.diff_tier) {
         (Some(path), _) => load_graph(path, &registry, &args.options, &run)?,
         (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
+        (None, None) if args.bake_error => {
+            return Ok(shown(&this, args.format) + &table_errors(&registry, file.graph(&args.options)?, args)?);
+        }
         (None, None) => return Ok(shown(&this, args.format)),
     };
     difference(&diff(&this, &plan_of(&other, args)?), args.format)
+}
+
+/// The errors of tables, at a size at which a frame takes little time.
+fn table_errors(registry: &Registry, graph: Graph, args: &PlanArgs) -> Result<String, Failure> {
+    let gpu = Gpu::open(&Opening::default())?;
+    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
+    let options = BenchOptions { size: Size::new(256, 144), samples: 1, finite: true, facts, options };
+    let mut text = "\ntables against their nodes, codes of 8 bits of random colors: 99 %, 99.9 %, all\n".to_owned();
+    for TableError { nodes, codes: [most, nearly_all, all] } in bench::table_errors(&gpu, registry, graph, &options)? {
+        text += &format!("  {}  {most:.2}  {nearly_all:.2}  {all:.2}\n", nodes.join(" + "));
+    }
+    Ok(text)
 }
 
 fn shown(plan: &Plan, format: PlanFormat) -> String {

@@ -24,7 +24,8 @@ pub struct Options {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
     /// Whether each function that is not trusted runs once more, to count where it makes numbers that are not finite or
-    /// has loops that are ended: see [`Plan::probes`](crate::Plan::probes).
+    /// has loops that are ended: see [`Plan::probes`](crate::Plan::probes); and whether tables are compared with their
+    /// nodes: see [`Baked::error`](crate::Baked::error).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub probes: bool,
 }

@@ -96,11 +96,7 @@ impl Session {
         if !plan.has_untrusted_kernels() {
             return Ok(Vec::new());
         }
-        let (graph, facts) = (self.post.graph().clone(), self.post.facts().clone());
-        let options = Options { probes: true, ..plan.options };
-        let mut probing = Self::new(&self.gpu, graph, facts, options);
-        probing.blocks.clone_from(&self.blocks);
-        probing.render(size, images, FrameStep::FIRST)?;
+        let mut probing = self.probing(size, images)?;
         let plan = probing.plan().clone();
         let mut found: Vec<KernelFaults> = Vec::new();
         for probe in plan.probes() {
@@ -109,5 +105,37 @@ impl Session {
         }
         found.retain(KernelFaults::is_any);
         Ok(found)
+    }
+
+    /// The errors of each table of colors, in the order of [`Plan::baked`](afterimage_plan::Plan::baked): the largest
+    /// difference from its nodes for each of 2^18 random colors, in ascending order. A frame is rendered once more, and
+    /// this session does not change.
+    ///
+    /// # Errors
+    /// As [`render`](Session::render).
+    pub fn table_errors(&mut self, size: Size, images: &[InputImage]) -> Result<Vec<Vec<f32>>, PostError> {
+        if self.load(size, images)?.baked.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut probing = self.probing(size, images)?;
+        let baked = probing.plan().baked.clone();
+        let mut all = Vec::new();
+        for output in baked.iter().filter_map(|baked| baked.error.as_deref()) {
+            let pixels = probing.output(output)?.to_floats();
+            let mut errors: Vec<f32> = pixels.iter().map(|pixel| pixel[0]).collect();
+            errors.sort_by(f32::total_cmp);
+            all.push(errors);
+        }
+        Ok(all)
+    }
+
+    /// A session that has rendered a first frame with probes.
+    fn probing(&self, size: Size, images: &[InputImage]) -> Result<Self, PostError> {
+        let (graph, facts) = (self.post.graph().clone(), self.post.facts().clone());
+        let options = Options { probes: true, ..self.plan().options };
+        let mut probing = Self::new(&self.gpu, graph, facts, options);
+        probing.blocks.clone_from(&self.blocks);
+        probing.render(size, images, FrameStep::FIRST)?;
+        Ok(probing)
     }
 }

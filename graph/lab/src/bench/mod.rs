@@ -10,7 +10,7 @@ use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
-use afterimage_plan::{Options, Plan, Stage};
+use afterimage_plan::{Baked, Options, Plan, Stage};
 
 pub use copy::bandwidth;
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
@@ -51,6 +51,35 @@ pub fn bench<E: From<LabError>>(
     images.iter_mut().for_each(|image| image.finite = options.finite);
     let (first_frame, session) = starts(gpu, load, &images, options)?;
     Ok(Bench { gpu, session, images, frames: 0, options }.report(name, first_frame)?)
+}
+
+/// A table of colors next to the nodes in whose place it is.
+pub struct TableError {
+    pub nodes: Vec<String>,
+    /// What 99 % and 99.9 % of random colors stay below, and the largest error, in codes of 8 bits.
+    pub codes: [f32; 3],
+}
+
+/// Compares the tables of a pipeline with their nodes, on the device.
+///
+/// # Errors
+/// Errors of the device.
+pub fn table_errors(
+    gpu: &Gpu,
+    registry: &Registry,
+    graph: Graph,
+    options: &BenchOptions,
+) -> Result<Vec<TableError>, LabError> {
+    let images = scene::still(gpu, registry, &graph, options.size)?;
+    let mut session = Session::new(gpu, graph, options.facts.clone(), options.options);
+    let errors = session.table_errors(options.size, &images)?;
+    let baked = session.plan().baked.iter().zip(errors);
+    let of_table = |(baked, errors): (&Baked, Vec<f32>)| {
+        let last = errors.len() - 1;
+        let codes = [last - last / 100, last - last / 1000, last].map(|at| 255.0 * errors[at]);
+        TableError { nodes: baked.nodes.clone(), codes }
+    };
+    Ok(baked.map(of_table).collect())
 }
 
 /// From the text to the first frame, without the driver's pipelines and with them; the second session is returned.

@@ -3,6 +3,7 @@
 // level; from top to bottom the largest channel, and within each the ratio of the one after that. Three parts
 // for colors without a negative channel are above three for the others.
 #import color
+#import noise
 #import sampling
 
 struct Bake {
@@ -116,4 +117,25 @@ fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) ->
     let high = tap(table, linear, vec2f(x.y, y)).rgb;
     let shown = (1.0 - share) * low + share * high;
     return vec4f(max(shown, vec3f(params.lowest)), source.a);
+}
+
+// A random color for each pixel, of all levels of light from 2^-10 to 2^`top` and of all saturations.
+fn bake_random(at: Point, top: f32) -> vec4f {
+    let numbers = vec3f(hash3(vec3u(vec2u(at.pixel), 1u)) >> vec3u(8u)) / 16777216.0;
+    return vec4f(exp2(mix(-10.0, top, hash_cell(at.pixel))) * numbers, 1.0);
+}
+
+// The light of an exposed scene, and that of a display.
+fn bake_random_exposed(at: Point) -> vec4f {
+    return bake_random(at, 8.0);
+}
+
+fn bake_random_display(at: Point) -> vec4f {
+    return bake_random(at, 0.0);
+}
+
+// The largest difference of the channels.
+fn bake_error(exact: vec4f, shown: vec4f) -> vec4f {
+    let error = abs(exact.rgb - shown.rgb);
+    return vec4f(max(error.r, max(error.g, error.b)), 0.0, 0.0, 1.0);
 }

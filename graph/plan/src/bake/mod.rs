@@ -6,11 +6,12 @@
 mod run;
 mod table;
 
+use afterimage_base::image::ColorState;
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arg, KernelCall, Pass, Resource};
+use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Pass};
 
 use crate::builder::PlanBuilder;
-use crate::plan::{Baked, Fused};
+use crate::plan::{Baked, Fused, PlanOutput};
 use crate::request::PlanRequest;
 use run::{Run, runs};
 use table::Table;
@@ -27,14 +28,14 @@ pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanReque
         let table = Table::new(run.size);
         if table.side() <= request.caps.max_side {
             let of_run = run.passes.iter().flat_map(|pass| std::mem::take(&mut passes[*pass])).collect();
-            passes[run.last()] = replace(builder, &run, of_run, table);
+            passes[run.last()] = replace(builder, &run, of_run, table, request.options.probes);
         }
     }
     builder.recording.passes = passes.into_iter().flatten().collect();
 }
 
 /// The passes that take the place of a run.
-fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table) -> Vec<Pass> {
+fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table, is_probed: bool) -> Vec<Pass> {
     let (mut kernels, mut nodes, mut intermediates): (Vec<KernelCall>, Vec<String>, Vec<_>) = Default::default();
     // The first kernel of the passes that fill the table makes the colors.
     let mut source = run.source;
@@ -55,9 +56,19 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
         let (image, bytes_saved) = (image.label.clone(), 2 * image.desc.bytes());
         builder.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
     }
-    let passes = table.passes(&mut builder.recording, run, &nodes, kernels);
-    let filled = passes.iter().flat_map(Pass::writes).filter_map(Resource::image).filter(|image| *image != run.result);
-    let bytes = filled.map(|image| builder.recording.image(image).desc.bytes()).sum();
-    builder.baked.push(Baked { nodes, size: run.size, bytes });
+    let passes = table.passes(&mut builder.recording, run, &nodes, kernels, is_probed);
+    let bytes = builder.recording.image(written(&passes[0])).desc.bytes();
+    let error = is_probed.then(|| {
+        let image = written(&passes[1]);
+        let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
+        let name = builder.recording.image(image).label.clone();
+        builder.outputs.push(PlanOutput { name: name.clone(), image, state, colorimetry, in_rectangle: false });
+        name
+    });
+    builder.baked.push(Baked { nodes, size: run.size, bytes, error });
     passes
+}
+
+fn written(pass: &Pass) -> ImageId {
+    pass.results[0].image
 }

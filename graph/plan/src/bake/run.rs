@@ -21,14 +21,16 @@ pub(super) struct Run {
     pub(super) result: ImageId,
     /// The size of the table: see [`Bake::size`].
     pub(super) size: u32,
+    /// Whether it begins with light of an exposed scene, and not of a display.
+    pub(super) is_exposed: bool,
 }
 
 /// A pass that may be part of a run.
 struct Link {
     source: ImageId,
     result: ImageId,
-    /// Whether a table can begin with what the pass reads: light of an exposed scene or of a display.
-    can_begin: bool,
+    /// What the pass reads. A table can begin with light of an exposed scene or of a display.
+    reads: Option<ColorState>,
     bake: Option<Bake>,
 }
 
@@ -70,13 +72,15 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
 
 /// The part of a chain that a table can begin with, if a node of it asks for a table.
 fn run(chain: Vec<(usize, Link)>) -> Option<Run> {
-    let first = chain.iter().position(|(_, link)| link.can_begin)?;
+    let can_begin = |link: &Link| matches!(link.reads, Some(ColorState::Exposed | ColorState::DisplayLinear));
+    let first = chain.iter().position(|(_, link)| can_begin(link))?;
     let size = chain[first..].iter().filter_map(|(_, link)| link.bake?.size()).max()?;
     Some(Run {
         passes: chain[first..].iter().map(|(number, _)| *number).collect(),
         source: chain[first].1.source,
         result: chain.last()?.1.result,
         size,
+        is_exposed: chain[first].1.reads == Some(ColorState::Exposed),
     })
 }
 
@@ -93,8 +97,8 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
     };
     let (port, source) = node.instance.promises().of_color.then(|| color_of(builder, kernel))??;
     let [of_source, of_result] = [source, result.image].map(|image| builder.recording.image(image).desc.size);
-    let can_begin = matches!(state_of(graph, node, port), Some(ColorState::Exposed | ColorState::DisplayLinear));
-    (of_source == of_result).then_some(Link { source, result: result.image, can_begin, bake })
+    let reads = state_of(graph, node, port);
+    (of_source == of_result).then_some(Link { source, result: result.image, reads, bake })
 }
 
 /// What an input means, also where the node that gives it is skipped.

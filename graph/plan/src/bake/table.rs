@@ -14,6 +14,9 @@ static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("ba
 /// bits.
 const MIN_WIDTH: u32 = 4096;
 
+/// Random colors for which a table is compared with its nodes.
+const PROBED: Size = Size { width: 512, height: 512, depth: 1 };
+
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
 
@@ -55,13 +58,14 @@ impl Table {
     }
 
     /// The pass that fills the table by `kernels`, whose first one reads the kernel before it, and the one that reads
-    /// it.
+    /// it; if the table is probed, the one that compares both.
     pub(super) fn passes(
         self,
         recording: &mut Recording,
         run: &Run,
         nodes: &[String],
         kernels: Vec<KernelCall>,
+        is_probed: bool,
     ) -> Vec<Pass> {
         let node = nodes.first().map_or("", String::as_str);
         let result = recording.image(run.result);
@@ -75,15 +79,34 @@ impl Table {
         let of_nodes = |label: &str, kernels: Vec<KernelCall>, image: ImageId| {
             Pass::of_functions(nodes.to_vec(), label.to_owned(), kernels, image)
         };
+        let look_up = |source: Arg| {
+            let table = ("table", Arg::Texture(table));
+            call("bake", &[("source", source), table, ("linear", Arg::Sampler), ("params", Arg::Params)])
+        };
+        let mut passes = Vec::new();
+        if is_probed {
+            let desc = ImageDesc::new(PROBED).format(Format::Rgba32Float);
+            let (label, origin) = (format!("{node}.table_error"), Origin::Transient);
+            let error = recording.add_image(VirtualImage {
+                label,
+                desc,
+                origin,
+                finite: true,
+                signedness: Signedness::Unsigned,
+            });
+            let plain =
+                |function: &'static str, args: &[(&str, Arg)]| KernelCall::function(node, &SHADER, function, args);
+            let colors = if run.is_exposed { "bake_random_exposed" } else { "bake_random_display" };
+            let mut compare = [vec![plain(colors, &[("at", Arg::Point)])], kernels.clone()].concat();
+            compare.push(look_up(Arg::Kernel(0)));
+            let last = kernels.len();
+            compare.push(plain("bake_error", &[("exact", Arg::Kernel(last)), ("shown", Arg::Kernel(last + 1))]));
+            passes.push(of_nodes("compare table", compare, error));
+        }
         let colors = call("bake_color", &[("at", Arg::Point), ("params", Arg::Params)]);
-        let fill = [vec![colors], kernels].concat();
-        let args = [
-            ("source", Arg::Pixel(run.source)),
-            ("table", Arg::Texture(table)),
-            ("linear", Arg::Sampler),
-            ("params", Arg::Params),
-        ];
-        vec![of_nodes("fill table", fill, table), of_nodes("look up", vec![call("bake", &args)], run.result)]
+        passes.insert(0, of_nodes("fill table", [vec![colors], kernels].concat(), table));
+        passes.push(of_nodes("look up", vec![look_up(Arg::Pixel(run.source))], run.result));
+        passes
     }
 
     fn image(self, recording: &mut Recording, label: String, size: Size, signedness: Signedness) -> ImageId {

@@ -28,6 +28,10 @@ pub struct Baked {
     pub size: u32,
     /// Bytes of the table.
     pub bytes: u64,
+    /// In a plan with [probes](crate::Options::probes), the output whose red is the largest difference of the table
+    /// from its nodes, for a random color in each pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
 }
 
 /// An image that several kernels read together.
