@@ -2,16 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage::{Error, Frame, Post, Source};
-use afterimage_gpu::{Gpu, download};
-use afterimage_graph::image::Size;
+use afterimage::host::{GraphPost, Size, download, wanted_features};
+use afterimage::{Error, Frame, Gpu, Post, Source};
 
 use super::{Host, assert_same, fresh, scene};
-use crate::support::gpu::{gpu, graph, pipelines};
+use crate::support::gpu::{another_device, gpu, graph, pipelines};
 
 /// What the pipeline shows in its first frame, after all changes.
-fn shown(gpu: &Gpu, post: &mut Post) -> Vec<u8> {
-    let scene = scene(gpu, Size::new(96, 54));
+fn shown(gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
+    shown_at(Size::new(96, 54), gpu, post)
+}
+
+fn shown_at(size: Size, gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
+    let scene = scene(gpu, size);
     post.executor().count_from(0);
     // The first frame asks for a plan of what has changed.
     for _ in 0..2 {
@@ -248,4 +251,55 @@ fn kinds_in_rust_are_known() {
     let dotted = shown(&gpu, &mut post);
     assert_same(&dotted, &Host::new(graph(&text)).shown());
     assert!(dotted != exposed("-1.0"));
+}
+
+/// A host of 120 frames moves a parameter in each, states a fact, resizes, changes its tier, takes an edited file and
+/// loses its device. After each of these it shows what a host shows that begins there.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_host_shows_after_each_change_what_a_new_one_shows() {
+    let second = gpu();
+    let first = another_device(&second, wanted_features(&second.adapter), second.adapter.limits());
+    let folder = Folder::new("host");
+    let mut text = std::fs::read_to_string(pipelines().join("caracal.ron")).unwrap();
+    let file = folder.write("look.ron", &text);
+    let (mut gpu, mut size) = (first.clone(), Size::new(96, 54));
+    let mut post = open(&gpu, &file);
+    let strength = post.parameter::<f32>("lit.strength").unwrap();
+    for frame in 0..120_u8 {
+        post.set(strength, f32::from(frame) / 128.0).unwrap();
+        match frame {
+            20 => post.set_fact("emissive", false),
+            40 => size = Size::new(64, 48),
+            60 => post.set_tier("low").unwrap(),
+            80 => {
+                text = text.replace("spread: 0.85", "spread: 0.5");
+                folder.write("look.ron", &text);
+                post.set_fact("emissive", true);
+            }
+            100 => {
+                first.device.destroy();
+                assert!(post.check_device().is_err());
+                gpu = Gpu::clone(&second);
+                post.rebuild(&gpu);
+            }
+            _ => {}
+        }
+        assert_eq!(post.reload_if_changed().unwrap(), frame == 80);
+        let scene = scene(&gpu, size);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let frame_inputs = Frame { inputs: &[("scene", &scene)], dt: 0.1, ..Frame::default() };
+        post.encode(&mut encoder, &frame_inputs).unwrap_or_else(|error| panic!("frame {frame}: {error}"));
+        gpu.queue.submit([encoder.finish()]);
+        if frame % 20 == 10 {
+            let mut new = open(&second, &file);
+            let strength = new.parameter::<f32>("lit.strength").unwrap();
+            new.set(strength, f32::from(frame) / 128.0).unwrap();
+            if frame >= 20 {
+                new.set_fact("emissive", frame >= 80);
+            }
+            new.set_tier(if frame < 60 { None } else { Some("low") }).unwrap();
+            assert_same(&shown_at(size, &gpu, &mut post), &shown_at(size, &second, &mut new));
+        }
+    }
 }

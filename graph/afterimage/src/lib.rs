@@ -37,6 +37,9 @@
 //! The types of these signatures are in [`host`], and [`wgpu`] is that of the crate. Nothing here waits for the device
 //! but the first frame of a size.
 
+// rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
+#![recursion_limit = "256"]
+
 mod error;
 mod files;
 mod kinds;
@@ -107,7 +110,8 @@ pub mod node {
     //!
     //!     fn record(&self, pass: &mut Recorder<'_>) {
     //!         let source = pass.image("source");
-    //!         pass.function(&SHADER, "darken").write("result", pass.desc(source));
+    //!         let desc = pass.desc(source);
+    //!         pass.function(&SHADER, "darken").write("result", desc);
     //!     }
     //! }
     //!

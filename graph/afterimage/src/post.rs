@@ -13,8 +13,7 @@ use crate::source::Source;
 ///
 /// Here is what follows from its files. All else is of the [`GraphPost`] in it, whose methods are listed below:
 /// [`parameter`](GraphPost::parameter), [`set`](GraphPost::set), [`set_fact`](GraphPost::set_fact),
-/// [`encode`](GraphPost::encode), [`rebuild`](GraphPost::rebuild) on another device, and more. A graph of
-/// [`change`](GraphPost::change) holds until the next tier or reload.
+/// [`encode`](GraphPost::encode) and more. A graph of [`change`](GraphPost::change) holds until the next tier or reload.
 ///
 /// A change of tier, of a file or of a fact needs another plan, which is made and compiled in the background while the
 /// old one renders. Handles of parameters and the values that the host has set stay valid.
@@ -31,7 +30,7 @@ pub struct Post {
 
 impl Post {
     /// Opens a pipeline: a file, the name of a built-in pipeline, or another [`Source`]. Reads and checks the files on
-    /// this thread, some milliseconds; the plan is made for the first frame.
+    /// this thread, about a millisecond without large tables; the plan is made for the first frame.
     ///
     /// # Errors
     /// There is no such pipeline, or it or what it names is wrong; the text has all errors with their excerpts.
@@ -55,6 +54,12 @@ impl Post {
         }
     }
 
+    /// Continues on another device, after the first was lost, with all values, facts and handles. Histories begin anew,
+    /// and the next frame waits for its plan.
+    pub fn rebuild(&mut self, gpu: &Gpu) {
+        self.post.rebuild(&gpu.adapter, &gpu.device, &gpu.queue);
+    }
+
     /// The names of the pipeline's tiers, inherited ones first.
     pub fn tiers(&self) -> Vec<String> {
         self.snapshot.tiers()
@@ -70,7 +75,7 @@ impl Post {
     }
 
     /// Changes to a tier, in the background: `set_tier("low")`, or `set_tier(None)` for the values that the file has
-    /// without one. Checks the pipeline on this thread, some milliseconds. A [budget](Self::govern) ends.
+    /// without one. Checks the pipeline on this thread, less than a millisecond. A [budget](Self::govern) ends.
     ///
     /// # Errors
     /// There is no such tier: the text lists those that there are. The present tier stays.
@@ -111,10 +116,10 @@ impl Post {
     /// Looks whether a file of the pipeline has changed, and takes it: the pipeline itself, the files that it names,
     /// node kinds in folders. Returns whether anything was taken.
     ///
-    /// It asks the system for the time of change and the length of each file, some microseconds each, and starts no
-    /// thread: call it as often as edits shall be seen, such as twice in a second. After a change it reads and checks
-    /// the pipeline on this thread, some milliseconds; the plan is made in the background. Built-in pipelines and texts
-    /// without files do not change.
+    /// It asks the system for the time of change and the length of each file, about two microseconds each, and starts
+    /// no thread: call it as often as edits shall be seen, such as twice in a second. After a change it reads and
+    /// checks the pipeline on this thread, as [`open`](Self::open) does; the plan is made in the background. Built-in
+    /// pipelines and texts without files do not change.
     ///
     /// # Errors
     /// What has changed is wrong: the old pipeline renders on. The error is returned once, until the next change.

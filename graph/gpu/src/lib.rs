@@ -1,4 +1,5 @@
-//! Plan to pixels: the API for hosts, and the only crate of the framework that uses wgpu.
+//! Plan to pixels: the API for hosts, and the only crate of the framework that uses wgpu. Hosts depend on the crate
+//! `afterimage`, which exports what they need of it, and opens pipelines.
 //!
 //! A host with its own renderer keeps a [`Post`] for each pipeline: [`Post::encode`] records a frame into the host's
 //! encoder, and plans follow the images, the facts and the parameters. Below it is the [`Executor`]: [`Executor::load`]
