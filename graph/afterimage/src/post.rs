@@ -13,7 +13,8 @@ use crate::source::Source;
 ///
 /// Here is what follows from its files. All else is of the [`GraphPost`] in it, whose methods are listed below:
 /// [`parameter`](GraphPost::parameter), [`set`](GraphPost::set), [`set_fact`](GraphPost::set_fact),
-/// [`encode`](GraphPost::encode) and more. A graph of [`change`](GraphPost::change) holds until the next tier or reload.
+/// [`encode`](GraphPost::encode) and more. A graph of [`change`](GraphPost::change) holds until the next tier or
+/// reload.
 ///
 /// A change of tier, of a file or of a fact needs another plan, which is made and compiled in the background while the
 /// old one renders. Handles of parameters and the values that the host has set stay valid.
