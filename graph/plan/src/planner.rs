@@ -63,7 +63,7 @@ fn plan_with_tables_up_to(
     if request.options.probes {
         probes(&mut builder);
     }
-    sanitize(&mut builder);
+    sanitize(&mut builder, &request.caps);
     bake(&mut builder, graph, request);
     fusion(&mut builder, request);
     // From here on the options are those that this device can follow.

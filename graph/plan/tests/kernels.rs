@@ -4,7 +4,7 @@ use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, PassKind, Registry, folder_kind_of};
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Options, When};
+use afterimage_plan::{Caps, Options, When};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
 use super::planned::{FRAME, all_formats, plan_images};
@@ -152,7 +152,7 @@ fn reading(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> vec4f
     folder_kind_of(("node.ron", text), &[("reading.wgsl", &shader)]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-/// Nine texels at most, and none that is filtered.
+/// Nine texels at most, and none that is filtered; on a processor none.
 #[test]
 fn an_untrusted_function_repairs_a_few_texels_itself_and_reads_a_copy_for_many() {
     let square =
@@ -172,8 +172,11 @@ fn an_untrusted_function_repairs_a_few_texels_itself_and_reads_a_copy_for_many()
         let document = parse("reading.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
         let (graph, _) =
             check(&document, &registry, &CheckOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
-        let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
-        let copies = plan.work().filter(|pass| pass.label == "sanitize").count();
-        assert_eq!(copies, usize::from(has_copy), "{lines}\n{}", plan.to_text());
+        for (fast_workgroup_memory, has_copy) in [(true, has_copy), (false, true)] {
+            let caps = Caps { fast_workgroup_memory, ..all_formats() };
+            let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), caps, Options::default());
+            let copies = plan.work().filter(|pass| pass.label == "sanitize").count();
+            assert_eq!(copies, usize::from(has_copy), "{lines}\n{}", plan.to_text());
+        }
     }
 }
