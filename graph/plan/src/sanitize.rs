@@ -85,8 +85,7 @@ fn drawn(recording: &Recording) -> Vec<(String, ImageId)> {
 }
 
 /// Texels around a pixel, and the pixel: an untrusted kernel that reads no more repairs them itself, but not on a
-/// processor. There, where each texel is examined for itself, a mean of nine takes 0.33 s at 1280x720 so, and 0.1 with a
-/// copy, which is in the cache.
+/// processor. There a mean of nine takes 0.33 s at 1280x720 so, and 0.1 with a copy.
 const AROUND: usize = 9;
 
 /// Whether a kernel that reads an image needs a copy of it.
