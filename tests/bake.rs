@@ -2,10 +2,10 @@
 //! and which nodes become one.
 
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, Gpu};
-use afterimage_graph::check::Graph;
+use afterimage_gpu::{Frame, Gpu, Session, Texels, input_image};
+use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Bake, NodeKind, folder_kind_of};
-use afterimage_plan::{Fault, Plan, verify};
+use afterimage_plan::{Fault, Options, Plan, verify};
 
 use crate::support::gpu::{Picture, Run, gpu, graph, graph_with};
 use crate::support::layer;
@@ -158,9 +158,7 @@ fn a_table_is_close_to_its_nodes_and_exact_for_grays() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn light_beyond_the_ends_of_a_table_is_that_of_its_ends() {
     let graph = graph(&tone_map(""));
-    let numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -65504.0, -1.0, -1e-6, 0.0, 1e-7, 1.0, 65504.0, 3e38];
-    let of = |at: u32| numbers[at as usize % numbers.len()];
-    let picture = Picture::new(121, 11, |x, y| [of(x / 11), of(x), of(y), 0.5]);
+    let picture = extremes();
     let table = shown(&graph, Some(Bake::Size(64)), &picture);
     let exact = shown(&graph, Some(Bake::Off), &picture);
     for ((color, exact), shown) in picture.pixels.iter().zip(&exact.pixels).zip(&table.pixels) {
@@ -265,6 +263,31 @@ fn a_table_is_filled_when_a_number_in_it_has_changed() {
     assert_eq!(layer::messages(), Vec::<String>::new());
 }
 
+/// What `plan --bake-error` prints is the error that the pictures of nodes and table have.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_table_is_compared_with_its_nodes_on_the_device() {
+    let graph = graph(&tone_map("curve: AcesNarkowicz,"));
+    let gpu = gpu();
+    let gray = Picture::new(16, 16, |_, _| [0.18, 0.18, 0.18, 1.0]);
+    let texels = Texels::from_floats(16, 16, &gray.pixels);
+    let image = input_image(&gpu, "in", texels.desc, &texels.bytes).expect("it is uploaded");
+    let probed = |size: u32| {
+        let options = Options { bake: Some(Bake::Size(size)), ..Options::default() };
+        let mut session = Session::new(&gpu, graph.clone(), Facts::default(), options);
+        let all = session.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
+        let [errors] = all.as_slice() else { panic!("one table and not {}", all.len()) };
+        shares(errors).map(|error| 255.0 * error)
+    };
+    for size in [33, 64] {
+        let [exact, table] = [Bake::Off, Bake::Size(size)].map(|bake| shown(&graph, Some(bake), &colors(12)));
+        let (found, seen) = (probed(size), shares(&errors(&exact, &table)));
+        assert!((0..2).all(|i| (found[i] / seen[i] - 1.0).abs() < 0.2), "{size}: {found:?} and {seen:?}");
+    }
+    let mut exact = Session::new(&gpu, graph.clone(), Facts::default(), Options { exact: true, ..Options::default() });
+    assert!(exact.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders").is_empty());
+}
+
 /// The parts of random chains: what they take, and what they give.
 const PARTS: [(&str, &str, &str); 12] = [
     ("Exposed", "Exposed", "WhiteBalance(mode: Temperature, temperature: 5200.0,"),
@@ -303,6 +326,9 @@ fn chain(seed: u64) -> String {
     nodes + &format!(r#""result": Brightness(source: "{before}", amount: 0.001, format: Rgba32Float, bake: Auto)"#)
 }
 
+/// Sizes of tables, and the errors that 99 and 99.9 % of random colors stay below in a random chain, in codes of 255.
+const SIZES: [(u32, [f32; 2]); 3] = [(64, [0.5, 1.5]), (48, [0.8, 2.5]), (33, [1.5, 4.0])];
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn random_chains_with_and_without_a_table_agree() {
@@ -311,10 +337,19 @@ fn random_chains_with_and_without_a_table_agree() {
         let graph = graph(&text);
         assert_eq!(plan(&graph, None).baked.len(), 1, "{text}");
         let colors = colors(100 + seed);
-        let [exact, table] = [Some(Bake::Off), None].map(|bake| shown(&graph, bake, &colors));
-        let found = shares(&errors(&exact, &table));
-        assert!(found[0] < 1.5 && found[1] < 3.5, "{text}: {found:?}");
+        let exact = shown(&graph, Some(Bake::Off), &colors);
+        for (size, limits) in SIZES {
+            let found = shares(&errors(&exact, &shown(&graph, Some(Bake::Size(size)), &colors)));
+            assert!(found[0] < limits[0] && found[1] < limits[1], "{size}: {found:?} of {text}");
+        }
     }
+}
+
+/// All triples of what a picture may hold besides colors.
+fn extremes() -> Picture {
+    let numbers = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -65504.0, -1.0, -1e-6, 0.0, 1e-7, 1.0, 65504.0, 3e38];
+    let of = |at: u32| numbers[at as usize % numbers.len()];
+    Picture::new(121, 11, |x, y| [of(x / 11), of(x), of(y), 0.5])
 }
 
 const KIND: &str = r#"Kind(
