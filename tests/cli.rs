@@ -8,6 +8,7 @@ mod cameras;
 mod chunks;
 mod errors;
 mod folders;
+mod gaps;
 mod hostile;
 mod info;
 mod job;

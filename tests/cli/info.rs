@@ -25,6 +25,30 @@ fn a_file_says_what_it_holds_and_what_states_its_colors() {
 }
 
 #[test]
+fn the_range_of_each_channel_is_told_on_request() {
+    let folder = Folder::new("info-pixels");
+    let mut picture = room(6, 4);
+    let mut values = vec![0.5; 96];
+    (values[0], values[4], values[8], values[9]) = (f32::NAN, f32::INFINITY, -3.5, f32::NAN);
+    picture.pixels = afterimage_media::Pixels::Float(values);
+    save(&folder.file("odd.exr"), &picture);
+    let text = folder.run("info odd.exr --pixels").good();
+    assert!(text.contains("    R: -3.5 to 0.5, 1 NaN, 1 infinite\n"), "{text}");
+    assert!(text.contains("    G: 0.5 to 0.5, 1 NaN\n") && text.contains("    A: 0.5 to 0.5\n"), "{text}");
+    let list: Vec<Value> =
+        serde_json::from_str(&folder.run("info odd.exr --pixels --json").good()).expect("it is JSON");
+    let red = &list[0]["parts"][0]["channels"][3];
+    assert_eq!((&red["name"], &red["nan"], &red["infinite"]), (&"R".into(), &1.into(), &1.into()));
+    assert_eq!(red["range"], serde_json::json!([-3.5, 0.5]));
+    assert!(!folder.run("info odd.exr").good().contains("NaN"));
+    let codes = afterimage_media::EncodedPixels::Byte(&[0, 51, 255, 255]);
+    let png = afterimage_media::encode_png((1, 1), codes, &afterimage_media::PngOptions::default());
+    folder.with("codes.png", &png.expect("it can be written"));
+    let text = folder.run("info codes.png --pixels").good();
+    assert!(text.contains("    R: 0 to 0\n") && text.contains("    B: 1 to 1\n"), "{text}");
+}
+
+#[test]
 fn a_list_of_files_is_json_and_a_bad_one_is_reported() {
     let folder = Folder::new("info-json");
     let wide =

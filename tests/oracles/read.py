@@ -35,6 +35,21 @@ def xyz(xy):
     return numpy.array([xy[0] / xy[1], 1.0, (1.0 - xy[0] - xy[1]) / xy[1]])
 
 
+IDS = {"Rec709": "rec709", "DisplayP3": "p3d65", "Rec2020": "rec2020", "AcesCg": "ap1", "AcesAp0": "ap0"}
+
+
+def from_rec709(space):
+    """Linear Rec.709 to a space: the matrix for columns."""
+    def to_xyz(name):
+        *primaries, white = SPACES[name]
+        columns = numpy.stack([numpy.array([x, y, 1.0 - x - y]) for x, y in primaries], axis=1)
+        return columns * numpy.linalg.solve(columns, xyz(white))
+
+    cones = [BRADFORD @ xyz(SPACES[name][3]) for name in ("Rec709", space)]
+    adapt = numpy.linalg.inv(BRADFORD) @ numpy.diag(cones[1] / cones[0]) @ BRADFORD
+    return numpy.linalg.inv(to_xyz(space)) @ adapt @ to_xyz("Rec709")
+
+
 def lab(space, curve, signal):
     """CIE L*a*b* of signals for a reader that is adapted to D50, and which of them are colors that 8 bits can hold."""
     *primaries, white = SPACES[space]
@@ -112,7 +127,7 @@ def jpeg_faults(path, space, curve, codes):
     yield "no profile" if profile is None else profile_fault(profile, space, curve, codes)
 
 
-def exr_faults(path, space, _, codes):
+def exr_faults(path, space, curve, codes):
     with OpenEXR.File(path, separate_channels=True) as file:
         header, channels = file.header(), file.channels()
         stated = numpy.array(header["chromaticities"]).reshape(4, 2)
@@ -121,7 +136,12 @@ def exr_faults(path, space, _, codes):
         if abs(header["whiteLuminance"] - 203) > 1e-3 or header["screenWindowWidth"] < 0:
             yield f"OpenEXR: {header['whiteLuminance']} cd/m2, a window of {header['screenWindowWidth']}"
         pixels = numpy.stack([channels[name].pixels[0] for name in "RGB"], axis=1).astype(float)
-        if numpy.abs(pixels - codes / 255).max() > 5e-4:
+        wanted = codes / 255
+        if curve == "Converted":
+            wanted = wanted @ from_rec709(space).T
+            if header.get("colorInteropID") != f"lin_{IDS[space]}_scene":
+                yield f"OpenEXR: colorInteropID {header.get('colorInteropID')}"
+        if numpy.abs(pixels - wanted).max() > (1e-6 if curve == "Converted" else 5e-4):
             yield "OpenEXR: other pixels"
 
 

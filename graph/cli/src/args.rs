@@ -49,7 +49,7 @@ pub(crate) enum Command {
     Meter(MeterArgs),
     /// Print a render as a template of Open Job Description (2023-09), for a render farm
     Job(JobArgs),
-    /// Say what image files hold, from their headers alone: parts, channels, sizes, colors and what states them
+    /// Say what image files hold, from their headers: parts, channels, sizes, colors and what states them
     Info(InfoArgs),
     /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
@@ -85,9 +85,14 @@ pub(crate) struct InfoArgs {
     /// EXR, Radiance HDR or PNG files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
+    /// Read the pixels, too, and print the range of each channel and how many numbers are NaN or infinite
+    #[arg(long)]
+    pub(crate) pixels: bool,
     /// Print a list as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) images: ImageOptions,
 }
 
 #[derive(Debug, Args)]

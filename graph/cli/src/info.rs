@@ -1,12 +1,18 @@
-//! `afterimage info`: what files state about their pictures, from their headers alone.
+//! `afterimage info`: what files state about their pictures, from their headers, and the range of their numbers.
 
 use afterimage_graph::color::Colorimetry;
-use afterimage_media::{ChannelDescription, Description, PartDescription, Source, Window, read_description, sequence};
+use afterimage_media::{
+    ChannelDescription, ChannelStatistics, Description, PartDescription, Source, Window, read_description,
+    read_statistics, sequence,
+};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::terminal::say;
+
+/// The numbers of the channels of each part; nothing if they were not asked for.
+type Numbers = [Vec<ChannelStatistics>];
 
 /// Describes all files; one that cannot be read is reported, and the others are described.
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
@@ -16,9 +22,14 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     }
     let (mut objects, mut failed) = (Vec::new(), 0);
     for source in &sources {
-        match read_description(source) {
-            Ok(description) if args.json => objects.push(as_json(source, &description)),
-            Ok(description) => say(&text(source, &description)),
+        let described = read_description(source).and_then(|description| {
+            let read = || read_statistics(source, &description, args.images.budget());
+            let numbers = if args.pixels { read()? } else { Vec::new() };
+            Ok((description, numbers))
+        });
+        match described {
+            Ok((description, numbers)) if args.json => objects.push(as_json(source, &description, &numbers)),
+            Ok((description, numbers)) => say(&text(source, &description, &numbers)),
             Err(error) => {
                 failed += 1;
                 Failure::from(error).print();
@@ -32,13 +43,15 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
 }
 
 /// One line for the file, one for each part, and one for each note.
-fn text(source: &Source, description: &Description) -> String {
+fn text(source: &Source, description: &Description, numbers: &Numbers) -> String {
     let Description { format, parts, picture, color, stated_by, notes } = description;
     let mut lines = vec![format!("{}: {format}", source.path.display())];
     for (index, part) in parts.iter().enumerate() {
         let name = part.name.as_ref().map_or(String::new(), |name| format!(" `{name}`"));
         let number = if parts.len() > 1 { format!("part {index}{name}: ") } else { String::new() };
         lines.push(format!("  {number}{}", part_text(part)));
+        let numbers = numbers.get(index).into_iter().flatten();
+        lines.extend(part.channels.iter().zip(numbers).map(|(channel, of)| numbers_text(&channel.name, of)));
     }
     lines.push(match picture {
         Some(picture) if parts.len() > 1 => format!("  read: {} of part {}", picture.channels.join(", "), picture.part),
@@ -52,6 +65,24 @@ fn text(source: &Source, description: &Description) -> String {
     });
     lines.extend(notes.iter().map(|note| format!("  note: {note}")));
     lines.join("\n")
+}
+
+/// `    Z: 0.1 to 20, 3 NaN, 2 infinite`.
+fn numbers_text(name: &str, numbers: &ChannelStatistics) -> String {
+    let range = numbers.range.map(|[least, most]| format!("{} to {}", number(least), number(most)));
+    let mut words = vec![range.unwrap_or_else(|| "no finite number".to_owned())];
+    words.extend((numbers.nan > 0).then(|| format!("{} NaN", numbers.nan)));
+    words.extend((numbers.infinite > 0).then(|| format!("{} infinite", numbers.infinite)));
+    format!("    {name}: {}", words.join(", "))
+}
+
+/// Integers as they are, others with the digits of a 32-bit float.
+fn number(value: f64) -> String {
+    match value.abs() {
+        size if value.fract() == 0.0 && size < 1e10 => value.to_string(),
+        1e-3..1e7 => (value as f32).to_string(),
+        _ => format!("{:e}", value as f32),
+    }
 }
 
 fn part_text(part: &PartDescription) -> String {
@@ -90,13 +121,21 @@ fn color_text(color: &Colorimetry) -> String {
     words.join(", ")
 }
 
-fn as_json(source: &Source, description: &Description) -> Value {
+fn as_json(source: &Source, description: &Description, numbers: &Numbers) -> Value {
     let Description { format, parts, picture, color, stated_by, notes } = description;
     let window = |window: &Window| json!([window.x, window.y, window.width, window.height]);
-    let channel = |channel: &ChannelDescription| json!({ "name": channel.name, "samples": channel.samples });
-    let part = |part: &PartDescription| {
+    let channel = |channel: &ChannelDescription, numbers: Option<&ChannelStatistics>| {
+        let mut object = json!({ "name": channel.name, "samples": channel.samples });
+        if let Some(ChannelStatistics { range, nan, infinite }) = numbers {
+            (object["range"], object["nan"], object["infinite"]) = (json!(range), json!(nan), json!(infinite));
+        }
+        object
+    };
+    let part = |(index, part): (usize, &PartDescription)| {
+        let of = |at: usize| numbers.get(index).and_then(|part| part.get(at));
+        let channels = part.channels.iter().enumerate().map(|(at, known)| channel(known, of(at)));
         json!({
-            "channels": part.channels.iter().map(channel).collect::<Value>(),
+            "channels": channels.collect::<Value>(),
             "compression": part.compression,
             "data": window(&part.data),
             "display": window(&part.display),
@@ -119,7 +158,7 @@ fn as_json(source: &Source, description: &Description) -> Value {
         "file": source.path.display().to_string(),
         "format": format,
         "notes": notes,
-        "parts": parts.iter().map(part).collect::<Value>(),
+        "parts": parts.iter().enumerate().map(part).collect::<Value>(),
         "picture": picture.as_ref().map(|picture| json!({ "channels": picture.channels, "part": picture.part })),
         "stated_by": stated_by,
     })

@@ -133,7 +133,7 @@ const RENDER_OPTIONS: [&str; 10] = [
     "--channel-type",
 ];
 /// Those without a value.
-const RENDER_FLAGS: [&str; 4] = ["--no-dither", "--keep-going", "--skip-existing", "--timings"];
+const RENDER_FLAGS: [&str; 5] = ["--no-dither", "--keep-going", "--skip-existing", "--timings", "--drop-layers"];
 
 /// The words without these options, which have a value, and without these flags.
 fn without(words: &[String], options: &[&str], flags: &[&str]) -> Vec<String> {

@@ -7,7 +7,7 @@ use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_media::{
     Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
-    PngOptions, write_exr, write_jpeg, write_png,
+    PngOptions, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg, write_png,
 };
 use afterimage_plan::PlanOutput;
 use half::f16;
@@ -113,25 +113,39 @@ pub(crate) struct Stated {
     pub(crate) meta: Option<Metadata>,
     /// The number of the frame in its sequence; 0 for a single image.
     pub(crate) frame: u32,
+    /// The file whose layers an EXR keeps.
+    pub(crate) original: Option<Original>,
+}
+
+/// A file that was read.
+pub(crate) struct Original {
+    pub(crate) source: Source,
+    pub(crate) reading: ReadOptions,
 }
 
 impl Stated {
     /// A single image of an output.
     pub(crate) fn of(output: &PlanOutput) -> Self {
-        Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0 }
+        Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0, original: None }
     }
 }
 
-/// Writes an image.
-pub(crate) fn save(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<(), Failure> {
+/// Writes an image. Returns sentences about layers that are left out.
+pub(crate) fn save(
+    path: &Path,
+    texels: &Texels,
+    stated: Stated,
+    options: &SaveOptions,
+) -> Result<Vec<String>, Failure> {
     if options.format == FileFormat::Exr {
         return save_exr(path, texels, stated, options);
     }
-    match texels.desc.format {
+    let saved = match texels.desc.format {
         Format::Rgba8Unorm => save_encoded(path, texels, EncodedPixels::Byte(&texels.bytes), &stated, options),
         Format::Rgba16Float => save_encoded(path, texels, EncodedPixels::Half(&halves(texels)), &stated, options),
         _ => save_encoded(path, texels, EncodedPixels::Float(texels.to_floats().as_flattened()), &stated, options),
-    }
+    };
+    saved.map(|()| Vec::new())
 }
 
 fn save_encoded(
@@ -151,7 +165,7 @@ fn save_encoded(
     }
 }
 
-fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<(), Failure> {
+fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<Vec<String>, Failure> {
     let pixels = match texels.desc.format {
         Format::Rgba16Float => Pixels::Half(halves(texels)),
         _ => Pixels::Float(texels.to_floats().as_flattened().to_vec()),
@@ -171,7 +185,10 @@ fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions)
         compression: options.compression,
         ..ExrOptions::default()
     };
-    Ok(write_exr(path, &picture, &exr)?)
+    match stated.original.filter(|_| is_light(stated.state)) {
+        Some(Original { source, reading }) => Ok(write_exr_beside(path, &picture, &exr, &source, &reading)?),
+        None => Ok(write_exr(path, &picture, &exr).map(|()| Vec::new())?),
+    }
 }
 
 /// Whether the numbers of such an image are light, with primaries.

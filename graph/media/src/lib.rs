@@ -15,9 +15,10 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, Budget, ChannelDescription, CodecError, ColorSpace, Description, EncodedPixels, ErrorKind, ExrCompression,
-    ExrOptions, JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels, PngDepth, PngOptions,
-    ReadOptions, StatedCamera, Window, catch_panic, encode_exr, encode_jpeg, encode_png, limits,
+    Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, EncodedPixels,
+    ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels,
+    PngDepth, PngOptions, ReadOptions, StatedCamera, Window, catch_panic, encode_exr, encode_exr_beside, encode_jpeg,
+    encode_png, limits,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
@@ -27,5 +28,6 @@ pub use files::FileWatch;
 pub use files::write_avif;
 pub use files::{
     FileError, Source, address_space_limit, default_budget, images_in, read, read_bytes, read_camera, read_description,
-    read_text, read_within, real_output_path, real_path, sequence, write_atomic, write_exr, write_jpeg, write_png,
+    read_statistics, read_text, read_within, real_output_path, real_path, sequence, write_atomic, write_exr,
+    write_exr_beside, write_jpeg, write_png,
 };

@@ -39,11 +39,11 @@ fn the_header_names_the_compression_and_the_window() {
 /// B44 keeps six bits of 4x4 pixels, PXR24 16 bits of a float, DWA what eyes see. Flat alpha stays 1 in all of them.
 #[test]
 fn compressions_with_losses_keep_the_picture() {
+    use ExrCompression::{B44, B44a, Dwaa, Dwab, Pxr24};
     let folder = Folder::new("losses");
     let light = |i: usize| 0.2 + 0.1 * ((i / 4 % 61) as f32 / 20.0).sin();
     let values = (0..61 * 37 * 4).map(|i| if i % 4 == 3 { 1.0 } else { light(i) }).collect();
     let smooth = Picture::new(61, 37, Pixels::Float(values));
-    use ExrCompression::{B44, B44a, Dwaa, Dwab, Pxr24};
     for (compression, most) in [(Pxr24, 1e-5), (B44, 5e-3), (B44a, 5e-3), (Dwaa, 5e-2), (Dwab, 5e-2)] {
         let float = compression == Pxr24;
         let back = folder.read(&encoded(&smooth, &ExrOptions { compression, float, ..ExrOptions::default() })).unwrap();

@@ -49,6 +49,12 @@ fn files(codes: &[u8]) -> Vec<Made> {
                 encode_jpeg(size, EncodedPixels::Float(&numbers), &options).ok(),
             ));
         }
+        // Codes of Rec.709, converted.
+        let color = Some(Colorimetry::linear(Chromaticities::REC709).nits(203.0, 1000.0));
+        let options =
+            ExrOptions { float: true, color, primaries: Some(primaries), scene: true, ..ExrOptions::default() };
+        let picture = Picture::new(size.0, 1, Pixels::Float(numbers.clone()));
+        made.push((format!("{space}-Converted.exr"), encode_exr(&picture, &options).ok()));
         for float in [false, true] {
             let color = Some(Colorimetry::linear(primaries).nits(203.0, 1000.0));
             let mut picture = Picture::new(size.0, 1, Pixels::Float(numbers.clone()));
@@ -87,5 +93,5 @@ fn files_of_every_label_are_equal_whenever_they_are_made() {
     std::fs::write(folder.join("codes.txt"), codes.join(" ")).unwrap();
     std::fs::write(folder.join("files.txt"), list).unwrap();
     // PQ and HLG need a code for their primaries in a PNG, and no JPEG has them.
-    assert_eq!(count, 5 * (4 * 3 + 2) + 3 * 2 * 2, "{count} files");
+    assert_eq!(count, 5 * (4 * 3 + 3) + 3 * 2 * 2, "{count} files");
 }

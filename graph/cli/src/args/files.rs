@@ -14,6 +14,32 @@ pub(crate) struct ReadArgs {
     /// Rec2100-HLG
     #[arg(long, value_name = "[INPUT=]SPACE", value_parser = parse_input_space)]
     pub(crate) input_space: Vec<InputSpace>,
+    /// What takes the place of missing frames of a sequence
+    #[arg(long, value_enum, default_value_t = MissingFrames::Error)]
+    pub(crate) missing: MissingFrames,
+    /// What becomes of frames whose size is not that of the first one
+    #[arg(long, value_enum, default_value_t = OtherSize::Error)]
+    pub(crate) resize: OtherSize,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MissingFrames {
+    /// Nothing: the run ends before it begins
+    #[default]
+    Error,
+    /// The last frame before them
+    Hold,
+    /// Black of that size
+    Black,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OtherSize {
+    /// They cannot be rendered
+    #[default]
+    Error,
+    /// They are scaled into that size, with black beside them
+    Fit,
 }
 
 /// The color space of the files of an input, or of all inputs but those of data.
@@ -43,6 +69,10 @@ pub(crate) struct ExrArgs {
     /// The compression of EXR files; `zip` by default. b44, b44a, dwaa and dwab lose details, pxr24 those of floats
     #[arg(long, value_parser = compressions())]
     pub(crate) compression: Option<ExrCompression>,
+    /// Write the result alone. By default an EXR that is made from one keeps the other layers and parts of that file
+    /// bit for bit, and a line says what it cannot keep
+    #[arg(long)]
+    pub(crate) drop_layers: bool,
     /// What the numbers of EXR files are, whatever `--depth` is; half by default
     #[arg(long, value_name = "TYPE", value_enum)]
     pub(crate) channel_type: Option<ChannelType>,
@@ -68,6 +98,7 @@ impl ExrArgs {
             ("--output-space", self.output_space.is_some()),
             ("--compression", self.compression.is_some()),
             ("--channel-type", self.channel_type.is_some()),
+            ("--drop-layers", self.drop_layers),
         ];
         options.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)
     }

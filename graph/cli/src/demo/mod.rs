@@ -60,7 +60,8 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         saved(name, &texels, stated(&demo.session, &output), FileFormat::Png)?;
         tiles.push(texels);
     }
-    let sheet = Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0 };
+    let sheet =
+        Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0, original: None };
     saved("contact-sheet", &contact_sheet(&tiles), sheet, FileFormat::Png)
 }
 

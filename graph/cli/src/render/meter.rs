@@ -8,10 +8,11 @@ use afterimage_graph::node::NodeKind;
 use afterimage_media::sequence::Pattern;
 
 use super::frames::{feed, size};
+use super::jobs::Job;
 use super::metered::{MeteredFrame, no_meter, write_frames};
 use super::read::{Inputs, read_all};
 use super::readings::{meters, read_meters};
-use super::request::{Job, Request};
+use super::request::Request;
 use super::stages::AHEAD;
 use super::{Prepared, prepare};
 use crate::args::files::ExrArgs;

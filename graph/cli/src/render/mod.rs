@@ -1,6 +1,7 @@
 //! `afterimage render`: images through a pipeline.
 
 mod frames;
+mod jobs;
 mod meter;
 mod metered;
 mod read;

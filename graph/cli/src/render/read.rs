@@ -7,10 +7,12 @@ use std::time::{Duration, Instant};
 
 use afterimage_graph::image::{ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_media::{Picture, ReadOptions, Source, read_within};
+use afterimage_media::{Picture, Pixels, ReadOptions, Source, read_within};
 
+use super::jobs::Job;
 use super::repairs::{Repairs, is_opaque};
-use super::request::{Job, Request};
+use super::request::Request;
+use crate::args::files::{MissingFrames, OtherSize};
 use crate::cameras::CameraFile;
 use crate::failure::Failure;
 
@@ -42,14 +44,18 @@ pub(super) type Read = Result<Inputs, Failure>;
 /// The cameras of a frame, by the names of inputs.
 pub(super) type Cameras = BTreeMap<String, CameraFile>;
 
+/// The size of the first image of each input.
+type Sizes = BTreeMap<String, (u32, u32)>;
+
 /// Reads the images of all jobs; returns the time that it takes.
 pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration {
     let mut busy = Duration::ZERO;
     let mut cameras = Cameras::new();
+    let mut sizes = Sizes::new();
     for (index, job) in request.jobs.iter().enumerate() {
         let start = Instant::now();
         let begun = if index == 0 { read_cameras_before(request, &mut cameras) } else { Ok(()) };
-        let inputs = begun.and_then(|()| read_job(request, job, &mut cameras));
+        let inputs = begun.and_then(|()| read_job(request, job, &mut cameras, &mut sizes));
         busy += start.elapsed();
         let failed = inputs.is_err() && !request.args.keep_going;
         // A receiver that is gone has failed and reports the error.
@@ -73,7 +79,7 @@ fn read_cameras_before(request: &Request<'_>, cameras: &mut Cameras) -> Result<(
     Ok(())
 }
 
-fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
+fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras, sizes: &mut Sizes) -> Read {
     if request.is_cut(job) {
         before.clear();
     }
@@ -82,7 +88,8 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras) -> Read {
         if request.has_camera(name) {
             inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
         } else {
-            inputs.pictures.push(read_input(request, name, source)?);
+            let is_missing = job.missing.contains(name);
+            inputs.pictures.push(read_input(request, name, source, is_missing, sizes)?);
         }
     }
     inputs.cameras.clone_from(before);
@@ -97,11 +104,15 @@ fn read_camera(name: &str, source: &Source, before: &mut Cameras) -> Result<Bloc
     Ok(data.expect("both files have finite matrices with inverses"))
 }
 
-fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<InputPicture, Failure> {
+fn read_input(
+    request: &Request<'_>,
+    name: &str,
+    source: &Source,
+    is_missing: bool,
+    sizes: &mut Sizes,
+) -> Result<InputPicture, Failure> {
     let input = request.inputs.iter().find(|input| input.name == name);
-    let space = input.and_then(|input| request.args.reading.space_of(input));
-    let options = ReadOptions { budget: request.args.images.budget(), space };
-    let picture = read_within(source, options).map_err(|error| {
+    let mut picture = read_within(source, read_options(request, name)).map_err(|error| {
         let is_pipeline = source.path.is_file() && source.path.extension().is_some_and(|ending| ending == "ron");
         match is_pipeline {
             true => Failure::user(format!("`{}` is a pipeline, not an image", source.path.display()))
@@ -109,6 +120,13 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
             false => error.into(),
         }
     })?;
+    if is_missing && request.args.reading.missing == MissingFrames::Black {
+        picture = black(&picture);
+    }
+    let size = *sizes.entry(name.to_owned()).or_insert((picture.width, picture.height));
+    if size != (picture.width, picture.height) {
+        picture = in_size(source, &picture, size, request.args.reading.resize)?;
+    }
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
     let repairs = Repairs::of(&picture, signedness);
@@ -117,6 +135,44 @@ fn read_input(request: &Request<'_>, name: &str, source: &Source) -> Result<Inpu
         false => picture.desc(),
     };
     Ok(InputPicture { name: name.to_owned(), file: source.path.clone(), picture, desc, repairs, lacks_alpha })
+}
+
+/// A black picture of the same size.
+fn black(picture: &Picture) -> Picture {
+    let count = picture.pixels.len();
+    let pixels = match picture.pixels {
+        Pixels::Half(_) => Pixels::Half(vec![half::f16::ZERO; count]),
+        Pixels::Float(_) => Pixels::Float(vec![0.0; count]),
+    };
+    Picture { meta: picture.meta.clone(), ..Picture::new(picture.width, picture.height, pixels) }
+}
+
+/// A frame of another size than the first one, in that size.
+fn in_size(
+    source: &Source,
+    picture: &Picture,
+    (width, height): (u32, u32),
+    how: OtherSize,
+) -> Result<Picture, Failure> {
+    let (file, own) = (source.path.display(), format!("{}x{}", picture.width, picture.height));
+    match how {
+        OtherSize::Error => {
+            Err(Failure::user(format!("{file}: this frame has {own} pixels, and the first one has {width}x{height}"))
+                .hint("`--resize fit` scales it"))
+        }
+        OtherSize::Fit => {
+            let mut fitted = picture.fitted(width, height);
+            fitted.notes.push(format!("{file}: {own} pixels are scaled into {width}x{height}"));
+            Ok(fitted)
+        }
+    }
+}
+
+/// How the files of an input are read.
+pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
+    let input = request.inputs.iter().find(|input| input.name == name);
+    let space = input.and_then(|input| request.args.reading.space_of(input));
+    ReadOptions { budget: request.args.images.budget(), space }
 }
 
 /// Refuses the color space of an input that the pipeline does not have.

@@ -1,6 +1,6 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use afterimage_gpu::FrameStep;
 use afterimage_graph::check::{Graph, GraphInput};
@@ -9,6 +9,7 @@ use afterimage_graph::node::BlockData;
 use afterimage_media::{Source, read, sequence};
 use afterimage_nodes::DemoScene;
 
+use super::jobs::{Job, NumberedFiles, with_inputs, without_inputs};
 use super::metered::{Metered, MeteredFrame};
 use super::state::SavedState;
 use super::target::Target;
@@ -18,17 +19,6 @@ use crate::failure::Failure;
 use crate::quantize::{EncodedFile, unquantized};
 use crate::save::FileFormat;
 use crate::terminal::note;
-
-/// The inputs and the files of one frame.
-pub(super) struct Job {
-    /// The pipeline's inputs and their files.
-    pub(super) sources: Vec<(String, Source)>,
-    pub(super) frame: Option<u32>,
-    /// One file for each target.
-    pub(super) out: Vec<PathBuf>,
-    /// Whether the files are written; otherwise the frame is rendered for the state of later ones only.
-    pub(super) is_written: bool,
-}
 
 /// What `render` makes, from the command line and the pipeline's graph.
 pub(super) struct Request<'a> {
@@ -74,7 +64,7 @@ impl<'a> Request<'a> {
         if args.size.is_some() && files.iter().any(gives_size) {
             return Err(idle_size());
         }
-        let numbered = NumberedFiles { files: files.clone(), start: None };
+        let numbered = NumberedFiles { files: files.clone(), missing: args.reading.missing, start: None };
         let mut jobs =
             if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs, &numbered)?;
@@ -151,7 +141,8 @@ impl<'a> Request<'a> {
         for job in &mut jobs {
             if is_done(job, &self.targets) {
                 job.is_written = false;
-                self.skipped.push(Job { sources: Vec::new(), out: job.out.clone(), ..*job });
+                let (frame, out) = (job.frame, job.out.clone());
+                self.skipped.push(Job { sources: Vec::new(), frame, out, is_written: false, missing: Vec::new() });
             }
         }
         if self.args.state_out.is_none() {
@@ -224,48 +215,6 @@ fn frame_step(jobs: &[Job]) -> Option<u32> {
     if let [first, second] = numbers[..] { Some(second.saturating_sub(first).max(1)) } else { None }
 }
 
-/// The files of all frames.
-pub(super) struct NumberedFiles {
-    /// The files of all inputs, by their names.
-    files: Vec<(String, String)>,
-    /// The frame with which a sequence without files begins, if it is known.
-    start: Option<u32>,
-}
-
-impl NumberedFiles {
-    /// Puts up to `count` frames, `step` apart, before the first job, which are rendered for their state only, back to
-    /// the start of the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
-    fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, step: Option<u32>, cuts: &[u32]) -> Option<u32> {
-        let mut first = jobs.first()?.frame?;
-        for left in (0..=count).rev() {
-            let before = first.checked_sub(step.unwrap_or(1)).filter(|_| !cuts.contains(&first))?;
-            let job = self.job(before)?;
-            if left == 0 {
-                let is_known = !self.files.is_empty() || self.start.is_some();
-                return is_known.then_some(before);
-            }
-            jobs.insert(0, job);
-            first = before;
-        }
-        None
-    }
-
-    /// The job of a frame that is rendered for its state only; `None` if it has no file.
-    fn job(&self, frame: u32) -> Option<Job> {
-        if self.files.is_empty() && self.start.is_some_and(|start| frame < start) {
-            return None;
-        }
-        let mut sources = Vec::new();
-        for (name, file) in &self.files {
-            let frames = frame.to_string();
-            let frames = sequence::is_numbered(file).then_some(frames.as_str());
-            let (_, source) = sequence::Input::find(file, frames).ok()?.sources().into_iter().next()?;
-            sources.push((name.clone(), source));
-        }
-        Some(Job { sources, frame: Some(frame), out: Vec::new(), is_written: false })
-    }
-}
-
 /// Whether a file holds a whole picture of its format.
 fn is_whole(file: &Path, format: FileFormat) -> bool {
     match format {
@@ -275,88 +224,13 @@ fn is_whole(file: &Path, format: FileFormat) -> bool {
     }
 }
 
-/// The images that are made from these files of inputs. Refuses options without effect: they are mistakes.
-fn with_inputs(args: &RenderArgs, files: Vec<(String, String)>, targets: &[Target]) -> Result<Vec<Job>, Failure> {
-    let find = |(name, file): (String, String)| {
-        let frames = args.frames.as_deref().filter(|_| sequence::is_numbered(&file));
-        Ok((name, sequence::Input::find(&file, frames)?))
-    };
-    let inputs = files.into_iter().map(find).collect::<Result<Vec<_>, Failure>>()?;
-    let is_numbered = |(_, input): &(String, sequence::Input)| matches!(input, sequence::Input::Sequence(_));
-    if args.frames.is_some() && !inputs.iter().any(is_numbered) {
-        return Err(idle_frames());
-    }
-    let (_, first) = inputs.iter().find(|input| is_numbered(input)).unwrap_or(&inputs[0]);
-    let out = targets.iter().map(|target| first.outputs(&target.file)).collect::<Result<Vec<_>, _>>()?;
-    let of_frame = |index: usize| out.iter().map(|files| files[index].clone()).collect();
-    let frames = first.sources().into_iter().enumerate();
-    frames.map(|(index, (frame, _))| job(&inputs, index, frame, of_frame(index))).collect()
-}
-
 fn idle_size() -> Failure {
     Failure::user("`--size` is for pipelines without an input image; here the output has the size of the input")
         .hint("leave it out, or scale the input")
 }
 
-fn idle_frames() -> Failure {
-    Failure::user("`--frames` needs a numbered input")
-        .hint("put a placeholder into the name, for example `shot.####.exr`")
-}
-
-fn job(
-    inputs: &[(String, sequence::Input)],
-    index: usize,
-    frame: Option<u32>,
-    out: Vec<PathBuf>,
-) -> Result<Job, Failure> {
-    let source = |(name, input): &(String, _)| Ok((name.clone(), source_at(input, index, frame, name)?));
-    let sources = inputs.iter().map(source).collect::<Result<Vec<_>, Failure>>()?;
-    Ok(Job { sources, frame, out, is_written: true })
-}
-
-/// The images of a pipeline without inputs: one, or the named frames.
-fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Failure> {
-    let job = |frame, out| Job { sources: Vec::new(), frame, out, is_written: true };
-    let Some(frames) = &args.frames else {
-        let out = targets.iter().map(|target| single(&target.file)).collect::<Result<_, _>>()?;
-        return Ok(vec![job(None, out)]);
-    };
-    let patterns = targets.iter().map(|target| pattern(&target.file)).collect::<Result<Vec<_>, _>>()?;
-    let of_frame = |frame| patterns.iter().map(|pattern| pattern.at(frame)).collect();
-    Ok(sequence::parse_frames("--frames", frames)?.into_iter().map(|frame| job(Some(frame), of_frame(frame))).collect())
-}
-
-fn single(file: &str) -> Result<PathBuf, Failure> {
-    match sequence::Pattern::parse(file)? {
-        None => Ok(file.into()),
-        Some(_) => Err(Failure::user(format!("{file}: the output is numbered, but no frames are named"))
-            .hint("name them, for example `--frames 1-48`")),
-    }
-}
-
-fn pattern(file: &str) -> Result<sequence::Pattern, Failure> {
-    sequence::Pattern::parse(file)?.ok_or_else(|| {
-        Failure::user(format!("{file}: frames need a numbered output"))
-            .hint("write `out.####.png`, or leave `--frames` out")
-    })
-}
-
-/// The file of an input in one frame; a single image is that of all frames.
-fn source_at(input: &sequence::Input, index: usize, frame: Option<u32>, name: &str) -> Result<Source, Failure> {
-    match input {
-        sequence::Input::Single(source) => Ok(source.clone()),
-        sequence::Input::Sequence(frames) => match frames.iter().find(|(number, _)| Some(*number) == frame) {
-            Some((_, source)) => Ok(source.clone()),
-            None => {
-                let frame = frame.map_or_else(|| index.to_string(), |frame| frame.to_string());
-                Err(Failure::user(format!("input `{name}` has no frame {frame}")))
-            }
-        },
-    }
-}
-
 /// Whether an input is an image of the size of the output, and neither a volume nor a block.
-fn is_picture(input: &GraphInput) -> bool {
+pub(super) fn is_picture(input: &GraphInput) -> bool {
     input.block.is_none() && !input.volume
 }
 

@@ -10,9 +10,13 @@ use afterimage_media::Metadata;
 use afterimage_plan::PlanOutput;
 use indicatif::ProgressBar;
 
-use super::request::Request;
+use super::jobs::Job;
+use super::read::read_options;
+use super::request::{Request, is_picture};
+use crate::args::files::MissingFrames;
 use crate::failure::Failure;
-use crate::save::{Stated, save};
+use crate::save::{Original, Stated, save};
+use crate::terminal::note;
 
 /// A rendered image.
 pub(super) struct Rendered {
@@ -28,6 +32,8 @@ pub(super) struct Rendered {
 pub(super) struct Queue {
     from: Mutex<Receiver<Rendered>>,
     failed: AtomicBool,
+    /// What was said about files, once.
+    said: Mutex<Vec<String>>,
 }
 
 /// What has become of each file: its job, and the error if it was not written.
@@ -35,7 +41,18 @@ pub(super) type Written = Mutex<Vec<(usize, Option<String>)>>;
 
 impl Queue {
     pub(super) fn new(from: Receiver<Rendered>) -> Self {
-        Self { from: Mutex::new(from), failed: AtomicBool::new(false) }
+        Self { from: Mutex::new(from), failed: AtomicBool::new(false), said: Mutex::default() }
+    }
+
+    /// Says what no file was said of before.
+    fn say(&self, notes: &[String]) {
+        let mut said = self.said.lock().expect("no writer panics with the lock");
+        for text in notes {
+            if !said.contains(text) {
+                note(&format!("note: {text}"));
+                said.push(text.clone());
+            }
+        }
     }
 
     /// The next image; `None` after the last one, or if another writer has failed.
@@ -43,6 +60,15 @@ impl Queue {
         let next = self.from.lock().expect("no writer panics with the lock").recv().ok();
         next.filter(|_| !self.failed.load(Ordering::Relaxed))
     }
+}
+
+/// The file whose layers a frame keeps: that of the first image.
+fn original(request: &Request<'_>, job: &Job) -> Option<Original> {
+    let is_image = |name: &str| request.inputs.iter().any(|input| input.name == name && is_picture(input));
+    let (name, source) = job.sources.iter().find(|(name, _)| is_image(name))?;
+    let is_black = request.args.reading.missing == MissingFrames::Black && job.missing.contains(name);
+    let original = || Original { source: source.clone(), reading: read_options(request, name) };
+    (!request.args.exr.drop_layers && !is_black).then(original)
 }
 
 /// Writes what the queue holds; returns the time that it takes.
@@ -57,8 +83,10 @@ pub(super) fn write_all(
         let start = Instant::now();
         let path = &request.jobs[rendered.index].out[rendered.target];
         let frame = request.jobs[rendered.index].frame.unwrap_or(0);
-        let stated = Stated { meta: rendered.meta, frame, ..Stated::of(&rendered.output) };
+        let original = original(request, &request.jobs[rendered.index]);
+        let stated = Stated { meta: rendered.meta, frame, original, ..Stated::of(&rendered.output) };
         let saved = save(path, &rendered.texels, stated, &request.targets[rendered.target].saving);
+        let saved = saved.map(|notes| queue.say(&notes));
         let error = saved.as_ref().err().map(Failure::message);
         written.lock().expect("no writer panics with the lock").push((rendered.index, error));
         match saved {

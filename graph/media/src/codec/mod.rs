@@ -9,6 +9,7 @@ pub(crate) mod cicp;
 mod description;
 mod error;
 mod exr;
+mod fit;
 mod hdr;
 pub(crate) mod icc;
 mod jpeg;
@@ -21,6 +22,7 @@ mod png;
 mod quantize;
 mod reading;
 mod space;
+mod statistics;
 
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
@@ -42,6 +44,7 @@ pub use png::{Alpha, PngDepth, PngOptions, encode_png};
 pub use quantize::EncodedPixels;
 pub use reading::ReadOptions;
 pub use space::ColorSpace;
+pub use statistics::ChannelStatistics;
 
 /// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
 /// of an EXR file. `options` may be a [`Budget`] alone.
@@ -66,6 +69,30 @@ pub fn decode(
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+/// Encodes an EXR file whose picture replaces the one that [`decode`] reads from `original`: all other channels and
+/// parts are kept bit for bit, with the attributes of their parts. Returns the file, and sentences about what is left
+/// out.
+///
+/// Channels keep their names, so the picture takes those of the old one. Where layers of light are kept and `options`
+/// name no primaries, the file has those of the original. Nothing is kept of a file that is no EXR, or whose data
+/// window is not the display window in the size of the picture.
+///
+/// # Errors
+/// As [`decode`] and [`encode_exr`].
+pub fn encode_exr_beside(
+    picture: &Picture,
+    options: &ExrOptions,
+    mut original: impl BufRead + Seek,
+    layer: Option<&str>,
+    reading: &ReadOptions,
+) -> Result<(Vec<u8>, Vec<String>), CodecError> {
+    if !matches!(Format::of(&mut original)?, Format::Exr) {
+        return Ok((encode_exr(picture, options)?, Vec::new()));
+    }
+    let encoded = catch_panic(|| exr::encode_beside(picture, options, original, layer, reading));
+    encoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
 /// The camera that an EXR file states for a layer: `worldToCamera`, `worldToNDC` and, where they are there, `near` and
@@ -101,6 +128,25 @@ fn not_linear(space: &ColorSpace) -> CodecError {
     let linear: Vec<&str> = ColorSpace::ALL.iter().filter(|space| space.is_linear()).map(|space| space.name).collect();
     CodecError::new(ErrorKind::Naming, format!("this file holds linear light, and not {}", space.name))
         .hint(format!("name a linear space: {}", linear.join(", ")))
+}
+
+/// The numbers of all channels, part by part, in the order of [`describe`]; for Radiance and PNG as linear light of
+/// Rec.709.
+///
+/// # Errors
+/// As [`decode`].
+pub fn measure(
+    mut reader: impl BufRead + Seek,
+    description: &Description,
+    budget: Budget,
+) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {
+    if let Format::Exr = Format::of(&mut reader)? {
+        let measured = catch_panic(|| exr::measure(reader, budget));
+        return measured.unwrap_or_else(|panic| Err(CodecError::broken(panic)));
+    }
+    let picture = decode(reader, None, budget)?;
+    let names = |part: &PartDescription| part.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
+    Ok(description.parts.iter().map(|part| statistics::of_picture(&picture, &names(part))).collect())
 }
 
 fn no_layers(layer: &str) -> CodecError {

@@ -24,8 +24,8 @@ pub use regular::{read_bytes, read_text, real_path};
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions, StatedCamera, decode,
-    decode_camera, describe, encode_exr, encode_jpeg, encode_png,
+    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions,
+    StatedCamera, decode, decode_camera, describe, encode_exr, encode_exr_beside, encode_jpeg, encode_png, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -93,12 +93,44 @@ pub fn read_description(source: &Source) -> Result<Description, FileError> {
     describe(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
 }
 
+/// The numbers of all channels of a file with this description.
+///
+/// # Errors
+/// See [`FileError`] and [`measure`].
+pub fn read_statistics(
+    source: &Source,
+    description: &Description,
+    budget: Budget,
+) -> Result<Vec<Vec<ChannelStatistics>>, FileError> {
+    let (file, _) = regular::open(&source.path)?;
+    measure(BufReader::new(file), description, budget).map_err(|error| FileError::at(&source.path, error))
+}
+
 /// Writes `picture` as an EXR file, atomically.
 ///
 /// # Errors
 /// See [`encode_exr`] and [`write_atomic`].
 pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<(), FileError> {
     write_atomic(path, &encode_exr(picture, options).map_err(|error| FileError::at(path, error))?)
+}
+
+/// Writes `picture` as an EXR file with the other layers of the file that it was made from, atomically. Returns
+/// sentences about what is left out.
+///
+/// # Errors
+/// See [`encode_exr_beside`] and [`write_atomic`].
+pub fn write_exr_beside(
+    path: &Path,
+    picture: &Picture,
+    options: &ExrOptions,
+    original: &Source,
+    reading: &ReadOptions,
+) -> Result<Vec<String>, FileError> {
+    let (file, _) = regular::open(&original.path)?;
+    let encoded = encode_exr_beside(picture, options, BufReader::new(file), original.layer.as_deref(), reading);
+    let (bytes, notes) = encoded.map_err(|error| FileError::at(&original.path, error))?;
+    write_atomic(path, &bytes)?;
+    Ok(notes)
 }
 
 /// Writes a PNG of `size` (width, height), atomically.

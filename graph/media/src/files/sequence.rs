@@ -41,6 +41,23 @@ impl Input {
         }
     }
 
+    /// As [`Input::find`], but another file stands for a frame that is missing: that of the last frame before it.
+    /// Returns the frames that are missing, too.
+    ///
+    /// # Errors
+    /// As [`Input::find`]; a frame that is missing before the first one is one.
+    pub fn find_filled(name: &str, frames: Option<&str>) -> Result<(Self, BTreeSet<u32>), FileError> {
+        let (file, layer) = split_layer(name);
+        let pattern = if Path::new(file).is_file() { None } else { Pattern::parse(file)? };
+        match pattern {
+            None => Ok((Self::find(name, frames)?, BTreeSet::new())),
+            Some(pattern) => {
+                let (frames, missing) = pattern.fill_all(frames, layer.as_ref())?;
+                Ok((Self::Sequence(frames), missing))
+            }
+        }
+    }
+
     /// Frame numbers and sources; a single image has no number.
     pub fn sources(&self) -> Vec<(Option<u32>, Source)> {
         match self {
@@ -132,6 +149,26 @@ impl Pattern {
             }
         }
         Ok(found)
+    }
+
+    /// The wanted frames, or all from the first to the last, and those of them that are missing.
+    fn fill_all(
+        &self,
+        frames: Option<&str>,
+        layer: Option<&String>,
+    ) -> Result<(Vec<(u32, Source)>, BTreeSet<u32>), FileError> {
+        let there: BTreeSet<u32> = self.frames()?.into_iter().collect();
+        let (first, last) = (there.first().copied().unwrap_or(0), there.last().copied().unwrap_or(0));
+        let all = || parse_frames("--frames", &format!("{first}-{last}"));
+        let wanted = frames.map_or_else(all, |text| parse_frames("--frames", text))?;
+        let mut found = Vec::new();
+        for &frame in &wanted {
+            let Some(before) = there.range(..=frame).next_back() else {
+                return Err(missing(&self.at(frame), frame).hint("no frame before it can take its place"));
+            };
+            found.push((frame, Source { path: self.at(*before), layer: layer.cloned() }));
+        }
+        Ok((found, wanted.into_iter().filter(|frame| !there.contains(frame)).collect()))
     }
 
     /// Every frame on disk, ascending, without a gap.

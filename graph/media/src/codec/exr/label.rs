@@ -48,9 +48,24 @@ pub(super) fn name_primaries(layer: &mut LayerAttributes, primaries: &Chromatici
     }
 }
 
+/// Whether an attribute is of Cryptomatte: it belongs to channels with the numbers of objects.
+pub(super) fn is_cryptomatte(name: &str) -> bool {
+    name.starts_with("cryptomatte/")
+}
+
+/// The names of the Cryptomatte layers of a part.
+pub(super) fn cryptomattes(header: &Header) -> Vec<String> {
+    let named = header.own_attributes.other.iter().filter_map(|(name, value)| match value {
+        AttributeValue::Text(layer) => Some((name.to_string(), layer.to_string())),
+        _ => None,
+    });
+    let named = named.filter(|(name, _)| is_cryptomatte(name) && name.ends_with("/name"));
+    named.map(|(_, layer)| layer).collect()
+}
+
 /// Whether an attribute describes the pixels or the channels of the file that it was read from. A rendered picture has
 /// other ones, so the attribute must not be copied.
 pub(super) fn describes_old_pixels(name: &Text) -> bool {
     let name = name.to_string();
-    name == ACES_FLAG || name == INTEROP_ID || name.starts_with("cryptomatte/")
+    name == ACES_FLAG || name == INTEROP_ID || is_cryptomatte(&name)
 }

@@ -6,6 +6,9 @@ mod counters;
 mod decode;
 mod describe;
 mod label;
+mod layers;
+mod measure;
+mod pack;
 mod read;
 mod select;
 mod write;
@@ -19,6 +22,8 @@ pub(crate) use camera::camera;
 #[cfg(test)]
 pub(crate) use camera::of_attributes;
 pub(crate) use describe::describe;
+pub(crate) use layers::encode_beside;
+pub(crate) use measure::measure;
 pub(crate) use read::decode;
 pub use write::{ExrCompression, ExrOptions, encode_exr};
 

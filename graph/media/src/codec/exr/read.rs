@@ -95,7 +95,7 @@ fn block_bytes(header: &Header) -> u64 {
 
 /// Bytes that the blocks of a batch take while they are decoded: as stored, as the decompressor leaves them, and as
 /// samples.
-fn working_bytes(header: &Header) -> u64 {
+pub(super) fn working_bytes(header: &Header) -> u64 {
     3 * block_bytes(header).max(BATCH_BYTES as u64)
 }
 
@@ -116,6 +116,11 @@ pub(super) fn stated_primaries(header: &Header, choice: &Choice) -> Result<Optio
     if !has_primaries(choice) {
         return Ok(None);
     }
+    file_primaries(header)
+}
+
+/// The primaries that the file states for all its layers of light.
+pub(super) fn file_primaries(header: &Header) -> Result<Option<Chromaticities>, CodecError> {
     let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
     let primaries = from_attribute(&attribute).ok_or_else(|| {
         unsupported("its `chromaticities` attribute describes no color space")

@@ -6,6 +6,7 @@
 
 use exr::meta::header::Header;
 
+use super::label::cryptomattes;
 use super::{subsampled, unsupported};
 use crate::codec::{CodecError, ErrorKind};
 
@@ -108,6 +109,20 @@ impl Group {
         };
         Some(Choice { part, slots, is_color })
     }
+}
+
+/// The channels that are light in the primaries of the file: those of color layers. The colors of Cryptomatte are
+/// numbers of objects.
+pub(super) fn light_channels(header: &Header) -> Vec<usize> {
+    let mattes = cryptomattes(header);
+    let is_matte = |prefix: &str| {
+        let mut ranks = mattes.iter().filter_map(|matte| prefix.strip_prefix(matte.as_str()));
+        ranks.any(|rank| rank.bytes().all(|byte| byte.is_ascii_digit()))
+    };
+    let groups = Part::new(0, header).groups;
+    let choices = groups.iter().filter(|group| !is_matte(&group.prefix)).filter_map(|group| group.pick(0));
+    let light = choices.filter(|choice| choice.is_color && choice.slots[0] != choice.slots[1]);
+    light.flat_map(|choice| [0, 1, 2].map(|slot| choice.slots[slot])).flatten().collect()
 }
 
 fn gray(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {

@@ -1,31 +1,19 @@
-//! A picture to an EXR file: one scan-line part, R G B and perhaps A, attributes kept.
-//!
-//! Equal pictures give equal bytes: blocks are compressed on all cores but written in order, and
-//! the attributes, which the `exr` crate takes from a hash map, are sorted by name afterwards.
-
-use std::io::Cursor;
+//! The header of a picture in an EXR file: one scan-line part, R G B and perhaps A, attributes kept.
 
 use afterimage_base::color::{Chromaticities, Colorimetry};
-use exr::block::writer::ChunksWriter;
-use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{
     AttributeValue, ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType, Text,
 };
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
 use glam::Mat3;
-use half::f16;
-use half::slice::HalfFloatSliceExt;
-use rayon::prelude::*;
 
 use super::describe::compression_name;
-use super::explain;
 use super::label::{describes_old_pixels, name_primaries};
+use super::pack::{Column, Content, pack};
 use super::read::{adapted, point, to_attribute};
-use crate::codec::chromaticities::convert;
 use crate::codec::limits::check_size;
-use crate::codec::panics::catch_panic;
-use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+use crate::codec::{CodecError, Picture};
 
 /// How an EXR file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +40,7 @@ impl ExrOptions {
     }
 
     /// From the primaries of the picture to those of the file; `None` if they are the same.
-    fn conversion(&self) -> Option<Mat3> {
+    pub(super) fn conversion(&self) -> Option<Mat3> {
         let (from, to) = (self.color?.primaries, self.written_primaries()?);
         (from != to).then(|| from.conversion(&to).as_mat3())
     }
@@ -123,6 +111,11 @@ impl ExrCompression {
         Self::ALL.into_iter().find(|known| known.name() == name)
     }
 
+    /// Whether numbers of that type come back as they were.
+    pub(super) fn is_lossless_for(self, samples: SampleType) -> bool {
+        self.method().is_lossless_for(samples)
+    }
+
     fn method(self) -> Compression {
         match self {
             Self::None => Compression::Uncompressed,
@@ -143,59 +136,57 @@ impl ExrCompression {
 pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, CodecError> {
     let bytes = if options.float { 4 } else { 2 };
     check_size((picture.width.into(), picture.height.into()), bytes)?;
-    let header = header(picture, options);
-    catch_panic(|| encode(picture, header, options.conversion())).unwrap_or_else(|panic| Err(ours(&panic)))
+    let (header, columns) = part_of(picture, options, &picture_names(), Vec::new(), true);
+    let (conversion, headers) = (options.conversion(), vec![header]);
+    pack(Content { picture, conversion, headers, part: 0, columns, rows: &[], chunks: Vec::new() })
 }
 
-fn encode(picture: &Picture, header: Header, conversion: Option<Mat3>) -> Result<Vec<u8>, CodecError> {
-    let headers = std::slice::from_ref(&header);
-    let blocks: Vec<_> = enumerate_ordered_header_block_indices(headers).collect();
-    let chunks = blocks.into_par_iter().map(|(number, index)| {
-        let data = planes(picture, &header, conversion.as_ref(), &index);
-        let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(headers))
-            .map_err(|panic| ours(&panic))?;
-        chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
-    });
-    let chunks: Vec<_> = chunks.collect::<Result<_, CodecError>>()?;
-    let mut file = Cursor::new(Vec::new());
-    exr::block::write(&mut file, [header.clone()].into_iter().collect(), false, |_, writer| {
-        chunks.into_iter().try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
-    })
-    .map_err(|error| explain(&error))?;
-    let mut bytes = file.into_inner();
-    sort_attributes(&mut bytes);
-    Ok(bytes)
+/// The names of red, green, blue and alpha.
+pub(super) fn picture_names() -> [String; 4] {
+    ["R", "G", "B", "A"].map(str::to_owned)
 }
 
-fn ours(panic: &str) -> CodecError {
-    CodecError::new(ErrorKind::Machine, format!("packing the EXR failed: {panic}"))
-}
-
-/// EXR channels are stored in alphabetical order; this is where each lies in RGBA.
-const STORED: [(&str, usize); 4] = [("A", 3), ("B", 2), ("G", 1), ("R", 0)];
-
-fn header(picture: &Picture, options: &ExrOptions) -> Header {
+/// The part of a picture whose channels have these names, beside others that are kept, and where each of its channels
+/// comes from. `is_alone` if the file has no other part.
+pub(super) fn part_of(
+    picture: &Picture,
+    options: &ExrOptions,
+    names: &[String; 4],
+    kept: Vec<ChannelDescription>,
+    is_alone: bool,
+) -> (Header, Vec<Column>) {
     let sample_type = if options.float { SampleType::F32 } else { SampleType::F16 };
-    let stored = if options.alpha { &STORED[..] } else { &STORED[1..] };
     // B44 quantizes some channels on a curve that does not keep an alpha of 1.
     let is_curved = !matches!(options.compression, ExrCompression::B44 | ExrCompression::B44a);
-    let channel = |name| {
-        let named = ChannelDescription::named(name, sample_type);
+    let channel = |name: &String| {
+        let named = ChannelDescription::named(name.as_str(), sample_type);
         ChannelDescription { quantize_linearly: named.quantize_linearly && is_curved, ..named }
     };
-    let channels = stored.iter().map(|&(name, _)| channel(name)).collect();
     let size = (picture.width as usize, picture.height as usize);
+    let written = if options.alpha { &names[..] } else { &names[..3] };
+    let mut channels: Vec<_> =
+        written.iter().enumerate().map(|(slot, name)| (channel(name), Column::Picture(slot))).collect();
+    // An ACES container (SMPTE ST 2065-4) has uncompressed halves in rows, and no channels but R, G, B and A.
+    let is_plain = options.compression == ExrCompression::None && !options.float && kept.is_empty() && is_alone;
+    let mut start = 0;
+    for channel in kept {
+        let length = size.0 * channel.sample_type.bytes_per_sample();
+        channels.push((channel, Column::Kept { start, length }));
+        start += length;
+    }
+    // EXR channels are stored in alphabetical order.
+    channels.sort_by(|(a, _), (b, _)| a.name.as_slice().cmp(b.name.as_slice()));
+    let (channels, columns): (Vec<_>, Vec<_>) = channels.into_iter().unzip();
     let image = image_attributes(picture, options);
     let mut layer = stated_luminance(layer_attributes(picture, &image), options);
-    // An ACES container (SMPTE ST 2065-4) has uncompressed halves in rows, and no channels but R, G, B and A.
-    let is_plain = options.compression == ExrCompression::None && !options.float;
     if let Some(primaries) = options.written_primaries().filter(|_| options.scene) {
         name_primaries(&mut layer, &primaries, is_plain);
     }
-    Header::new(Text::default(), size, channels)
+    let header = Header::new(Text::default(), size, channels.into())
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing)
         .with_shared_attributes(image)
-        .with_attributes(layer)
+        .with_attributes(layer);
+    (header, columns)
 }
 
 fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes {
@@ -256,78 +247,4 @@ fn is_kept(name: &Text) -> bool {
 fn is_writable(name: &Text, value: &AttributeValue) -> bool {
     let is_text = |text: &Text| !text.as_slice().is_empty() && !text.as_slice().contains(&0);
     is_text(name) && !matches!(value, AttributeValue::Custom { kind, .. } if !is_text(kind))
-}
-
-/// The rows of one block, each row channel after channel.
-fn planes(picture: &Picture, header: &Header, conversion: Option<&Mat3>, block: &BlockIndex) -> Vec<u8> {
-    let row_length = picture.width as usize * 4;
-    let (first, rows) = (block.pixel_position.1, block.pixel_size.1);
-    let range = first * row_length..(first + rows) * row_length;
-    let is_float = header.channels.uniform_sample_type == Some(SampleType::F32);
-    let stored = &STORED[STORED.len() - header.channels.list.len()..];
-    let mut bytes = Vec::with_capacity(rows * picture.width as usize * header.channels.bytes_per_pixel);
-    if let Pixels::Half(v) = &picture.pixels
-        && conversion.is_none()
-        && !is_float
-    {
-        plane_rows(&v[range], row_length, stored, |v| v.to_ne_bytes(), &mut bytes);
-        return bytes;
-    }
-    let mut values = match &picture.pixels {
-        Pixels::Half(values) => values[range].to_f32_vec(),
-        Pixels::Float(values) => values[range].to_vec(),
-    };
-    if let Some(matrix) = conversion {
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            [*r, *g, *b] = convert(matrix, [*r, *g, *b]);
-        }
-    }
-    if is_float {
-        plane_rows(&values, row_length, stored, f32::to_ne_bytes, &mut bytes);
-    } else {
-        plane_rows(&values, row_length, stored, |v| to_half(v).to_ne_bytes(), &mut bytes);
-    }
-    bytes
-}
-
-fn plane_rows<T: Copy, const N: usize>(
-    values: &[T],
-    row_length: usize,
-    stored: &[(&str, usize)],
-    to_bytes: impl Fn(T) -> [u8; N],
-    out: &mut Vec<u8>,
-) {
-    for row in values.chunks_exact(row_length) {
-        for &(_, slot) in stored {
-            out.extend(row[slot..].iter().step_by(4).flat_map(|&value| to_bytes(value)));
-        }
-    }
-}
-
-/// Finite stays finite: beyond the range of a half, the largest half is written.
-fn to_half(value: f32) -> f16 {
-    if value.is_finite() { f16::from_f32(value.clamp(-65504.0, 65504.0)) } else { f16::from_f32(value) }
-}
-
-/// Puts the attributes of a single-part file into the order of their names. The header's length
-/// stays the same, so every offset stays right.
-fn sort_attributes(file: &mut [u8]) {
-    const START: usize = 8;
-    let mut attributes: Vec<Vec<u8>> = Vec::new();
-    let mut at = START;
-    while file[at] != 0 {
-        let end = attribute_end(file, at);
-        attributes.push(file[at..end].to_vec());
-        at = end;
-    }
-    attributes.sort();
-    file[START..at].copy_from_slice(&attributes.concat());
-}
-
-/// An attribute is a name and a type, each ended by 0, the length of its value, and the value.
-fn attribute_end(file: &[u8], start: usize) -> usize {
-    let after_zero = |from: usize| from + file[from..].iter().take_while(|b| **b != 0).count() + 1;
-    let length_at = after_zero(after_zero(start));
-    let length: [u8; 4] = std::array::from_fn(|i| file[length_at + i]);
-    length_at + 4 + u32::from_le_bytes(length) as usize
 }

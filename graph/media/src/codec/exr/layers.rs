@@ -1,0 +1,301 @@
+//! What an EXR file has besides its picture: other channels and other parts. They are written unchanged beside a new
+//! picture.
+
+use std::collections::BTreeMap;
+use std::io::{Read, Seek};
+
+use afterimage_base::color::Chromaticities;
+use exr::block::UncompressedBlock;
+use exr::block::chunk::Chunk;
+use exr::block::reader::{ChunksReader, Reader};
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::meta::attribute::AttributeValue;
+use exr::meta::header::{Header, LayerAttributes};
+use rayon::prelude::*;
+
+use super::counters::check_chunk;
+use super::decode::BATCH_BYTES;
+use super::explain;
+use super::label::is_cryptomatte;
+use super::pack::{Content, pack};
+use super::read::{file_primaries, open};
+use super::select::{Choice, choose, light_channels};
+use super::write::{ExrOptions, encode_exr, part_of, picture_names};
+use crate::codec::limits::zeroed;
+use crate::codec::panics::catch_panic;
+use crate::codec::{CodecError, ErrorKind, Picture, ReadOptions};
+
+/// Files round their chromaticities, so primaries that differ by less count as equal.
+const TOLERANCE: f64 = 1e-3;
+
+/// Encodes a picture that replaces the one of `original`, whose other channels and parts are kept. Returns the file,
+/// and what is left out.
+pub(crate) fn encode_beside(
+    picture: &Picture,
+    options: &ExrOptions,
+    original: impl Read + Seek,
+    layer: Option<&str>,
+    reading: &ReadOptions,
+) -> Result<(Vec<u8>, Vec<String>), CodecError> {
+    let reader = open(original)?;
+    let Kept { part, channels, parts, primaries, notes } =
+        Kept::of(reader.headers(), picture, options, layer, reading)?;
+    if channels.is_empty() && parts.is_empty() {
+        return Ok((encode_exr(picture, options)?, notes));
+    }
+    let options = &ExrOptions { primaries, ..*options };
+    let old = reader.headers().to_vec();
+    let names = choose(&old, layer).map(|choice| written_names(&old[part], &choice))?;
+    let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
+    let (mut header, columns) = part_of(picture, options, &names, list, parts.is_empty());
+    keep_attributes(&old[part].own_attributes, &mut header.own_attributes);
+    let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
+    let needed = bytes as u64 * u64::from(picture.width) * u64::from(picture.height);
+    reading.budget.check((picture.width.into(), picture.height.into()), 4, needed)?;
+    let mut rest =
+        Rest { part, parts: &parts, channels: &channels, rows: zeroed(needed as usize)?, chunks: Vec::new() };
+    rest.read(reader)?;
+    let (rows, mut chunks) = (rest.rows, rest.chunks);
+    let order: Vec<usize> = (0..old.len()).filter(|index| *index == part || parts.contains(index)).collect();
+    let place = |old: usize| order.iter().position(|index| *index == old).expect("only kept parts are read");
+    chunks.iter_mut().for_each(|(_, chunk)| chunk.layer_index = place(chunk.layer_index));
+    let shared = header.shared_attributes.clone();
+    let new = |&index: &usize| match index == part {
+        true => header.clone(),
+        false => old[index].clone().with_shared_attributes(shared.clone()),
+    };
+    let headers = order.iter().map(new).collect();
+    let content =
+        Content { picture, conversion: options.conversion(), headers, part: place(part), columns, rows: &rows, chunks };
+    Ok((pack(content)?, notes))
+}
+
+/// What is kept of a file.
+struct Kept {
+    /// The part with the picture.
+    part: usize,
+    /// Its channels that are no part of the picture.
+    channels: Vec<usize>,
+    /// The other parts.
+    parts: Vec<usize>,
+    /// The primaries of the new file.
+    primaries: Option<Chromaticities>,
+    /// What is left out, and why.
+    notes: Vec<String>,
+}
+
+impl Kept {
+    fn of(
+        headers: &[Header],
+        picture: &Picture,
+        options: &ExrOptions,
+        layer: Option<&str>,
+        reading: &ReadOptions,
+    ) -> Result<Self, CodecError> {
+        let choice = choose(headers, layer)?;
+        let (part, header) = (choice.part, &headers[choice.part]);
+        // Data is read by the pipeline and not replaced by its result.
+        let is_replaced = |channel: &usize| choice.is_color && choice.slots.contains(&Some(*channel));
+        let channels = (0..header.channels.list.len()).filter(|channel| !is_replaced(channel)).collect();
+        let parts = (0..headers.len()).filter(|index| *index != part).collect();
+        let mut kept = Self { part, channels, parts, primaries: options.primaries, notes: Vec::new() };
+        let display = header.shared_attributes.display_window;
+        let size = Vec2(picture.width as usize, picture.height as usize);
+        if display.size != size {
+            kept.leave_out(headers, |_, _| true, "the picture has another size");
+        } else if display != header.data_window() {
+            kept.leave_out(headers, |_, _| true, "the file has pixels of a part of its window only, or beside it");
+        }
+        let names = written_names(header, &choice);
+        let is_taken = |index, channel: usize| {
+            let name = headers[part].channels.list[channel].name.to_string();
+            index == part && names.contains(&name)
+        };
+        kept.leave_out(headers, is_taken, "the picture has channels of that name");
+        kept.choose_primaries(headers, options, reading)?;
+        let mut packed = kept.channels.iter().map(|channel| header.channels.list[*channel].sample_type);
+        if packed.any(|samples| !options.compression.is_lossless_for(samples)) {
+            kept.notes.push(format!("the compression {} changes channels that are kept", options.compression.name()));
+        }
+        Ok(kept)
+    }
+
+    /// Layers of light keep their numbers, so that the file keeps its primaries, or loses them.
+    fn choose_primaries(
+        &mut self,
+        headers: &[Header],
+        options: &ExrOptions,
+        reading: &ReadOptions,
+    ) -> Result<(), CodecError> {
+        let light: Vec<Vec<usize>> = headers.iter().map(light_channels).collect();
+        let has_light = self.parts.iter().any(|part| !light[*part].is_empty())
+            || self.channels.iter().any(|channel| light[self.part].contains(channel));
+        if options.color.is_none() || !has_light {
+            return Ok(());
+        }
+        let own = match reading.space {
+            Some(space) => space.primaries,
+            None => file_primaries(&headers[self.part])?.unwrap_or(Chromaticities::REC709),
+        };
+        match self.primaries {
+            None => self.primaries = Some(own),
+            Some(asked) if asked.close_to(&own, TOLERANCE) => {}
+            Some(_) => {
+                let why = "they are light in the primaries of the input, and the output has others";
+                self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+            }
+        }
+        Ok(())
+    }
+
+    /// Leaves channels out, and other parts with such a channel.
+    fn leave_out(&mut self, headers: &[Header], is_out: impl Fn(usize, usize) -> bool, why: &str) {
+        let mut out = Vec::new();
+        let part = self.part;
+        let name = |part: usize, channel: usize| format!("`{}`", headers[part].channels.list[channel].name);
+        self.channels.retain(|channel| {
+            out.extend(is_out(part, *channel).then(|| name(part, *channel)));
+            !is_out(part, *channel)
+        });
+        self.parts.retain(|&part| {
+            let leaves = (0..headers[part].channels.list.len()).any(|channel| is_out(part, channel));
+            let title = headers[part].own_attributes.layer_name.as_ref().map_or_else(String::new, ToString::to_string);
+            out.extend(leaves.then(|| format!("part `{title}`")));
+            !leaves
+        });
+        if !out.is_empty() {
+            self.notes.push(format!("left out: {}; {why}", shortened(&out)));
+        }
+    }
+}
+
+/// Some of the names, and how many there are more.
+fn shortened(names: &[String]) -> String {
+    const ENOUGH: usize = 12;
+    match names.len().checked_sub(ENOUGH + 1) {
+        None => names.join(", "),
+        Some(more) => format!("{} and {} more", names[..ENOUGH].join(", "), more + 1),
+    }
+}
+
+/// The names of red, green, blue and alpha of the new picture: those of the old one, or such names in its layer.
+fn written_names(header: &Header, choice: &Choice) -> [String; 4] {
+    let name = |channel: usize| header.channels.list[channel].name.to_string();
+    let first = choice.slots.iter().flatten().next().map(|channel| name(*channel)).unwrap_or_default();
+    let layer = first.rsplit_once('.').map_or(String::new(), |(layer, _)| format!("{layer}."));
+    let is_rgb = choice.is_color && choice.slots[0] != choice.slots[1];
+    let mut names = picture_names().map(|name| format!("{layer}{name}"));
+    if is_rgb {
+        for (new, old) in names.iter_mut().zip(choice.slots) {
+            new.clone_from(&old.map_or_else(|| new.clone(), name));
+        }
+    }
+    names
+}
+
+/// The attributes that belong to the channels and to the place of the part in its file.
+fn keep_attributes(old: &LayerAttributes, new: &mut LayerAttributes) {
+    new.layer_name.clone_from(&old.layer_name);
+    new.view_name.clone_from(&old.view_name);
+    new.multi_view_names.clone_from(&old.multi_view_names);
+    let manifests = old
+        .other
+        .iter()
+        .filter(|(name, value)| is_cryptomatte(&name.to_string()) && !matches!(value, AttributeValue::Custom { .. }));
+    new.other.extend(manifests.map(|(name, value)| (name.clone(), value.clone())));
+}
+
+/// The pixels that are kept.
+struct Rest<'a> {
+    part: usize,
+    parts: &'a [usize],
+    channels: &'a [usize],
+    /// The channels of the picture's part: for each row, channel after channel.
+    rows: Vec<u8>,
+    /// The other parts as they are stored: chunks, and their places in the table of offsets.
+    chunks: Vec<(usize, Chunk)>,
+}
+
+impl Rest<'_> {
+    fn read<R: Read + Seek>(&mut self, reader: Reader<R>) -> Result<(), CodecError> {
+        let places: Vec<_> = reader.headers().iter().map(places).collect();
+        let (part, parts, has_channels) = (self.part, self.parts, !self.channels.is_empty());
+        let mut chunks = reader
+            .filter_chunks(false, |_, tile, block| {
+                let is_kept = has_channels && block.layer == part && tile.level_index == Vec2(0, 0);
+                is_kept || parts.contains(&block.layer)
+            })
+            .map_err(|error| explain(&error))?;
+        let most = (BATCH_BYTES / chunks.headers()[part].max_block_byte_size().max(1)).clamp(1, 4096);
+        let (expected, mut found) = (chunks.expected_chunk_count(), 0);
+        loop {
+            let batch: Vec<Chunk> =
+                chunks.by_ref().take(most).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
+            if batch.is_empty() {
+                break;
+            }
+            found += batch.len();
+            let (unpacked, stored): (Vec<_>, Vec<_>) = batch.into_iter().partition(|chunk| chunk.layer_index == part);
+            for chunk in stored {
+                let header = &chunks.headers()[chunk.layer_index];
+                let tile = header.get_block_data_indices(&chunk.compressed_block).map_err(|error| explain(&error))?;
+                let place = places[chunk.layer_index].get(&key(tile.level_index, tile.tile_index)).copied();
+                self.chunks.push((place.ok_or_else(misplaced)?, chunk));
+            }
+            let meta = chunks.meta_data();
+            let blocks = unpacked.into_par_iter().map(|chunk| {
+                catch_panic(|| decompress(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+            });
+            for block in blocks.collect::<Result<Vec<_>, _>>()? {
+                self.place(&meta.headers[part], &block)?;
+            }
+        }
+        if found == expected { Ok(()) } else { Err(misplaced()) }
+    }
+
+    fn place(&mut self, header: &Header, block: &UncompressedBlock) -> Result<(), CodecError> {
+        let size = |channel: usize| header.channels.list[channel].sample_type.bytes_per_sample();
+        let (at, extent) = (block.index.pixel_position, block.index.pixel_size);
+        let stride = self.channels.iter().map(|channel| size(*channel)).sum::<usize>() * header.layer_size.0;
+        let line = header.channels.bytes_per_pixel * extent.0;
+        if block.data.len() != line * extent.1 {
+            return Err(CodecError::broken("a block has the wrong size"));
+        }
+        let mut start = 0;
+        for &channel in self.channels {
+            let before = (0..channel).map(size).sum::<usize>() * extent.0;
+            for row in 0..extent.1 {
+                let bytes = &block.data[row * line + before..][..extent.0 * size(channel)];
+                let to = (at.1 + row) * stride + start + at.0 * size(channel);
+                self.rows[to..to + bytes.len()].copy_from_slice(bytes);
+            }
+            start += header.layer_size.0 * size(channel);
+        }
+        Ok(())
+    }
+}
+
+/// Unpacks a chunk.
+pub(super) fn decompress(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock, CodecError> {
+    let header = meta.headers.get(chunk.layer_index).ok_or_else(misplaced)?;
+    let block = check_chunk(&chunk, header).and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false));
+    block.map_err(|error| explain(&error))
+}
+
+fn misplaced() -> CodecError {
+    CodecError::new(ErrorKind::Broken, "blocks of the image are missing or stored twice")
+}
+
+/// A block by its level and its place there, both down and across.
+type Key = [usize; 4];
+
+fn key(level: Vec2<usize>, tile: Vec2<usize>) -> Key {
+    [level.1, level.0, tile.1, tile.0]
+}
+
+/// The place of each block in the table of offsets.
+fn places(header: &Header) -> BTreeMap<Key, usize> {
+    let blocks = header.blocks_increasing_y_order().enumerate();
+    blocks.map(|(index, tile)| (key(tile.location.level_index, tile.location.tile_index), index)).collect()
+}

@@ -1,0 +1,174 @@
+//! Rows and chunks to the bytes of an EXR file.
+//!
+//! Equal pictures give equal bytes: blocks are compressed on all cores but written in order, and
+//! the attributes, which the `exr` crate takes from a hash map, are sorted by name afterwards.
+
+use std::borrow::Cow;
+use std::io::Cursor;
+
+use exr::block::chunk::Chunk;
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::meta::attribute::SampleType;
+use exr::meta::header::Header;
+use glam::Mat3;
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+
+use super::explain;
+use crate::codec::chromaticities::convert;
+use crate::codec::panics::catch_panic;
+use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+
+/// What a file is made from.
+pub(super) struct Content<'p> {
+    pub(super) picture: &'p Picture,
+    /// To the primaries of the file.
+    pub(super) conversion: Option<Mat3>,
+    pub(super) headers: Vec<Header>,
+    /// The part with the picture.
+    pub(super) part: usize,
+    /// Where each of its channels comes from.
+    pub(super) columns: Vec<Column>,
+    /// The channels that are kept: for each row, channel after channel.
+    pub(super) rows: &'p [u8],
+    /// The other parts: chunks, and their places in the table of offsets.
+    pub(super) chunks: Vec<(usize, Chunk)>,
+}
+
+/// Where the row of a channel comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Column {
+    /// Red, green, blue or alpha of the picture.
+    Picture(usize),
+    /// Bytes of the kept rows.
+    Kept { start: usize, length: usize },
+}
+
+/// Packs and writes all blocks.
+pub(super) fn pack(content: Content<'_>) -> Result<Vec<u8>, CodecError> {
+    catch_panic(|| pack_all(content)).unwrap_or_else(|panic| Err(ours(&panic)))
+}
+
+fn pack_all(mut content: Content<'_>) -> Result<Vec<u8>, CodecError> {
+    let stored = std::mem::take(&mut content.chunks);
+    let (content, headers) = (&content, &content.headers);
+    let blocks = enumerate_ordered_header_block_indices(headers);
+    let blocks: Vec<_> = blocks.filter(|(_, index)| index.layer == content.part).collect();
+    let chunks = blocks.into_par_iter().map(|(number, index)| {
+        let data = content.block(&index);
+        let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(headers))
+            .map_err(|panic| ours(&panic))?;
+        chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
+    });
+    let chunks: Vec<_> = chunks.collect::<Result<_, CodecError>>()?;
+    let mut file = Cursor::new(Vec::new());
+    exr::block::write(&mut file, headers.iter().cloned().collect(), false, |_, writer| {
+        chunks.into_iter().chain(stored).try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
+    })
+    .map_err(|error| explain(&error))?;
+    let mut bytes = file.into_inner();
+    sort_attributes(&mut bytes, headers.len());
+    Ok(bytes)
+}
+
+fn ours(panic: &str) -> CodecError {
+    CodecError::new(ErrorKind::Machine, format!("packing the EXR failed: {panic}"))
+}
+
+impl Content<'_> {
+    /// The rows of one block, each row channel after channel.
+    fn block(&self, block: &BlockIndex) -> Vec<u8> {
+        let channels = &self.headers[self.part].channels;
+        let (first, rows) = (block.pixel_position.1, block.pixel_size.1);
+        let stride =
+            self.columns.iter().map(|column| if let Column::Kept { length, .. } = column { *length } else { 0 });
+        let stride: usize = stride.sum();
+        let mut bytes = Vec::with_capacity(rows * block.pixel_size.0 * channels.bytes_per_pixel);
+        for y in first..first + rows {
+            let row = self.row(y);
+            for (channel, column) in channels.list.iter().zip(&self.columns) {
+                match *column {
+                    Column::Picture(slot) => row.channel(slot, channel.sample_type, &mut bytes),
+                    Column::Kept { start, length } => {
+                        bytes.extend_from_slice(&self.rows[y * stride + start..][..length]);
+                    }
+                }
+            }
+        }
+        bytes
+    }
+
+    fn row(&self, y: usize) -> Row<'_> {
+        let length = self.picture.width as usize * 4;
+        let range = y * length..(y + 1) * length;
+        let Some(matrix) = self.conversion else {
+            return match &self.picture.pixels {
+                Pixels::Half(values) => Row::Half(&values[range]),
+                Pixels::Float(values) => Row::Float(Cow::Borrowed(&values[range])),
+            };
+        };
+        let mut values = match &self.picture.pixels {
+            Pixels::Half(values) => values[range].to_f32_vec(),
+            Pixels::Float(values) => values[range].to_vec(),
+        };
+        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
+            [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+        }
+        Row::Float(Cow::Owned(values))
+    }
+}
+
+/// A row of the picture.
+enum Row<'p> {
+    Half(&'p [f16]),
+    Float(Cow<'p, [f32]>),
+}
+
+impl Row<'_> {
+    /// Appends one channel in this type.
+    fn channel(&self, slot: usize, samples: SampleType, out: &mut Vec<u8>) {
+        match (self, samples) {
+            (Self::Half(values), SampleType::F16) => spread(values, slot, |value| value.to_ne_bytes(), out),
+            (Self::Half(values), _) => spread(values, slot, |value| value.to_f32().to_ne_bytes(), out),
+            (Self::Float(values), SampleType::F16) => spread(values, slot, |value| to_half(value).to_ne_bytes(), out),
+            (Self::Float(values), _) => spread(values, slot, f32::to_ne_bytes, out),
+        }
+    }
+}
+
+fn spread<T: Copy, const N: usize>(row: &[T], slot: usize, to_bytes: impl Fn(T) -> [u8; N], out: &mut Vec<u8>) {
+    out.extend(row[slot..].iter().step_by(4).flat_map(|&value| to_bytes(value)));
+}
+
+/// Finite stays finite: beyond the range of a half, the largest half is written.
+fn to_half(value: f32) -> f16 {
+    if value.is_finite() { f16::from_f32(value.clamp(-65504.0, 65504.0)) } else { f16::from_f32(value) }
+}
+
+/// Puts the attributes of each part into the order of their names. The headers' length stays the same, so every offset
+/// stays right.
+fn sort_attributes(file: &mut [u8], parts: usize) {
+    let mut start = 8;
+    for _ in 0..parts {
+        let mut attributes: Vec<Vec<u8>> = Vec::new();
+        let mut at = start;
+        while file[at] != 0 {
+            let end = attribute_end(file, at);
+            attributes.push(file[at..end].to_vec());
+            at = end;
+        }
+        attributes.sort();
+        file[start..at].copy_from_slice(&attributes.concat());
+        start = at + 1;
+    }
+}
+
+/// An attribute is a name and a type, each ended by 0, the length of its value, and the value.
+fn attribute_end(file: &[u8], start: usize) -> usize {
+    let after_zero = |from: usize| from + file[from..].iter().take_while(|b| **b != 0).count() + 1;
+    let length_at = after_zero(after_zero(start));
+    let length: [u8; 4] = std::array::from_fn(|i| file[length_at + i]);
+    length_at + 4 + u32::from_le_bytes(length) as usize
+}

@@ -1,0 +1,79 @@
+//! A picture scaled into a frame of another size.
+
+use half::f16;
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+
+use crate::codec::{Picture, Pixels};
+
+impl Picture {
+    /// This picture scaled into `width` x `height` pixels: as large as fits with its aspect ratio, in the middle, and
+    /// transparent black around it. The filter is a tent as wide as two pixels of the coarser grid.
+    pub fn fitted(&self, width: u32, height: u32) -> Self {
+        let scale = (f64::from(width) / f64::from(self.width)).min(f64::from(height) / f64::from(self.height));
+        let side = |from: u32, most: u32| ((f64::from(from) * scale).round() as usize).clamp(1, most as usize);
+        let (inner_width, inner_height) = (side(self.width, width), side(self.height, height));
+        let values = self.pixels.to_f32();
+        let narrow = scale_rows(values.as_chunks::<4>().0, self.width as usize, inner_width);
+        let scaled = scale_columns(&narrow, inner_width, inner_height);
+        let (width, height) = (width as usize, height as usize);
+        let (left, top) = ((width - inner_width) / 2, (height - inner_height) / 2);
+        let mut out = vec![[0.0_f32; 4]; width * height];
+        for (row, pixels) in scaled.chunks_exact(inner_width).enumerate() {
+            out[(top + row) * width + left..][..inner_width].copy_from_slice(pixels);
+        }
+        let floats = out.into_flattened();
+        let pixels = match self.pixels {
+            Pixels::Half(_) => {
+                let mut halves = vec![f16::ZERO; floats.len()];
+                halves.convert_from_f32_slice(&floats);
+                Pixels::Half(halves)
+            }
+            Pixels::Float(_) => Pixels::Float(floats),
+        };
+        let fitted = Self::new(width as u32, height as u32, pixels);
+        Self { meta: self.meta.clone(), stated: self.stated, notes: self.notes.clone(), ..fitted }
+    }
+}
+
+/// The samples that make one of the other grid: the first of them, and their weights.
+type Tap = (usize, Vec<f32>);
+
+/// A tent around the center of each sample of the grid of `to` samples, over that of `from`.
+fn taps(from: usize, to: usize) -> Vec<Tap> {
+    let ratio = from as f64 / to as f64;
+    let radius = ratio.max(1.0);
+    let tap = |index: usize| {
+        let center = (index as f64 + 0.5) * ratio;
+        let first = (center - radius).floor().max(0.0) as usize;
+        let last = ((center + radius).ceil() as usize).min(from);
+        let weight = |at: usize| (1.0 - (at as f64 + 0.5 - center).abs() / radius).max(0.0);
+        let sum: f64 = (first..last).map(weight).sum();
+        (first, (first..last).map(|at| (weight(at) / sum) as f32).collect())
+    };
+    (0..to).map(tap).collect()
+}
+
+fn scale_rows(pixels: &[[f32; 4]], width: usize, to: usize) -> Vec<[f32; 4]> {
+    let taps = taps(width, to);
+    let rows = pixels.par_chunks_exact(width);
+    rows.flat_map_iter(|row| taps.iter().map(|(first, weights)| weighted(weights, row[*first..].iter()))).collect()
+}
+
+fn scale_columns(pixels: &[[f32; 4]], width: usize, to: usize) -> Vec<[f32; 4]> {
+    let taps = taps(pixels.len() / width, to);
+    let row = |(first, weights): &Tap| {
+        let (first, weights) = (*first, weights.clone());
+        (0..width).map(move |x| weighted(&weights, pixels[first * width + x..].iter().step_by(width)))
+    };
+    taps.par_iter().flat_map_iter(row).collect()
+}
+
+/// A sample without weight does not count, also if it is not finite.
+fn weighted<'p>(weights: &[f32], samples: impl Iterator<Item = &'p [f32; 4]>) -> [f32; 4] {
+    let mut sum = [0.0; 4];
+    for (weight, sample) in weights.iter().zip(samples).filter(|(weight, _)| **weight > 0.0) {
+        sum.iter_mut().zip(sample).for_each(|(sum, value)| *sum += weight * value);
+    }
+    sum
+}

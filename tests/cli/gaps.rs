@@ -1,0 +1,84 @@
+//! Sequences with gaps, and with frames of other sizes.
+
+use afterimage_media::{Pixels, Source, read};
+
+use super::{Folder, room, save};
+
+/// Frames of one light each: `shot.0001.exr` has 1, `shot.0002.exr` 2.
+fn shot(test: &str, frames: &[u32]) -> Folder {
+    let folder = Folder::new(test);
+    for frame in frames {
+        lit(&folder, *frame, (6, 4));
+    }
+    let pipeline = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"same\": Exposure(source: \"scene\", stops: 1.0) }, \
+                    outputs: { \"light\": \"same\" })";
+    folder.with("twice.ron", pipeline.as_bytes());
+    folder
+}
+
+fn lit(folder: &Folder, frame: u32, (width, height): (u32, u32)) {
+    let mut picture = room(width, height);
+    picture.pixels = Pixels::Float(vec![frame as f32; (width * height * 4) as usize]);
+    save(&folder.file(&format!("shot.{frame:04}.exr")), &picture);
+}
+
+/// Red of the middle pixel of each frame, and the size.
+fn made(folder: &Folder, frames: std::ops::RangeInclusive<u32>) -> Vec<(f32, u32, u32)> {
+    let read = |frame: u32| read(&Source::file(folder.file(&format!("out.{frame:04}.exr")))).expect("it was written");
+    let pictures = frames.map(read);
+    pictures.map(|made| (made.pixel(made.width / 2, made.height / 2)[0], made.width, made.height)).collect()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_before_or_black_takes_the_place_of_a_missing_one() {
+    let folder = shot("gaps", &[1, 2, 5]);
+    let run = "render twice.ron shot.####.exr -o out.####.exr";
+    folder.run(run).fails_saying(1, &["shot.0003.exr: frame 3 is missing"]);
+    let notes = folder.run(&format!("{run} --missing hold")).notes();
+    assert!(
+        notes.contains("note: frames 3-4 of input `scene` are missing: the frame before takes their place"),
+        "{notes}"
+    );
+    let lights = |folder: &Folder, last| made(folder, 1..=last).iter().map(|(light, ..)| *light).collect::<Vec<_>>();
+    assert_eq!(lights(&folder, 5), [2.0, 4.0, 4.0, 4.0, 10.0]);
+    let notes = folder.run(&format!("{run} --missing black --frames 1-6")).notes();
+    assert!(notes.contains("note: frames 3-4,6 of input `scene` are missing: black takes their place"), "{notes}");
+    assert_eq!(lights(&folder, 6), [2.0, 4.0, 0.0, 0.0, 10.0, 0.0]);
+    folder
+        .run(&format!("{run} --missing hold --frames 0-2"))
+        .fails(1, "error: shot.0000.exr: frame 0 is missing\n  hint: no frame before it can take its place");
+}
+
+/// A chunk after a gap follows from the same frames as the whole.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_chunk_after_a_gap_has_the_pixels_of_the_whole() {
+    let folder = shot("gaps-chunks", &[1, 2, 5, 6]);
+    let options = "shot.####.exr --missing hold";
+    folder.run(&format!("render exposure {options} -o whole.#.png")).good();
+    folder.run(&format!("meter exposure {options} -o all.meter")).good();
+    folder.run(&format!("render exposure {options} -o part.#.png --meter all.meter --frames 4-6")).good();
+    for frame in 4..=6 {
+        let bytes = |name: &str| std::fs::read(folder.file(&format!("{name}.{frame}.png"))).expect("it was written");
+        assert!(bytes("whole") == bytes("part"), "frame {frame}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_of_another_size_is_told_and_can_be_scaled() {
+    let folder = shot("sizes", &[1, 3]);
+    lit(&folder, 2, (12, 12));
+    let run = "render twice.ron shot.####.exr -o out.####.exr";
+    folder
+        .run(&format!("{run} --keep-going"))
+        .fails_saying(1, &["shot.0002.exr: this frame has 12x12 pixels, and the first one has 6x4", "`--resize fit`"]);
+    let notes = folder.run(&format!("{run} --resize fit")).notes();
+    assert!(notes.contains("note: shot.0002.exr: 12x12 pixels are scaled into 6x4"), "{notes}");
+    assert_eq!(made(&folder, 1..=3), [(2.0, 6, 4), (4.0, 6, 4), (6.0, 6, 4)]);
+    // A square in the middle of black.
+    let fitted = read(&Source::file(folder.file("out.0002.exr"))).expect("it was written");
+    let row: Vec<f32> = (0..6).map(|x| fitted.pixel(x, 1)[0]).collect();
+    assert_eq!(row, [0.0, 4.0, 4.0, 4.0, 4.0, 0.0]);
+}
