@@ -21,7 +21,6 @@ mod pipeline;
 mod pipelines;
 mod plan;
 mod progress;
-mod quantize;
 mod render;
 mod run_files;
 mod save;

@@ -5,6 +5,7 @@ use std::path::Path;
 use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
+use afterimage_lab::quantize::{Noise, with_encoded_pixels};
 use afterimage_media::{
     Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
     PngOptions, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg, write_png,
@@ -13,7 +14,6 @@ use afterimage_plan::PlanOutput;
 use half::f16;
 
 use crate::failure::Failure;
-use crate::quantize::Noise;
 
 /// The format of a file, by the ending of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,11 +140,7 @@ pub(crate) fn save(
     if options.format == FileFormat::Exr {
         return save_exr(path, texels, stated, options);
     }
-    let saved = match texels.desc.format {
-        Format::Rgba8Unorm => save_encoded(path, texels, EncodedPixels::Byte(&texels.bytes), &stated, options),
-        Format::Rgba16Float => save_encoded(path, texels, EncodedPixels::Half(&halves(texels)), &stated, options),
-        _ => save_encoded(path, texels, EncodedPixels::Float(texels.to_floats().as_flattened()), &stated, options),
-    };
+    let saved = with_encoded_pixels(texels, |pixels| save_encoded(path, texels, pixels, &stated, options));
     saved.map(|()| Vec::new())
 }
 

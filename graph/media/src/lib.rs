@@ -18,7 +18,7 @@ pub use codec::{
     Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, EncodedPixels,
     ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels,
     PngDepth, PngOptions, ReadOptions, StatedCamera, Window, catch_panic, encode_exr, encode_exr_beside, encode_jpeg,
-    encode_png, limits,
+    encode_png, limits, png_codes,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};

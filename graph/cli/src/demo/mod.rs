@@ -7,6 +7,7 @@ use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind};
+use afterimage_lab::quantize::{EncodedFile, unquantized};
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
@@ -15,7 +16,6 @@ use crate::cameras::{is_eye, scene, scene_camera};
 use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::quantize::{EncodedFile, unquantized};
 use crate::render::choose_output;
 use crate::run_files::RunFiles;
 use crate::save::{FileFormat, SaveOptions, Stated, save};

@@ -6,6 +6,7 @@ use afterimage_gpu::FrameStep;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
+use afterimage_lab::quantize::{EncodedFile, unquantized};
 use afterimage_media::{Source, read, sequence};
 use afterimage_nodes::DemoScene;
 
@@ -16,7 +17,6 @@ use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
-use crate::quantize::{EncodedFile, unquantized};
 use crate::save::FileFormat;
 use crate::terminal::note;
 

@@ -71,14 +71,7 @@ pub enum Alpha {
 pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Result<Vec<u8>, CodecError> {
     check_size((size.0.into(), size.1.into()), 2)?;
     let bits = options.depth.bits();
-    let keeps_alpha = match options.alpha {
-        Alpha::Keep => true,
-        Alpha::WhereNeeded => pixels.has_alpha(bits),
-        Alpha::Drop => false,
-    };
-    let channels = if keeps_alpha { 4 } else { 3 };
-    let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
-    let codes = Quantizer { bits, dither, channels }.codes(size, pixels)?;
+    let (codes, channels) = png_codes(size, pixels, options)?;
     let level = options.color.and_then(|color| LightLevel::of(&codes, channels, bits, &color));
     let label = options.color.map(|color| Label::new(&color, level)).transpose()?;
     let bytes = match options.depth {
@@ -88,6 +81,26 @@ pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOpti
     drop(codes);
     pack(info(size, channels, options.depth), &bytes, label)
         .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the PNG failed: {error}")))
+}
+
+/// The codes that a PNG with these options holds, rows without gaps, and the number of channels: 3 or 4.
+///
+/// # Errors
+/// The machine has no memory for them.
+pub fn png_codes(
+    size: (u32, u32),
+    pixels: EncodedPixels<'_>,
+    options: &PngOptions,
+) -> Result<(Vec<u16>, usize), CodecError> {
+    let bits = options.depth.bits();
+    let keeps_alpha = match options.alpha {
+        Alpha::Keep => true,
+        Alpha::WhereNeeded => pixels.has_alpha(bits),
+        Alpha::Drop => false,
+    };
+    let channels = if keeps_alpha { 4 } else { 3 };
+    let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
+    Ok((Quantizer { bits, dither, channels }.codes(size, pixels)?, channels))
 }
 
 fn info((width, height): (u32, u32), channels: usize, depth: PngDepth) -> Info<'static> {

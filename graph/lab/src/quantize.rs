@@ -3,45 +3,49 @@
 
 use std::collections::BTreeSet;
 
+use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, GraphNode, Source};
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::value::Value;
+use afterimage_media::EncodedPixels;
+use half::f16;
 
 /// The noise of the `Dither` nodes of a pipeline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Noise {
+pub struct Noise {
     seed: u32,
     animate: bool,
 }
 
 impl Noise {
-    pub(crate) fn seed(self, frame: u32) -> u32 {
+    /// The seed of a frame.
+    pub fn seed(self, frame: u32) -> u32 {
         // Numbers of frames wrap like those on the device.
         if self.animate { self.seed.wrapping_add(frame) } else { self.seed }
     }
 }
 
 /// A pipeline whose outputs are written to files.
-pub(crate) struct Unquantized {
-    pub(crate) graph: Graph,
+pub struct Unquantized {
+    pub graph: Graph,
     /// That of the last `Dither`; seed 0 without one.
-    pub(crate) noise: Noise,
+    pub noise: Noise,
     /// What users should know, as sentences.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// A file that takes an encoded output.
-pub(crate) struct EncodedFile {
+pub struct EncodedFile {
     /// Where the output comes from.
-    pub(crate) source: Source,
+    pub source: Source,
     /// Bits of a channel of the file.
-    pub(crate) bits: u32,
+    pub bits: u32,
 }
 
 /// Switches the `Dither` nodes of a pipeline off, and stores what leads to the files in floats: of 16 bits for a file
 /// with eight bits, else of 32. So nothing is rounded before the file is written. `is_asked` is whether the user chose
 /// the depth: then it is no news that it replaces that of the pipeline.
-pub(crate) fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: bool) -> Unquantized {
+pub fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: bool) -> Unquantized {
     let (mut noise, mut notes) = (Noise::default(), Vec::new());
     let needed: Vec<BTreeSet<usize>> = files.iter().map(|file| nodes_before(&graph, file.source)).collect();
     for (index, node) in graph.nodes.iter_mut().enumerate() {
@@ -62,6 +66,18 @@ pub(crate) fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: boo
         store_as(&mut graph, *source, format);
     }
     Unquantized { graph, noise, notes }
+}
+
+/// Calls `write` with the pixels of an encoded output as the writers of files take them.
+pub fn with_encoded_pixels<T>(texels: &Texels, write: impl FnOnce(EncodedPixels<'_>) -> T) -> T {
+    match texels.desc.format {
+        Format::Rgba8Unorm => write(EncodedPixels::Byte(&texels.bytes)),
+        Format::Rgba16Float => {
+            let halves: Vec<f16> = bytemuck::pod_collect_to_vec(&texels.bytes);
+            write(EncodedPixels::Half(&halves))
+        }
+        _ => write(EncodedPixels::Float(texels.to_floats().as_flattened())),
+    }
 }
 
 /// The nodes that an output needs.
