@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_plan::{Alias, When};
 
-use crate::support::gpu::{Picture, Run, built_in, graph, pipelines};
+use crate::support::gpu::{Picture, Run, built_in, graph, pipelines, tiers};
 use crate::support::layer;
 use crate::support::sweep;
 
@@ -120,17 +120,37 @@ fn codes_off(a: &[Picture], b: &[Picture]) -> f32 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn each_has_four_tiers_that_keep_its_look() {
+fn each_has_three_tiers_that_keep_its_look() {
     let scene = scene(160, 90);
     for name in sweep::some(files(), 3) {
-        let [ultra, high, medium, low] =
-            ["ultra", "high", "medium", "low"].map(|tier| frame(&Run::new(&built_in(&name, Some(tier))), &scene));
+        let [ultra, high, low] =
+            ["ultra", "high", "low"].map(|tier| frame(&Run::new(&built_in(&name, Some(tier))), &scene));
         // What they state, and two codes for the dither on either side.
-        for (tier, picture, most) in [("high", high, 3.5), ("medium", medium, 7.0), ("low", low, 17.0)] {
+        for (tier, picture, most) in [("high", high, 3.5), ("low", low, 17.0)] {
             let off = codes_off(&ultra, &picture);
             assert!(off <= most, "{name}, {tier}: {off} codes");
         }
     }
+}
+
+#[test]
+fn the_table_of_tiers_has_those_of_all_pipelines() {
+    let table = include_str!("../graph/docs/measurements/tiers.md");
+    let mut measured: Vec<(String, String)> = Vec::new();
+    for line in table.lines().filter(|line| line.starts_with("| ")) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        if !["pipeline", ""].contains(&cells[1]) && cells[2] != "as written" {
+            measured.push((cells[1].into(), cells[2].into()));
+        }
+    }
+    let of_file = |name: &String| {
+        let stem = name.trim_end_matches(".ron").to_owned();
+        tiers(name).into_iter().map(move |tier| (stem.clone(), tier))
+    };
+    let mut known: Vec<(String, String)> = files().iter().flat_map(of_file).collect();
+    measured.sort();
+    known.sort();
+    assert_eq!(measured, known, "run tests/tiers.sh");
 }
 
 /// A second Vulkan, with small limits: four bind groups, 256 invocations.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, check};
+use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, Source, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_graph::prelude::*;
@@ -69,6 +69,60 @@ fn changes_from_outside_win_over_those_from_inside() {
     assert_eq!(stops(of_node, "", &[]), Value::Float(3.0), "the field `set` of the node");
     assert_eq!(stops(of_node, of_file, &[]), Value::Float(4.0), "the section `set` of the outer pipeline");
     assert_eq!(stops(of_node, of_file, &[("a/gain.stops", "5.0")]), Value::Float(5.0), "the command line");
+}
+
+const REWIRED: &str = r#"Pipeline(
+    inputs: { "in": Color },
+    nodes: {
+        "small": Downsample(source: "in", levels: 1, filter: Box),
+        "counted": Histogram(source: "in"),
+        "meter": AutoExposure(histogram: "counted"),
+        "glow": Pipeline(file: "inner.ron", source: "in"),
+        "shown": Exposure(source: "in", meter: "meter"),
+    },
+    outputs: { "out": "shown", "glow": "glow" },
+    tiers: { "low": { "counted.source": "small.coarsest" } },
+)"#;
+
+/// The name of what the histogram reads, and the warnings.
+fn counted_image(text: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Result<(String, String), String> {
+    let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names are unique");
+    let sets = sets.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+    let options = CheckOptions { tier: tier.map(str::to_owned), sets, loader: &Files };
+    let document = parse("outer.ron", text).expect("it can be parsed");
+    let (graph, warnings) = check(&document, &registry, &options).map_err(|errors| errors.to_string())?;
+    let (_, counted) = graph.node("counted").expect("it exists");
+    let name = match counted.wires[0].expect("it is wired") {
+        Source::Input(input) => graph.inputs[input].name.clone(),
+        Source::Node { node, .. } => graph.nodes[node].name.clone(),
+    };
+    Ok((name, warnings.to_string()))
+}
+
+#[test]
+fn a_tier_can_change_a_wire_and_nodes_for_it_alone_are_not_unneeded() {
+    assert_eq!(counted_image(REWIRED, None, &[]), Ok(("in".into(), String::new())), "as written");
+    assert_eq!(counted_image(REWIRED, Some("low"), &[]), Ok(("small".into(), String::new())));
+    let back = counted_image(REWIRED, Some("low"), &[("counted.source", "\"in\"")]);
+    assert_eq!(back, Ok(("in".into(), String::new())), "the command line has the last word");
+}
+
+#[test]
+fn a_wrong_wire_of_a_tier_is_an_error_whatever_tier_is_asked_for() {
+    let refused = |wire: &str, tier: Option<&str>| {
+        let text = REWIRED.replace("small.coarsest", wire);
+        counted_image(&text, tier, &[]).expect_err(wire)
+    };
+    for tier in [None, Some("low")] {
+        let missing = refused("smal", tier);
+        assert!(missing.contains("no input or node is called `smal`") && missing.contains("`small`"), "{missing}");
+        assert_eq!(missing.matches("error[").count(), 1, "it is said once: {missing}");
+        assert!(refused("small.finest", tier).contains("has no output `finest`"));
+    }
+    let cycle = refused("shown", Some("low"));
+    assert!(cycle.contains("error[cycle]"), "{cycle}");
+    let inner = counted_image(REWIRED, None, &[("glow/gain.source", "\"source\"")]).expect_err("it is inside");
+    assert!(inner.contains("whose wires cannot be set"), "{inner}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use afterimage_gpu::{GovernedTier, TierChangeReason, TierGraph, wgpu};
 use super::{Host, assert_same, fresh};
 use crate::support::gpu::changed;
 
-const TIERS: [&str; 3] = ["low", "medium", "high"];
+const TIERS: [&str; 3] = ["low", "high", "ultra"];
 const COSTS: [f64; 3] = [0.5, 0.7, 1.0];
 
 fn tiers(cost: Option<f64>) -> Vec<TierGraph> {
@@ -32,25 +32,25 @@ fn render(host: &mut Host, load: f64, frames: usize) -> Vec<usize> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_best_tier_within_the_budget_is_rendered() {
-    let mut host = Host::new(changed("tsushima.ron", Some("high"), &[]));
+    let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
     host.post.govern(4.0, tiers(None));
     assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
-    // `high` would be over the budget, and `medium` leaves too little room to try it.
+    // `ultra` would be over the budget, and `high` leaves too little room to try it.
     let rendered = render(&mut host, 5.0, 200);
     assert_eq!(rendered.last(), Some(&1), "{rendered:?}");
-    assert_same(&host.shown(), &fresh("tsushima.ron", Some("medium"), &[]));
-    assert_eq!(render(&mut host, 3.0, 200).last(), Some(&2));
     assert_same(&host.shown(), &fresh("tsushima.ron", Some("high"), &[]));
+    assert_eq!(render(&mut host, 3.0, 200).last(), Some(&2));
+    assert_same(&host.shown(), &fresh("tsushima.ron", Some("ultra"), &[]));
     let up = host.post.tier_change().unwrap();
-    assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("medium", "high", TierChangeReason::Trial));
+    assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("high", "ultra", TierChangeReason::Trial));
     assert!((up.ms - 2.1).abs() < 1e-9, "{up}");
     assert_eq!(render(&mut host, 7.0, 60).last(), Some(&0));
     let down = host.post.tier_change().unwrap();
-    assert_eq!((down.from.as_str(), down.to.as_str(), down.reason), ("high", "low", TierChangeReason::Over));
-    // What `high` takes is known now: it is taken from `low` at once.
+    assert_eq!((down.from.as_str(), down.to.as_str(), down.reason), ("ultra", "low", TierChangeReason::Over));
+    // What `ultra` takes is known now: it is taken from `low` at once.
     assert_eq!(render(&mut host, 3.0, 60).last(), Some(&2));
     let up = host.post.tier_change().unwrap();
-    assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("low", "high", TierChangeReason::Room));
+    assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("low", "ultra", TierChangeReason::Room));
     assert!((up.ms - 1.5).abs() < 1e-9 && (up.expected_ms - 3.0).abs() < 0.1, "{up}");
     assert_eq!(render(&mut host, 7.0, 60).last(), Some(&0));
     host.post.stop_governing();
@@ -61,7 +61,7 @@ fn the_best_tier_within_the_budget_is_rendered() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn times_of_frames_before_the_tier_do_not_count() {
-    let mut host = Host::new(changed("tsushima.ron", Some("high"), &[]));
+    let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
     host.frame().unwrap();
     let before = host.post.frame();
     host.post.govern(4.0, tiers(None));
@@ -86,5 +86,5 @@ fn passes_are_measured_unless_the_host_measures() {
         host.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         host.post.finish_changes().unwrap();
     }
-    assert_eq!(host.post.governor().unwrap().name(), "high");
+    assert_eq!(host.post.governor().unwrap().name(), "ultra");
 }

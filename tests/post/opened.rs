@@ -111,7 +111,7 @@ fn a_name_a_file_and_a_text_are_the_same_pipeline() {
 fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     let gpu = gpu();
     let mut post = open(&gpu, Source::from("caracal").tier("high"));
-    assert_eq!(post.tiers(), ["ultra", "high", "medium", "low"]);
+    assert_eq!(post.tiers(), ["ultra", "high", "low"]);
     let high = shown(&gpu, &mut post);
     assert_same(&high, &fresh("caracal.ron", Some("high"), &[]));
     let error = post.set_tier("lo").unwrap_err().to_string();

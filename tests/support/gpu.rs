@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
-use afterimage_graph::check::{CheckOptions, Facts, Graph, Loader, NoFiles, check};
+use afterimage_graph::check::{CheckOptions, Checker, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, NodeKind, Registry};
@@ -103,6 +103,14 @@ pub fn pipelines() -> std::path::PathBuf {
 /// The graph of a built-in pipeline.
 pub fn built_in(name: &str, tier: Option<&str>) -> Graph {
     changed(name, tier, &[])
+}
+
+/// The names of the tiers of a built-in pipeline.
+pub fn tiers(name: &str) -> Vec<String> {
+    let path = pipelines().join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    Checker::new(&document, &registry(), &Repository).tiers()
 }
 
 /// The graph of a built-in pipeline with other values, as `--set` gives them.

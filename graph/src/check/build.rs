@@ -23,6 +23,10 @@ pub(super) struct GraphBuilder<'a> {
     pub(super) scopes: Vec<Scope>,
     pub(super) drafts: Vec<NodeDraft>,
     pub(super) changes: Vec<Change>,
+    /// Wires that are not in this graph, with their scopes: those of other tiers, and those that a change replaced.
+    pub(super) wires_elsewhere: Vec<(usize, Spanned<String>)>,
+    /// Where they begin.
+    pub(super) sources_elsewhere: Vec<Source>,
     pub(super) facts: BTreeMap<String, (FactKind, Location)>,
     pub(super) outputs: Vec<(OutputEntry, Option<Wire>)>,
     pub(super) tier: Option<String>,
@@ -122,6 +126,8 @@ impl<'a> GraphBuilder<'a> {
             scopes: Vec::new(),
             drafts: Vec::new(),
             changes: Vec::new(),
+            wires_elsewhere: Vec::new(),
+            sources_elsewhere: Vec::new(),
             facts: BTreeMap::new(),
             outputs: Vec::new(),
             tier: None,

@@ -32,6 +32,10 @@ impl GraphBuilder<'_> {
                 self.drafts[node].wires[port] = text.and_then(|text| self.connected(scope, &text));
             }
         }
+        for (scope, text) in std::mem::take(&mut self.wires_elsewhere) {
+            let wire = self.connected(scope, &text);
+            self.sources_elsewhere.extend(wire.and_then(|wire| wire.source));
+        }
         for output in self.scopes[0].outputs.clone() {
             let wire = self.connected(0, &output.source);
             self.outputs.push((output, wire));

@@ -73,7 +73,13 @@ impl GraphBuilder<'_> {
                     self.scopes[inner].switched = Some(setting.value.location.clone());
                 }
             }
-            (Target::Node(node), Some(field)) => self.node_setting(node, field, setting, is_made),
+            (Target::Node(node), Some(field)) => {
+                let port = self.drafts[node].kind.inputs().iter().position(|port| port.name == field);
+                match port {
+                    Some(port) => self.wire_setting(scope, node, port, setting, is_made),
+                    None => self.node_setting(node, field, setting, is_made),
+                }
+            }
             (Target::Scope(inner), Some(field)) => self.scope_setting(inner, field, setting, is_made),
         }
     }
@@ -138,15 +144,26 @@ impl GraphBuilder<'_> {
         }
         let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
-        let diagnostic = if kind.input(field).is_some() {
-            Diagnostic::error("unknown-field", format!("{} is a port of {name}, and wires cannot be set", quote(field)))
-                .help("write the node anew in a file that `extends` this one")
-        } else {
-            Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
-                .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
-                .maybe_help(self.near(field, known()))
-        };
-        self.report(diagnostic.at(&setting.key.location, ""));
+        let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
+            .at(&setting.key.location, "")
+            .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
+            .maybe_help(self.near(field, known()));
+        self.report(diagnostic);
+    }
+
+    /// Wires a port to something else. The old source is still needed: without this change, or in another tier.
+    fn wire_setting(&mut self, scope: usize, node: usize, port: usize, setting: &Override, is_made: bool) {
+        let draft = &self.drafts[node];
+        let name = draft.kind.inputs()[port].name.clone();
+        if draft.scope != scope {
+            let message = format!("{} is a port inside a pipeline, whose wires cannot be set", quote(&name));
+            let help = "wire the inputs of that pipeline, or write the node anew in a file that `extends` it";
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&setting.key.location, "");
+            return self.report(diagnostic.help(help));
+        }
+        let Some(text) = self.wire(&name, &setting.value) else { return };
+        let unused = if is_made { self.drafts[node].wire_texts[port].replace(text) } else { Some(text) };
+        self.wires_elsewhere.extend(unused.map(|text| (scope, text)));
     }
 
     fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override, is_made: bool) {

@@ -30,7 +30,7 @@ impl GraphBuilder<'_> {
     fn sources(&self) -> impl Iterator<Item = Source> + '_ {
         let of_outputs = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source);
         let of_nodes = self.drafts.iter().flat_map(|draft| draft.wires.iter().flatten().filter_map(|wire| wire.source));
-        of_outputs.chain(of_nodes)
+        of_outputs.chain(of_nodes).chain(self.sources_elsewhere.iter().copied())
     }
 
     fn read_nodes(&self) -> Vec<bool> {
@@ -43,10 +43,11 @@ impl GraphBuilder<'_> {
         read
     }
 
-    /// The nodes that an output needs, in this frame or a later one.
+    /// The nodes that an output needs, in this frame or a later one, in this tier or another one.
     fn needed(&self) -> Vec<bool> {
         let mut needed = vec![false; self.drafts.len()];
         let mut waiting: Vec<Source> = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source).collect();
+        waiting.extend(&self.sources_elsewhere);
         while let Some(source) = waiting.pop() {
             if let Source::Node { node, .. } = source
                 && !std::mem::replace(&mut needed[node], true)

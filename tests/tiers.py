@@ -1,0 +1,38 @@
+"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of a measurement, `table FOLDER` the rows of all."""
+
+import json
+import sys
+from pathlib import Path
+
+
+def tiers(measured):
+    """The variants of a measurement that are tiers, and the pipeline as it is written, with their rows."""
+    for row in measured["rows"]:
+        if row["kind"] in ("written", "tier"):
+            yield row["variant"].removeprefix("tier "), row
+
+
+def milliseconds(folder, name, tier, size):
+    stem = name if tier == "as written" else f"{name}-{tier}"
+    return json.loads((folder / f"{stem}.{size}.json").read_text())["gpu_ms"]
+
+
+def table(folder):
+    print("| pipeline | tier | 4K ms | 1080p ms | p99.9 | FLIP | worst on |")
+    print("|---|---|--:|--:|--:|--:|---|")
+    for path in sorted(folder.glob("*.json")):
+        if "." in path.stem:
+            continue
+        measured = json.loads(path.read_text())
+        for tier, row in tiers(measured):
+            times = [milliseconds(folder, path.stem, tier, size) for size in ("3840x2160", "1920x1080")]
+            figures = f"{times[0]:.3f} | {times[1]:.3f} | {row['p999']:.2f} | {row['flip']:.3f}"
+            print(f"| {path.stem} | {tier} | {figures} | {row['worst_on']} |")
+
+
+command, path = sys.argv[1:]
+if command == "names":
+    rows = tiers(json.loads(Path(path).read_text()))
+    print(" ".join(name for name, _ in rows if name != "as written"))
+else:
+    table(Path(path))
