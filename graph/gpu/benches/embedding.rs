@@ -129,7 +129,7 @@ impl<'g> Host<'g> {
         self.post.expect_sizes(&sizes);
         self.post.set_fact("emissive", false);
         // A host does this on another thread.
-        let mut tiers = BTreeMap::from([(30, graph(Some("low"))?), (70, graph(Some("medium"))?), (95, graph(None)?)]);
+        let mut tiers = BTreeMap::from([(30, graph(Some("low"))?), (70, graph(Some("high"))?), (95, graph(None)?)]);
         let mut timed = Vec::new();
         for number in 0..FRAMES {
             let start = Instant::now();

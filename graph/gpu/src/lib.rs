@@ -31,6 +31,7 @@ mod frame_constants;
 mod full_screen;
 mod governor;
 mod heap;
+mod kernel_faults;
 mod layout;
 mod median;
 mod pipelines;
@@ -53,13 +54,14 @@ pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
 pub use full_screen::FullScreenPipeline;
 pub use governor::{GovernedTier, Governor, TierChange, TierChangeReason};
+pub use kernel_faults::KernelFaults;
 pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
 pub use post::{
     Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, TierGraph, Watch,
 };
 #[cfg(not(target_family = "wasm"))]
-pub use session::{FrameInputs, FrameStep, InputImage, KernelFaults, Session, StateBytes, input_image};
+pub use session::{FrameInputs, FrameStep, InputImage, Session, StateBytes, input_image};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};

@@ -16,7 +16,6 @@ use afterimage_graph::node::BlockData;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
-pub use faults::KernelFaults;
 pub use frame::{FrameStep, InputImage};
 pub use state::StateBytes;
 
