@@ -336,11 +336,22 @@ fn random_chains_with_and_without_a_table_agree() {
         let text = pipeline(&chain(seed));
         let graph = graph(&text);
         assert_eq!(plan(&graph, None).baked.len(), 1, "{text}");
-        let colors = colors(100 + seed);
-        let exact = shown(&graph, Some(Bake::Off), &colors);
+        let (colors, extremes) = (colors(100 + seed), extremes());
+        let [exact, at_ends] = [&colors, &extremes].map(|picture| shown(&graph, Some(Bake::Off), picture));
+        let numbers = || exact.pixels.iter().chain(&at_ends.pixels).flat_map(|pixel| &pixel[..3]).copied();
+        let (least, most) = (numbers().fold(f32::INFINITY, f32::min), numbers().fold(0.0, f32::max));
         for (size, limits) in SIZES {
-            let found = shares(&errors(&exact, &shown(&graph, Some(Bake::Size(size)), &colors)));
+            let table = |picture: &Picture| shown(&graph, Some(Bake::Size(size)), picture);
+            let found = shares(&errors(&exact, &table(&colors)));
             assert!(found[0] < limits[0] && found[1] < limits[1], "{size}: {found:?} of {text}");
+            // A channel that a larger one exceeds by more than a table divides may be off, but is no other number.
+            for ((color, exact), shown) in extremes.pixels.iter().zip(&at_ends.pixels).zip(&table(&extremes).pixels) {
+                let is_known = shown[..3].iter().all(|x| (least - 0.02..=most + 0.02).contains(x));
+                assert!(is_known && shown[3] == exact[3], "{size}: {color:?} is {shown:?} and not {exact:?} in {text}");
+                let is_gray = color[0].is_finite() && color[0] == color[1] && color[1] == color[2];
+                let error = (0..3).map(|c| 255.0 * (shown[c] - exact[c]).abs()).fold(0.0, f32::max);
+                assert!(!is_gray || error < 0.5, "{size}: {color:?} is {shown:?} and not {exact:?} in {text}");
+            }
         }
     }
 }

@@ -18,16 +18,16 @@ def milliseconds(folder, name, tier, size):
 
 
 def table(folder):
-    print("| pipeline | tier | 4K ms | 1080p ms | p99.9 | FLIP | worst on |")
-    print("|---|---|--:|--:|--:|--:|---|")
+    print("pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on")
     for path in sorted(folder.glob("*.json")):
         if "." in path.stem:
             continue
         measured = json.loads(path.read_text())
         for tier, row in tiers(measured):
             times = [milliseconds(folder, path.stem, tier, size) for size in ("3840x2160", "1920x1080")]
-            figures = f"{times[0]:.3f} | {times[1]:.3f} | {row['p999']:.2f} | {row['flip']:.3f}"
-            print(f"| {path.stem} | {tier} | {figures} | {row['worst_on']} |")
+            figures = f"{times[0]:.3f},{times[1]:.3f},{row['p999']:.2f},{row['flip']:.3f}"
+            worst = max(row["images"], key=lambda image: image["p999"])
+            print(f"{path.stem},{tier},{figures},{worst['image']}")
 
 
 command, path = sys.argv[1:]

@@ -2,7 +2,7 @@
 # Times and errors of all tiers of the built-in pipelines: tests/tiers.sh FOLDER IMAGE...
 # Runs the program of AFTERIMAGE, or `afterimage`, on the fastest graphics adapter; takes some six minutes on a GPU. Times
 # are those of the built-in scene at 4K and 1080p. Errors are the worst over the images and the built-in charts, in their
-# own size. Writes the JSON of every run into the folder, and prints the table of graph/docs/measurements/tiers.md.
+# own size. Writes the JSON of every run into the folder, and prints graph/docs/measurements/tiers.csv.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,5s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift

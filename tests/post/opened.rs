@@ -115,7 +115,7 @@ fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     let high = shown(&gpu, &mut post);
     assert_same(&high, &fresh("caracal.ron", Some("high"), &[]));
     let error = post.set_tier("lo").unwrap_err().to_string();
-    for name in ["`lo`", "`ultra`", "`high`", "`medium`", "`low`"] {
+    for name in ["`lo`", "`ultra`", "`high`", "`low`"] {
         assert!(error.contains(name), "{error}");
     }
     assert_eq!(post.tier(), Some("high"));

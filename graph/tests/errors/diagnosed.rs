@@ -201,12 +201,12 @@ fn each_mistake_is_reported_once_where_it_is_and_with_what_helps() {
             ],
         ),
         (
-            pipeline(r#""a": Tint(source: "s")"#, "a", r#"set: { "a.source": "s" }"#),
+            pipeline(r#""a": Tint(source: "s")"#, "a", r#"set: { "a.source": 3 }"#),
             [
-                "unknown-field",
-                "\"a.source\"",
-                "`source` is a port of `a`, and wires cannot be set",
-                "write the node anew in a file that `extends` this one",
+                "wrong-type",
+                "3",
+                "the port `source` takes the name of a node or an input in quotes",
+                "write `source: \"name\"`",
             ],
         ),
         (
