@@ -12,6 +12,9 @@ use super::labels::without;
 use super::{Folder, message_and_hint};
 use afterimage_media::*;
 
+/// A kind of PNG, the bytes of its image, whether it has a chunk `tRNS`, and the channels and the type that are told.
+type Described = (ColorType, BitDepth, usize, bool, &'static [&'static str], &'static str);
+
 fn described(folder: &Folder, bytes: &[u8]) -> Description {
     read_description(&Source::file(folder.with("described", bytes))).unwrap()
 }
@@ -143,7 +146,7 @@ fn a_radiance_file_is_described() {
 #[test]
 fn the_channels_of_every_kind_of_png_are_described() {
     let folder = Folder::new("described-png");
-    let table: [(ColorType, BitDepth, usize, bool, &[&str], &str); 8] = [
+    let table: [Described; 8] = [
         (ColorType::Grayscale, BitDepth::Eight, 3, false, &["Y"], "8 bits"),
         (ColorType::Grayscale, BitDepth::Sixteen, 6, false, &["Y"], "16 bits"),
         (ColorType::GrayscaleAlpha, BitDepth::Eight, 6, false, &["Y", "A"], "8 bits"),

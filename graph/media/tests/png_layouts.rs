@@ -20,13 +20,16 @@ fn assert_close(found: [f32; 4], expected: [f32; 4], what: &str) {
     assert!(is_close, "{what}: {found:?} is not {expected:?}");
 }
 
+/// A kind of PNG, the bytes of its pixels, those of a chunk `tRNS`, and the codes that the two pixels mean.
+type Layout = (ColorType, BitDepth, &'static [u8], Option<&'static [u8]>, [[u32; 4]; 2]);
+
 /// Two pixels of every kind: what the bytes are, and which codes of red, green, blue and alpha they mean.
 #[test]
 fn every_kind_of_png_is_read_pixel_by_pixel() {
     use BitDepth::{Eight, Four, One, Sixteen};
     use ColorType::{Grayscale, GrayscaleAlpha, Indexed, Rgb, Rgba};
     let folder = Folder::new("layouts-png");
-    let table: [(ColorType, BitDepth, &[u8], Option<&[u8]>, [[u32; 4]; 2]); 10] = [
+    let table: [Layout; 10] = [
         (Grayscale, One, &[0b0100_0000], None, [[0, 0, 0, 255], [255, 255, 255, 255]]),
         (Grayscale, Eight, &[60, 200], None, [[60, 60, 60, 255], [200, 200, 200, 255]]),
         (Grayscale, Eight, &[60, 200], Some(&[0, 60]), [[60, 60, 60, 0], [200, 200, 200, 255]]),

@@ -10,6 +10,9 @@ use afterimage_plan::{Alias, Lifetime, Options, PlacedPlan, Plan, Requirement, S
 
 use super::planned::{all_formats, checked, plan_images, plan_of};
 
+/// A change that breaks the places of a plan.
+type BreakPlaced = fn(&mut PlacedPlan);
+
 fn plan(alias: Alias) -> Plan {
     let recipe = Recipe { seed: 3, nodes: 40, histories: 3, off: 5 };
     plan_of(recipe, Options { alias, ..Options::default() }).expect("the graph can be planned")
@@ -98,7 +101,7 @@ fn what_is_written_that_is_not_made_here_and_lists_of_another_length_are_named()
     assert_reports(&broken, &format!("` writes `{name}`, which is not made in this frame"));
     let placed = PlacedPlan::new(Arc::new(plan));
     let (images, batches) = (placed.plan.images.len(), placed.plan.batches.len());
-    let changes: [(fn(&mut PlacedPlan), String); 2] = [
+    let changes: [(BreakPlaced, String); 2] = [
         (
             |placed| placed.placement.offsets.truncate(placed.plan.images.len() - 1),
             format!("the plan has {} offsets where it needs {images}", images - 1),

@@ -18,6 +18,9 @@ use super::machine::Machine;
 use super::model::{PLAIN, assert_computes_the_same, blurs, change, ways};
 use super::planned::{FRAME, all_formats, plan_on};
 
+/// A change that breaks a plan.
+type Break = fn(&mut Plan);
+
 static PANES: Shader = Shader::new(
     "panes.wgsl",
     "@group(0) @binding(0) var source: texture_2d<f32>;
@@ -129,7 +132,7 @@ fn faults_of_draws_are_reported_in_words() {
             draws.offset = byte;
         }
     }
-    let table: [(fn(&mut Plan), &str); 14] = [
+    let table: [(Break, &str); 14] = [
         (|plan| planned(plan, "first").stores.truncate(1), "pass `out: first` has 2 attachments and stores [true]"),
         (
             |plan| planned(plan, "first").stores[0] = false,

@@ -184,7 +184,7 @@ fn kind(params: All) -> vec4f { return vec4f(params.a); }",
     }
     assert_eq!(bytes, expected_bytes);
     assert_eq!((reflection.size("All"), reflection.size("None")), (Some(288), None));
-    assert_eq!(reflection.pack("None", &[]).unwrap_err(), "there is no struct `None`");
+    assert_eq!(reflection.pack("None", &[]).expect_err("no struct has this name"), "there is no struct `None`");
 }
 
 #[test]

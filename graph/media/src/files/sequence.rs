@@ -25,6 +25,9 @@ pub enum Input {
     Sequence(Vec<(u32, Source)>),
 }
 
+/// The files of frames, with their numbers.
+type NumberedSources = Vec<(u32, Source)>;
+
 impl Input {
     /// Finds the files of `name`. `frames` is the argument of `--frames`: `1-96`, `1-96x2`,
     /// `7`, or several of these with commas; without it, the folder is searched.
@@ -133,7 +136,7 @@ impl Pattern {
         self.folder.join(format!("{before}{frame:0digits$}{after}"))
     }
 
-    fn find_all(&self, frames: Option<&str>, layer: Option<String>) -> Result<Vec<(u32, Source)>, FileError> {
+    fn find_all(&self, frames: Option<&str>, layer: Option<String>) -> Result<NumberedSources, FileError> {
         let wanted = match frames {
             Some(text) => parse_frames("--frames", text)?,
             None => self.discover()?,
@@ -156,7 +159,7 @@ impl Pattern {
         &self,
         frames: Option<&str>,
         layer: Option<&String>,
-    ) -> Result<(Vec<(u32, Source)>, BTreeSet<u32>), FileError> {
+    ) -> Result<(NumberedSources, BTreeSet<u32>), FileError> {
         let there: BTreeSet<u32> = self.frames()?.into_iter().collect();
         let (first, last) = (there.first().copied().unwrap_or(0), there.last().copied().unwrap_or(0));
         let all = || parse_frames("--frames", &format!("{first}-{last}"));
