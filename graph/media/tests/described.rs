@@ -12,7 +12,7 @@ use super::labels::without;
 use super::{Folder, message_and_hint};
 use afterimage_media::*;
 
-/// A kind of PNG, the bytes of its image, whether it has a chunk `tRNS`, and the channels and the type that are reported.
+/// A kind of PNG, the bytes of its image, whether it has a chunk `tRNS`, and the reported channels and type.
 type Described = (ColorType, BitDepth, usize, bool, &'static [&'static str], &'static str);
 
 fn described(folder: &Folder, bytes: &[u8]) -> Description {
