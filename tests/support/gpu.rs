@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Checker, Facts, Graph, Loader, NoFiles, check};
-use afterimage_graph::document::parse;
+use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, NodeKind, Registry};
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
@@ -105,22 +105,23 @@ pub fn built_in(name: &str, tier: Option<&str>) -> Graph {
     changed(name, tier, &[])
 }
 
-/// The names of the tiers of a built-in pipeline.
-pub fn tiers(name: &str) -> Vec<String> {
+/// The document of a built-in pipeline.
+fn document(name: &str) -> Document {
     let path = pipelines().join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
-    Checker::new(&document, &registry(), &Repository).tiers()
+    parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"))
+}
+
+/// The names of the tiers of a built-in pipeline.
+pub fn tiers(name: &str) -> Vec<String> {
+    Checker::new(&document(name), &registry(), &Repository).tiers()
 }
 
 /// The graph of a built-in pipeline with other values, as `--set` gives them.
 pub fn changed(name: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Graph {
-    let path = pipelines().join(name);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"));
     let sets = sets.iter().map(|(name, value)| ((*name).into(), (*value).into())).collect();
     let options = CheckOptions { tier: tier.map(str::to_owned), sets, loader: &Repository };
-    check(&document, &registry(), &options).unwrap_or_else(|errors| panic!("{name}: {errors:?}")).0
+    check(&document(name), &registry(), &options).unwrap_or_else(|errors| panic!("{name}: {errors:?}")).0
 }
 
 /// The graph of a text, or its diagnostics as a panic.
