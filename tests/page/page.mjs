@@ -90,7 +90,7 @@ async function sentences() {
     ["no WebGPU", address, page => page.addInitScript(() => delete Navigator.prototype.gpu), "needs WebGPU"],
     ["no adapter", address, page => page.addInitScript(() => { GPU.prototype.requestAdapter = async () => null; }),
       "finds no graphics adapter"],
-    ["no program", address, page => page.route("**/*.wasm.gz", route => route.fulfill({ status: 503 })), "status 503"],
+    ["no program", address, page => page.route("**/*.wasm.gz*", route => route.fulfill({ status: 503 })), "status 503"],
   ];
   for (const [what, address, prepare, wanted] of cases) {
     const page = await opened(address, prepare);

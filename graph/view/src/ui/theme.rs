@@ -1,7 +1,8 @@
 //! Colors and sizes: neutral grays, so that nothing around the picture changes how its colors look, and one accent.
 
 use afterimage_graph::node::PortType;
-use egui::{Color32, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Visuals};
+use egui::{Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Stroke, TextStyle, Visuals};
+use epaint_default_fonts::{HACK_REGULAR, UBUNTU_LIGHT};
 
 /// What is chosen, changed, or under way.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(0xf2, 0xb1, 0x34);
@@ -29,6 +30,7 @@ pub(super) fn wire_color(ty: PortType) -> Color32 {
 
 /// Sets the look of everything.
 pub(super) fn apply(ctx: &egui::Context) {
+    ctx.set_fonts(fonts());
     let mut visuals = Visuals::dark();
     (visuals.panel_fill, visuals.window_fill) = (PANEL, PANEL);
     (visuals.extreme_bg_color, visuals.faint_bg_color) = (FIELD, Color32::from_gray(0x26));
@@ -59,4 +61,40 @@ pub(super) fn apply(ctx: &egui::Context) {
         }
         style.text_styles.insert(TextStyle::Monospace, FontId::new(11.5, FontFamily::Monospace));
     });
+}
+
+/// The fonts. Those of egui's emoji are a seventh of the page in the browser, and the viewer writes none.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::empty();
+    for (name, bytes) in [("Ubuntu-Light", UBUNTU_LIGHT), ("Hack", HACK_REGULAR)] {
+        fonts.font_data.insert(name.into(), FontData::from_static(bytes).into());
+    }
+    // Each has letters that the other lacks.
+    let families =
+        [(FontFamily::Proportional, ["Ubuntu-Light", "Hack"]), (FontFamily::Monospace, ["Hack", "Ubuntu-Light"])];
+    fonts.families = families.map(|(family, names)| (family, names.map(str::to_owned).to_vec())).into();
+    fonts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where the picture of a letter is.
+    fn drawn(ctx: &egui::Context, font: &FontId, letter: char) -> impl PartialEq {
+        let line = ctx.fonts_mut(|fonts| fonts.layout_no_wrap(letter.into(), font.clone(), Color32::WHITE));
+        line.rows[0].glyphs[0].uv_rect
+    }
+
+    #[test]
+    fn the_fonts_have_the_letters_that_the_viewer_and_the_built_in_texts_write() {
+        let ctx = egui::Context::default();
+        apply(&ctx);
+        ctx.run_ui(egui::RawInput::default(), |_| {}).textures_delta.clear();
+        for font in [FontId::proportional(12.5), FontId::monospace(11.5)] {
+            let lacks = |letter: &char| drawn(&ctx, &font, *letter) == drawn(&ctx, &font, '\u{10ffff}');
+            let lacking: String = "▾…–−±×²³→Δµ·“”●😀".chars().filter(lacks).collect();
+            assert_eq!(lacking, "😀", "{font:?}");
+        }
+    }
 }

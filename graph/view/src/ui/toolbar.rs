@@ -70,6 +70,7 @@ impl Viewer {
         if self.is_unsaved() {
             name += " *";
         }
+        name += " ▾";
         let mut chosen = None;
         ui.menu_button(RichText::new(name).strong(), |ui| {
             ui.label(RichText::new("Built-in pipelines").color(DIM).small());
