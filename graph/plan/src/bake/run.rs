@@ -1,6 +1,6 @@
 //! Runs: point functions of one color, each of which reads the result of the one before and nothing else.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_base::image::ColorState;
 use afterimage_graph::check::{Graph, GraphNode, Source};
@@ -32,6 +32,8 @@ struct Link {
     /// What the pass reads. A table can begin with light of an exposed scene or of a display.
     reads: Option<ColorState>,
     bake: Option<Bake>,
+    /// Whether the file asks for a table at this node.
+    is_asked: bool,
 }
 
 impl Run {
@@ -53,8 +55,12 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
         is_transient && !kept.contains(&image) && readers.get(&image) == Some(&1)
     };
     let mut open: BTreeMap<ImageId, Vec<(usize, Link)>> = BTreeMap::new();
-    let mut finished = Vec::new();
+    let (mut finished, mut lightless) = (Vec::new(), BTreeSet::new());
     for (number, pass) in passes.iter().enumerate() {
+        if can_lose_light(graph, pass, &lightless) {
+            lightless.extend(pass.results.iter().map(|result| result.image));
+            continue;
+        }
         let Some(link) = link(builder, graph, pass, replaced) else { continue };
         let mut chain = if is_read_once(link.source) { open.remove(&link.source) } else { None }.unwrap_or_default();
         if chain.len() == MAX_FUNCTIONS {
@@ -70,10 +76,24 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
     runs
 }
 
-/// The part of a chain that a table can begin with, if a node of it asks for a table.
+/// Whether results can have a luminance below 0, for which tables have no colors: those of functions that move zero, and
+/// all that is made of them. `lightless` are the images that can.
+fn can_lose_light(graph: &Graph, pass: &Pass, lightless: &BTreeSet<ImageId>) -> bool {
+    let Some(KernelOrigin::Node { node, .. }) = pass.kernels.first().and_then(|kernel| kernel.origin) else {
+        return false;
+    };
+    let mut read = pass.reads().into_iter().filter_map(Resource::image);
+    !graph.nodes[node].instance.promises().non_negative || read.any(|image| lightless.contains(&image))
+}
+
+/// The part of a chain from the node that asks for a table.
+///
+/// What stands before it, such as a balance or a saturation, is cheap, and moves the borders of the gamut: behind it,
+/// they would lie between the entries of a table, and not along its sides.
 fn run(chain: Vec<(usize, Link)>) -> Option<Run> {
-    let can_begin = |link: &Link| matches!(link.reads, Some(ColorState::Exposed | ColorState::DisplayLinear));
-    let first = chain.iter().position(|(_, link)| can_begin(link))?;
+    let asked = chain.iter().position(|(_, link)| link.is_asked).unwrap_or(0);
+    let can_begin = |at: &usize| matches!(chain[*at].1.reads, Some(ColorState::Exposed | ColorState::DisplayLinear));
+    let first = (0..=asked).rev().find(can_begin).or_else(|| (asked..chain.len()).find(can_begin))?;
     let size = chain[first..].iter().filter_map(|(_, link)| link.bake?.size()).max()?;
     Some(Run {
         passes: chain[first..].iter().map(|(number, _)| *number).collect(),
@@ -98,7 +118,13 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
     let (port, source) = node.instance.promises().of_color.then(|| color_of(builder, kernel))??;
     let [of_source, of_result] = [source, result.image].map(|image| builder.recording.image(image).desc.size);
     let reads = state_of(graph, node, port);
-    (of_source == of_result).then_some(Link { source, result: result.image, reads, bake })
+    (of_source == of_result).then_some(Link {
+        source,
+        result: result.image,
+        reads,
+        bake,
+        is_asked: node.bake.is_some(),
+    })
 }
 
 /// What an input means, also where the node that gives it is skipped.
