@@ -1,6 +1,7 @@
 //! Every built-in pipeline rendered under the validation layer, in every way and at every tier.
 
 use afterimage_graph::check::Graph;
+use afterimage_lab::metrics::{PIXELS_PER_DEGREE, Range, Shown, flip, srgb_decode, srgb_encode};
 use afterimage_plan::{Alias, When};
 
 use crate::support::gpu::{Picture, Run, built_in, graph, pipelines, tiers};
@@ -121,7 +122,7 @@ fn codes_off(a: &[Picture], b: &[Picture]) -> f32 {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn each_has_three_tiers_that_keep_its_look() {
-    let scene = scene(160, 90);
+    let scene = scene(320, 180);
     for name in sweep::some(files(), 3) {
         let [ultra, high, low] =
             ["ultra", "high", "low"].map(|tier| frame(&Run::new(&built_in(&name, Some(tier))), &scene));
@@ -130,6 +131,57 @@ fn each_has_three_tiers_that_keep_its_look() {
             let off = codes_off(&ultra, &picture);
             assert!(off <= most, "{name}, {tier}: {off} codes");
         }
+    }
+}
+
+/// A sky with lamps that no size makes smaller than two pixels.
+fn lamps(height: u32) -> Picture {
+    const LAMPS: [[f32; 4]; 5] = [
+        [0.3, 0.3, 0.02, 30.0],
+        [0.9, 0.6, 0.05, 8.0],
+        [1.2, 0.2, 0.03, 60.0],
+        [1.5, 0.7, 0.1, 3.0],
+        [0.5, 0.8, 0.04, 12.0],
+    ];
+    Picture::new(height * 16 / 9, height, |x, y| {
+        let [x, y] = [x, y].map(|at| (at as f32 + 0.5) / height as f32);
+        let mut light = 0.05 + 0.3 * (1.0 - y) * (1.0 - y);
+        let mut is_lamp = 0.0_f32;
+        for [at_x, at_y, radius, brightness] in LAMPS {
+            let inside = 1.0 / (1.0 + (4.0 * ((x - at_x).hypot(y - at_y) / radius - 1.0)).exp());
+            light += brightness * inside;
+            is_lamp = is_lamp.max(inside);
+        }
+        [light, 0.8 * light, 0.6 * light, is_lamp]
+    })
+}
+
+/// The picture in a third of its size, by the mean of its light.
+fn third(picture: &Picture) -> Picture {
+    let mean = |x: u32, y: u32, channel: usize| {
+        let places = (0..9).map(|at| (3 * y + at / 3) * picture.width + 3 * x + at % 3);
+        let light = places.map(|at| srgb_decode(f64::from(picture.pixels[at as usize][channel]))).sum::<f64>() / 9.0;
+        srgb_encode(light) as f32
+    };
+    let size = [picture.width / 3, picture.height / 3];
+    Picture::new(size[0], size[1], |x, y| [mean(x, y, 0), mean(x, y, 1), mean(x, y, 2), 1.0])
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_look_is_the_same_in_a_small_picture() {
+    for name in ["caracal.ron", "glare.ron", "lynx.ron", "tsushima.ron"] {
+        let graph = built_in(name, None);
+        let [large, small] = [540, 180].map(|height| frame(&Run::new(&graph), &lamps(height)).remove(0));
+        let [large, small] = [&third(&large), &small].map(|picture| Shown {
+            width: picture.width as usize,
+            height: picture.height as usize,
+            range: Range::Sdr,
+            pixels: picture.pixels.iter().map(|[r, g, b, _]| [*r, *g, *b]).collect(),
+        });
+        let errors = flip(&large, &small, PIXELS_PER_DEGREE);
+        let mean = errors.iter().sum::<f32>() / errors.len() as f32;
+        assert!(mean < 0.025, "{name}: FLIP {mean}");
     }
 }
 

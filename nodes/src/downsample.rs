@@ -50,6 +50,10 @@ params! {
     pub struct Downsample {
         /// Number of levels. A small source has fewer: halving ends at one texel.
         pub levels: u32 = 6 => within(1.0..=16.0), usually(2.0..=8.0);
+        /// Height of the frame for which `levels` is meant. Other frames have as many more or fewer levels as they are
+        /// larger or smaller by halves, so that the coarsest keeps its share of the picture. With 0, `levels` holds for
+        /// every frame.
+        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
         /// The filter of each halving.
         pub filter: DownsampleFilter = DownsampleFilter::Tap13 => quality(
             DownsampleFilter::Tap13,
@@ -69,6 +73,17 @@ impl DownsampleFilter {
             Self::Tap13 => 2.0,
         }
     }
+}
+
+/// By how many halvings a frame is larger than one of so many lines; 0 for 0 lines. Nearly whole numbers are whole: a
+/// level with next to no weight would be made for nothing.
+pub(crate) fn octaves(frame: Size, lines: u32) -> f64 {
+    if lines == 0 {
+        return 0.0;
+    }
+    let octaves = (f64::from(frame.height) / f64::from(lines)).log2();
+    let whole = octaves.round();
+    if (octaves - whole).abs() < 0.02 { whole } else { octaves }
 }
 
 /// Records one halving by `Tap13`.
@@ -169,7 +184,8 @@ impl Node for Downsample {
     fn record(&self, pass: &mut Recorder<'_>) {
         let mut above = pass.image("source");
         let mut desc = ImageDesc::new(pass.desc(above).size);
-        let count = self.levels.min(desc.size.levels()).max(1);
+        let more = octaves(pass.frame_size(), self.lines).ceil() as i64;
+        let count = (i64::from(self.levels) + more).min(i64::from(desc.size.levels())).max(1);
         for index in 0..count {
             desc = desc.half();
             let level = pass.level(format_args!("result.{index}"), desc);

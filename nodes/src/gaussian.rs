@@ -29,7 +29,7 @@ choices! {
 
 /// Declares a kind with the parameters of a blur.
 macro_rules! blur {
-    ($(#[doc = $doc:literal])* $kind:ident) => {
+    ($(#[doc = $doc:literal])* $kind:ident { $($own:tt)* }) => {
         params! {
             $(#[doc = $doc])*
             pub struct $kind {
@@ -43,12 +43,18 @@ macro_rules! blur {
                 /// For `kernel: Sigma`: the distance at which the kernel ends. The weight beyond it is lost: 3e-3 of
                 /// all light at 3, 6e-5 at 4.
                 pub reach: f32 = 3.0 => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]);
+                $($own)*
             }
         }
 
         impl $kind {
-            fn blur(&self) -> Blur {
-                Blur::new(self.kernel, self.taps, self.sigma, self.reach)
+            /// The blur with a kernel that is so many times as wide.
+            fn blur(&self, scale: f32) -> Blur {
+                let (sigma, reach) = match self.kernel {
+                    GaussianKernel::Course33 => COURSE,
+                    _ => (self.sigma, self.reach),
+                };
+                Blur::new(self.kernel, self.taps, (scale * sigma).min(MAX_SIGMA), reach)
             }
         }
     };
@@ -59,7 +65,11 @@ blur! {
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
     /// blurred like color.
-    Gaussian
+    Gaussian {
+        /// Height of the source for which the kernel is meant: others get one of the same share of the picture, of a
+        /// sigma of 64 texels at most. With 0, it is meant for every source. `Caracal9` has one width.
+        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+    }
 }
 
 blur! {
@@ -69,13 +79,15 @@ blur! {
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
     /// blurred like color.
-    GaussianPyramid
+    GaussianPyramid {}
 }
 
 /// At this sigma and below, all but 4e-6 of the weight is at the center.
 const NO_BLUR: f32 = 0.2;
-/// Sigma and radius of the kernel `Course33`.
-const COURSE: (f32, u32) = (3.5119, 16);
+/// The widest blur of one pass.
+const MAX_SIGMA: f32 = 64.0;
+/// Sigma of the kernel `Course33`, and the sigmas at which it ends: 16 texels.
+const COURSE: (f32, f32) = (3.5119, 4.555);
 
 /// The shader's parameters for one blur.
 pub(crate) struct Blur {
@@ -92,11 +104,7 @@ impl Blur {
             (_, GaussianTaps::Exact) => "gaussian_exact",
             (_, GaussianTaps::Linear) => "gaussian_linear",
         };
-        let (sigma, radius) = match kernel {
-            GaussianKernel::Course33 => COURSE,
-            _ if sigma <= NO_BLUR => (1.0, 0),
-            _ => (sigma, (reach * sigma).ceil() as u32),
-        };
+        let (sigma, radius) = if sigma <= NO_BLUR { (1.0, 0) } else { (sigma, (reach * sigma).ceil() as u32) };
         let falloff = -std::f64::consts::LOG2_E / (2.0 * f64::from(sigma).powi(2));
         Self { function, radius, falloff: falloff as f32 }
     }
@@ -139,14 +147,15 @@ impl Node for Gaussian {
     const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
-        inputs.is_zero("source") || self.blur().changes_nothing()
+        inputs.is_zero("source") || self.blur(1.0).changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let result = pass.output("result", desc);
-        self.blur().record(pass, source, result);
+        let scale = if self.lines == 0 { 1.0 } else { desc.size.height as f32 / self.lines as f32 };
+        self.blur(scale).record(pass, source, result);
     }
 }
 
@@ -158,14 +167,14 @@ impl Node for GaussianPyramid {
     const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
-        inputs.is_zero("source") || self.blur().changes_nothing()
+        inputs.is_zero("source") || self.blur(1.0).changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         for (index, source) in pass.pyramid("source").iter().enumerate() {
             let desc = ImageDesc::new(pass.desc(*source).size);
             let level = pass.level(format_args!("result.{index}"), desc);
-            self.blur().record(pass, *source, level);
+            self.blur(1.0).record(pass, *source, level);
             pass.give_level("result", level);
         }
     }

@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::downsample::octaves;
+
 static SHADER: Shader = shader!("upsample");
 
 choices! {
@@ -31,8 +33,9 @@ params! {
     /// It starts with the coarsest level and enlarges with a filter at each step.
     ///
     /// With `Mix`, the level of index i of L levels has the weight (1 - spread) spread^i, and the coarsest
-    /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. A pyramid of one level is returned unchanged.
-    /// Results are limited to 65504. Alpha is combined like color.
+    /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. In a frame of another height than `lines`, the
+    /// weight of a level goes to the levels of the same share of the picture: to the two around it, where there is none.
+    /// A pyramid of one level is returned unchanged. Results are limited to 65504. Alpha is combined like color.
     pub struct Upsample {
         /// How a level is combined with the coarser ones.
         pub blend: UpsampleBlend = UpsampleBlend::Mix;
@@ -42,6 +45,9 @@ params! {
         /// For `Add`: whether to divide by the number of levels, so that a constant stays the same and strength has the
         /// same meaning for any number of levels.
         pub normalize: bool = true;
+        /// Height of the frame for which the weights are meant, as the `lines` of the pyramid. With 0, they hold for
+        /// every frame.
+        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
@@ -62,35 +68,38 @@ impl UpsampleFilter {
     }
 }
 
-/// The weights of a level and of the combined coarser levels.
-struct Shares {
-    own: f32,
-    rest: f32,
-}
-
 impl Upsample {
-    /// The weights of a level that has `coarser` coarser levels.
-    fn shares(&self, coarser: usize) -> Shares {
-        match (self.blend, self.normalize) {
-            (UpsampleBlend::Mix, _) => Shares { own: 1.0 - self.spread, rest: self.spread },
-            // A running mean, not a sum divided at the end: sums of bright levels overflow half floats.
-            (UpsampleBlend::Add, true) => {
-                let all = coarser as f32 + 1.0;
-                Shares { own: 1.0 / all, rest: coarser as f32 / all }
-            }
-            (UpsampleBlend::Add, false) => Shares { own: 1.0, rest: 1.0 },
+    /// The weight of each of `count` levels, finest first, in a frame that is so many halvings larger than `lines`.
+    fn weights(&self, count: usize, octaves: f64) -> Vec<f64> {
+        // Levels in a frame of `lines`.
+        let all = (count as i64 - octaves.ceil() as i64).max(1);
+        let spread = f64::from(self.spread);
+        let mut weights = vec![0.0; count];
+        for level in 0..all {
+            let weight = match (self.blend, self.normalize) {
+                (UpsampleBlend::Mix, _) if level == all - 1 => spread.powi(level as i32),
+                (UpsampleBlend::Mix, _) => (1.0 - spread) * spread.powi(level as i32),
+                (UpsampleBlend::Add, true) => 1.0 / all as f64,
+                (UpsampleBlend::Add, false) => 1.0,
+            };
+            let place = (level as f64 + octaves).clamp(0.0, count as f64 - 1.0);
+            let below = place as usize;
+            // The mean of the squared widths of both, 1 and 4, is that of the level between them.
+            let share = (4.0_f64.powf(place.fract()) - 1.0) / 3.0;
+            weights[below] += (1.0 - share) * weight;
+            weights[(below + 1).min(count - 1)] += share * weight;
         }
-    }
-
-    fn is_finest_alone(&self) -> bool {
-        self.blend == UpsampleBlend::Mix && self.spread == 0.0
+        weights
     }
 }
 
 impl Node for Upsample {
     const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "One image of the size of the finest level.")];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::same("source"),
+        "One image of the size of the finest level with a weight.",
+    )];
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
@@ -102,22 +111,32 @@ impl Node for Upsample {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
-        let used = if self.is_finest_alone() && !pass.is_dynamic("spread") { &levels[..1] } else { &levels[..] };
-        let (coarsest, finer) = used.split_last().expect("a pyramid has a level");
-        let mut joined = *coarsest;
-        for (index, level) in finer.iter().enumerate().rev() {
-            let desc = ImageDesc::new(pass.desc(*level).size);
+        let octaves = octaves(pass.frame_size(), self.lines);
+        let weights = self.weights(levels.len(), octaves);
+        // Levels that are finer than the finest in a frame of `lines` have no weight: the result is smaller.
+        let finest = (octaves.max(0.0) as usize).min(levels.len() - 1);
+        let is_finest_alone = self.blend == UpsampleBlend::Mix && self.spread == 0.0 && !pass.is_dynamic("spread");
+        let coarsest = if is_finest_alone { weights.iter().rposition(|weight| *weight > 0.0) } else { None };
+        let coarsest = coarsest.unwrap_or(levels.len() - 1);
+        let is_mean = self.normalize || self.blend == UpsampleBlend::Mix;
+        let mut joined = levels[coarsest];
+        // The weight of all levels in `joined`.
+        let mut rest = weights[coarsest..].iter().sum::<f64>();
+        for index in (finest..coarsest).rev() {
+            let desc = ImageDesc::new(pass.desc(levels[index]).size);
             let result = pass.level(format_args!("result.{index}"), desc);
-            let Shares { own, rest } = self.shares(finer.len() - index);
+            let all = rest + weights[index];
+            // A running mean, not a sum divided at the end: sums of bright levels overflow half floats.
+            let whole = if all > 0.0 && is_mean { all } else { 1.0 };
             let function = self.filter.function();
             pass.function(&SHADER, function)
                 .label(format_args!("{function} {}", desc.size))
-                .read("level", *level)
+                .read("level", levels[index])
                 .read("coarser", joined)
-                .set("own", own)
-                .set("rest", rest)
+                .set("own", (weights[index] / whole) as f32)
+                .set("rest", (if is_mean { rest / whole } else { 1.0 }) as f32)
                 .write_to(result);
-            joined = result;
+            (joined, rest) = (result, all);
         }
         pass.give("result", InputValue::Image(joined));
     }

@@ -64,6 +64,13 @@ pub(crate) fn additive_chain(levels: &[Image], filter: Up, radius: f64) -> Image
     sum.map(|pixel| pixel.map(|x| x / levels.len() as f64))
 }
 
+/// Joins levels from the smallest up by addition of so many times each.
+pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radius: f64) -> Image {
+    let weighted = |(level, weight): (&Image, &f64)| level.map(|pixel| pixel.map(|x| weight * x));
+    let weighted: Vec<Image> = levels.iter().zip(weights).map(weighted).collect();
+    join(&weighted, filter, radius, |a, b| [0, 1, 2, 3].map(|i| a[i] + b[i]))
+}
+
 fn join(levels: &[Image], filter: Up, radius: f64, combine: impl Fn([f64; 4], [f64; 4]) -> [f64; 4]) -> Image {
     let (smallest, finer) = levels.split_last().expect("a chain has a level");
     finer.iter().rev().fold(smallest.clone(), |result, level| {

@@ -6,7 +6,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::{Source, read};
 
 use super::scene;
-use crate::reference::bloom::{additive_chain, composite_add, knee_weight, levels, without_fireflies};
+use crate::reference::bloom::{composite_add, knee_weight, levels, weighted_chain, without_fireflies};
 use crate::reference::color::{BRADFORD, CUSTOM, REC709, conversion, white_balance_target};
 use crate::reference::curves::{Uchimura, matched_scale, uchimura, whitened};
 use crate::reference::exposure::{Bins, auto_exposure_stops, limit_mean};
@@ -129,9 +129,7 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
         let weight = knee_weight(largest(color), threshold, knee);
         color.map(|x| (x * weight).min(MAX_HALF))
     });
-    let count = Node(graph, "mips").whole("levels").min(seen.width.max(seen.height).ilog2() as usize).max(1);
-    let mips = levels(&bright, count, Down::ThirteenTap, Firefly::Off);
-    let bloom = additive_chain(&mips, Up::Tent, Node(graph, "bloom").number("radius"));
+    let bloom = glow(&bright, Node(graph, "mips"), Node(graph, "bloom").number("radius"));
     let bloom = upsample(&bloom, [seen.width, seen.height], Up::Bilinear, 0.0);
     let strength = Node(graph, "lit").number("strength");
     Image::new(seen.width, seen.height, |x, y| {
@@ -139,6 +137,24 @@ fn lit(graph: &Graph, seen: &Image, local: &Image) -> Image {
         let [r, g, b] = composite_add(rgb(base), rgb(glow), strength).map(|x| x.min(MAX_HALF));
         [r, g, b, base[3]]
     })
+}
+
+/// Each level of a frame of `lines` gives its weight to the two of the same width in this one, or to the finest.
+fn glow(bright: &Image, mips: Node<'_>, radius: f64) -> Image {
+    let (count, lines) = (mips.whole("levels"), mips.number("lines"));
+    let place = |level: usize| level as f64 + (bright.height as f64 / lines).log2();
+    let largest = bright.width.max(bright.height).ilog2() as usize;
+    let count_here = ((place(count - 1).ceil() + 1.0).max(1.0) as usize).min(largest.max(1));
+    let mut weights = vec![0.0; count_here];
+    for level in 0..count {
+        let place = place(level).clamp(0.0, count_here as f64 - 1.0);
+        let (finer, coarser) = (place.floor() as usize, place.ceil() as usize);
+        // Widths of 1 and 2, of which the mean square is that of the width between them.
+        let share = (place.fract().exp2().powi(2) - 1.0) / 3.0;
+        weights[finer] += (1.0 - share) / count as f64;
+        weights[coarser] += share / count as f64;
+    }
+    weighted_chain(&levels(bright, count_here, Down::ThirteenTap, Firefly::Off), &weights, Up::Tent, radius)
 }
 
 fn balanced(graph: &Graph, color: Rgb) -> Rgb {

@@ -4,6 +4,7 @@ use super::{SAMPLED, check, check_on, levels, picture};
 use crate::reference::bloom;
 use crate::reference::image::Image;
 use crate::reference::resample::{Down, Firefly, Up};
+use crate::support::gpu::{Picture, Run, graph};
 use crate::support::harness::image;
 
 #[test]
@@ -36,4 +37,47 @@ fn levels_that_are_not_normalized_are_summed() {
     let mips = levels(&image(&scene), 3, Down::FourTap, Firefly::Off);
     let sum = bloom::additive_chain(&mips, Up::Tent, 1.0).map(|pixel| pixel.map(|v| 3.0 * v));
     check_on(nodes, &scene, &sum, SAMPLED);
+}
+
+/// The mean light of a picture, and the variance of the light around its center as a share of the squared height.
+fn glow(picture: &Picture) -> [f64; 2] {
+    let (mut light, mut squares) = (0.0, 0.0);
+    let [width, height] = [picture.width, picture.height].map(f64::from);
+    for (at, pixel) in picture.pixels.iter().enumerate() {
+        let (x, y) = (at as u32 % picture.width, at as u32 / picture.width);
+        let [x, y] = [(x, width), (y, height)].map(|(at, side)| (f64::from(at) + 0.5 - 0.5 * side) / height);
+        light += f64::from(pixel[0]);
+        squares += f64::from(pixel[0]) * (x * x + y * y);
+    }
+    [light / (width * height), squares / light]
+}
+
+/// The second moment of a sum of filters is the sum of theirs: at any height it must be the same share of the picture.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_glow_keeps_its_share_of_a_picture_of_any_height() {
+    let measured = |blend: &str, side: u32, lines: u32| {
+        let spot = |x: u32, y: u32| {
+            let [x, y] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(side) - 0.5);
+            let light = (-(x * x + y * y) / (2.0 * 0.02_f64.powi(2))).exp() as f32;
+            [light, light, light, 1.0]
+        };
+        let graph = graph(&format!(
+            r#"Pipeline(inputs: {{ "in": Exposed }}, outputs: {{ "out": "result" }}, nodes: {{
+                "mips": Downsample(source: "in", levels: 4, lines: {lines}),
+                "result": Upsample(source: "mips", {blend}, lines: {lines}),
+            }})"#
+        ));
+        glow(&Run::new(&graph).frame(&[("in", &Picture::new(side, side, spot))]).remove(0))
+    };
+    for blend in ["blend: Add", "blend: Mix, spread: 0.8"] {
+        let [light, width] = measured(blend, 512, 512);
+        for side in [181, 256, 362, 430, 600, 724, 1024] {
+            let found = measured(blend, side, 512);
+            let [of_light, of_width] = [found[0] / light, found[1] / width].map(|ratio| (ratio - 1.0).abs());
+            assert!(of_light < 0.005 && of_width < 0.06, "{blend} {side}: {found:?} and not {light} {width}");
+        }
+        let [_, in_texels] = measured(blend, 1024, 0);
+        assert!(in_texels < 0.6 * width, "{blend}: levels in texels make a smaller glow: {in_texels} and {width}");
+    }
 }
