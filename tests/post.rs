@@ -6,6 +6,7 @@ mod governed;
 mod images;
 mod incoming;
 mod names;
+mod offline;
 mod opened;
 mod rectangles;
 mod tools;
@@ -63,14 +64,20 @@ impl Host {
 }
 
 /// Light up to twenty times white, all of it different from pixel to pixel.
-fn scene(gpu: &Gpu, size: Size) -> wgpu::TextureView {
+fn scene_texels(size: Size) -> Texels {
     let light = |x: u32, y: u32| {
         let (u, v) = (x as f32 / size.width as f32, y as f32 / size.height as f32);
         [0.1 + 20.0 * u * v, 0.2 + v, 0.3 + (u * 40.0).sin().abs(), 1.0]
     };
     let picture = Picture::new(size.width, size.height, light);
-    let texels = Texels::from_floats_as_half(size.width, size.height, &picture.pixels);
-    upload(&gpu.device, &gpu.queue, &texels).unwrap_or_else(|error| panic!("{error}")).create_view(&Default::default())
+    Texels::from_floats_as_half(size.width, size.height, &picture.pixels)
+}
+
+/// The same on the device.
+fn scene(gpu: &Gpu, size: Size) -> wgpu::TextureView {
+    upload(&gpu.device, &gpu.queue, &scene_texels(size))
+        .unwrap_or_else(|error| panic!("{error}"))
+        .create_view(&Default::default())
 }
 
 #[track_caller]

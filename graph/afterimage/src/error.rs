@@ -18,12 +18,30 @@ pub enum Error {
     /// Two node kinds have one name, or a shader of one is wrong.
     #[error(transparent)]
     Kinds(#[from] RegistryError),
+    /// The pipeline has no output, fact or node of that name.
+    #[error("{0}")]
+    Name(String),
+    /// An image or a camera in the memory of the processor does not fit.
+    #[error("{0}")]
+    Image(String),
     /// A name, a value or an image does not fit the pipeline.
     #[error(transparent)]
     Post(#[from] PostError),
     /// The device reports an error.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+}
+
+#[cfg(all(feature = "offline", not(target_family = "wasm")))]
+impl Error {
+    /// Whether another device may succeed.
+    pub(crate) fn is_of_device(&self) -> bool {
+        let (Self::Gpu(error) | Self::Post(PostError::Gpu(error))) = self else { return false };
+        matches!(
+            error,
+            GpuError::DeviceLost { .. } | GpuError::TimedOut | GpuError::OutOfMemory { .. } | GpuError::Refused { .. }
+        )
+    }
 }
 
 impl From<Diagnostics> for Error {

@@ -10,7 +10,10 @@ use std::time::SystemTime;
 use afterimage_graph::check::Loader;
 use afterimage_pipelines::BuiltIn;
 
-/// The most bytes of a file. The largest table has about 450 MiB as text.
+use crate::error::Error;
+use crate::kinds::KindFiles;
+
+/// The most bytes of a file that a pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The state of a file or of a folder by its time of change and its length; `None` where there is none.
@@ -67,26 +70,6 @@ impl Files {
         self.lock().stamps.clone()
     }
 
-    /// The text of a file that the host names.
-    pub(crate) fn text(&self, path: &Path) -> Result<String, String> {
-        let unreadable = |why: &dyn std::fmt::Display| format!("`{}` cannot be read: {why}", path.display());
-        let bytes = self.bytes(path).map_err(|why| unreadable(&why))?;
-        String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
-    }
-
-    /// The paths in a folder, sorted.
-    pub(crate) fn list(&self, folder: &Path) -> Result<Vec<PathBuf>, String> {
-        let folder = or_current(folder);
-        self.lock().stamps.0.insert(folder.to_owned(), stamp_of(folder));
-        let unreadable = |error: std::io::Error| format!("`{}` cannot be listed: {error}", folder.display());
-        let mut paths = Vec::new();
-        for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-            paths.push(entry.map_err(unreadable)?.path());
-        }
-        paths.sort();
-        Ok(paths)
-    }
-
     fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
         let mut read = self.lock();
         if let Some(known) = read.bytes.get(path) {
@@ -101,6 +84,38 @@ impl Files {
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Read> {
         self.read.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl KindFiles for Files {
+    type Error = Error;
+
+    fn list(&self, folder: &Path) -> Result<Vec<PathBuf>, Error> {
+        let folder = or_current(folder);
+        self.lock().stamps.0.insert(folder.to_owned(), stamp_of(folder));
+        let unreadable =
+            |error: std::io::Error| Error::Unreadable(format!("`{}` cannot be listed: {error}", folder.display()));
+        let mut paths = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+            paths.push(entry.map_err(unreadable)?.path());
+        }
+        paths.sort();
+        Ok(paths)
+    }
+
+    fn text(&self, path: &Path, _: &str) -> Result<String, Error> {
+        let unreadable =
+            |why: &dyn std::fmt::Display| Error::Unreadable(format!("`{}` cannot be read: {why}", path.display()));
+        let bytes = self.bytes(path).map_err(|why| unreadable(&why))?;
+        String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
+    }
+
+    fn permits(&self, _: &Path) -> bool {
+        true
+    }
+
+    fn no_kind(&self, message: String, hint: &str) -> Error {
+        Error::Unreadable(format!("{message}\n  hint: {hint}"))
     }
 }
 
@@ -119,6 +134,11 @@ impl Loader for Files {
             return Err("only files in the folder of the pipeline and below are read, and in those of `allow`".into());
         }
         self.bytes(path)
+    }
+
+    /// Not kept: the user may correct the file, and name it again.
+    fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        read_regular(Path::new(path))
     }
 }
 

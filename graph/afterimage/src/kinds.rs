@@ -2,25 +2,51 @@
 
 use std::path::{Path, PathBuf};
 
+use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 
-use crate::error::Error;
-use crate::files::Files;
+/// Access to the files of node kinds, with the errors of whoever reads them.
+pub trait KindFiles {
+    /// Why a file cannot be read, or is wrong.
+    type Error: From<Diagnostics>;
+
+    /// The paths in a folder, sorted.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    fn list(&self, folder: &Path) -> Result<Vec<PathBuf>, Self::Error>;
+
+    /// The text of a file; `what` names it in an error, such as "shader".
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    fn text(&self, path: &Path, what: &str) -> Result<String, Self::Error>;
+
+    /// Whether what lies beside the folder of a kind may be read.
+    fn permits(&self, path: &Path) -> bool;
+
+    /// The error of a folder that cannot be a kind, and what to do about it.
+    fn no_kind(&self, message: String, hint: &str) -> Self::Error;
+}
 
 /// The name of the folder with the shaders that kinds next to it share.
-const LIBRARY: &str = "lib";
+pub const LIBRARY: &str = "lib";
 
 /// The path of a shader and its text.
 type ShaderText = (String, String);
 
 /// The kinds of a folder: itself if it has a `node.ron`, or each folder in it that has one. There may be none.
-pub(crate) fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Error> {
+///
+/// # Errors
+/// A file cannot be read, or a kind is wrong.
+pub fn kinds_in<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<NodeKind>, F::Error> {
     if folder.join("node.ron").is_file() {
         let beside = std::fs::canonicalize(folder).ok().and_then(|real| real.parent().map(Path::to_owned));
+        let beside = beside.filter(|parent| files.permits(&parent.join(LIBRARY)));
         let library = beside.map_or(Ok(Vec::new()), |parent| library_in(&parent, files))?;
         return Ok(vec![kind(folder, &library, files)?]);
     }
-    let mut folders = files.list(folder).map_err(Error::Unreadable)?;
+    let mut folders = files.list(folder)?;
     folders.retain(|path| path.join("node.ron").is_file());
     if folders.is_empty() {
         return Ok(Vec::new());
@@ -30,18 +56,20 @@ pub(crate) fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Er
 }
 
 /// The shaders that the kinds of a folder share, if they share any.
-fn library_in(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Error> {
+fn library_in<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<ShaderText>, F::Error> {
     let library = folder.join(LIBRARY);
     let is_library = library.is_dir() && !library.join("node.ron").is_file();
     if is_library { shaders_of(&library, files) } else { Ok(Vec::new()) }
 }
 
-fn kind(folder: &Path, library: &[ShaderText], files: &Files) -> Result<NodeKind, Error> {
+fn kind<F: KindFiles>(folder: &Path, library: &[ShaderText], files: &F) -> Result<NodeKind, F::Error> {
     let path = folder.join("node.ron");
-    let declaration = files.text(&path).map_err(Error::Unreadable)?;
+    let declaration = files.text(&path, "node kind")?;
     let shaders = shaders_of(folder, files)?;
     if shaders.is_empty() {
-        return Err(Error::Unreadable(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display())));
+        let message = format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display());
+        let hint = "a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`";
+        return Err(files.no_kind(message, hint));
     }
     Ok(folder_kind_sharing((&path.to_string_lossy(), &declaration), &borrowed(&shaders), &borrowed(library))?)
 }
@@ -51,13 +79,8 @@ fn borrowed(shaders: &[ShaderText]) -> Vec<(&str, &str)> {
 }
 
 /// The `.wgsl` files of a folder.
-fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Error> {
-    let mut paths: Vec<PathBuf> = files.list(folder).map_err(Error::Unreadable)?;
+fn shaders_of<F: KindFiles>(folder: &Path, files: &F) -> Result<Vec<ShaderText>, F::Error> {
+    let mut paths = files.list(folder)?;
     paths.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
-    let mut shaders = Vec::new();
-    for path in paths {
-        let text = files.text(&path).map_err(Error::Unreadable)?;
-        shaders.push((path.to_string_lossy().into_owned(), text));
-    }
-    Ok(shaders)
+    paths.into_iter().map(|path| Ok((path.to_string_lossy().into_owned(), files.text(&path, "shader")?))).collect()
 }

@@ -33,6 +33,7 @@
 //! | hold a budget in milliseconds | [`Post::govern`] |
 //! | open a device without a renderer | [`Gpu::open`] |
 //! | write a node kind | [`node`] |
+//! | render images in memory, without a renderer: feature `offline` | `offline::Offline` |
 //!
 //! The types of these signatures are in [`host`], and [`wgpu`] is that of the crate. Nothing here waits for the device
 //! but the first frame of a size.
@@ -43,6 +44,8 @@
 mod error;
 mod files;
 mod kinds;
+#[cfg(all(feature = "offline", not(target_family = "wasm")))]
+pub mod offline;
 mod post;
 mod snapshot;
 mod source;
@@ -55,7 +58,7 @@ pub use source::Source;
 pub mod host {
     //! What the signatures for hosts name.
     #[cfg(not(target_family = "wasm"))]
-    pub use afterimage_gpu::{Clock, ClockSource, FrameTime, Readback, TimedCommands, download};
+    pub use afterimage_gpu::{Clock, ClockSource, FrameStep, FrameTime, Readback, TimedCommands, download};
     pub use afterimage_gpu::{
         Control, DrawTargets, ErrorLog, Executor, FadeSkipReason, FullScreenPipeline, GovernedTier, Governor, GpuError,
         HostDraw, Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading, Rectangle,
@@ -72,6 +75,9 @@ pub mod host {
     pub use afterimage_pipelines::PIPELINES;
     pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
+
+    pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
+    pub use crate::source::{built_in, built_in_hint};
 }
 
 pub mod node {

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::{Checker, Graph};
+use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::Registry;
-use afterimage_pipelines::PIPELINES;
 
 use crate::error::Error;
 use crate::files::{Files, or_current};
-use crate::kinds::kinds_in;
-use crate::source::{Place, Source};
+use crate::kinds::{KindFiles as _, kinds_in};
+use crate::source::{Place, Source, built_in, built_in_hint};
 
 /// A pipeline and all that it names, as read at one moment. Clones share it.
 #[derive(Clone)]
@@ -31,11 +31,12 @@ impl Snapshot {
                 None => (path.to_string_lossy().into_owned(), text_of(path, &files)?),
             },
         };
-        let mut folders: Vec<&Path> = source.kind_folders.iter().map(PathBuf::as_path).collect();
-        folders.extend(folder_of(source));
+        let own = folder_of(source).map(or_current);
+        let named = source.kind_folders.iter().map(PathBuf::as_path);
+        let folders = named.filter(|folder| own.is_none_or(|own| !is_among(folder, own))).chain(own);
         let mut kinds = Vec::new();
         for folder in folders {
-            kinds.extend(kinds_in(or_current(folder), &files)?);
+            kinds.extend(kinds_in(or_current(folder), &*files)?);
         }
         let tables = [afterimage_nodes::ALL, afterimage_nodes::HOST, &source.kinds, &kinds];
         let (document, registry) = (parse(&name, &text)?.into(), Registry::new(&tables)?.into());
@@ -44,20 +45,37 @@ impl Snapshot {
 
     /// The graph at a tier. Warnings are logged.
     pub(crate) fn graph(&self, tier: Option<&str>) -> Result<Graph, Error> {
-        let (graph, warnings) = self.checker().check(tier, &[])?;
+        let (graph, warnings) = self.check(tier, &[])?;
         if !warnings.is_empty() {
             log::warn!("{warnings}");
         }
         Ok(graph)
     }
 
+    /// The graph at a tier with changed parameters, and the warnings.
+    pub(crate) fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Error> {
+        Ok(self.checker().check(tier, sets)?)
+    }
+
     pub(crate) fn tiers(&self) -> Vec<String> {
         self.checker().tiers()
+    }
+
+    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
+    pub(crate) fn registry(&self) -> &Registry {
+        &self.registry
     }
 
     fn checker(&self) -> Checker<'_> {
         Checker::new(&self.document, &self.registry, &*self.files)
     }
+}
+
+/// Whether the kinds of a folder are read with those of `own`: it is that folder, or a kind in it.
+fn is_among(folder: &Path, own: &Path) -> bool {
+    let (Ok(folder), Ok(own)) = (folder.canonicalize(), own.canonicalize()) else { return false };
+    let is_kind = |folder: &Path| folder.join("node.ron").is_file();
+    folder == own || !is_kind(&own) && is_kind(&folder) && folder.parent() == Some(&own)
 }
 
 /// The files that a source may name.
@@ -73,21 +91,10 @@ fn folder_of(source: &Source) -> Option<&Path> {
     }
 }
 
-/// The name and the text of the built-in pipeline that a path names; a file of that name wins.
-fn built_in(path: &Path) -> Option<(&'static str, &'static str)> {
-    let name = path.to_str()?;
-    let name = name.strip_suffix(".ron").unwrap_or(name);
-    let found = PIPELINES.iter().find(|(known, _)| *known == name)?;
-    path.symlink_metadata().is_err().then_some(*found)
-}
-
 fn text_of(path: &Path, files: &Files) -> Result<String, Error> {
-    files.text(path).map_err(|why| {
-        let is_name = path.extension().is_none() && path.symlink_metadata().is_err();
-        if !is_name {
-            return Error::Unreadable(why);
-        }
-        let names: Vec<&str> = PIPELINES.iter().map(|(name, _)| *name).collect();
-        Error::Unreadable(format!("{why}; the built-in pipelines are {}", names.join(", ")))
-    })
+    if path.extension().is_none() && path.symlink_metadata().is_err() {
+        let message = format!("there is no pipeline `{}`\n  hint: {}", path.display(), built_in_hint());
+        return Err(Error::Unreadable(message));
+    }
+    files.text(path, "pipeline")
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use afterimage_graph::node::NodeKind;
+use afterimage_pipelines::PIPELINES;
 
 /// Where a pipeline comes from, and what it may use. A path or a name is one: `Post::open(&gpu, "look.ron")`.
 ///
@@ -48,6 +49,17 @@ impl Source {
         Self::of(Place::Text { name: name.into(), text: text.into() })
     }
 
+    /// The name of the built-in pipeline, the path of the file, or the name of the text.
+    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
+    pub(crate) fn name(&self) -> String {
+        match &self.place {
+            Place::Text { name, .. } => name.clone(),
+            Place::Path(path) => {
+                built_in(path).map_or(path.to_string_lossy().into_owned(), |(name, _)| name.to_owned())
+            }
+        }
+    }
+
     fn of(place: Place) -> Self {
         Self { place, kinds: Vec::new(), kind_folders: Vec::new(), allowed: Vec::new(), tier: None }
     }
@@ -81,4 +93,19 @@ impl<P: AsRef<Path> + ?Sized> From<&P> for Source {
     fn from(path: &P) -> Self {
         Self::of(Place::Path(path.as_ref().to_owned()))
     }
+}
+
+/// The name and the text of the built-in pipeline that a path names, with or without `.ron`; a file of that name wins.
+pub fn built_in(path: &Path) -> Option<(&'static str, &'static str)> {
+    let name = path.to_str()?;
+    let name = name.strip_suffix(".ron").unwrap_or(name);
+    let found = PIPELINES.iter().find(|(known, _)| *known == name)?;
+    // Also a link in a circle, which is reported where it is read.
+    path.symlink_metadata().is_err().then_some(*found)
+}
+
+/// The names of all built-in pipelines, as a hint for a path that is none of them and no file.
+pub fn built_in_hint() -> String {
+    let names: Vec<&str> = PIPELINES.iter().map(|(name, _)| *name).collect();
+    format!("name a .ron file, or one of the built-in pipelines: {}", names.join(", "))
 }

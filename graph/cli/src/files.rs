@@ -4,14 +4,15 @@ use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use afterimage::host::{KindFiles, built_in, built_in_hint, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::{NodeKind, Registry, folder_kind_sharing};
+use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{read_bytes, read_text, real_path};
 use afterimage_pipelines::BuiltIn;
 
 use crate::args::KindOptions;
-use crate::built_in::{MAX_TEXT, built_in, hint};
+use crate::built_in::MAX_TEXT;
 use crate::failure::Failure;
 use crate::run_files::RunFiles;
 
@@ -68,13 +69,6 @@ impl Files {
         self.run.reads(path, self.what);
         Ok(bytes.into())
     }
-
-    /// The text of a file of a folder of kinds; `what` names it in the error.
-    fn text(&self, path: &Path, what: &str) -> Result<String, Failure> {
-        self.permitted(path).map_err(|why| unreadable(path, what, &why))?;
-        self.run.reads(path, self.what);
-        text(path, what)
-    }
 }
 
 /// The folders whose files may be read, without links. A folder that does not exist permits nothing; that it has no
@@ -94,6 +88,32 @@ impl Loader for Files {
 
     fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
         self.bytes(Path::new(path))
+    }
+}
+
+impl KindFiles for Files {
+    type Error = Failure;
+
+    fn list(&self, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+        let entries = std::fs::read_dir(folder)
+            .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
+        let mut paths: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.sort();
+        Ok(paths)
+    }
+
+    fn text(&self, path: &Path, what: &str) -> Result<String, Failure> {
+        self.permitted(path).map_err(|why| unreadable(path, what, &why))?;
+        self.run.reads(path, self.what);
+        text(path, what)
+    }
+
+    fn permits(&self, path: &Path) -> bool {
+        self.permitted(path).is_ok()
+    }
+
+    fn no_kind(&self, message: String, hint: &str) -> Failure {
+        Failure::user(message).hint(hint)
     }
 }
 
@@ -125,68 +145,13 @@ pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions, run: &RunF
 pub(crate) fn folder_kinds(folders: &KindOptions, run: &RunFiles) -> Result<Vec<NodeKind>, Failure> {
     let mut kinds = Vec::new();
     for folder in &folders.nodes {
-        kinds.extend(kinds_in(folder, &Files::of_kinds(folder, &folders.allow, run))?);
+        let found = kinds_in(folder, &Files::of_kinds(folder, &folders.allow, run))?;
+        if found.is_empty() {
+            return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
+        }
+        kinds.extend(found);
     }
     Ok(kinds)
-}
-
-/// The kinds in a folder: the folder itself if it has a `node.ron`, or each folder in it that has one.
-fn kinds_in(folder: &Path, files: &Files) -> Result<Vec<NodeKind>, Failure> {
-    if folder.join("node.ron").is_file() {
-        // What is next to the folder needs a permission.
-        let parent = real_path(folder).ok().and_then(|folder| Some(folder.parent()?.to_owned()));
-        let library = parent.filter(|parent| files.permitted(&parent.join(LIBRARY)).is_ok());
-        let library = library.map_or(Ok(Vec::new()), |parent| library_in(&parent, files))?;
-        return Ok(vec![folder_node(folder, &library, files)?]);
-    }
-    let entries = std::fs::read_dir(folder)
-        .map_err(|error| Failure::unreadable(format!("`{}` has no node kinds: {error}", folder.display())))?;
-    let mut folders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    folders.retain(|path| path.join("node.ron").is_file());
-    folders.sort();
-    if folders.is_empty() {
-        return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
-    }
-    let library = library_in(folder, files)?;
-    folders.iter().map(|folder| folder_node(folder, &library, files)).collect()
-}
-
-/// The name of the folder with the files that kinds next to it share.
-pub(crate) const LIBRARY: &str = "lib";
-
-/// A `.wgsl` file: its path and its text.
-type ShaderText = (String, String);
-
-/// The files that the kinds of a folder share, if they share any.
-fn library_in(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> {
-    let library = folder.join(LIBRARY);
-    let is_library = library.is_dir() && !library.join("node.ron").is_file();
-    if is_library { shaders_of(&library, files) } else { Ok(Vec::new()) }
-}
-
-fn folder_node(folder: &Path, library: &[ShaderText], files: &Files) -> Result<NodeKind, Failure> {
-    let ron_path = folder.join("node.ron");
-    let ron = files.text(&ron_path, "node kind")?;
-    let shaders = shaders_of(folder, files)?;
-    if shaders.is_empty() {
-        return Err(Failure::user(format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display()))
-            .hint("a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`"));
-    }
-    Ok(folder_kind_sharing((&ron_path.to_string_lossy(), &ron), &borrowed(&shaders), &borrowed(library))?)
-}
-
-fn borrowed(files: &[ShaderText]) -> Vec<(&str, &str)> {
-    files.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect()
-}
-
-/// The `.wgsl` files of a folder.
-fn shaders_of(folder: &Path, files: &Files) -> Result<Vec<ShaderText>, Failure> {
-    let entries =
-        std::fs::read_dir(folder).map_err(|error| Failure::user(format!("`{}`: {error}", folder.display())))?;
-    let mut shaders: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    shaders.retain(|path| path.extension().is_some_and(|ending| ending == "wgsl"));
-    shaders.sort();
-    shaders.into_iter().map(|path| Ok((path.to_string_lossy().into_owned(), files.text(&path, "shader")?))).collect()
 }
 
 /// Reads and parses a pipeline file, or parses a built-in pipeline.
@@ -196,7 +161,7 @@ pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
     }
     if path.symlink_metadata().is_err() && path.extension().is_none() {
         let failure = Failure::unreadable(format!("there is no pipeline `{}`", path.display()));
-        return Err(failure.hint(hint()));
+        return Err(failure.hint(built_in_hint()));
     }
     let document = text(path, "pipeline").and_then(|text| Ok(parse(&path.to_string_lossy(), &text)?));
     // Names can end in anything: only a file that is no pipeline is one of something else.

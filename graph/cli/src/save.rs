@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use afterimage::offline::quantize::{Noise, with_encoded_pixels};
 use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
-use afterimage_lab::quantize::{Noise, with_encoded_pixels};
 use afterimage_media::{
     Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
     PngOptions, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg, write_png,

@@ -6,12 +6,11 @@
 //! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
 //! - [`dump`]: a frame of a host as files, which the program renders again.
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
-//! - [`quantize`]: pipelines whose outputs are rounded by a writer of files, and not by the pipeline.
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
 //! registries: this crate parses no command line. It has no table of node kinds: what the results of a kind keep is
 //! declared by [`Node::promises`](afterimage_graph::node::Node::promises). Two kinds are named: `DemoScene`, which
-//! [`scene`] renders, and `Dither`, which [`measure`] and [`quantize`] switch off before outputs.
+//! [`scene`] renders, and `Dither`, which [`measure`] switches off before outputs.
 
 #![allow(
     missing_docs,
@@ -27,7 +26,6 @@ pub mod measure;
 pub mod metrics;
 pub mod plot;
 mod progress;
-pub mod quantize;
 pub mod scene;
 pub mod stress;
 pub mod tune;

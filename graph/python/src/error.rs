@@ -1,5 +1,6 @@
 //! Errors as the exceptions of `afterimage._errors`.
 
+use afterimage::Error;
 use afterimage_gpu::{GpuError, PostError};
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_lab::LabError;
@@ -51,6 +52,20 @@ impl From<Failure> for PyErr {
     }
 }
 
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Wrong(diagnostics) => diagnostics.into(),
+            Error::Unreadable(text) => Self::File(text),
+            Error::Name(text) => Self::Parameter(text),
+            Error::Image(text) => Self::Image(text),
+            Error::Post(error) => error.into(),
+            Error::Gpu(error) => error.into(),
+            other => Self::Plan(other.to_string()),
+        }
+    }
+}
+
 impl From<Diagnostics> for Failure {
     fn from(diagnostics: Diagnostics) -> Self {
         Self::Pipeline(diagnostics)
@@ -68,6 +83,7 @@ impl From<GpuError> for Failure {
         match error {
             GpuError::TooLarge { .. }
             | GpuError::MissingInput(_)
+            | GpuError::MissingDraw(_)
             | GpuError::MissingBlock { .. }
             | GpuError::WrongBlock { .. }
             | GpuError::WrongImage { .. }

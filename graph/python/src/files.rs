@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use afterimage_graph::image::{ColorState, Format};
+use afterimage_graph::image::ColorState;
 use afterimage_media::{
     Alpha, EncodedPixels, ExrOptions, Picture, Pixels, PngDepth, PngOptions, encode_png, write_atomic,
 };
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::error::Failure;
-use crate::frame::{Color, bytes_of};
+use crate::frame::Color;
 
 /// An image of an EXR, Radiance or PNG file, linear Rec.709, with four channels: its numbers, its width and height,
 /// their type, and what was assumed about the file. `layer` names a layer or channel of an EXR file.
@@ -43,7 +43,7 @@ pub(crate) fn write_exr(
     state: &str,
     color: Option<PyRef<'_, Color>>,
 ) -> PyResult<()> {
-    let bytes = bytes_of(&numbers)?;
+    let bytes = numbers.as_slice()?;
     let pixels = match ty {
         "float16" => Pixels::Half(bytemuck::pod_collect_to_vec(bytes)),
         _ => Pixels::Float(bytemuck::pod_collect_to_vec(bytes)),
@@ -93,16 +93,4 @@ pub(crate) fn write_png<'py>(
         Ok::<_, Failure>(file)
     })?;
     Ok(PyBytes::new(py, &file))
-}
-
-/// The format of an image with so many channels of this type; `None` if no texture has it.
-pub(crate) fn format(ty: &str, channels: u32) -> Option<Format> {
-    match (ty, channels) {
-        ("float16", 1) => Some(Format::R16Float),
-        ("float16", 2) => Some(Format::Rg16Float),
-        ("float16", 4) => Some(Format::Rgba16Float),
-        ("float32", 1) => Some(Format::R32Float),
-        ("float32", 4) => Some(Format::Rgba32Float),
-        _ => None,
-    }
 }

@@ -7,7 +7,6 @@ mod frame;
 mod measure;
 mod pipeline;
 mod plan;
-mod source;
 mod value;
 
 /// The module `afterimage._native`.
@@ -18,9 +17,7 @@ mod native {
     #[pymodule_export]
     use super::frame::Color;
     #[pymodule_export]
-    use super::pipeline::Pipeline;
+    use super::pipeline::{Pipeline, built_in};
     #[pymodule_export]
     use super::plan::PlanView;
-    #[pymodule_export]
-    use super::source::built_in;
 }

@@ -1,6 +1,7 @@
 """Numbers are those of the program, whose files are read by readers that are not ours."""
 
 import json
+import os
 import unittest
 
 import afterimage as ai
@@ -53,6 +54,25 @@ class Program(TestCase):
             light = ai.Pipeline(self.path("lit.ron"), outputs="light")(scene(kind=kind))
             self.assertEqual(light.state, "Exposed")
             self.assert_same(light, read_exr(self.path("lit.exr")), str(kind))
+
+    def test_node_folders_and_allowed_files(self):
+        self.program("nodes", "--new", "SoftGlow")
+        kind, own = self.path("soft_glow"), self.path("looks/own.ron")
+        os.makedirs(self.path("looks"))
+        with open(own, "w") as file:
+            file.write('Pipeline(extends: "../soft_glow/soft_glow.ron")')
+        folders = ("--nodes", "soft_glow", "--allow", "soft_glow")
+        self.program("render", "looks/own.ron", "-o", "glow.png", "--size", "64x36", *folders)
+        wanted = read_png(self.path("glow.png"))
+        self.assert_same(ai.Pipeline(own, nodes=[kind], allow=[kind])(size=(64, 36)), wanted)
+        with self.assertRaisesRegex(ai.PipelineError, "allow"):
+            ai.Pipeline(own, nodes=[kind])
+        with self.assertRaisesRegex(ai.PipelineError, "SoftGlow"):
+            ai.Pipeline(own, allow=[kind])
+        # The folders beside a file are known, whether they are named or not.
+        os.rename(self.path("soft_glow/soft_glow.ron"), self.path("beside.ron"))
+        for nodes in ([], [kind], [self.folder]):
+            self.assert_same(ai.Pipeline(self.path("beside.ron"), nodes=nodes)(size=(64, 36)), wanted)
 
     def test_tiers_parameters_facts_and_no_dither(self):
         options = ["--tier", "low", "--set", "lit.strength=0.02", "--set", "bright=Off", "--fact", "emissive=false"]

@@ -16,14 +16,17 @@ pub const LAYERS: &[(&str, &[&str])] = &[
     ("afterimage-nodes", &["afterimage-color", "afterimage-graph", "afterimage-shaders"]),
     ("afterimage-pipelines", &["afterimage-graph"]),
     ("afterimage-gpu", &["afterimage-plan"]),
-    ("afterimage", &["afterimage-gpu", "afterimage-nodes", "afterimage-pipelines"]),
     ("afterimage-media", &["afterimage-base"]),
+    ("afterimage", &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines"]),
     ("afterimage-lab", &["afterimage-gpu", "afterimage-media", "afterimage-plan"]),
     (
         "afterimage-view",
         &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines", "afterimage-plan"],
     ),
-    ("afterimage-cli", &["afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"]),
+    (
+        "afterimage-cli",
+        &["afterimage", "afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"],
+    ),
 ];
 
 /// External crates that only some crates may name as normal dependencies.

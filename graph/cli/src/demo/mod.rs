@@ -2,12 +2,12 @@
 
 mod graph;
 
+use afterimage::offline::quantize::{EncodedFile, unquantized};
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels};
 use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind};
-use afterimage_lab::quantize::{EncodedFile, unquantized};
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use afterimage::offline::quantize::{EncodedFile, unquantized};
 use afterimage_gpu::FrameStep;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
-use afterimage_lab::quantize::{EncodedFile, unquantized};
 use afterimage_media::{Source, read, sequence};
 use afterimage_nodes::DemoScene;
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use afterimage::host::LIBRARY;
 use afterimage_graph::check::{Change, Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::{NodeKind, Registry};
@@ -12,7 +13,7 @@ use afterimage_view::{Checked, Project, Wake, saved};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
-use crate::files::{Files, LIBRARY, registry, text};
+use crate::files::{Files, registry, text};
 use crate::run_files::RunFiles;
 use crate::watch::RecordingLoader;
 

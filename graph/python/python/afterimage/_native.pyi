@@ -32,16 +32,7 @@ _Camera = tuple[str, _Columns, _Columns, _Columns, _Columns, Sequence[float], Se
 _Output = tuple[str, npt.NDArray[Any], list[int], str, str, Color]
 
 class Pipeline:
-    def __new__(
-        cls,
-        source: str,
-        tier: str | None,
-        facts: Sequence[tuple[str, float, bool]],
-        outputs: Sequence[str],
-        encoding: str | None,
-        dither: bool,
-        adapter: str | None,
-    ) -> Pipeline: ...
+    def __new__(cls, source: str, opening: dict[str, Any]) -> Pipeline: ...
     def warnings(self) -> str: ...
     def describe(self) -> str: ...
     def parameters(self) -> str: ...

@@ -57,7 +57,8 @@ class Pipeline:
     that are rendered: one is returned as an array, a list of them as a dict. `dtype` is that of outputs for a display:
     None for the codes of the program's PNG files, which are uint8, and uint16 for PQ and HLG; float16 and float32 are
     numbers from 0 to 1 that are not rounded. `dither` adds noise to codes of 8 bits. `adapter` is a part of the name of
-    a graphics adapter.
+    a graphics adapter. `nodes` are folders of node kinds, or of one; those beside a file are known. A file may name
+    files of its own folder and below, and of the folders of `allow`.
 
     Outputs of light and of data have the numbers that the pipeline stores: float16 or float32, with four channels, or
     one or two for data.
@@ -73,11 +74,21 @@ class Pipeline:
         dtype: npt.DTypeLike | None = None,
         dither: bool = True,
         adapter: str | None = None,
+        nodes: Sequence[str | os.PathLike[str]] = (),
+        allow: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
         stated = [(name, float(fact), isinstance(fact, (bool, np.bool_))) for name, fact in (facts or {}).items()]
-        wanted = [outputs] if isinstance(outputs, str) else list(outputs or [])
-        encoding = None if dtype is None else str(np.dtype(dtype))
-        self._native = _native.Pipeline(os.fspath(source), tier, stated, wanted, encoding, dither, adapter)
+        opening = {
+            "tier": tier,
+            "facts": stated,
+            "outputs": [outputs] if isinstance(outputs, str) else list(outputs or []),
+            "encoding": None if dtype is None else str(np.dtype(dtype)),
+            "dither": dither,
+            "adapter": adapter,
+            "nodes": [os.fspath(folder) for folder in nodes],
+            "allow": [os.fspath(folder) for folder in allow],
+        }
+        self._native = _native.Pipeline(os.fspath(source), opening)
         self._about: dict[str, Any] = json.loads(self._native.describe())
         self._is_alone = isinstance(outputs, str) or outputs is None and len(self._about["outputs"]) == 1
         self._last: tuple[int, float] | None = None

@@ -27,6 +27,7 @@ impl Noise {
 
 /// A pipeline whose outputs are written to files.
 pub struct Unquantized {
+    /// The pipeline without its `Dither`.
     pub graph: Graph,
     /// That of the last `Dither`; seed 0 without one.
     pub noise: Noise,
