@@ -23,6 +23,7 @@ pub const LAYERS: &[(&str, &[&str])] = &[
         "afterimage-view",
         &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines", "afterimage-plan"],
     ),
+    ("afterimage-c", &["afterimage"]),
     (
         "afterimage-cli",
         &["afterimage", "afterimage-lab", "afterimage-nodes", "afterimage-pipelines", "afterimage-view"],

@@ -80,8 +80,8 @@ impl Crate {
     fn read(package: &Value) -> Self {
         let manifest = PathBuf::from(string(package, "manifest_path"));
         let is_root = |target: &&Value| {
-            let kinds = list(target, "kind");
-            kinds.iter().any(|kind| kind == "lib" || kind == "bin" || kind == "custom-build")
+            let kinds = ["lib", "cdylib", "bin", "custom-build"];
+            list(target, "kind").iter().any(|kind| kinds.iter().any(|known| kind == known))
         };
         Self {
             name: string(package, "name"),
