@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the viewer for browsers: graph/view/web/build.sh [FOLDER]. Any static host can serve the folder, `out/page` by
-# default, as it is and under any path. PROFILE=release builds sooner, and what is larger.
+# default, as it is and under any path.
 # With rustup, first: rustup target add wasm32-unknown-unknown; cargo install wasm-bindgen-cli --version 0.2.130
 # A nightly Rust with rust-src builds the standard library instead: RUSTUP_TOOLCHAIN=nightly BUILD_STD=1 graph/view/web/build.sh
 # wasm-opt would make the program 8 % smaller, but what a browser loads not.
@@ -25,12 +25,11 @@ fi
 
 # Every browser with WebGPU has SIMD, and the program is smaller with it.
 export RUSTFLAGS="${RUSTFLAGS:-} -Ctarget-feature=+simd128"
-profile=${PROFILE:-page}
-cargo build --profile "$profile" ${BUILD_STD:+-Zbuild-std=std,panic_abort} --target wasm32-unknown-unknown \
+cargo build --profile page ${BUILD_STD:+-Zbuild-std=std,panic_abort} --target wasm32-unknown-unknown \
     -p afterimage-view --bin afterimage-page --features page
 mkdir -p "$out"
 wasm=$out/afterimage-page_bg.wasm
-wasm-bindgen --target web --no-typescript --out-dir "$out" "$target/wasm32-unknown-unknown/$profile/afterimage-page.wasm"
+wasm-bindgen --target web --no-typescript --out-dir "$out" "$target/wasm32-unknown-unknown/page/afterimage-page.wasm"
 bytes=$(stat -c %s "$wasm" 2>/dev/null || stat -f %z "$wasm")
 gzip -9 -n -f "$wasm"
 compressed=$(stat -c %s "$wasm.gz" 2>/dev/null || stat -f %z "$wasm.gz")
