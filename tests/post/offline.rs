@@ -1,8 +1,9 @@
 //! Pipelines that the crate `afterimage` renders from memory to memory, compared with those of a host's device.
 
-use afterimage::Source;
+use afterimage::host::kinds::{AutoExposure, Curve, Encode, Exposure, Histogram, ToneMap, Transfer, WhiteBalance};
 use afterimage::host::{FrameStep, Size, image::ImageDesc};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, Rendered};
+use afterimage::{Pipeline, Source};
 use afterimage_gpu::Texels;
 
 use super::{Host, assert_same, scene_texels};
@@ -141,4 +142,31 @@ fn what_does_not_fit_is_an_error_and_changes_nothing() {
     let Err(missing) = look.render(&OfflineFrame::default()) else { panic!("no image is needed") };
     assert!(missing.to_string().contains("needs an image for its input `scene`"), "{missing}");
     assert_same(frame(&mut look).outputs[0].numbers.bytes(), before.bytes());
+}
+
+/// The pipeline of [`look`], whose balance reads an image of that name.
+fn in_code(source: &str) -> Pipeline {
+    Pipeline::default()
+        .input("scene", "Color")
+        .node("bins", &Histogram::default(), &[("source", "scene")])
+        .node("metered", &AutoExposure::default(), &[("histogram", "bins")])
+        .node("red", &WhiteBalance { temperature: 4000.0, ..Default::default() }, &[("source", source)])
+        .node("exposed", &Exposure { stops: -2.25 }, &[("source", "red"), ("meter", "metered")])
+        .node("mapped", &ToneMap { curve: Curve::Reinhard, ..Default::default() }, &[("source", "exposed")])
+        .node("codes", &Encode { transfer: Transfer::Srgb, ..Default::default() }, &[("source", "mapped")])
+        .output("display", "exposed")
+        .output("codes", "codes")
+        .tier("low", &[("exposed.stops", "-4.0")])
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pipeline_in_code_is_that_of_its_text() {
+    let mut built = Offline::open(in_code("scene")).unwrap_or_else(|error| panic!("{error}"));
+    assert_same(frame(&mut built).outputs[0].numbers.bytes(), &light("-2.25", None));
+    built.set_tier(Some("low")).unwrap();
+    assert_same(frame(&mut built).outputs[0].numbers.bytes(), &light("-4.0", None));
+    let Err(wrong) = Offline::open(in_code("scenes")) else { panic!("no input has that name") };
+    let wrong = wrong.to_string();
+    assert!(wrong.contains("pipeline in code:8:") && wrong.contains("`scene`"), "{wrong}");
 }

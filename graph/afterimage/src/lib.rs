@@ -27,6 +27,7 @@
 //! | to | see |
 //! |---|---|
 //! | open text, node kinds in folders or in Rust, files elsewhere | [`Source`] |
+//! | build a pipeline in code | [`Pipeline`] |
 //! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
 //! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
 //! | give cameras, rectangles of images, factors | [`Frame`] |
@@ -46,12 +47,14 @@ mod files;
 mod kinds;
 #[cfg(all(feature = "offline", not(target_family = "wasm")))]
 pub mod offline;
+mod pipeline;
 mod post;
 mod snapshot;
 mod source;
 
 pub use afterimage_gpu::{Frame, Gpu, Opening, wgpu};
 pub use error::Error;
+pub use pipeline::Pipeline;
 pub use post::Post;
 pub use source::Source;
 

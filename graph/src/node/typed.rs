@@ -22,6 +22,8 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
     const DOC: &'static str;
     /// The declarations, in the order of the struct's fields.
     fn table() -> &'static [Param];
+    /// The values of the fields, in the order of the table.
+    fn values(&self) -> Vec<Value>;
     /// The struct from values in the order of the table; `None` where a value has the wrong type.
     fn from_values(values: &[Value]) -> Option<Self>;
     /// Sets the value at a place of the table; `None` where it has the wrong type, and without such a place.
@@ -273,6 +275,11 @@ macro_rules! params {
                         <$ty as $crate::value::ParamType>::into_value($default),
                     ) $( $( .$method($($arg),*) )+ )?,
                 )*])
+            }
+
+            fn values(&self) -> Vec<$crate::value::Value> {
+                let Self { $( $field ),* } = self.clone();
+                vec![$( <$ty as $crate::value::ParamType>::into_value($field), )*]
             }
 
             #[allow(unused_mut, unused_variables, reason = "a kind may have no parameters")]
