@@ -148,9 +148,9 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
     }
 }
 
-/// A typical device: it stores every format.
+/// A typical graphics card: it stores every format, and its workgroups share a fast memory.
 pub(crate) fn typical_caps() -> Caps {
-    Caps { storage: Format::ALL.into(), max_side: 16384, ..Caps::default() }
+    Caps { storage: Format::ALL.into(), max_side: 16384, fast_workgroup_memory: true, ..Caps::default() }
 }
 
 /// A plan for a typical device with half-float inputs of this size, to look at and not to run.
