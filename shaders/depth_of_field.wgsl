@@ -1,9 +1,10 @@
 // Depth of field: each pixel gathers the light whose circle of confusion covers it. A circle spreads its light over its
-// area, and light of surfaces behind a pixel's own is limited to the pixel's circle, so that it does not bleed over a
-// sharp foreground; light of surfaces before it covers the pixel by the share that the circles cover.
+// area. Light of surfaces before a pixel's own covers the pixel by the share that the circles cover. Surfaces behind it
+// are seen past the own one, in the part of the pixel's circle that they fill: none beside a sharp foreground.
 //
 // After Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014. The polygon:
 // Sousa, "Graphics Gems from CryENGINE 3", SIGGRAPH 2013.
+#import front
 #import grade
 #import math
 
@@ -18,8 +19,6 @@ struct DepthOfField {
 }
 
 const DEPTH_OF_FIELD_PI: f32 = 3.14159265;
-// Surfaces whose depths differ by less than this share belong together.
-const DEPTH_OF_FIELD_SOFT: f32 = 0.05;
 
 // The radius of the circle of confusion in pixels. The gather reads whole pixels and softens the edge of the circle by
 // one: that adds at least the variance of a pixel to the circle's, which is taken off here.
@@ -28,21 +27,22 @@ fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
     return sqrt(max(radius * radius - 1.0 / 6.0, 0.0));
 }
 
-// The radius and the depth of a pixel. Where edges are smooth, a pixel beside a sharper surface in front of it shows a
-// part of that, whatever its own depth says. Blurred with what is behind, it would lose that part and the edge would
-// have steps: so it belongs to the surface in front.
+// The radius and the depth of a pixel. Where edges are smooth, a pixel beside a surface in front of it shows a part of
+// that, whatever its own depth says, so it belongs to that surface: blurred with what is behind, the edge of a sharper
+// one would have steps, and a pixel in focus would draw a line around a blurred one.
 fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    let own = max(texel(depth, at.pixel).x, 1e-3);
+    let own = front_depth(depth, at.pixel);
+    let own_radius = depth_of_field_radius(own, params);
     var z = own;
-    var radius = depth_of_field_radius(own, params);
+    var radius = own_radius;
     for (var i = 0; i < 4; i++) {
-        let is_across = i < 2;
-        let step = select(1, -1, (i & 1) == 0) * select(vec2i(0, 1), vec2i(1, 0), is_across);
-        let other = max(texel(depth, at.pixel + step).x, 1e-3);
-        let sharper = depth_of_field_radius(other, params);
-        if other < (1.0 - DEPTH_OF_FIELD_SOFT) * own && sharper < radius {
+        let other = front_depth(depth, front_beside(at.pixel, i));
+        let found = depth_of_field_radius(other, params);
+        let is_sharper = found < radius;
+        let is_blurred = found >= 2.0 && other < z;
+        if front_is_before(other, own) && select(is_sharper, is_blurred, own_radius < 0.5) {
             z = other;
-            radius = sharper;
+            radius = found;
         }
     }
     return vec4f(radius, z, 0.0, 1.0);
@@ -135,8 +135,7 @@ fn depth_of_field_surface(circle: vec4f) -> DepthOfFieldSurface {
 }
 
 // Adds the light of a surface. `distance` is that from the pixel, in pixels of an aperture that is a circle; `area` is
-// what the sample stands for, and `nearness` 1 over the difference of depths of two surfaces. The smaller of two
-// circles has the larger density.
+// what the sample stands for, and `nearness` 1 over the difference of depths of two surfaces.
 fn depth_of_field_add(
     light: ptr<function, DepthOfFieldLight>,
     color: vec3f,
@@ -146,11 +145,14 @@ fn depth_of_field_add(
     distance: f32,
     area: f32,
 ) {
-    let is_before = clamp((own.depth - other.depth) * nearness, 0.0, 1.0);
-    let near = clamp(other.radius - distance + 0.5, 0.0, 1.0) * other.density;
-    let radius = min(other.radius, own.radius);
-    let far = clamp(radius - distance + 0.5, 0.0, 1.0) * max(other.density, own.density);
-    let weights = area * vec2f(is_before * near, (1.0 - is_before) * far);
+    let away = clamp((other.depth - own.depth) * nearness, -1.0, 1.0);
+    let is_before = max(-away, 0.0);
+    let covers = clamp(vec2f(other.radius, own.radius) - distance + 0.5, vec2f(0.0), vec2f(1.0));
+    let density = covers * vec2f(other.density, own.density);
+    // The smaller circle of two that belong together, and the own one of what is behind.
+    let seen_past = select(max(away, 0.0), 1.0, other.radius > own.radius);
+    let far = mix(density.x, density.y, seen_past);
+    let weights = area * vec2f(is_before * density.x, (1.0 - is_before) * far);
     (*light).before += weights.x * vec4f(color, 1.0);
     (*light).behind += weights.y * vec4f(color, 1.0);
 }
@@ -168,7 +170,7 @@ fn depth_of_field_gathered(
     let reach = texel(around, at.pixel / params.tile).x;
     if reach < 0.5 { return center; }
     let own = depth_of_field_surface(texel(circle, at.pixel));
-    let nearness = 1.0 / (DEPTH_OF_FIELD_SOFT * own.depth);
+    let nearness = 1.0 / (FRONT_SOFT * own.depth);
     // Six samples in the first ring, twelve in the second, and so on, nearer to each other in the middle: for surfaces
     // that are less blurred. They are texels, because a filtered one would mix the light of two surfaces.
     var light = DepthOfFieldLight();

@@ -3,6 +3,7 @@
 // 2012; samples along both paths: Guertin, McGuire and Nowrouzezahrai, "A Fast and Stable Feature-Aware Motion Blur
 // Filter", HPG 2014. Weights are shares of the time for which the shutter is open.
 #import camera
+#import front
 #import grade
 #import math
 #import noise
@@ -14,23 +15,49 @@ struct MotionBlur {
     scale: vec2f,  // from the numbers of the motion image to half of the path in pixels
 }
 
-// Surfaces whose depths differ by less than this share belong together.
-const MOTION_BLUR_SOFT: f32 = 0.05;
-
 // Half of the path of a pixel while the shutter is open, in pixels.
 fn motion_blur_limited(motion: vec2f, params: MotionBlur) -> vec2f {
     let path = clamp(motion * params.scale, vec2f(-1e4), vec2f(1e4));
     return path * min(1.0, params.most / max(length(path), 1e-6));
 }
 
-// The same and the depth. Without one, what moves faster counts as nearer.
-fn motion_blur_path(motion: vec4f, params: MotionBlur) -> vec4f {
-    let path = motion_blur_limited(motion.xy, params);
-    return vec4f(path, 1.0 / (1.0 + length(path)), 1.0);
+// 1 if the first depth is well before the second, 0 if it is not before it.
+fn motion_blur_before(first: f32, second: f32) -> f32 {
+    return clamp((second - first) / (FRONT_SOFT * min(first, second)), 0.0, 1.0);
 }
 
-fn motion_blur_path_depth(motion: vec4f, depth: vec4f, params: MotionBlur) -> vec4f {
-    return vec4f(motion_blur_limited(motion.xy, params), clamp(depth.x, 1e-3, HALF_MAX), 1.0);
+// The path at a pixel and the depth. Without one, what moves faster counts as nearer.
+fn motion_blur_found(motion: texture_2d<f32>, p: vec2i, params: MotionBlur) -> vec3f {
+    let path = motion_blur_limited(texel(motion, p).xy, params);
+    return vec3f(path, 1.0 / (1.0 + length(path)));
+}
+
+// The path and the depth of a pixel beside a front. Where edges are smooth, it shows a part of the front, which would
+// stay as a line where the front began to move: so it moves with the front, if that moves in another way.
+fn motion_blur_joined(own: vec3f, front: vec3f) -> vec4f {
+    return vec4f(select(own, front, distance(own.xy, front.xy) >= 1.0), 1.0);
+}
+
+fn motion_blur_path(motion: texture_2d<f32>, at: Point, params: MotionBlur) -> vec4f {
+    let own = motion_blur_found(motion, at.pixel, params);
+    var front = own;
+    for (var i = 0; i < 4; i++) {
+        let other = motion_blur_found(motion, front_beside(at.pixel, i), params);
+        front = select(front, other, front_is_before(other.z, own.z) && other.z < front.z);
+    }
+    return motion_blur_joined(own, front);
+}
+
+fn motion_blur_path_depth(
+    motion: texture_2d<f32>,
+    depth: texture_2d<f32>,
+    at: Point,
+    params: MotionBlur,
+) -> vec4f {
+    let p = front_pixel(depth, at.pixel);
+    let own = vec3f(motion_blur_limited(texel(motion, at.pixel).xy, params), front_depth(depth, at.pixel));
+    let front = vec3f(motion_blur_limited(texel(motion, p).xy, params), front_depth(depth, p));
+    return motion_blur_joined(own, front);
 }
 
 // The path of what stands still while the camera moves.
@@ -79,11 +106,6 @@ fn motion_blur_around(tiles: texture_2d<f32>, at: Point) -> vec4f {
         }
     }
     return vec4f(longest, 0.0, 1.0);
-}
-
-// 1 if the first depth is well before the second, 0 if it is not before it.
-fn motion_blur_before(first: f32, second: f32) -> f32 {
-    return clamp((second - first) / (MOTION_BLUR_SOFT * min(first, second)), 0.0, 1.0);
 }
 
 // The share of the time in which what moves half a path of this length is seen at a pixel this far away.

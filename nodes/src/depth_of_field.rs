@@ -14,7 +14,7 @@ params! {
     /// the f-number N, the distance s of the focus and the depth z. Each pixel gathers the light whose circles cover
     /// it, each with its light spread over its area. Light from behind does not bleed over a sharp foreground, and a
     /// blurred foreground covers what is behind it by its share; what it hides there is filled with what is seen around
-    /// it.
+    /// it. A pixel at a smooth edge belongs to the surface in front if that or the one behind is in focus.
     ///
     /// Place it before the tone curve, so that bright lights become bright discs. The depth is the distance along the
     /// view axis in meters. Samples lie on rings, 6 on the first, 12 on the second and so on, nearer to each other in

@@ -24,11 +24,12 @@ params! {
     /// its own surface and from what that uncovers; each counts by the time for which it is seen. The motion is where a
     /// pixel's surface is now minus where it was in the previous frame, in x and y of the image, v downwards. The path
     /// is straight, and the frame is in its middle. With a depth, a moving object does not draw out what is before it;
-    /// without one, what moves faster counts as nearer. Without a motion, a depth and the camera say how what stands
-    /// still has moved in the image; without these, nothing is blurred. Samples are moved by a random number for each
-    /// pixel, equal on every device. Place it before the tone curve. Alpha passes unchanged. After McGuire and others,
-    /// "A Reconstruction Filter for Plausible Motion Blur", I3D 2012, and Guertin and others, "A Fast and Stable
-    /// Feature-Aware Motion Blur Filter", HPG 2014; graph/docs/measurements/depth.md compares it with rays.
+    /// without one, what moves faster counts as nearer. A pixel at a smooth edge moves as the object in front of it.
+    /// Without a motion, a depth and the camera say how what stands still has moved in the image; without these,
+    /// nothing is blurred. Samples are moved by a random number for each pixel, equal on every device. Place it before
+    /// the tone curve. Alpha passes unchanged. After McGuire and others, "A Reconstruction Filter for Plausible Motion
+    /// Blur", I3D 2012, and Guertin and others, "A Fast and Stable Feature-Aware Motion Blur Filter", HPG 2014;
+    /// graph/docs/measurements/depth.md compares it with rays.
     pub struct MotionBlur {
         /// How long the shutter is open: 360 degrees is the whole frame. 0 changes nothing.
         pub shutter: f32 = 180.0 => within(0.0..=360.0), unit("degrees"), neutral(0.0);

@@ -42,17 +42,22 @@ impl DepthOfField {
         (self.radius(depth, height).powi(2) - 1.0 / 6.0).max(0.0).sqrt()
     }
 
-    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its four neighbors, if
-    /// there is one.
+    /// The radius and the depth of a pixel: those of the sharpest surface well in front of it among its four neighbors,
+    /// if it is sharper, or of the nearest blurred one before a pixel in focus.
     fn circle(&self, depth: &Image, [x, y]: [i64; 2], image: &Image) -> [f64; 4] {
-        let surface = |x: i64, y: i64| {
+        let surface = |[x, y]: [i64; 2]| {
             let z = depth.texel(x, y)[0].max(1e-3);
             [self.gathered(z, image.height as f64), z]
         };
-        let own = surface(x, y);
-        let around = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(i, j)| surface(x + i, y + j));
-        let before = around.into_iter().filter(|[radius, z]| *z < (1.0 - SOFT) * own[1] && *radius < own[0]);
-        let [radius, z] = before.min_by(|a, b| a[0].total_cmp(&b[0])).unwrap_or(own);
+        let own = surface([x, y]);
+        let is_sharp = own[0] < 0.5;
+        let fronts = beside([x, y]).map(surface).into_iter().filter(|[_, z]| *z < (1.0 - SOFT) * own[1]);
+        let front = if is_sharp {
+            fronts.filter(|[radius, _]| *radius >= 2.0).min_by(|a, b| a[1].total_cmp(&b[1]))
+        } else {
+            fronts.filter(|[radius, _]| *radius < own[0]).min_by(|a, b| a[0].total_cmp(&b[0]))
+        };
+        let [radius, z] = front.unwrap_or(own);
         [radius, z, 0.0, 1.0]
     }
 
@@ -102,10 +107,12 @@ impl DepthOfField {
         let [own, own_depth, ..] = circles.texel(x as i64, y as i64);
         let mut layers = [[0.0; 4]; 2];
         let mut add = |color: [f64; 4], [radius, depth, ..]: [f64; 4], distance: f64, area: f64| {
-            let before = ((own_depth - depth) / (SOFT * own_depth)).clamp(0.0, 1.0);
-            for (layer, share, radius) in [(0, before, radius), (1, 1.0 - before, radius.min(own))] {
-                let covers = (radius - distance + 0.5).clamp(0.0, 1.0) / (PI * radius * radius).max(1.0);
-                let weight = area * share * covers;
+            let apart = ((depth - own_depth) / (SOFT * own_depth)).clamp(-1.0, 1.0);
+            let covers = |radius: f64| (radius - distance + 0.5).clamp(0.0, 1.0) / (PI * radius * radius).max(1.0);
+            let before = (-apart).max(0.0);
+            // Past the own surface, what is behind is seen through the own circle.
+            let far = mix(covers(radius.min(own)), covers(own), apart.max(0.0));
+            for (layer, weight) in [area * before * covers(radius), area * (1.0 - before) * far].iter().enumerate() {
                 (0..3).for_each(|c| layers[layer][c] += weight * color[c]);
                 layers[layer][3] += weight;
             }
@@ -120,6 +127,11 @@ impl DepthOfField {
         let light = |c: usize| mix(behind[c] / behind[3].max(1e-6), before[c] / before[3].max(1e-6), cover);
         [light(0), light(1), light(2), center[3]]
     }
+}
+
+/// The pixels beside a pixel.
+fn beside([x, y]: [i64; 2]) -> [[i64; 2]; 4] {
+    [[x - 1, y], [x + 1, y], [x, y - 1], [x, y + 1]]
 }
 
 /// The largest red of the nine tiles around a pixel.
@@ -148,6 +160,8 @@ fn for_tiles(image: &Image, [x, y]: [usize; 2], tile: usize, mut f: impl FnMut([
 pub(crate) struct MotionBlur {
     pub(crate) samples: usize,
     pub(crate) most: f64,
+    /// Whether the paths are those of an image, and not of a camera alone.
+    pub(crate) objects: bool,
 }
 
 impl MotionBlur {
@@ -158,6 +172,14 @@ impl MotionBlur {
             let limit = (self.most / x.hypot(y).max(1e-6)).min(1.0);
             let nearness = 1.0 / (1.0 + limit * x.hypot(y));
             [x * limit, y * limit, if z.is_nan() { nearness } else { z.max(1e-3) }, 1.0]
+        });
+        // A pixel beside a surface well in front of it moves with that, if it moves in another way.
+        let paths = Image::new(image.width, image.height, |x, y| {
+            let own = paths.texel(x as i64, y as i64);
+            let around = beside([x as i64, y as i64]).map(|[i, j]| paths.texel(i, j));
+            let fronts = around.into_iter().filter(|other| self.objects && other[2] < (1.0 - SOFT) * own[2]);
+            let front = fronts.fold(own, |front, other| if other[2] < front[2] { other } else { front });
+            if (front[0] - own[0]).hypot(front[1] - own[1]) >= 1.0 { front } else { own }
         });
         let tile = (self.most.ceil() as usize + 1).max(8);
         Image::new(image.width, image.height, |x, y| {

@@ -86,7 +86,7 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             lights,
             EDGES,
             move |source| {
-                let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64 };
+                let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64, objects: true };
                 let paths = image(&motions(size(source))).map(|[x, y, ..]| [0.5 * x, 0.5 * y, f64::NAN, 1.0]);
                 blur.apply(source, &paths, shift)
             },
@@ -99,7 +99,7 @@ pub(super) fn camera_kinds() -> Vec<Reference> {
             lights,
             EDGES,
             move |source| {
-                let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64 };
+                let blur = MotionBlur { samples: 9, most: f64::from(0.1_f32) * source.height as f64, objects: false };
                 let depth = image(&depths(size(source)));
                 let (camera, depth) = (&moved(), &depth);
                 let frames =
