@@ -49,6 +49,7 @@ struct TaaAround {
     below: vec3f,   // from the mean to the least and to the greatest
     above: vec3f,
     brightest: f32,
+    keep_above: f32,
 }
 
 fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
@@ -80,7 +81,30 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     let most = params.variance * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
     mean += middle;
     let below = min(mean.xyz - least, most);
-    return TaaAround(sum / total, mean, below, min(greatest - mean.xyz, most), brightest);
+    return TaaAround(sum / total, mean, below, min(greatest - mean.xyz, most), brightest, params.keep_above);
+}
+
+// Whether a bright light is wide, as a sky is: whether three of the eight pixels at this distance show it, too.
+const TAA_WIDE: i32 = 8;
+
+fn taa_is_wide(source: texture_2d<f32>, p: vec2i, params: Taa) -> bool {
+    var count = 0;
+    for (var i = 0; i < 9; i++) {
+        let step = vec2i(i % 3 - 1, i / 3 - 1);
+        let light = texel(source, p + TAA_WIDE * step).rgb;
+        count += select(0, 1, i != 4 && taa_brightness(light) > params.keep_above);
+    }
+    return count > 2;
+}
+
+// What is seen around a pixel. Wide lights are no lamps: edges before them would have steps, and of a wide light that a
+// mean dims at its edge little is lost.
+fn taa_seen(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
+    let around = taa_around(source, p, jitter, params);
+    if around.brightest <= params.keep_above || !taa_is_wide(source, p, params) { return around; }
+    var all = params;
+    all.keep_above = HALF_MAX;
+    return taa_around(source, p, jitter, all);
 }
 
 // The nearest of the nine texels around: edges move with the surface in front.
@@ -238,7 +262,7 @@ fn taa_mixed(
     let share = select(1.0, taa_share(there, at.size, params), is_seen);
     var light = old;
     var lamps = vec3f();
-    if around.brightest > params.keep_above {
+    if around.brightest > around.keep_above {
         let split = taa_split(history, there, ratio, params);
         light = split.light;
         lamps = taa_lamps(source, at.pixel, jitter, split.lamps, share, params);
@@ -277,7 +301,7 @@ fn taa(
     frame: Frame,
     params: Taa,
 ) -> vec4f {
-    let around = taa_around(source, at.pixel, camera.jitter, params);
+    let around = taa_seen(source, at.pixel, camera.jitter, params);
     let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
@@ -301,7 +325,7 @@ fn taa_bilinear(
     frame: Frame,
     params: Taa,
 ) -> vec4f {
-    let around = taa_around(source, at.pixel, camera.jitter, params);
+    let around = taa_seen(source, at.pixel, camera.jitter, params);
     let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
     let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);

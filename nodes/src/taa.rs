@@ -49,8 +49,8 @@ params! {
         pub white: f32 = 1.0 => within(0.01..=1000.0), usually(0.1..=10.0);
         /// The light above which there are only lamps and the sun. The part above it counts in full in means, so that a
         /// sun of a few pixels keeps its energy for flares, bloom and bright discs out of focus. The edges of such
-        /// light have steps, and single samples that are as bright sparkle. At 65504 there are no lamps. A bright sky
-        /// and what reflects it should lie below.
+        /// light have steps, and single samples that are as bright sparkle. Light wider than 16 pixels, such as a sky,
+        /// is no lamp. At 65504 there are none.
         pub keep_above: f32 = 65504.0 => within(0.01..=65504.0), usually(8.0..=65504.0), neutral(65504.0);
         /// The filter that reads the frame before.
         pub filtering: HistoryFilter = HistoryFilter::Bicubic

@@ -170,11 +170,18 @@ fn bilinear_split(image: &Image, uv: DVec2, ratio: f64, limit: f64) -> [Rgb; 2] 
 impl Taa {
     fn around(&self, frames: &Frames<'_>, [x, y]: [i64; 2]) -> Around {
         let jitter = frames.jitter();
+        // What is as bright at three of the eight pixels at a distance of eight is wide, and no lamp.
+        let is_bright = |(i, j): &(i64, i64)| {
+            let [r, g, b, _] = frames.source.texel(x + 8 * i, y + 8 * j);
+            (*i, *j) != (0, 0) && 0.25 * r + 0.5 * g + 0.25 * b > self.keep_above
+        };
+        let square = || (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j)));
+        let limit = if square().filter(is_bright).count() > 2 { 65504.0 } else { self.keep_above };
         let (mut nine, mut lamps) = (Vec::new(), Vec::new());
-        for (i, j) in (-1..=1).flat_map(|j| (-1..=1).map(move |i| (i, j))) {
+        for (i, j) in square() {
             let [r, g, b, _] = frames.source.texel(x + i, y + j);
             let weight = (-2.29 * (DVec2::new(i as f64, j as f64) + jitter).length_squared()).exp();
-            let [light, lamp] = split([r, g, b], self.keep_above);
+            let [light, lamp] = split([r, g, b], limit);
             nine.push((packed(light, self.white), weight));
             lamps.push((lamp, weight));
         }
