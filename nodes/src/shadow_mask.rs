@@ -28,7 +28,8 @@ params! {
     /// graph/docs/measurements/depth.md compares it with rays.
     ///
     /// `result` is the source times the share of light that arrives, so the source is best the light of this lamp
-    /// alone. A renderer that adds lamps up multiplies each one with 1 - `shadow`. Alpha passes unchanged.
+    /// alone, and before `Taa`: a pixel of a smooth edge shows two surfaces, and the shadow is that of one. A renderer
+    /// that adds lamps up multiplies each one with 1 - `shadow`. Alpha passes unchanged.
     ///
     /// Penumbrae are as wide as `kernel`, unless the light has a size: `angular_diameter` where its rays are parallel,
     /// `light_diameter` where its camera has a perspective. Then what blocks the light is searched, and penumbrae

@@ -5,6 +5,7 @@ mod camera;
 mod color;
 mod extremes;
 mod gallery;
+mod laws;
 mod lens;
 mod local;
 mod metering;

@@ -85,7 +85,7 @@ fn a_second_frame_is_that_of_the_cpu_reference() {
 }
 
 /// The numbers of Halton's sequence in a base, from -0.5 to 0.5.
-fn halton(mut index: u32, base: u32) -> f32 {
+pub(super) fn halton(mut index: u32, base: u32) -> f32 {
     let (mut part, mut sum) = (1.0, 0.0);
     while index > 0 {
         part /= base as f32;
