@@ -53,6 +53,8 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Check pipeline files: all errors at once, with locations
     Check(CheckArgs),
+    /// Explain the code of an error or a warning, with an example
+    Explain(ExplainArgs),
     /// Show what a pipeline does on the GPU: passes, order, barriers, memory
     Plan(PlanArgs),
     /// Describe the node kinds
@@ -93,6 +95,12 @@ pub(crate) struct InfoArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) images: ImageOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExplainArgs {
+    /// The code, such as `state-conflict` of `error[state-conflict]`; all are listed without it
+    pub(crate) code: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -244,7 +252,7 @@ pub(crate) enum AlphaChoice {
     Drop,
 }
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct CheckArgs {
     /// The pipeline files, or names of built-in pipelines
     #[arg(required = true)]
@@ -252,11 +260,24 @@ pub(crate) struct CheckArgs {
     /// Print the diagnostics as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Write the right words into the files where the check knows them: misspelt and former names, quotes too many or
+    /// too few. Each change is printed
+    #[arg(long)]
+    pub(crate) fix: bool,
+    /// Fail with status 1 for warnings, too
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub(crate) deny: Option<Deny>,
     /// Also plan each pipeline and verify the plan
     #[arg(long)]
     pub(crate) plan: bool,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Deny {
+    /// All warnings
+    Warnings,
 }
 
 #[derive(Debug, Args)]

@@ -1,19 +1,24 @@
-//! `afterimage check`: each pipeline as it is written, and at each of its tiers.
+//! `afterimage check`: each pipeline as it is written, and at each of its tiers. `--fix` mends what is sure.
 
 use std::path::Path;
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::diagnostic::{Diagnostics, Style};
+use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
+use afterimage_media::write_atomic;
 use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
+use crate::built_in::built_in;
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
+use crate::files::{Files, read_document, registry, text};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
 use crate::run_files::RunFiles;
-use crate::terminal::{note_styled, say};
+use crate::terminal::{note, note_styled, say};
+
+/// How often a file is mended: a mended error can uncover others.
+const MAX_ROUNDS: usize = 8;
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if args.json {
@@ -37,29 +42,118 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     }
 }
 
-/// Checks a pipeline; returns the rest of the line about a good one.
+/// Checks a pipeline, and prints its warnings; returns the rest of the line about a good one.
 fn one(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<String, Failure> {
-    let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
-    let file = PipelineFile::new(&document, registry, &files);
-    let (written, mut warnings) = file.check(&args.options)?;
-    let mut graphs = vec![(String::new(), written)];
-    let tiers = other_tiers(&file, &args.options);
-    for tier in &tiers {
-        let (graph, more) = file.check(&at_tier(&args.options, tier))?;
-        warnings.absorb(more);
-        graphs.push((format!(" of tier `{tier}`"), graph));
-    }
-    let warnings = warnings.sorted();
+    let (warnings, tiers) = examine(path, args, registry)?;
     if !warnings.is_empty() {
         note_styled(&warnings.render(Style::Colored));
     }
-    if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
+    if args.deny.is_some() && !warnings.is_empty() {
+        return Err(Failure::user(format!("{}: `--deny warnings` permits no warning", path.display())));
     }
     let named: Vec<String> = tiers.iter().map(|tier| format!("`{tier}`")).collect();
     let tiers = if named.is_empty() { String::new() } else { format!(", also at {}", named.join(", ")) };
     Ok(format!("{tiers}{}", if args.plan { "; its plans are verified" } else { "" }))
+}
+
+/// Prints the diagnostics of all files as JSON. Every error is one of them, also a file that cannot be read.
+fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+    let mut all = Diagnostics::default();
+    let mut status = 0;
+    let mut add = |result: Result<Diagnostics, Failure>| match result {
+        Ok(warnings) => {
+            status = status.max(u8::from(args.deny.is_some() && !warnings.is_empty()));
+            all.absorb(warnings);
+        }
+        Err(failure) => {
+            status = status.max(failure.status());
+            all.absorb(failure.into_diagnostics());
+        }
+    };
+    match registry(tables, &args.options.kinds, &RunFiles::default()) {
+        Ok(registry) => {
+            for path in &args.pipelines {
+                add(examine(path, args, &registry).map(|(warnings, _)| warnings));
+            }
+        }
+        Err(failure) => add(Err(failure)),
+    }
+    let all = all.sorted();
+    say(&format!("{:#}", all.to_json()));
+    if status == 0 { Ok(()) } else { Err(Failure::Printed { status }) }
+}
+
+/// The warnings of a file and of its tiers, and which tiers these are; or all errors, of the file if it has any,
+/// otherwise of its tiers. With `--fix`, the file is mended before.
+fn examine(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(Diagnostics, Vec<String>), Failure> {
+    if args.fix {
+        mend(path, args, registry)?;
+    }
+    let document = read_document(path)?;
+    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
+    let file = PipelineFile::new(&document, registry, &files);
+    let (graph, mut all) = file.check(&args.options)?;
+    let mut graphs = vec![(String::new(), graph)];
+    let mut has_failed = false;
+    let tiers = other_tiers(&file, &args.options);
+    for tier in &tiers {
+        match file.check(&at_tier(&args.options, tier)) {
+            Ok((graph, warnings)) => {
+                all.absorb(warnings);
+                graphs.push((format!(" of tier `{tier}`"), graph));
+            }
+            Err(failure) => {
+                has_failed = true;
+                all.absorb(failure.into_diagnostics());
+            }
+        }
+    }
+    if args.plan {
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
+    }
+    let all = all.sorted();
+    if has_failed { Err(all.into()) } else { Ok((all, tiers)) }
+}
+
+/// Replaces the words of a file for which the checks know the right ones, until they know of no more. What is left is
+/// reported by the check that follows.
+fn mend(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(), Failure> {
+    if let Some((name, _)) = built_in(path) {
+        return Err(Failure::user(format!("`{name}` is a built-in pipeline, which `--fix` cannot change"))
+            .hint(format!("`afterimage pipelines {name} --write {name}.ron` writes it to a file")));
+    }
+    let args = CheckArgs { fix: false, plan: false, ..args.clone() };
+    let name = path.to_string_lossy();
+    for _ in 0..MAX_ROUNDS {
+        let found = match examine(path, &args, registry) {
+            Ok((warnings, _)) => warnings,
+            Err(failure) => failure.into_diagnostics(),
+        };
+        let fixes = found.fixes(&name);
+        let Some(checked) = found.sources.text(&name).filter(|_| !fixes.is_empty()) else { break };
+        let written = text(path, "pipeline")?;
+        // The text that was checked has no byte order mark.
+        let (mark, present) = written.split_at(written.len() - written.trim_start_matches('\u{feff}').len());
+        if present != checked {
+            return Err(Failure::user(format!(
+                "{name}: the file has changed since it was checked, and is left as it is"
+            ))
+            .hint("run the command again"));
+        }
+        write_atomic(path, format!("{mark}{}", apply(checked, &fixes)).as_bytes())?;
+        fixes.iter().for_each(|fix| report_fix(fix, &found));
+    }
+    Ok(())
+}
+
+fn report_fix(fix: &Fix, found: &Diagnostics) {
+    let file = &fix.location.file;
+    let wrong = found.sources.text(file).map_or("", |text| &text[fix.location.span()]);
+    let at = found
+        .sources
+        .position(file, fix.location.start)
+        .map_or(String::new(), |at| format!(":{}:{}", at.line, at.column));
+    note(&format!("mended: {file}{at}: `{wrong}` is now `{}`", fix.replacement));
 }
 
 /// The tiers to check besides the file as it is written; none if the command line names one.
@@ -82,50 +176,4 @@ fn verify_plans(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failu
         })?;
     }
     Ok(())
-}
-
-/// Prints the diagnostics of all files as JSON. Every error is one of them, also a file that cannot be read.
-fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let mut all = Diagnostics::default();
-    let mut status = 0;
-    let mut add = |result: Result<Diagnostics, Failure>| match result {
-        Ok(warnings) => all.absorb(warnings),
-        Err(failure) => {
-            status = status.max(failure.status());
-            all.absorb(failure.into_diagnostics());
-        }
-    };
-    match registry(tables, &args.options.kinds, &RunFiles::default()) {
-        Ok(registry) => args.pipelines.iter().for_each(|path| add(diagnostics(path, args, &registry))),
-        Err(failure) => add(Err(failure)),
-    }
-    let all = all.sorted();
-    say(&format!("{:#}", all.to_json()));
-    if status == 0 { Ok(()) } else { Err(Failure::Printed { status }) }
-}
-
-/// The warnings of a file and of its tiers; or all errors, of the file if it has any, otherwise of its tiers.
-fn diagnostics(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<Diagnostics, Failure> {
-    let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
-    let file = PipelineFile::new(&document, registry, &files);
-    let (graph, mut all) = file.check(&args.options)?;
-    let mut graphs = vec![(String::new(), graph)];
-    let mut failed = None;
-    for tier in other_tiers(&file, &args.options) {
-        match file.check(&at_tier(&args.options, &tier)) {
-            Ok((graph, warnings)) => {
-                all.absorb(warnings);
-                graphs.push((format!(" of tier `{tier}`"), graph));
-            }
-            Err(failure) => {
-                failed = failed.max(Some(failure.status()));
-                all.absorb(failure.into_diagnostics());
-            }
-        }
-    }
-    if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
-    }
-    if failed.is_some() { Err(all.into()) } else { Ok(all) }
 }

@@ -10,6 +10,7 @@ mod cameras;
 mod check;
 mod demo;
 mod device;
+mod explain;
 mod failure;
 mod files;
 mod frame_ranges;
@@ -103,6 +104,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Job(args) => job::run(args, &words, &known),
         Command::Info(args) => info::run(args),
         Command::Check(args) => check::run(args, &known),
+        Command::Explain(args) => explain::run(args),
         Command::Plan(args) => plan::run(args, &known),
         Command::Nodes(args) => nodes::run(args, &known),
         Command::Pipelines(args) => pipelines::run(args, tables),

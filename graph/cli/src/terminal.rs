@@ -65,6 +65,32 @@ pub(crate) fn print_usage(error: &clap::Error) {
     }
 }
 
+/// The text in lines that fit the terminal, or into 100 columns, each after `indent` spaces.
+pub(crate) fn wrapped(text: &str, indent: usize) -> String {
+    let columns = terminal_size::terminal_size().map_or(MAX_COLUMNS, |(width, _)| usize::from(width.0));
+    wrapped_to(text, indent, columns.min(MAX_COLUMNS))
+}
+
+/// Longer lines are hard to read.
+const MAX_COLUMNS: usize = 100;
+
+fn wrapped_to(text: &str, indent: usize, columns: usize) -> String {
+    let mut lines = String::new();
+    let mut used = usize::MAX;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if used.saturating_add(1 + length) > columns {
+            let start = if lines.is_empty() { "" } else { "\n" };
+            lines += &format!("{start}{:indent$}{word}", "");
+            used = indent + length;
+        } else {
+            lines += &format!(" {word}");
+            used += 1 + length;
+        }
+    }
+    lines
+}
+
 /// The text with escapes in place of control characters. In JSON, where they can be in strings only, the escapes mean
 /// the same characters.
 pub(crate) fn visible(text: &str) -> String {
@@ -120,6 +146,15 @@ mod tests {
         let text = "\u{1b}[2J\u{1b}]0;title\u{7}\u{1b}[1;2H\u{1b}\u{9b}0m\u{1b}[31\u{1b}[";
         let shown = "\\u001b[2J\\u001b]0;title\\u0007\\u001b[1;2H\\u001b\\u009b0m\\u001b[31\\u001b[";
         assert_eq!(visible_but_styles(text), shown);
+    }
+
+    #[test]
+    fn lines_end_before_the_margin() {
+        assert_eq!(wrapped_to("one two three  four\nfive", 0, 9), "one two\nthree\nfour five");
+        assert_eq!(wrapped_to("one two", 2, 9), "  one two");
+        assert_eq!(wrapped_to("one two", 2, 8), "  one\n  two");
+        assert_eq!(wrapped_to("longer than that", 4, 3), "    longer\n    than\n    that");
+        assert_eq!(wrapped_to("", 2, 9), "");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::limits::{
     MAX_CONDITION, MAX_FACTS, MAX_FILE_BYTES, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TEXT, MAX_TIERS,
 };
 use crate::document::Document;
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 
 /// Errors after which names are no longer listed and suggested: each hint looks at all of them.
 const MAX_HINTS: usize = 100;
@@ -112,8 +112,13 @@ impl GraphBuilder<'_> {
         self.diagnostics.len() >= MAX_HINTS
     }
 
-    /// The nearest of the names as a hint, unless there are many errors: all names are compared.
-    pub(super) fn near<'n>(&self, wrong: &str, names: impl IntoIterator<Item = &'n str>) -> Option<String> {
-        if self.has_many_errors() { None } else { did_you_mean(wrong, names) }
+    /// The diagnostic with the nearest of the names as a hint, unless there are many errors: all names are compared.
+    pub(super) fn with_nearest<'n>(
+        &self,
+        diagnostic: Diagnostic,
+        wrong: &str,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Diagnostic {
+        if self.has_many_errors() { diagnostic } else { diagnostic.did_you_mean(wrong, names) }
     }
 }

@@ -5,7 +5,7 @@ use super::condition::{Condition, FactKind};
 use super::limits::MAX_NAME;
 use crate::document::{Item, Tree};
 use crate::node::Bake;
-use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, list, quote};
 use afterimage_base::image::Format;
 
 impl GraphBuilder<'_> {
@@ -54,9 +54,8 @@ impl GraphBuilder<'_> {
                 };
                 let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
                     .at(&location, "")
-                    .help(help)
-                    .maybe_help(self.near(name, known.iter().map(String::as_str)));
-                self.report(diagnostic);
+                    .help(help);
+                self.report(self.with_nearest(diagnostic, name, known.iter().map(String::as_str)));
                 continue;
             }
             self.fact_kind(name, kind, &location);
@@ -91,12 +90,13 @@ impl GraphBuilder<'_> {
                 None => Diagnostic::error("unknown-format", format!("no format is called {}", quote(name)))
                     .at(&item.location, "")
                     .help(format!("the formats are {}", list(names, names.len())))
-                    .maybe_help(did_you_mean(name, names)),
+                    .did_you_mean(name, names),
             },
             Tree::Text(name) if Format::named(name).is_some() => {
                 Diagnostic::error("wrong-type", "`format` is the bare name of a format")
                     .at(&item.location, "this is a text in quotes")
                     .help(format!("write {} without quotes", quote(name)))
+                    .rewrite(name)
             }
             Tree::Broken => return None,
             other => Diagnostic::error("wrong-type", "`format` is the bare name of a format")
@@ -121,11 +121,10 @@ impl GraphBuilder<'_> {
             let diagnostic = Diagnostic::error("unknown-bake", "`bake` is `Off`, `Auto` or the size of a table")
                 .at(&item.location, format!("this is {}", item.value.describe()))
                 .help(format!("its values are {}", list(names.iter().copied(), names.len())));
-            let near = match &item.value {
-                Tree::Name(name) => did_you_mean(name, ["Off", "Auto"]),
-                _ => None,
-            };
-            self.report(diagnostic.maybe_help(near));
+            self.report(match &item.value {
+                Tree::Name(name) => diagnostic.did_you_mean(name, ["Off", "Auto"]),
+                _ => diagnostic,
+            });
         }
         known
     }

@@ -5,7 +5,7 @@ use super::build::{Feed, GraphBuilder, Named, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
 use crate::document::{OutputEntry, renamed};
 use crate::node::PortType;
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 use afterimage_base::image::ColorState;
 
 /// The parts of a wire's text.
@@ -110,7 +110,7 @@ impl GraphBuilder<'_> {
             [] => "the pipeline has neither inputs nor nodes".into(),
             names => format!("there are {}", list(names.iter().copied(), 12)),
         };
-        let diagnostic = diagnostic.help(help).maybe_help(did_you_mean(wire.node, names));
+        let diagnostic = diagnostic.help(help).did_you_mean(wire.node, names);
         self.report(diagnostic);
     }
 
@@ -132,9 +132,8 @@ impl GraphBuilder<'_> {
             let diagnostic = Diagnostic::error("unknown-output", message)
                 .at(&text.location, "")
                 .also(&self.drafts[node].kind_location, "the node is of this kind")
-                .help(format!("its outputs are {}", list(names(), 8)))
-                .maybe_help(wire.port.and_then(|port| self.near(port, names())));
-            self.report(diagnostic);
+                .help(format!("its outputs are {}", list(names(), 8)));
+            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
             return None;
         };
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
@@ -186,9 +185,8 @@ impl GraphBuilder<'_> {
             let message =
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&text.location, "");
-            let near = wire.port.and_then(|port| self.near(port, names.iter().copied()));
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
-            self.report(diagnostic.maybe_help(near));
+            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
             return None;
         };
         self.follow(inner, &inside, depth + 1)

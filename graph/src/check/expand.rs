@@ -8,7 +8,7 @@ use super::files::join;
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
 use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -109,9 +109,8 @@ impl GraphBuilder<'_> {
             let known = || document.inputs.iter().map(|input| input.name.value.as_str());
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
-            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
-            let near = self.near(&name.value, known());
-            self.report(diagnostic.help(help).maybe_help(near));
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
+            self.report(self.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -124,7 +123,7 @@ impl GraphBuilder<'_> {
             Diagnostic::error("unknown-input-type", format!("no input type is called {}", quote(&ty.value)))
                 .at(&ty.location, "")
                 .help(format!("the types are {}", list(names.iter().copied(), 24)))
-                .maybe_help(did_you_mean(&ty.value, names));
+                .did_you_mean(&ty.value, names);
         self.report(diagnostic);
         false
     }

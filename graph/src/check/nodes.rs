@@ -5,11 +5,11 @@ use std::collections::btree_map::Entry;
 
 use super::build::{GraphBuilder, Named, NodeDraft};
 use super::files::{COMMAND_LINE, join, unreadable};
-use super::suggest::{kinds_near, known_kinds};
+use super::suggest::{kinds_about, known_kinds};
 use super::{Condition, GraphNode};
 use crate::document::{Field, Item, NodeEntry, Tree, doubled, renamed};
 use crate::node::{NodeInstance, NodeKind};
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, nearest, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, nearest, quote};
 use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 
 /// The kind name of a pipeline used as a node.
@@ -23,11 +23,11 @@ impl GraphBuilder<'_> {
         let fields = self.unique(&entry.fields.entries);
         let Some(kind) = self.registry.get(&entry.kind.value) else {
             let name = &entry.kind.value;
-            let near = || did_you_mean(name, [PIPELINE]).or_else(|| kinds_near(self.registry, name));
-            let near = if self.has_many_errors() { None } else { near() };
-            let help = near.unwrap_or_else(|| known_kinds(self.registry));
+            let topic = if self.has_many_errors() { None } else { kinds_about(self.registry, name) };
             let message = format!("no node kind is called {}", quote(name));
-            self.report(Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "").help(help));
+            let diagnostic = Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "");
+            let diagnostic = diagnostic.help(topic.unwrap_or_else(|| known_kinds(self.registry)));
+            self.report(self.with_nearest(diagnostic, name, self.registry.names().chain([PIPELINE])));
             return Named::Broken;
         };
         let mut draft = draft(scope, entry, kind);
@@ -81,9 +81,8 @@ impl GraphBuilder<'_> {
                 .map(|(what, names)| format!("its {what} are {}", list(names, 16)))
                 .collect::<Vec<_>>()
                 .join("; ");
-            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
-            let near = self.near(&name.value, known);
-            self.report(diagnostic.help(help).maybe_help(near));
+            let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
+            self.report(self.with_nearest(diagnostic, &name.value, known));
         }
     }
 
@@ -119,7 +118,7 @@ impl GraphBuilder<'_> {
         let diagnostic =
             Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
         self.report(match &item.value {
-            Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")),
+            Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")).rewrite(format!("\"{name}\"")),
             _ => diagnostic.help(format!("write `{port}: \"name\"`")),
         });
         None
@@ -284,7 +283,7 @@ fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(location, "")
         .help(format!("its values are {}", list(names(), 16)))
-        .maybe_help(did_you_mean(name, names()))
+        .did_you_mean(name, names())
 }
 
 fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
@@ -293,17 +292,19 @@ fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
         Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
     match (param.ty, &item.value) {
         (Type::Choice(choices), Tree::Text(name)) if choices.iter().any(|choice| choice.name == name) => {
-            diagnostic.help(format!("write {} without quotes", quote(name)))
+            diagnostic.help(format!("write {} without quotes", quote(name))).rewrite(name)
         }
         (Type::Bool, Tree::Name(name)) if name.eq_ignore_ascii_case("true") || name.eq_ignore_ascii_case("false") => {
-            diagnostic.help(format!("write {}", quote(&name.to_lowercase())))
+            diagnostic.help(format!("write {}", quote(&name.to_lowercase()))).rewrite(name.to_lowercase())
         }
-        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => diagnostic.help(format!("write `{x:.0}`")),
+        (Type::Int, Tree::Float(x)) if x.fract() == 0.0 && x.abs() < 1e15 => {
+            diagnostic.help(format!("write `{x:.0}`")).rewrite(format!("{x:.0}"))
+        }
         (Type::Int, Tree::Float(x)) if x.fract() == 0.0 => diagnostic.help("the number is too large"),
         (Type::Vector(n), Tree::List(items)) if items.len() == n => diagnostic.help("write parentheses, not brackets"),
         (Type::Int | Type::Float, Tree::Text(text)) if with_point(text).is_some() => {
             let number = with_point(text).unwrap_or_default();
-            diagnostic.help(format!("write {} without quotes", quote(&number)))
+            diagnostic.help(format!("write {} without quotes", quote(&number))).rewrite(number)
         }
         (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
         _ => diagnostic.help(about(param)),

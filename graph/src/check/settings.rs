@@ -6,7 +6,7 @@ use super::build::{Change, GraphBuilder, Named, Scope};
 use super::files::COMMAND_LINE;
 use super::nodes::{COMMON, with_point};
 use crate::document::{Item, Override, Tree, read_tree, renamed};
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, quote};
 
 /// What a key names.
 enum Target {
@@ -118,12 +118,11 @@ impl GraphBuilder<'_> {
                 let diagnostic =
                     Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
                         .at(&setting.value.location, format!("this is {}", other.describe()))
-                        .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"))
-                        .maybe_help(match other {
-                            Tree::Name(word) => did_you_mean(word, ["Off", "On"]),
-                            _ => None,
-                        });
-                self.report(diagnostic);
+                        .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"));
+                self.report(match other {
+                    Tree::Name(word) => diagnostic.did_you_mean(word, ["Off", "On"]),
+                    _ => diagnostic,
+                });
                 None
             }
         }
@@ -146,9 +145,8 @@ impl GraphBuilder<'_> {
         let name = quote(&draft.name.value);
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")
-            .help(format!("{} has {}", quote(kind.name()), list(known(), 16)))
-            .maybe_help(self.near(field, known()));
-        self.report(diagnostic);
+            .help(format!("{} has {}", quote(kind.name()), list(known(), 16)));
+        self.report(self.with_nearest(diagnostic, field, known()));
     }
 
     /// Wires a port to something else. The old source is still needed: without this change, or in another tier.
@@ -211,7 +209,7 @@ fn no_such_node(scope: &Scope, part: &str, key: &Spanned<String>, has_hint: bool
         None => "there are no nodes".into(),
         Some(_) => format!("the nodes are {}", list(node_names(scope), 12)),
     };
-    diagnostic.help(help).maybe_help(did_you_mean(part, node_names(scope)))
+    diagnostic.help(help).did_you_mean(part, node_names(scope))
 }
 
 /// The value of a `--set`, with its location in the text that all of them make.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::node::{NodeKind, OutputState, PortType, Registry};
-use afterimage_base::diagnostic::{did_you_mean, list, quote};
+use afterimage_base::diagnostic::{list, quote};
 use afterimage_base::image::ColorState;
 
 /// The type and the state of what is on a wire.
@@ -11,11 +11,6 @@ use afterimage_base::image::ColorState;
 pub(super) struct OnWire {
     pub(super) ty: PortType,
     pub(super) state: Option<ColorState>,
-}
-
-/// The kind of a name that is nearly that, or the kinds of its topic.
-pub(super) fn kinds_near(registry: &Registry, name: &str) -> Option<String> {
-    did_you_mean(name, registry.names()).or_else(|| kinds_about(registry, name))
 }
 
 /// The kinds of a topic: `Bloom`.

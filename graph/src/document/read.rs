@@ -233,7 +233,7 @@ impl Reader {
                     self.problems.push(match other {
                         Tree::Name(name) => {
                             self.unread.push(name.clone());
-                            diagnostic.help(format!("write `\"{name}\": ...`"))
+                            diagnostic.help(format!("write `\"{name}\": ...`")).rewrite(format!("\"{name}\""))
                         }
                         _ => diagnostic.help("write it as `\"name\": ...`"),
                     });

@@ -1,7 +1,7 @@
 //! Words that a RON file may not hold: keys that had another name before, removed options, and all unknown ones.
 //! Parameters of kinds declare their former names by `formerly`.
 
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 
 /// What has the key, the key's former name and its present one. A further rename is a further line here.
 const RENAMED: [(&str, &str, &str); 2] = [("an input", "states", "accepts"), ("an output", "gives", "state")];
@@ -46,6 +46,7 @@ pub(crate) fn renamed(key: &Spanned<String>, present: &str) -> Diagnostic {
     Diagnostic::error("renamed-key", format!("{} is called {} now", quote(&key.value), quote(present)))
         .at(&key.location, "")
         .help(format!("write {}", quote(present)))
+        .correct(&key.value, present)
 }
 
 /// A word that is not among those known.
@@ -59,5 +60,5 @@ pub(super) fn unknown(
     Diagnostic::error(code, message)
         .at(&word.location, "")
         .help(format!("the {what} are {}", list(known.iter().copied(), known.len())))
-        .maybe_help(did_you_mean(&word.value, known.iter().copied()))
+        .did_you_mean(&word.value, known.iter().copied())
 }

@@ -8,6 +8,7 @@ use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer,
 use serde::Serialize;
 
 use super::location::{Location, Sources, floor};
+use super::names::{equally_near, quote};
 
 /// How severe a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -43,11 +44,22 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// A hint: what to do about it.
     pub help: Option<String>,
+    /// What would mend it, if that is known.
+    pub correction: Option<Correction>,
+}
+
+/// Words of a file, and what to write in their place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Correction {
+    /// The words in the primary location that are wrong; empty if the whole location is.
+    pub wrong: String,
+    /// The right ones.
+    pub right: String,
 }
 
 impl Diagnostic {
     fn new(code: &'static str, severity: Severity, message: impl Into<String>) -> Self {
-        Self { code, severity, message: message.into(), labels: Vec::new(), help: None }
+        Self { code, severity, message: message.into(), labels: Vec::new(), help: None, correction: None }
     }
 
     /// An error.
@@ -82,6 +94,28 @@ impl Diagnostic {
     pub fn maybe_help(mut self, text: Option<String>) -> Self {
         self.help = text.or(self.help);
         self
+    }
+
+    /// Sets the hint to the name that `wrong` is nearest to, if it is near to any. If no other name is as near, it also
+    /// becomes the [correction](Diagnostic::correction).
+    pub fn did_you_mean<'a>(mut self, wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Self {
+        let near = equally_near(wrong, names);
+        let Some(first) = near.first() else { return self };
+        self.help = Some(format!("did you mean {}?", quote(first)));
+        // In a text in quotes, some characters would need an escape.
+        let is_plain = !first.contains(['"', '\\']) && !first.contains(char::is_control);
+        if near.len() == 1 && is_plain { self.correct(wrong, *first) } else { self }
+    }
+
+    /// Sets what to write in the place of `wrong`.
+    pub fn correct(mut self, wrong: impl Into<String>, right: impl Into<String>) -> Self {
+        self.correction = Some(Correction { wrong: wrong.into(), right: right.into() });
+        self
+    }
+
+    /// Sets what to write in the place of the whole primary location.
+    pub fn rewrite(self, right: impl Into<String>) -> Self {
+        self.correct("", right)
     }
 
     fn order(&self, sources: &Sources) -> (usize, usize, Severity, &'static str) {

@@ -5,10 +5,12 @@
 //! ([`Diagnostics::render`]) or passed to an editor ([`Diagnostics::to_json`]) without further data.
 
 mod diagnostics;
+mod fix;
 mod json;
 mod location;
 mod names;
 
-pub use diagnostics::{Diagnostic, Diagnostics, Label, Severity, Style};
+pub use diagnostics::{Correction, Diagnostic, Diagnostics, Label, Severity, Style};
+pub use fix::{Fix, apply};
 pub use location::{Location, Position, Sources, Spanned};
 pub use names::{did_you_mean, list, nearest, quote};

@@ -28,9 +28,14 @@ pub fn did_you_mean<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -
 
 /// The name nearest to `wrong`, if at most a third of the letters of `wrong` differ.
 pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    equally_near(wrong, names).first().copied()
+}
+
+/// The names nearest to `wrong`, sorted, each once; none if more than a third of the letters of `wrong` differ.
+pub(super) fn equally_near<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     const MAX_LENGTH: usize = 64;
     if wrong.len() > MAX_LENGTH {
-        return None;
+        return Vec::new();
     }
     let plain = |name: &str| name.to_lowercase().replace(['_', '-', ' '], "");
     let meant = plain(wrong);
@@ -41,5 +46,9 @@ pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Opt
         if is_beginning { 1 } else { strsim::damerau_levenshtein(&meant, &plain) }
     };
     let near = names.into_iter().filter(|name| name.len() <= MAX_LENGTH).map(|name| (distance(name), name));
-    near.filter(|(distance, _)| *distance <= allowed).min().map(|(_, name)| name)
+    let mut near: Vec<(usize, &str)> = near.filter(|(distance, _)| *distance <= allowed).collect();
+    near.sort_unstable();
+    near.dedup();
+    let least = near.first().map(|(distance, _)| *distance);
+    near.into_iter().take_while(|(distance, _)| Some(*distance) == least).map(|(_, name)| name).collect()
 }

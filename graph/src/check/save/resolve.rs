@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 use super::change::Change;
 use super::state::{SetTo, State, Subject};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, list, quote};
 use afterimage_base::value::Value;
 
 /// A change that the text needs.
@@ -61,7 +61,7 @@ fn changed(state: &State<'_>, parameter: &str, value: &Value) -> Result<(Subject
         let message = format!("{} has no parameter {}", quote(name), quote(field));
         let help = format!("{} has {}", quote(draft.kind.name()), list(known(), 16));
         let error = Diagnostic::error("unknown-field", message).help(help);
-        return Err(error.maybe_help(did_you_mean(field, known())));
+        return Err(error.did_you_mean(field, known()));
     };
     if let Err(why) = param.accepts(value) {
         return Err(Diagnostic::error("out-of-domain", format!("{} cannot be saved: {why}", quote(parameter))));
@@ -100,5 +100,5 @@ fn switched(
 fn unknown_node(state: &State<'_>, name: &str) -> Diagnostic {
     Diagnostic::error("unknown-node", format!("no node is called {}", quote(name)))
         .help(format!("the nodes are {}", list(state.names(), 12)))
-        .maybe_help(did_you_mean(name, state.names()))
+        .did_you_mean(name, state.names())
 }

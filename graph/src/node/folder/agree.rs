@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::declaration::{Declaration, Made};
 use crate::node::contract::{is_pascal, snake, stem};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, list, quote};
 use afterimage_base::value::{Param, Type};
 use afterimage_wgsl::{ArgType, Function, Member, Reflection, ScalarKind, Shader, StructLayout};
 
@@ -78,7 +78,7 @@ impl Pair<'_> {
             };
             let message = format!("the shader has no function {} that gives a `vec4f`", quote(&name.value));
             let diagnostic = Diagnostic::error("no-function", message).at(&name.location, "").help(help);
-            let diagnostic = diagnostic.maybe_help(did_you_mean(&name.value, own()));
+            let diagnostic = diagnostic.did_you_mean(&name.value, own());
             self.diagnostics.push(diagnostic);
         }
         found
@@ -160,7 +160,7 @@ impl Pair<'_> {
             let message = format!("{} of {} is not a parameter of the node", quote(&member.name), quote(&layout.name));
             let diagnostic =
                 Diagnostic::error("shader-params", message).at(&location, "").help("declare it under `parameters`");
-            return self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&member.name, names())));
+            return self.diagnostics.push(diagnostic.did_you_mean(&member.name, names()));
         };
         self.used.insert(member.name.clone());
         if !holds(member, param) {

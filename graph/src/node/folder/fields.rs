@@ -3,7 +3,7 @@
 use super::declaration::SizeRule;
 use crate::document::{Field, Group, Item, Tree, doubled, moved, present_name, renamed};
 use crate::node::{Input, OutputState, PortType};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::{Type, Value};
 
@@ -20,7 +20,7 @@ pub(super) fn one_of<T: Copy, const N: usize>(
         let diagnostic =
             Diagnostic::error("unknown-type", format!("no {what} is called {}", quote(&ty.value))).at(&ty.location, "");
         let help = format!("there are {}", list(names, N));
-        diagnostics.push(diagnostic.help(help).maybe_help(did_you_mean(&ty.value, names)));
+        diagnostics.push(diagnostic.help(help).did_you_mean(&ty.value, names));
     }
     found
 }
@@ -197,7 +197,7 @@ impl<'d> Fields<'d> {
         };
         let message = format!("{} is not a required image input", quote(input));
         let diagnostic = Diagnostic::error("unknown-name", message).at(location, "").help(help);
-        self.diagnostics.push(diagnostic.maybe_help(did_you_mean(input, names())));
+        self.diagnostics.push(diagnostic.did_you_mean(input, names()));
     }
 
     pub(super) fn size(&mut self) -> Option<SizeRule> {
@@ -260,7 +260,7 @@ impl<'d> Fields<'d> {
             let message = format!("{} has no field {}", self.what, quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "");
             let diagnostic = diagnostic.help(format!("its fields are {}", list(known.iter().copied(), known.len())));
-            self.diagnostics.push(diagnostic.maybe_help(did_you_mean(&name.value, known.iter().copied())));
+            self.diagnostics.push(diagnostic.did_you_mean(&name.value, known.iter().copied()));
         }
     }
 }

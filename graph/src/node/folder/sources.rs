@@ -3,7 +3,7 @@
 use super::agree::Pair;
 use super::declaration::{COARSER, Made, Shape, Source};
 use crate::node::PortType;
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, quote};
 use afterimage_wgsl::limits::TEXTURES;
 use afterimage_wgsl::{ArgType, Function};
 
@@ -54,7 +54,7 @@ impl Pair<'_> {
             }
             None => {
                 let error = error.help(format!("there are {}", list(names.iter().copied(), 16)));
-                error.maybe_help(did_you_mean(name, names))
+                error.did_you_mean(name, names)
             }
         }
     }
