@@ -6,6 +6,7 @@ mod broken;
 mod built_in;
 mod cameras;
 mod chunks;
+mod environment;
 mod errors;
 mod explain;
 mod folders;
@@ -27,8 +28,10 @@ mod spaces;
 #[cfg(target_os = "linux")]
 mod strangers;
 mod tiers;
+mod topics;
 mod untrusted;
 mod volumes;
+mod windows;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -59,7 +59,7 @@ fn errors_are_reported_with_a_hint() {
         ),
         (
             "render {glare} notes.txt -o out.png",
-            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR and PNG files are read; convert \
+            "error: notes.txt: this is not an image that this program knows\n  hint: EXR, Radiance HDR, PNG and JPEG files are read; convert \
              it to one of them",
         ),
         (
@@ -112,9 +112,10 @@ fn a_file_in_the_place_of_the_pipeline_is_named() {
     folder.with("blue.wgsl", b"fn blue() {}\n");
     for (line, words) in [
         ("render room.exr -o out.png", "`room.exr` is an image, not a pipeline\n  hint: the pipeline comes first"),
+        ("render exposur room.exr -o out.png", "there is no pipeline `exposur`\n  hint: did you mean `exposure`?"),
         (
-            "render exposur room.exr -o out.png",
-            "there is no pipeline `exposur`\n  hint: name a .ron file, or one of the built-in",
+            "render mine room.exr -o out.png",
+            "there is no pipeline `mine`\n  hint: name a .ron file, or one of the built-in",
         ),
         ("pipelines exposur", "there is no built-in pipeline `exposur`"),
         ("stress room.exr --quick", "`room.exr` is an image, not a pipeline"),
@@ -122,9 +123,8 @@ fn a_file_in_the_place_of_the_pipeline_is_named() {
         ("check look.cube", "`look.cube` is a color file, not a pipeline"),
         ("check reshade.ini", "`reshade.ini` is a preset or a shader of another program, not a pipeline"),
         ("check blue.wgsl", "`blue.wgsl` is a shader, not a pipeline"),
-        ("nodes Bloom", "no node kind is called `Bloom`\n  hint: kinds for that: `"),
-        ("nodes Lut", "hint: kinds for that: `ColorLut`"),
-        ("nodes Dof", "hint: kinds for that: `DepthOfField`"),
+        ("nodes Exposre", "no node kind is called `Exposre`, and none is about that\n  hint: did you mean `Exposure`?"),
+        ("nodes zebra", "hint: `afterimage nodes` lists them all"),
     ] {
         folder.run(line).fails_saying(1, &[words]);
     }

@@ -8,7 +8,7 @@ Pipeline(
     inputs: { "scene": Color },
     nodes: {
         "exposed": Exposre(source: "scene", stop: 1.0),
-        "mapped": ToneMap(source: "exposd", curve: "Aces2"),
+        "mapped": ToneMap(source: "exposd", curve: "Reinhard"),
         "display": Encode(source: mapped),
     },
     outputs: { "display": "display" },
@@ -16,7 +16,7 @@ Pipeline(
 "#;
 
 fn mended() -> String {
-    let words = [("Exposre", "Exposure"), ("stop:", "stops:"), ("exposd", "exposed"), ("\"Aces2\"", "Aces2")];
+    let words = [("Exposre", "Exposure"), ("stop:", "stops:"), ("exposd", "exposed"), ("\"Reinhard\"", "Reinhard")];
     let text = words.iter().fold(WRONG.to_owned(), |text, (wrong, right)| text.replace(wrong, right));
     text.replace("source: mapped", "source: \"mapped\"")
 }
@@ -45,7 +45,7 @@ fn json_has_the_bytes_to_replace() {
     for fix in fixes {
         let at = |name: &str| fix[name].as_u64().expect("a number") as usize;
         let wrong = &WRONG[at("start")..at("end")];
-        assert!(["Exposre", "exposd", "\"Aces2\"", "mapped"].contains(&wrong), "{wrong}");
+        assert!(["Exposre", "exposd", "\"Reinhard\"", "mapped"].contains(&wrong), "{wrong}");
         assert_eq!(fix["file"], "look.ron");
     }
 }
@@ -59,7 +59,7 @@ fn what_is_not_sure_stays_and_is_reported() {
         "\"exposed\": Exposure(source: \"scene\"), \"exposer\": Exposure(source: \"scene\")",
     );
     let text =
-        text.replace("\"exposd\", curve: \"Aces2\"", "\"expose\"").replace("source: mapped", "source: \"mapped\"");
+        text.replace("\"exposd\", curve: \"Reinhard\"", "\"expose\"").replace("source: mapped", "source: \"mapped\"");
     folder.with("look.ron", text.as_bytes());
     let outcome = folder.run("check look.ron --fix");
     outcome.fails_saying(1, &["no input or node is called `expose`", "did you mean `exposed`?"]);

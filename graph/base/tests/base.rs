@@ -4,7 +4,7 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use afterimage_base::diagnostic::{Sources, did_you_mean, nearest};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, nearest};
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value};
 
@@ -207,4 +207,33 @@ fn long_and_far_names_have_no_nearest_one() {
     assert_eq!(nearest("bla", ["glue", "bxx"]), None);
     assert_eq!(did_you_mean("bla", ["ble"]).as_deref(), Some("did you mean `ble`?"));
     assert_eq!(did_you_mean("bla", ["nothing"]), None);
+}
+
+/// A correction becomes a change where its wrong words occur once, and not within longer words.
+#[test]
+fn fixes_are_sure_and_do_not_overlap() {
+    let text = "\"lit\": Mix(base: \"lit\", lit_by: sun)";
+    let mut all = Diagnostics::default();
+    all.add_source("a.ron", text);
+    let at = |words: &str| {
+        let start = text.find(words).expect("it is there");
+        Location::new(&"a.ron".into(), start..start + words.len())
+    };
+    let error = |words: &str| Diagnostic::error("wrong", "it is wrong").at(&at(words), "");
+    let fix = |all: &Diagnostics, error: &Diagnostic| all.fix(error).map(|fix| (fix.location.span(), fix.replacement));
+    let name = error("\"lit\"").correct("lit", "dim");
+    assert_eq!(fix(&all, &name), Some((1..4, "dim".to_owned())));
+    assert_eq!(fix(&all, &error(text).correct("lit", "dim")), None, "it is there twice, and once within a word");
+    assert_eq!(fix(&all, &error(text).correct("by", "on")), None);
+    assert_eq!(fix(&all, &error("sun").rewrite("\"sun\"")), Some((32..35, "\"sun\"".to_owned())));
+    let near = |names: &[&str]| error("sun").did_you_mean("sun", names.iter().copied()).correction.map(|one| one.right);
+    assert_eq!(near(&["son"]).as_deref(), Some("son"));
+    assert_eq!(near(&["son", "sin"]), None, "either may be meant");
+    assert_eq!(near(&["s\"n"]), None, "it would need an escape");
+    for error in [error("sun").rewrite("moon"), name, error(": Mix").rewrite(":"), error("Mix").rewrite("Max")] {
+        all.push(error);
+    }
+    assert_eq!(apply(text, &all.fixes("a.ron")), "\"dim\":(base: \"lit\", lit_by: moon)");
+    assert!(all.fixes("b.ron").is_empty());
+    assert_eq!(all.to_json()[0]["fix"]["start"], 32);
 }

@@ -1,6 +1,7 @@
 //! The command line.
 
 pub(crate) mod files;
+mod headings;
 pub(crate) mod measure;
 pub(crate) mod meter;
 mod options;
@@ -14,19 +15,25 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::built_in::is_pipeline;
 use files::{ExrArgs, ReadArgs};
+use headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use measure::{MeasureArgs, TuneArgs};
 use meter::MeterArgs;
 use stress::StressArgs;
 #[cfg(feature = "view")]
 use view::ViewArgs;
 
+pub(crate) use files::OUTPUT_SPACE;
 pub(crate) use options::{
-    DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, parse_fps, parse_size,
+    DeviceOptions, ImageOptions, KindOptions, NODES, NoAlias, PipelineOptions, PlanOptions, parse_fps, parse_share,
+    parse_size,
 };
+
+/// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
+const LONG_VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\nwgpu 30.0.1, naga 30.0.1");
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
 #[derive(Debug, Parser)]
-#[command(name = "afterimage", version, about, max_term_width = 100)]
+#[command(name = "afterimage", version, long_version = LONG_VERSION, about, max_term_width = 100)]
 pub(crate) struct Arguments {
     /// Work in this folder: names of files are relative to it
     #[arg(short = 'C', value_name = "FOLDER")]
@@ -71,6 +78,8 @@ pub(crate) enum Command {
     Stress(StressArgs),
     /// Print a script that completes the words of this program in a shell
     Completions(CompletionsArgs),
+    /// Write a manual page for each command
+    Man(ManArgs),
 }
 
 #[derive(Debug, Args)]
@@ -84,7 +93,7 @@ pub(crate) struct PipelinesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// EXR, Radiance HDR or PNG files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
+    /// EXR, Radiance HDR, PNG or JPEG files; `shot.####.exr` is a sequence, `file.exr#layer` a layer
     #[arg(required = true)]
     pub(crate) files: Vec<String>,
     /// Read the pixels, too, and print the range of each channel and how many numbers are NaN or infinite
@@ -110,6 +119,12 @@ pub(crate) struct CompletionsArgs {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct ManArgs {
+    /// The folder for the pages: `afterimage man ~/.local/share/man/man1`
+    pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
     /// The folder for the images
     #[arg(short, long, default_value = "out")]
@@ -128,75 +143,81 @@ pub(crate) struct DemoArgs {
 pub(crate) struct RenderArgs {
     /// The pipeline file, or the name of a built-in pipeline
     pub(crate) pipeline: PathBuf,
-    /// The image for the pipeline's first input: EXR, Radiance HDR or PNG; `shot.####.exr` is a sequence,
+    /// The image for the pipeline's first input: EXR, Radiance HDR, PNG or JPEG; `shot.####.exr` is a sequence,
     /// `file.exr#layer` a layer. It may stand before the pipeline
     pub(crate) input: Option<String>,
     /// The output file: `.png`, `.jpg` or `.avif` for an encoded output, `.exr` for a linear one; `out.####.png` for a
     /// sequence
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, short, long, value_name = "FILE")]
     pub(crate) out: Option<String>,
     /// The image for another input: `--input albedo=albedo.exr`; a camera is a JSON file with its matrices, or an
     /// EXR file that states them: `--input camera=camera.####.json`
-    #[arg(long = "input", value_name = "NAME=FILE")]
+    #[arg(help_heading = INPUT_FILES, long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
     /// Slices of the images of volumes, which lie one below the other, the nearest first: `--input fog=fog.exr
     /// --slices 64`
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=2048))]
+    #[arg(help_heading = INPUT_FILES)]
     pub(crate) slices: Option<u32>,
     /// The output to write to the file of `-o`; by default the first that fits the file's extension. With a file, an
     /// output that is written to that file: `--output sdr=sdr.png --output hdr=hdr.png`
-    #[arg(long = "output", value_name = "NAME[=FILE]")]
+    #[arg(help_heading = OUTPUT_FILES, long = "output", value_name = "NAME[=FILE]")]
     pub(crate) outputs: Vec<String>,
     /// Frames of a sequence: `1-96`, `1-96x2` or `1-96:2`, `7,12-20`; required for a sequence from a pipeline without
     /// inputs
-    #[arg(long, value_name = "RANGE")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
     /// Frames that begin a new shot: adaptation and histories start again; written as for `--frames`
-    #[arg(long, value_name = "FRAMES")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "FRAMES")]
     pub(crate) cut: Option<String>,
+    /// Find the frames that begin a new shot in the whole sequence, and print them as `--cut` takes them: those that
+    /// differ from the frame before by this share, 0 to 1; 0.4 without a number
+    #[arg(help_heading = SEQUENCES, long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.4")]
+    pub(crate) detect_cuts: Option<f32>,
     /// Write what the last frame leaves for later ones: exposure, histories. A run with `--state-in` continues from it
     /// bit for bit
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]
     pub(crate) state_out: Option<PathBuf>,
     /// Continue a sequence from the file that `--state-out` of the run before has written
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]
     pub(crate) state_in: Option<PathBuf>,
     /// Begin with the exposure that follows from what `afterimage meter` has measured in the frames before, so that any
     /// range has the pixels of the whole sequence: a file, or numbered files: `--meter shot.####.meter`
-    #[arg(long, value_name = "FILE", conflicts_with = "state_in")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "FILE", conflicts_with = "state_in")]
     pub(crate) meter: Option<String>,
     /// Render so many frames of the sequence before the range without writing them, for a state that is almost that of
     /// the whole sequence
-    #[arg(long, value_name = "COUNT", default_value_t = 0, conflicts_with = "state_in")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 0, conflicts_with = "state_in")]
     pub(crate) preroll: u32,
     /// Go on after a frame that cannot be read or written; the exit status is 1 at the end
-    #[arg(long)]
+    #[arg(help_heading = SEQUENCES, long)]
     pub(crate) keep_going: bool,
     /// Leave frames out whose files are there and whole
-    #[arg(long)]
+    #[arg(help_heading = SEQUENCES, long)]
     pub(crate) skip_existing: bool,
     /// Also write a report as JSON, even if the run fails: exposure, repaired pixels, seconds and outcome of each
     /// frame, the hash of the plan, adapter, driver, version
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// Frames per second, for adaptation over time
-    #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
+    #[arg(help_heading = SEQUENCES, long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
     /// Pixels to render, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; by default the first of them, and 16
     /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) depth: Option<u8>,
     /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 10 and 16 bits are always rounded
-    #[arg(long)]
+    #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) no_dither: bool,
     /// Whether a PNG has alpha
-    #[arg(long, value_enum, default_value_t = AlphaChoice::Auto)]
+    #[arg(help_heading = OUTPUT_FILES, long, value_enum, default_value_t = AlphaChoice::Auto)]
     pub(crate) alpha: AlphaChoice,
     /// Quality of a JPEG or AVIF, 1 to 100; 92 and 85 by default
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=100))]
+    #[arg(help_heading = OUTPUT_FILES, long, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,
     /// Print the time of each stage and of each pass
     #[arg(long)]
@@ -325,8 +346,8 @@ pub(crate) enum PlanFormat {
 
 #[derive(Debug, Args)]
 pub(crate) struct NodesArgs {
-    /// The kind to describe; all are listed without it
-    pub(crate) kind: Option<String>,
+    /// The kind to describe, or words of a topic, such as `film grain`; all are listed without it
+    pub(crate) kind: Vec<String>,
     /// Write the files of a new kind of this name, which runs at once, to a new folder: `--new SoftGlow`
     #[arg(long, value_name = "NAME", conflicts_with = "kind")]
     pub(crate) new: Option<String>,

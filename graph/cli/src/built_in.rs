@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use afterimage::host::built_in;
+use afterimage::host::{built_in, built_in_hint};
+use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_media::read_text;
+use afterimage_pipelines::PIPELINES;
 
 /// The most bytes of a pipeline, a declaration or a shader.
 pub(crate) const MAX_TEXT: u64 = 16 << 20;
@@ -12,4 +14,9 @@ pub(crate) const MAX_TEXT: u64 = 16 << 20;
 pub(crate) fn is_pipeline(path: &Path) -> bool {
     let has_text = || read_text(path, MAX_TEXT).is_ok_and(|text| text.contains("Pipeline("));
     path.extension().is_some_and(|ending| ending == "ron") || built_in(path).is_some() || has_text()
+}
+
+/// The built-in pipeline that a wrong name may mean, or the names of all, as a hint.
+pub(crate) fn hint(wrong: &str) -> String {
+    did_you_mean(wrong, PIPELINES.iter().map(|(name, _)| *name)).unwrap_or_else(built_in_hint)
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use afterimage::host::built_in;
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
 use afterimage_graph::image::Size;
@@ -10,7 +11,6 @@ use afterimage_media::write_atomic;
 use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
-use crate::built_in::built_in;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry, text};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage::host::{KindFiles, built_in, built_in_hint, kinds_in};
+use afterimage::host::{KindFiles, built_in, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
@@ -12,7 +12,7 @@ use afterimage_media::{read_bytes, read_text, real_path};
 use afterimage_pipelines::BuiltIn;
 
 use crate::args::KindOptions;
-use crate::built_in::MAX_TEXT;
+use crate::built_in::{MAX_TEXT, hint};
 use crate::failure::Failure;
 use crate::run_files::RunFiles;
 
@@ -161,20 +161,28 @@ pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
     }
     if path.symlink_metadata().is_err() && path.extension().is_none() {
         let failure = Failure::unreadable(format!("there is no pipeline `{}`", path.display()));
-        return Err(failure.hint(built_in_hint()));
+        return Err(failure.hint(hint(&path.to_string_lossy())));
+    }
+    if path.is_dir() {
+        let failure = Failure::unreadable(format!("cannot read the pipeline `{}`: it is a folder", path.display()));
+        return Err(failure.hint("name a .ron file in it, or a built-in pipeline: `afterimage pipelines` lists them"));
     }
     let document = text(path, "pipeline").and_then(|text| Ok(parse(&path.to_string_lossy(), &text)?));
     // Names can end in anything: only a file that is no pipeline is one of something else.
     document.map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })
 }
 
+/// Endings of the names of images, also of some that are not read.
+const IMAGES: [&str; 10] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff", "dpx", "webp", "avif"];
+
+/// Whether a file is an image, by its name.
+pub(crate) fn is_image_name(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| IMAGES.contains(&&*ending.to_string_lossy().to_lowercase()))
+}
+
 /// What a file is instead of a pipeline, by the ending of its name.
 const OTHER_FILES: [(&[&str], &str, &str); 5] = [
-    (
-        &["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff", "dpx", "webp", "avif"],
-        "an image",
-        "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`",
-    ),
+    (&IMAGES, "an image", "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`"),
     (
         &["cube", "spi1d", "spi3d", "clf", "ctf", "3dl", "csp", "vf", "cdl", "cc", "ccc"],
         "a color file",

@@ -11,7 +11,7 @@ use afterimage_graph::node::NodeKind;
 use afterimage_media::sequence::Pattern;
 use serde_json::{Value, json};
 
-use crate::args::{JobArgs, RenderArgs};
+use crate::args::{JobArgs, NODES, OUTPUT_SPACE, RenderArgs};
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
 use crate::render::{Sequence, sequence};
@@ -29,13 +29,20 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
     if args.render.watch {
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
     }
-    let words = render_words(words)?;
+    let mut words = render_words(words)?;
     if let Some(word) = words.iter().find(|word| word.contains("{{")) {
         return Err(
             Failure::user(format!("`{word}`: a template has its own meaning for `{{{{`")).hint("rename the file")
         );
     }
     let sequence = sequence(&args.render, tables)?;
+    if args.render.detect_cuts.is_some() {
+        // No task looks for them again.
+        words = without(&words, &[], &["--detect-cuts"]);
+        if !sequence.cuts.is_empty() {
+            words.extend(["--cut".to_owned(), ranges(&sequence.cuts)]);
+        }
+    }
     if sequence.frames.is_empty() {
         return Err(Failure::user("a job is a sequence, and this is one image")
             .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
@@ -68,9 +75,19 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
     if steps.iter().any(|step| step.get("parameterSpace").is_some()) {
         template["extensions"] = json!(["TASK_CHUNKING"]);
     }
+    let variables = variables();
+    if !variables.is_empty() {
+        template["jobEnvironments"] = json!([{ "name": "Afterimage", "variables": variables }]);
+    }
     template["steps"] = steps.into();
     say(&format!("{template:#}"));
     Ok(())
+}
+
+/// The variables of this environment on which pixels depend. Those about this machine are not of the farm.
+fn variables() -> serde_json::Map<String, Value> {
+    let names = [OUTPUT_SPACE, NODES].into_iter();
+    names.filter_map(|name| Some((name.to_owned(), std::env::var(name).ok()?.into()))).collect()
 }
 
 /// The words of `render` that all chunks have: those after `job`, without `--chunk` and `--frames`.

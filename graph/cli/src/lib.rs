@@ -3,6 +3,7 @@
 // rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
 #![recursion_limit = "256"]
 
+mod advice;
 mod args;
 mod bench;
 mod built_in;
@@ -34,10 +35,12 @@ mod tune;
 mod view;
 mod watch;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use afterimage_graph::node::NodeKind;
-use clap::{CommandFactory as _, Parser as _};
+use clap::parser::ValueSource;
+use clap::{CommandFactory as _, FromArgMatches as _};
 
 use args::{Arguments, Command, JobArgs};
 use failure::Failure;
@@ -66,6 +69,24 @@ fn completions(shell: clap_complete::Shell) -> String {
     String::from_utf8_lossy(&script).into_owned()
 }
 
+/// The arguments of the command line and of the variables `AFTERIMAGE_*`.
+fn parse(words: &[std::ffi::OsString]) -> Result<Arguments, clap::Error> {
+    let matches = Arguments::command().try_get_matches_from(words).map_err(advice::advised)?;
+    let mut arguments = Arguments::from_arg_matches(&matches)?;
+    if let Command::Render(args) | Command::Job(JobArgs { render: args, .. }) = &mut arguments.command {
+        let source = matches.subcommand().and_then(|(_, matches)| matches.value_source("output_space"));
+        args.exr.is_space_of_all_runs = source == Some(ValueSource::EnvVariable);
+    }
+    Ok(arguments)
+}
+
+/// Writes the manual pages of the program and of its commands.
+fn manual(folder: &Path) -> Result<(), Failure> {
+    let unwritable = |error: std::io::Error| Failure::machine(format!("{}: {error}", folder.display()));
+    std::fs::create_dir_all(folder).map_err(unwritable)?;
+    clap_mangen::generate_to(Arguments::command(), folder).map_err(unwritable)
+}
+
 /// The kinds whose passes a host fills, without those whose names the tables have.
 fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
     let is_new = |kind: &&NodeKind| tables.iter().copied().flatten().all(|known| known.name() != kind.name());
@@ -75,7 +96,7 @@ fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
 /// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name.
 pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi::OsString>) -> ExitCode {
     let words: Vec<std::ffi::OsString> = arguments.into_iter().collect();
-    let mut arguments = match Arguments::try_parse_from(&words) {
+    let mut arguments = match parse(&words) {
         Ok(arguments) => arguments,
         Err(error) => {
             let is_help = !error.use_stderr();
@@ -112,6 +133,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Tune(args) => tune::run(args, tables),
         Command::Bench(args) => bench::run(args, tables),
         Command::Stress(args) => stress::run(args, tables),
+        Command::Man(args) => manual(&args.folder),
         Command::Completions(args) => {
             terminal::say(&completions(args.shell));
             Ok(())

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use afterimage_graph::check::kinds_about;
 use afterimage_graph::diagnostic::did_you_mean;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
@@ -14,43 +13,53 @@ use crate::failure::Failure;
 use crate::files::registry;
 use crate::run_files::RunFiles;
 use crate::scaffold;
-use crate::terminal::{say, say_styled};
+use crate::terminal::{say, say_styled, wrapped};
 
 const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.kinds, &RunFiles::default())?;
-    match (&args.new, &args.kind) {
-        (Some(name), _) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
-        (Some(name), _) => say(&scaffold::folder(name, &registry)?),
-        (None, None) => say_styled(&list(&registry)),
-        (None, Some(name)) => say_styled(&page(find(&registry, name)?)),
+    match &args.new {
+        Some(name) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
+        Some(name) => say(&scaffold::folder(name, &registry)?),
+        None if args.kind.is_empty() => say_styled(&list(&registry.iter().collect::<Vec<_>>())),
+        None => say_styled(&described(&registry, &args.kind.join(" "))?),
     }
     Ok(())
 }
 
-fn find<'r>(registry: &'r Registry, name: &str) -> Result<&'r NodeKind, Failure> {
+/// The page of the kind of that name, or the kinds of that topic.
+fn described(registry: &Registry, name: &str) -> Result<String, Failure> {
     let by_letters = |kind: &&NodeKind| kind.name().eq_ignore_ascii_case(name);
-    registry.get(name).or_else(|| registry.iter().find(by_letters)).ok_or_else(|| {
-        let failure = Failure::user(format!("no node kind is called `{name}`"));
-        let near = did_you_mean(name, registry.names()).or_else(|| kinds_about(registry, name));
-        failure.hint(near.unwrap_or_else(|| "`afterimage nodes` lists them all".into()))
-    })
+    if let Some(kind) = registry.get(name).or_else(|| registry.iter().find(by_letters)) {
+        return Ok(page(kind));
+    }
+    let topic: Vec<&NodeKind> = registry.about(name).into_iter().filter_map(|name| registry.get(name)).collect();
+    match topic.as_slice() {
+        [] => {
+            let near = did_you_mean(name, registry.names());
+            Err(Failure::user(format!("no node kind is called `{name}`, and none is about that"))
+                .hint(near.unwrap_or_else(|| "`afterimage nodes` lists them all".into())))
+        }
+        [kind] => Ok(page(kind)),
+        kinds => Ok(list(kinds)),
+    }
 }
 
-fn list(registry: &Registry) -> String {
-    let width = registry.names().map(str::len).max().unwrap_or(0);
+fn list(kinds: &[&NodeKind]) -> String {
+    let width = kinds.iter().map(|kind| kind.name().len()).max().unwrap_or(0);
     let mut text = String::new();
-    for kind in registry.iter() {
-        let first = kind.doc().trim().lines().next().unwrap_or("").trim();
-        let _ = writeln!(text, "{NAME}{:width$}{NAME:#}  {first}", kind.name());
+    for kind in kinds {
+        let first = kind.doc().trim().lines().next().unwrap_or("");
+        let lines = wrapped(first, width + 2);
+        let _ = writeln!(text, "{NAME}{:width$}{NAME:#}  {}", kind.name(), lines.trim_start());
     }
-    text + "\n`afterimage nodes KIND` explains one.\n"
+    text + "\n`afterimage nodes KIND` explains one, `afterimage nodes WORD` lists those for a topic.\n"
 }
 
 fn page(kind: &NodeKind) -> String {
-    let mut text = format!("{NAME}{}{NAME:#}\n\n{}\n", kind.name(), paragraph(kind.doc()));
+    let mut text = format!("{NAME}{}{NAME:#}\n\n{}", kind.name(), paragraphs(kind.doc()));
     let _ = writeln!(text, "{HEADING}Inputs{HEADING:#}");
     if kind.inputs().is_empty() {
         text += "  none: it makes its picture from nothing\n";
@@ -65,11 +74,32 @@ fn page(kind: &NodeKind) -> String {
     kind.params().iter().for_each(|param| text += &parameter(param));
     let _ = writeln!(text, "\n{HEADING}When it is off{HEADING:#}");
     kind.outputs().iter().for_each(|port| text += &fallback(port));
+    let _ = writeln!(text, "\n{HEADING}In a pipeline{HEADING:#}\n  {}", example(kind));
     text
 }
 
-fn paragraph(doc: &str) -> String {
+/// The paragraphs of a manual, each wrapped; lines that begin with more spaces stay as they are.
+fn paragraphs(doc: &str) -> String {
+    let mut text = String::new();
+    for paragraph in doc.trim().split("\n\n") {
+        let is_set = paragraph.lines().any(|line| line.starts_with("   ") || line.starts_with(" *"));
+        text += &if is_set { unindented(paragraph) } else { wrapped(paragraph, 0) };
+        text += "\n\n";
+    }
+    text
+}
+
+fn unindented(doc: &str) -> String {
     doc.lines().map(|line| line.strip_prefix(' ').unwrap_or(line)).collect::<Vec<_>>().join("\n")
+}
+
+/// A line of a pipeline with such a node: the wires that it needs, and its first parameters.
+fn example(kind: &NodeKind) -> String {
+    let ports = kind.inputs().iter().filter(|port| !port.optional);
+    let ports = ports.map(|port| format!("{}: \"...\"", port.name));
+    let params = kind.params().iter().take(3).map(|param| format!("{}: {}", param.name, param.default));
+    let fields: Vec<String> = ports.chain(params).collect();
+    format!("\"name\": {}({}),", kind.name(), fields.join(", "))
 }
 
 fn states(states: &[ColorState]) -> String {
@@ -81,11 +111,11 @@ fn input(port: &Input) -> String {
     let optional = if port.optional { ", optional" } else { "" };
     let content = content(port.content.as_deref());
     format!(
-        "  {NAME}{}{NAME:#}: {}{}{content}{optional}\n      {}\n",
+        "  {NAME}{}{NAME:#}: {}{}{content}{optional}\n{}\n",
         port.name,
         port.ty.name(),
         states(&port.states),
-        port.doc
+        wrapped(&port.doc, 6)
     )
 }
 
@@ -101,7 +131,7 @@ fn output(port: &Output) -> String {
         OutputState::Nothing => String::new(),
     };
     let content = content(port.content.as_deref());
-    format!("  {NAME}{}{NAME:#}: {}{state}{content}\n      {}\n", port.name, port.ty.name(), port.doc)
+    format!("  {NAME}{}{NAME:#}: {}{state}{content}\n{}\n", port.name, port.ty.name(), wrapped(&port.doc, 6))
 }
 
 fn parameter(param: &Param) -> String {
@@ -120,12 +150,12 @@ fn parameter(param: &Param) -> String {
     }
     facts.push(if param.replan { "a change needs a new plan" } else { "can change in every frame" }.into());
     let mut text = format!("  {NAME}{}{NAME:#}: {}\n", param.name, facts.join("; "));
-    for line in param.doc.lines() {
-        let _ = writeln!(text, "      {}", line.trim());
-    }
+    let _ = writeln!(text, "{}", wrapped(&param.doc, 6));
     if let Type::Choice(choices) = param.ty {
         for choice in choices {
-            let _ = writeln!(text, "        {HEADING}{}{HEADING:#} {}", choice.name, choice.doc.trim());
+            let name = choice.name;
+            let lines = wrapped(&format!("{name} {}", choice.doc), 8);
+            let _ = writeln!(text, "        {HEADING}{name}{HEADING:#}{}", &lines[8 + name.len()..]);
         }
     }
     text

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use afterimage::host::built_in_hint;
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
@@ -13,6 +12,7 @@ use afterimage_media::write_atomic;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 
 use crate::args::PipelinesArgs;
+use crate::built_in::hint;
 use crate::failure::Failure;
 use crate::pipeline::PipelineFile;
 use crate::run_files::RunFiles;
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &PipelinesArgs, tables: &[&[NodeKind]]) -> Result<(), Fa
 
 /// The error for a name that no built-in pipeline has.
 fn unknown(name: &str) -> Failure {
-    Failure::user(format!("there is no built-in pipeline `{name}`")).hint(built_in_hint())
+    Failure::user(format!("there is no built-in pipeline `{name}`")).hint(hint(name))
 }
 
 /// The first paragraph of the comment at the head of a pipeline.

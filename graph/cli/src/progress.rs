@@ -1,37 +1,98 @@
-//! The progress bar of long commands.
+//! The progress of long commands: a bar on a terminal, and a line every few seconds elsewhere.
+
+use std::io::IsTerminal as _;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal::visible;
+use crate::terminal::{note, visible};
+
+/// Between two lines where standard error is no terminal: the logs of a farm are read by people.
+const PAUSE: Duration = Duration::from_secs(5);
 
 /// A bar on standard error; it disappears when it is dropped.
-pub(crate) struct Bar(ProgressBar);
+pub(crate) struct Bar {
+    bar: ProgressBar,
+    /// What the steps are.
+    what: &'static str,
+    start: Instant,
+    /// When the last line was written; `None` on a terminal.
+    written: Option<Mutex<Instant>>,
+}
 
 impl Bar {
-    /// A bar of `steps` steps, with the step's name.
-    pub(crate) fn new(steps: u64) -> Self {
-        let style = ProgressStyle::with_template("{wide_bar} {pos}/{len}, {eta} left; {msg}");
-        Self(ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+    /// A bar of `count` steps, with the step's name.
+    pub(crate) fn new(count: u64) -> Self {
+        Self::with(ProgressBar::new(count), "{wide_bar} {pos}/{len}, {eta} left; {msg}", "steps")
     }
+
+    /// A bar of `count` frames; none for a single one.
+    pub(crate) fn of_frames(count: u64) -> Self {
+        let bar = if count < 2 { ProgressBar::hidden() } else { ProgressBar::new(count) };
+        Self::with(bar, "{wide_bar} {pos}/{len} frames, {eta} left", "frames")
+    }
+
+    fn with(bar: ProgressBar, template: &str, what: &'static str) -> Self {
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        let start = Instant::now();
+        let written = (!std::io::stderr().is_terminal()).then(|| Mutex::new(start));
+        Self { bar: bar.with_style(style), what, start, written }
+    }
+
+    /// One step more is done. `name` begins the line, if one is written.
+    pub(crate) fn advance(&self, name: &str) {
+        self.bar.inc(1);
+        let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        let Some(written) = &self.written else { return };
+        let mut written = written.lock().expect("no thread panics with the lock");
+        if done < all && written.elapsed() >= PAUSE {
+            *written = Instant::now();
+            note(&format!("{name}: {}", line(done, all, self.what, self.start.elapsed())));
+        }
+    }
+}
+
+/// `12 of 96 frames, 3.1 a second, 0:27 left`.
+fn line(done: u64, all: u64, what: &str, elapsed: Duration) -> String {
+    let rate = done as f64 / elapsed.as_secs_f64().max(1e-3);
+    let left = ((all - done) as f64 / rate).round() as u64;
+    let (hours, minutes, seconds) = (left / 3600, left / 60 % 60, left % 60);
+    let left = if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") };
+    let speed = if rate < 1.0 { format!("{:.1} s each", 1.0 / rate) } else { format!("{rate:.1} a second") };
+    format!("{done} of {all} {what}, {speed}, {left} left")
 }
 
 impl Progress for Bar {
     fn expect(&self, steps: u64) {
-        self.0.set_length(steps);
+        self.bar.set_length(steps);
     }
 
     fn begin(&self, step: &str) {
-        self.0.set_message(visible(step));
+        self.bar.set_message(visible(step));
     }
 
     fn end(&self) {
-        self.0.inc(1);
+        self.advance(&self.bar.message());
     }
 }
 
 impl Drop for Bar {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_the_rate_and_the_time_left() {
+        let told = |done, seconds| line(done, 96, "frames", Duration::from_secs(seconds));
+        assert_eq!(told(12, 4), "12 of 96 frames, 3.0 a second, 0:28 left");
+        assert_eq!(told(1, 90), "1 of 96 frames, 90.0 s each, 2:22:30 left");
+        assert_eq!(told(95, 95), "95 of 96 frames, 1.0 a second, 0:01 left");
     }
 }

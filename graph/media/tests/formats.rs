@@ -60,8 +60,8 @@ fn radiance_headers_are_heeded() {
 fn what_is_no_image_says_so() {
     let folder = Folder::new("no-image");
     let message = |bytes: &[u8]| message_and_hint(&folder.read(bytes).unwrap_err());
-    let known = "EXR, Radiance HDR and PNG files are read; convert it to one of them";
-    assert_eq!(message(b"\xff\xd8\xff\xe0 and so on"), format!("this is a JPEG; {known}"));
+    let known = "EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them";
+    assert_eq!(message(b"GIF89a and so on"), format!("this is a GIF; {known}"));
     assert_eq!(message(b"hello"), format!("this is not an image that this program knows; {known}"));
     assert_eq!(message(b""), "the file is empty");
     assert_eq!(

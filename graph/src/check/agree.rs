@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::Source;
 use super::build::{Feed, GraphBuilder, NodeDraft, Wire, input_type};
 use super::suggest::{OnWire, between, either, path};
-use crate::document::{InputEntry, OutputEntry};
+use crate::document::{InputEntry, OutputEntry, image_type_names};
 use crate::node::{HostBlock, Input, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
 use afterimage_base::image::ColorState;
@@ -106,7 +106,7 @@ impl GraphBuilder<'_> {
         match on_wire.state {
             Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
                 let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
-                self.report(diagnostic);
+                self.report(diagnostic.maybe_help(input_for(port)));
             }
             _ => self.agree_on_content(wire, port, reader),
         }
@@ -319,4 +319,12 @@ fn chosen_state(draft: &NodeDraft, param: &str) -> Option<ColorState> {
 fn a(ty: PortType) -> String {
     let article = if ty == PortType::Image { "an" } else { "a" };
     format!("{article} {}", ty.name())
+}
+
+/// For a port whose data no node makes: the input to declare for it.
+fn input_for(port: &Input) -> Option<String> {
+    let is_made = |name: &str| name == "Mask" || name == "Data";
+    let name = image_type_names().find(|name| name.eq_ignore_ascii_case(&port.name))?;
+    let help = || format!("declare an input for it: `inputs: {{ \"{}\": {name} }}`", port.name);
+    (port.states.iter().eq([&ColorState::Data]) && !is_made(name)).then(help)
 }

@@ -15,8 +15,11 @@ impl GraphBuilder<'_> {
                 return None;
             }
             let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
-            let help = "write it as `when: \"emissive and illuminance < 10\"`";
-            self.report(Diagnostic::error("wrong-type", message).at(&item.location, "").help(help));
+            let diagnostic = Diagnostic::error("wrong-type", message).at(&item.location, "");
+            self.report(match &item.value {
+                Tree::Name(name) => diagnostic.help(format!("write `when: \"{name}\"`")).rewrite(format!("\"{name}\"")),
+                _ => diagnostic.help("write it as `when: \"emissive and illuminance < 10\"`"),
+            });
             return None;
         };
         let inner = self.inner_location(item, text);

@@ -306,6 +306,13 @@ fn wrong_type(kind: &NodeKind, param: &Param, item: &Item) -> Diagnostic {
             let number = with_point(text).unwrap_or_default();
             diagnostic.help(format!("write {} without quotes", quote(&number))).rewrite(number)
         }
+        (Type::Choice(choices), Tree::Text(name)) => {
+            let names = choices.iter().map(|choice| choice.name);
+            diagnostic.help("its values are names without quotes").did_you_mean(name, names)
+        }
+        (Type::File | Type::Text, Tree::Name(name)) => {
+            diagnostic.help(format!("write it in quotes: `{}: \"{name}...\"`", param.name))
+        }
         (_, Tree::Text(_)) => diagnostic.help("only ports take the name of a node; a parameter takes a value"),
         _ => diagnostic.help(about(param)),
     }

@@ -98,13 +98,24 @@ impl GraphBuilder<'_> {
                 _ => {
                     if !self.scopes[scope].is_partial {
                         let has_hint = !self.has_many_errors();
-                        self.report(no_such_node(&self.scopes[scope], part, key, has_hint));
+                        let error = no_such_node(&self.scopes[scope], part, key, has_hint);
+                        let is_alone = has_hint && error.correction.is_none() && key.value == part;
+                        let owner = is_alone.then(|| self.owner(scope, part)).flatten();
+                        self.report(error.maybe_help(owner.map(|owner| {
+                            format!("a parameter is set by `node.parameter`: {}", quote(&format!("{owner}.{part}")))
+                        })));
                     }
                     return None;
                 }
             }
         }
         None
+    }
+
+    /// The name of a node that has such a parameter.
+    fn owner(&self, scope: usize, param: &str) -> Option<&str> {
+        let owner = self.drafts.iter().find(|draft| draft.scope == scope && draft.kind.param(param).is_some())?;
+        Some(&owner.name.value)
     }
 
     /// The value of `"node": Off`.
@@ -138,7 +149,7 @@ impl GraphBuilder<'_> {
         }
         let kind = draft.kind.clone();
         if let Some(param) = kind.former_param(field) {
-            let present = format!("{}.{}", draft.name.value, param.name);
+            let present = format!("{}{}", setting.key.value.trim_end_matches(field), param.name);
             return self.report(renamed(&setting.key, &present));
         }
         let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);

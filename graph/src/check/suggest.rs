@@ -60,7 +60,9 @@ fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
         OutputState::Same(name) if *name == port.name => on_wire.state,
         // A new node has the parameter's default, which names no state.
         OutputState::Chosen(_) => on_wire.state,
-        OutputState::Same(_) | OutputState::Nothing => None,
+        // That of a wire which the hint does not name.
+        OutputState::Same(_) => return None,
+        OutputState::Nothing => None,
     };
     takes.then_some(OnWire { ty: output.ty, state })
 }

@@ -72,7 +72,11 @@ pub(super) fn bad_escape(location: &Location) -> Diagnostic {
 
 pub(super) fn bad_number(location: &Location, word: &str) -> Diagnostic {
     let has_unit = word.contains(|c: char| c.is_alphabetic() || c == '%');
-    let help = if has_unit { "numbers stand without a unit" } else { "write numbers as `10`, `-2.5` or `1e3`" };
+    let help = match word.strip_prefix('.') {
+        Some(ending) if ending.starts_with(char::is_alphabetic) => "the name of a file is a text in quotes",
+        _ if has_unit => "numbers stand without a unit",
+        _ => "write numbers as `10`, `-2.5` or `1e3`",
+    };
     error(format!("{} is not a number", quote(word)), location, help)
 }
 

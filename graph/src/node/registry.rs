@@ -78,13 +78,16 @@ impl Registry {
         self.iter().flat_map(|kind| kind.blocks())
     }
 
-    /// The names of the kinds that a wrong name may mean by its topic, the likeliest first: those whose own name has
-    /// its words or is abbreviated by it, and those with a choice or a first paragraph that has them.
+    /// The names of the kinds that a topic such as `bloom` or `film grain` may mean, the likeliest first: those whose
+    /// own name has its words or is abbreviated by it, and those with a choice or a first paragraph that has them. If
+    /// there are none, those whose manual has them anywhere.
     pub fn about(&self, topic: &str) -> Vec<&str> {
-        let words: Vec<String> = words(topic).into_iter().filter(|word| word.len() > 2).collect();
+        let meant =
+            SYNONYMS.iter().find(|(word, _)| topic.eq_ignore_ascii_case(word)).map_or(topic, |(_, words)| words);
+        let words: Vec<String> = stems(meant).filter(|word| word.len() > 2).collect();
         let is_about = |text: &str| {
-            let found: BTreeSet<String> = self::words(text).into_iter().collect();
-            !words.is_empty() && words.iter().all(|word| found.contains(word) || found.contains(&format!("{word}s")))
+            let found: BTreeSet<String> = stems(text).collect();
+            !words.is_empty() && words.iter().all(|word| found.contains(word))
         };
         let rank = |kind: &NodeKind| {
             let initials: String = kind.name().chars().filter(|c| c.is_ascii_uppercase()).collect();
@@ -95,10 +98,14 @@ impl Registry {
                 return Some(1);
             }
             let paragraph = kind.doc().split("\n\n").next().unwrap_or_default();
-            is_about(paragraph).then_some(2)
+            let is_in_manual = || is_about(kind.doc()) || kind.params().iter().any(|param| is_about(&param.doc));
+            if is_about(paragraph) { Some(2) } else { is_in_manual().then_some(3) }
         };
         let mut found: Vec<(u32, &str)> = self.iter().filter_map(|kind| Some((rank(kind)?, kind.name()))).collect();
         found.sort_unstable();
+        if found.first().is_some_and(|(rank, _)| *rank < 3) {
+            found.retain(|(rank, _)| *rank < 3);
+        }
         found.into_iter().map(|(_, name)| name).collect()
     }
 
@@ -113,6 +120,39 @@ fn choices(param: &Param) -> &'static [ChoiceName] {
         Type::Choice(choices) => choices,
         _ => &[],
     }
+}
+
+/// Words of the field that no manual has, and words of the manuals that say the same.
+const SYNONYMS: [(&str, &str); 20] = [
+    ("aa", "smooths edges"),
+    ("adaptation", "adapts"),
+    ("antialiasing", "smooths edges"),
+    ("anti-aliasing", "smooths edges"),
+    ("ao", "ambient occlusion"),
+    ("bokeh", "focus"),
+    ("bw", "saturation"),
+    ("crop", "cuts sides"),
+    ("defocus", "focus"),
+    ("eye adaptation", "adapts"),
+    ("fisheye", "bends lens"),
+    ("glow", "bloom"),
+    ("lightshafts", "shafts"),
+    ("mips", "pyramid"),
+    ("monochrome", "saturation"),
+    ("msaa", "multisampled"),
+    ("posterize", "levels channel"),
+    ("resize", "scales image"),
+    ("tonemapping", "tone curve"),
+    ("velocity", "moves path"),
+];
+
+/// The words without endings of grammar: those of `grading` and of `grades` are equal.
+fn stems(text: &str) -> impl Iterator<Item = String> {
+    words(text).into_iter().map(|word| {
+        let endings = ["ing", "es", "ed", "s", "e"].into_iter();
+        let stem = endings.filter_map(|ending| word.strip_suffix(ending)).find(|stem| stem.len() > 3);
+        stem.map(str::to_owned).unwrap_or(word)
+    })
 }
 
 /// The words of a text or of a name such as `ColorLut`, in lower case.

@@ -34,7 +34,7 @@ impl Problem {
 
     pub(crate) fn no_image(input: &str) -> Self {
         Self::message(format!("the pipeline needs an image for its input `{input}`"))
-            .hint("drop an EXR, HDR or PNG file on the row of this input, or choose another pipeline")
+            .hint("drop an EXR, HDR, PNG or JPEG file on the row of this input, or choose another pipeline")
     }
 }
 

@@ -45,7 +45,7 @@ pub struct Diagnostic {
     /// A hint: what to do about it.
     pub help: Option<String>,
     /// What would mend it, if that is known.
-    pub correction: Option<Correction>,
+    pub correction: Option<Box<Correction>>,
 }
 
 /// Words of a file, and what to write in their place.
@@ -109,7 +109,7 @@ impl Diagnostic {
 
     /// Sets what to write in the place of `wrong`.
     pub fn correct(mut self, wrong: impl Into<String>, right: impl Into<String>) -> Self {
-        self.correction = Some(Correction { wrong: wrong.into(), right: right.into() });
+        self.correction = Some(Box::new(Correction { wrong: wrong.into(), right: right.into() }));
         self
     }
 

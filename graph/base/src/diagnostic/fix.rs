@@ -58,13 +58,19 @@ pub fn apply(text: &str, fixes: &[Fix]) -> String {
 
 /// Where words occur that are no part of longer ones, if they occur once.
 fn only_occurrence(text: &str, words: &str) -> Option<Range<usize>> {
-    let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    let is_whole = |at: &usize| {
-        let (before, behind) = (&text[..*at], &text[at + words.len()..]);
-        !(is_word(words.chars().next()) && is_word(before.chars().next_back()))
-            && !(is_word(words.chars().next_back()) && is_word(behind.chars().next()))
-    };
-    let mut found = text.match_indices(words).map(|(at, _)| at).filter(is_whole);
+    let mut found = text.match_indices(words).map(|(at, _)| at).filter(|at| is_whole(text, words, *at));
     let first = found.next().filter(|_| found.next().is_none())?;
     Some(first..first + words.len())
+}
+
+fn is_whole(text: &str, words: &str, at: usize) -> bool {
+    let (before, behind) = (&text[..at], &text[at + words.len()..]);
+    let begins = is_joined(before.chars().next_back(), words.chars().next());
+    let ends = is_joined(words.chars().next_back(), behind.chars().next());
+    !begins && !ends
+}
+
+/// Whether two characters next to each other are of one word.
+fn is_joined(left: Option<char>, right: Option<char>) -> bool {
+    [left, right].iter().all(|c| c.is_some_and(|c| c.is_alphanumeric() || c == '_'))
 }

@@ -43,8 +43,10 @@ struct JsonLabel<'a> {
 
 impl Diagnostics {
     /// An array with one object for each diagnostic: `code`, `severity` (`error` or `warning`), `message`, `labels`
-    /// and, if they are known, `help` and `fix`: the `replacement` of the bytes from `start` to `end` of `file`. A label has `file`, `line`, `column`, `end_line`, `end_column` (from 1,
-    /// columns in characters), `start`, `end` (bytes from 0), `primary` and `text`.
+    /// and, if they are known, `help` and `fix`: the `replacement` of the bytes from `start` to `end` of `file`.
+    ///
+    /// A label has `file`, `line`, `column`, `end_line`, `end_column` (from 1, columns in characters), `start`, `end`
+    /// (bytes from 0), `primary` and `text`.
     pub fn to_json(&self) -> serde_json::Value {
         let all: Vec<_> = self.iter().map(|d| diagnostic(d, self)).collect();
         serde_json::to_value(all).expect("names, numbers and strings are all that is in it")

@@ -2,12 +2,15 @@
 
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::ColorState;
-use afterimage_media::{ColorSpace, ExrCompression};
+use afterimage_media::{Budget, ColorSpace, ExrCompression, ReadOptions};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
+use super::headings::{INPUT_FILES, OUTPUT_FILES};
+
 /// Options of the commands that read sequences for a render.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = INPUT_FILES)]
 pub(crate) struct ReadArgs {
     /// What the numbers of the images mean, whatever the files state: `ACEScg`, or for one input `albedo=Rec709`; one
     /// of Rec709, P3, Rec2020, ACEScg and ACES2065-1 (linear light), and for PNG also sRGB, DisplayP3, Rec2100-PQ and
@@ -17,6 +20,10 @@ pub(crate) struct ReadArgs {
     /// What takes the place of missing frames of a sequence
     #[arg(long, value_enum, default_value_t = MissingFrames::Error)]
     pub(crate) missing: MissingFrames,
+    /// Which pixels of EXR files are the picture. With `data`, overscan passes through the pipeline, and an EXR file
+    /// that is written has both windows
+    #[arg(long, value_enum, default_value_t = WindowChoice::Display)]
+    pub(crate) window: WindowChoice,
     /// What becomes of frames whose size is not that of the first one
     #[arg(long, value_enum, default_value_t = OtherSize::Error)]
     pub(crate) resize: OtherSize,
@@ -42,6 +49,15 @@ pub(crate) enum OtherSize {
     Fit,
 }
 
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum WindowChoice {
+    /// Those of the display window, with zeros where a file has none
+    #[default]
+    Display,
+    /// Those of the data window, which all frames must have in one size
+    Data,
+}
+
 /// The color space of the files of an input, or of all inputs but those of data.
 #[derive(Clone, Debug)]
 pub(crate) struct InputSpace {
@@ -50,6 +66,11 @@ pub(crate) struct InputSpace {
 }
 
 impl ReadArgs {
+    /// How files of an input are read.
+    pub(crate) fn options(&self, budget: Budget, space: Option<ColorSpace>) -> ReadOptions {
+        ReadOptions { budget, space, data_window: self.window == WindowChoice::Data }
+    }
+
     /// The space that the command line states for the files of an input; that with its name counts first.
     pub(crate) fn space_of(&self, input: &GraphInput) -> Option<ColorSpace> {
         let named = self.input_space.iter().find(|given| given.input.as_ref() == Some(&input.name));
@@ -59,13 +80,21 @@ impl ReadArgs {
     }
 }
 
+/// The variable that stands for `--output-space`.
+pub(crate) const OUTPUT_SPACE: &str = "AFTERIMAGE_OUTPUT_SPACE";
+
 /// How `render` writes EXR files.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = OUTPUT_FILES)]
 pub(crate) struct ExrArgs {
     /// The color space of EXR files; Rec709 by default. ACES2065-1 in halves with `--compression none` is an ACES
     /// container (SMPTE ST 2065-4)
     #[arg(long, value_name = "SPACE", ignore_case = true, value_parser = linear_spaces())]
+    #[arg(env = OUTPUT_SPACE)]
     pub(crate) output_space: Option<ColorSpace>,
+    /// Whether the space is that of the environment, which holds for all runs, also those that write no such file.
+    #[arg(skip)]
+    pub(crate) is_space_of_all_runs: bool,
     /// The compression of EXR files; `zip` by default. b44, b44a, dwaa and dwab lose details, pxr24 those of floats
     #[arg(long, value_parser = compressions())]
     pub(crate) compression: Option<ExrCompression>,
@@ -95,7 +124,7 @@ impl ExrArgs {
     /// The first option that is given, which is a mistake if no EXR file is written.
     pub(crate) fn given(&self) -> Option<&'static str> {
         let options = [
-            ("--output-space", self.output_space.is_some()),
+            ("--output-space", self.output_space.is_some() && !self.is_space_of_all_runs),
             ("--compression", self.compression.is_some()),
             ("--channel-type", self.channel_type.is_some()),
             ("--drop-layers", self.drop_layers),

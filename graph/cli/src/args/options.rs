@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use afterimage_graph::node::Bake;
 use afterimage_media::{Budget, default_budget};
-use clap::builder::Resettable;
+use clap::builder::{FalseyValueParser, Resettable};
 use clap::{Args, ValueEnum};
 
 /// Options of every command that reads a pipeline.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Pipeline")]
 pub(crate) struct PipelineOptions {
     /// Override a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
@@ -23,12 +24,16 @@ pub(crate) struct PipelineOptions {
     pub(crate) kinds: KindOptions,
 }
 
+/// The variable that stands for `--nodes`.
+pub(crate) const NODES: &str = "AFTERIMAGE_NODES";
+
 /// Folders of the command line: of node kinds, and of files that pipelines and kinds may name.
 #[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Pipeline")]
 pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
     /// imports, also from a folder `lib` next to it
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = NODES)]
     pub(crate) nodes: Vec<PathBuf>,
     /// A folder whose files, and those below it, a pipeline may name; by default only those of its own folder and below
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
@@ -79,24 +84,26 @@ pub(crate) enum NoAlias {
 
 /// Options of every command that runs on a GPU.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Machine")]
 pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use; `NAME#2` is the second of equal ones
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", env = "AFTERIMAGE_ADAPTER")]
     pub(crate) adapter: Option<String>,
     /// End with status 2 rather than render on the processor
-    #[arg(long)]
+    #[arg(long, env = "AFTERIMAGE_REQUIRE_GPU", value_parser = FalseyValueParser::new())]
     pub(crate) require_gpu: bool,
     /// Memory that the images of a frame may take, such as `2G`; by default three quarters of a card's memory,
     /// or half of the system's
-    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, env = "AFTERIMAGE_GPU_MEMORY")]
     pub(crate) gpu_memory: Option<Budget>,
 }
 
 /// Options of every command that reads images.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Machine")]
 pub(crate) struct ImageOptions {
     /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default
-    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, env = "AFTERIMAGE_MEMORY")]
     memory: Option<Budget>,
 }
 
@@ -152,6 +159,12 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
 pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
     let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
     fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
+}
+
+/// A share, from 0 to 1.
+pub(crate) fn parse_share(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "a share is a number from 0 to 1, such as 0.4".into())
 }
 
 #[cfg(test)]

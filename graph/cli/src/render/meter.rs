@@ -20,6 +20,7 @@ use crate::args::meter::MeterArgs;
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::device::CachedSession;
 use crate::failure::Failure;
+use crate::progress::Bar;
 use crate::run_files::RunFiles;
 use crate::terminal::note;
 
@@ -45,9 +46,11 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         scope.spawn(move || read_all(request, &to));
         let meters = meters(&graph);
         let session = CachedSession::open(&args.device, &args.plan, graph, facts, options)?;
+        let bar = Bar::of_frames(request.jobs.len() as u64);
         let mut measuring = Measuring { request, session, meters, last: request.earlier };
         for (job, inputs) in request.jobs.iter().zip(from) {
             let frame = measuring.measure(job, inputs?)?;
+            bar.advance(&format!("frame {}", frame.frame));
             match pattern {
                 Some(_) => write_frames(&path(frame.frame), &[frame])?,
                 None => measured.push(frame),
@@ -74,6 +77,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         outputs: Vec::new(),
         frames: given.frames.clone(),
         cut: given.cut.clone(),
+        detect_cuts: given.detect_cuts,
         state_out: None,
         state_in: None,
         meter: None,

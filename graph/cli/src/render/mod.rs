@@ -8,6 +8,7 @@ mod read;
 mod readings;
 mod repairs;
 mod request;
+mod shots;
 mod stages;
 mod state;
 mod target;

@@ -172,7 +172,7 @@ fn in_size(
 pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
     let input = request.inputs.iter().find(|input| input.name == name);
     let space = input.and_then(|input| request.args.reading.space_of(input));
-    ReadOptions { budget: request.args.images.budget(), space }
+    request.args.reading.options(request.args.images.budget(), space)
 }
 
 /// Refuses the color space of an input that the pipeline does not have.

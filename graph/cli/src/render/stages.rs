@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_plan::Options;
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::frames::render_all;
 use super::read::read_all;
@@ -16,6 +15,7 @@ use super::times::Times;
 use super::write::{Queue, Written, write_all};
 use crate::device::CachedSession;
 use crate::failure::Failure;
+use crate::progress::Bar;
 
 /// Frames between two stages: one in work and one that is ready.
 pub(super) const AHEAD: usize = 2;
@@ -33,7 +33,8 @@ pub(super) fn run(
     report: &mut Report,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
-    let bar = &progress(request.jobs.iter().filter(|job| job.is_written).count());
+    let bar = Bar::of_frames(request.jobs.iter().filter(|job| job.is_written).count() as u64);
+    let bar = &bar;
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
@@ -58,16 +59,7 @@ pub(super) fn run(
         let times = rendered?;
         Ok::<_, Failure>(Times { start, read, write: busy?.iter().sum(), writers, ..times })
     });
-    bar.finish_and_clear();
     let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));
     report.note_written(written, request.targets.len());
     Ok(Times { all: start.elapsed(), frames: request.jobs.len(), ..times? })
-}
-
-fn progress(frames: usize) -> ProgressBar {
-    if frames < 2 {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} frames, {eta} left");
-    ProgressBar::new(frames as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

@@ -1,5 +1,7 @@
 //! The files that `render` writes, and the output of the pipeline that each of them takes.
 
+use std::path::Path;
+
 use afterimage_graph::check::{Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::image::ColorState;
@@ -50,8 +52,10 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
 }
 
 fn no_file(output: &str) -> Failure {
-    Failure::user(format!("no file is named for the output `{output}`"))
-        .hint(format!("write `--output {output}=FILE` for each output"))
+    Failure::user(format!("no file is named for the output `{output}`")).hint(match FileFormat::of(output) {
+        Some(_) => format!("`-o {output}` names the file; `--output` names an output of the pipeline"),
+        None => format!("write `--output {output}=FILE` for each output"),
+    })
 }
 
 /// Refuses one output in two files: it would be written twice.
@@ -69,7 +73,8 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
     let format = FileFormat::of(&file).ok_or_else(|| unknown_format(&file))?;
     let output = choose_output(graph, output, format.is_encoded())?;
-    if format == FileFormat::Exr && args.exr.output_space.is_some() && !is_light(output.state) {
+    let space = args.exr.output_space.filter(|_| is_light(output.state));
+    if format == FileFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
         return Err(no_light(output));
     }
     let color = graph.colors().at(output.source);
@@ -84,7 +89,7 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
         },
         quality: args.quality,
         compression: args.exr.compression.unwrap_or_default(),
-        space: args.exr.output_space,
+        space,
         ..SaveOptions::plain(format)
     };
     Ok(Target { output: output.name.clone(), file, saving })
@@ -143,6 +148,9 @@ fn unknown_format(name: &str) -> Failure {
     if name.to_lowercase().ends_with(".avif") {
         return Failure::user(format!("{name}: this build of the program does not write AVIF"))
             .hint("build it with `--features avif`, or write a `.png` file");
+    }
+    if Path::new(name).is_dir() {
+        return Failure::user(format!("`{name}` is a folder")).hint("name the file: `folder/out.png`");
     }
     Failure::user(format!("`{name}` ends in none of `.png`, `.jpg`, `.avif` and `.exr`"))
         .hint("`.png`, `.jpg` and `.avif` take an encoded output, `.exr` a linear one")

@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use afterimage_gpu::Texels;
 use afterimage_media::Metadata;
 use afterimage_plan::PlanOutput;
-use indicatif::ProgressBar;
 
 use super::jobs::Job;
 use super::read::read_options;
 use super::request::{Request, is_picture};
 use crate::args::files::MissingFrames;
 use crate::failure::Failure;
+use crate::progress::Bar;
 use crate::save::{Original, Stated, save};
 use crate::terminal::note;
 
@@ -76,7 +76,7 @@ pub(super) fn write_all(
     request: &Request<'_>,
     queue: &Queue,
     written: &Written,
-    bar: &ProgressBar,
+    bar: &Bar,
 ) -> Result<Duration, Failure> {
     let mut busy = Duration::ZERO;
     while let Some(rendered) = queue.next() {
@@ -98,7 +98,9 @@ pub(super) fn write_all(
         }
         busy += start.elapsed();
         // The bar counts frames; the last target ends one.
-        bar.inc(u64::from(rendered.target + 1 == request.targets.len()));
+        if rendered.target + 1 == request.targets.len() {
+            bar.advance(&format!("frame {frame}"));
+        }
     }
     Ok(busy)
 }

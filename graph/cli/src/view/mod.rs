@@ -5,13 +5,13 @@ mod project;
 
 use std::path::Path;
 
-use afterimage::host::built_in_hint;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_view::{Desktop, Images, Problem, Project, Scene, TextProject};
 
 use crate::args::PipelineOptions;
 use crate::args::view::ViewArgs;
+use crate::built_in::hint;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
@@ -73,7 +73,7 @@ fn project(args: &ViewArgs, opener: &Opener) -> Result<Box<dyn Project>, Failure
     if let Some(project) = TextProject::built_in(name.trim_end_matches(".ron")) {
         return Ok(Box::new(project));
     }
-    Err(Failure::unreadable(format!("there is no file `{name}`")).hint(built_in_hint()))
+    Err(Failure::unreadable(format!("there is no file `{name}`")).hint(hint(&name)))
 }
 
 impl From<Problem> for Failure {

@@ -92,6 +92,15 @@ pub(crate) fn read(bytes: &[u8]) -> Option<(Chromaticities, Transfer)> {
     (is_matrix && is_one).then_some((primaries, transfer))
 }
 
+/// As [`read`]; notes that a profile is none of these.
+pub(crate) fn read_or_note(bytes: &[u8], notes: &mut Vec<String>) -> Option<(Chromaticities, Transfer)> {
+    let read = read(bytes);
+    if read.is_none() {
+        notes.push("its ICC profile is not applied; the colors are taken as sRGB".to_owned());
+    }
+    read
+}
+
 fn primaries(colorants: [DVec3; 3]) -> Option<Chromaticities> {
     let d65 = Xy::D65.to_xyz();
     let adapted =

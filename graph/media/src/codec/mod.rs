@@ -1,11 +1,12 @@
-//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance or PNG file into a [`Picture`], [`encode_exr`],
-//! [`encode_png`], [`encode_jpeg`] and, with the feature `avif`, `encode_avif` turn pixels into bytes. Nothing here
-//! uses the file system.
+//! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG or JPEG file into a [`Picture`],
+//! [`encode_exr`], [`encode_png`], [`encode_jpeg`] and, with the feature `avif`, `encode_avif` turn pixels into bytes.
+//! Nothing here uses the file system.
 
 #[cfg(feature = "avif")]
 mod avif;
 mod chromaticities;
 pub(crate) mod cicp;
+mod codes;
 mod description;
 mod error;
 mod exr;
@@ -46,8 +47,8 @@ pub use reading::ReadOptions;
 pub use space::ColorSpace;
 pub use statistics::ChannelStatistics;
 
-/// Decodes an EXR, Radiance or PNG file; the first bytes decide the format. `layer` names a layer, a part or a channel
-/// of an EXR file. `options` may be a [`Budget`] alone.
+/// Decodes an EXR, Radiance, PNG or JPEG file; the first bytes decide the format. `layer` names a layer, a part or a
+/// channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
 /// What the decoders report, a layer of a format without layers, and an encoded `space` for a file of linear light. A
@@ -59,13 +60,15 @@ pub fn decode(
 ) -> Result<Picture, CodecError> {
     let options = &options.into();
     let format = Format::of(&mut reader)?;
-    if let Some(space) = options.space.filter(|space| !space.is_linear() && !matches!(format, Format::Png)) {
+    if let Some(space) = options.space.filter(|space| !space.is_linear() && matches!(format, Format::Exr | Format::Hdr))
+    {
         return Err(not_linear(&space));
     }
     let decoded = catch_panic(|| match (format, layer) {
         (Format::Exr, layer) => exr::decode(reader, layer, options),
         (Format::Hdr, None) => hdr::decode(reader, options),
         (Format::Png, None) => png::decode(reader, options),
+        (Format::Jpeg, None) => jpeg::decode(reader, options),
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
@@ -109,7 +112,7 @@ pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Re
     decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
-/// What the headers of an EXR, Radiance or PNG file state. `layer` as in [`decode`].
+/// What the headers of an EXR, Radiance, PNG or JPEG file state. `layer` as in [`decode`].
 ///
 /// # Errors
 /// As [`decode`], for what it finds in headers.
@@ -119,6 +122,7 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
         (Format::Exr, layer) => exr::describe(reader, layer),
         (Format::Hdr, None) => hdr::describe(reader),
         (Format::Png, None) => png::describe(reader),
+        (Format::Jpeg, None) => jpeg::describe(reader),
         (_, Some(layer)) => Err(no_layers(layer)),
     });
     described.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
@@ -130,7 +134,7 @@ fn not_linear(space: &ColorSpace) -> CodecError {
         .hint(format!("name a linear space: {}", linear.join(", ")))
 }
 
-/// The numbers of all channels, part by part, in the order of [`describe`]; for Radiance and PNG as linear light of
+/// The numbers of all channels, part by part, in the order of [`describe`]; for other files as linear light of
 /// Rec.709.
 ///
 /// # Errors
@@ -158,6 +162,7 @@ enum Format {
     Exr,
     Hdr,
     Png,
+    Jpeg,
 }
 
 impl Format {
@@ -168,6 +173,8 @@ impl Format {
             Ok(Self::Exr)
         } else if start.starts_with(&png::MAGIC) {
             Ok(Self::Png)
+        } else if start.starts_with(&jpeg::MAGIC) {
+            Ok(Self::Jpeg)
         } else if hdr::MAGICS.iter().any(|magic| start.starts_with(magic)) {
             Ok(Self::Hdr)
         } else if start.is_empty() {
@@ -186,16 +193,10 @@ fn first_bytes(reader: &mut (impl BufRead + Seek)) -> std::io::Result<Vec<u8>> {
 }
 
 fn unknown_format(start: &[u8]) -> CodecError {
-    const KNOWN: [(&[u8], &str); 6] = [
-        (b"\xff\xd8\xff", "a JPEG"),
-        (b"II*\0", "a TIFF"),
-        (b"MM\0*", "a TIFF"),
-        (b"GIF8", "a GIF"),
-        (b"SDPX", "a DPX"),
-        (b"XPDS", "a DPX"),
-    ];
+    const KNOWN: [(&[u8], &str); 5] =
+        [(b"II*\0", "a TIFF"), (b"MM\0*", "a TIFF"), (b"GIF8", "a GIF"), (b"SDPX", "a DPX"), (b"XPDS", "a DPX")];
     let found = KNOWN.iter().find(|(magic, _)| start.starts_with(magic));
     let what = found.map_or("not an image that this program knows", |(_, name)| name);
     CodecError::new(ErrorKind::Unsupported, format!("this is {what}"))
-        .hint("EXR, Radiance HDR and PNG files are read; convert it to one of them")
+        .hint("EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them")
 }

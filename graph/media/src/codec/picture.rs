@@ -115,13 +115,16 @@ pub struct Metadata {
     pub image: ImageAttributes,
     /// Data window's corner, owner, comments, camera, custom attributes.
     pub layer: LayerAttributes,
+    /// Width and height of the data window, if the picture is that and not the display window. A picture of that size
+    /// is written with both windows.
+    pub data_size: Option<(u32, u32)>,
 }
 
 impl Metadata {
     /// Nothing but a window of that size, square pixels, no stated primaries.
     pub fn of_size(width: u32, height: u32) -> Self {
         let window = IntegerBounds::from_dimensions((width as usize, height as usize));
-        Self { image: ImageAttributes::new(window), layer: LayerAttributes::default() }
+        Self { image: ImageAttributes::new(window), layer: LayerAttributes::default(), data_size: None }
     }
 
     /// Sets a custom text attribute. Characters outside Latin-1 become `?`, as EXR text has none.

@@ -9,10 +9,13 @@ pub struct ReadOptions {
     pub budget: Budget,
     /// What the numbers of a color picture mean, whatever the file states; `None` believes the file.
     pub space: Option<ColorSpace>,
+    /// Whether the picture of an EXR file is its data window, which may be larger than the display window (overscan) or
+    /// a part of it. Otherwise it is the display window, with zeros where the file has no pixels.
+    pub data_window: bool,
 }
 
 impl From<Budget> for ReadOptions {
     fn from(budget: Budget) -> Self {
-        Self { budget, space: None }
+        Self { budget, space: None, data_window: false }
     }
 }

@@ -7,7 +7,7 @@ use super::FileError;
 use crate::codec::ErrorKind;
 
 /// Endings of files that can be read as images.
-const ENDINGS: [&str; 3] = ["exr", "hdr", "png"];
+const ENDINGS: [&str; 5] = ["exr", "hdr", "jpeg", "jpg", "png"];
 
 /// The images of a folder by their names: the files that end in `.exr`, `.hdr` or `.png`. Folders in it are not
 /// searched.

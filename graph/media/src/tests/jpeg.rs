@@ -1,8 +1,11 @@
-//! JPEG: markers and the profile, by a parser of our own.
+//! JPEG: markers and the profile, by a parser of our own; files of another encoder are read.
+
+use std::io::Cursor;
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Transfer};
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
-use crate::codec::icc;
+use crate::codec::{decode, describe, icc};
 use crate::*;
 
 /// The segments before the image data: markers and data.
@@ -43,4 +46,83 @@ fn hdr_and_long_rows_do_not_fit_into_a_jpeg() {
     assert_eq!(pq.kind, ErrorKind::Unsupported);
     let long = encode_jpeg((65536, 1), EncodedPixels::Byte(&vec![0; 65536 * 4]), &JpegOptions::default());
     assert_eq!(long.unwrap_err().kind, ErrorKind::TooLarge);
+}
+
+/// Slow ripples, which also halved chroma holds within a few codes.
+fn ripples(channels: usize) -> Vec<u8> {
+    let ripple = |at: usize| (128.0 + 90.0 * (at as f64 / 40.0).sin()).round() as u8;
+    let pixel = |at: usize| (0..channels).map(move |channel| ripple(at % 96 + at / 96 + 30 * channel));
+    (0..96 * 64).flat_map(pixel).collect()
+}
+
+fn file(color: ColorType, channels: usize, factor: SamplingFactor, is_progressive: bool) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = Encoder::new(&mut file, 100);
+    encoder.set_sampling_factor(factor);
+    encoder.set_progressive(is_progressive);
+    encoder.encode(&ripples(channels), 96, 64, color).unwrap();
+    file
+}
+
+fn read(file: &[u8]) -> Result<Picture, CodecError> {
+    decode(Cursor::new(file), None, Budget(1 << 30))
+}
+
+/// The codes of a picture in sRGB, by the definition of its curve.
+fn codes(picture: &Picture) -> Vec<f64> {
+    let Pixels::Half(values) = &picture.pixels else { panic!("a JPEG is read in halves") };
+    values.iter().map(|value| 255.0 * Transfer::Srgb.to_signal(f64::from(value.to_f32()))).collect()
+}
+
+#[test]
+fn all_usual_forms_are_read() {
+    for (color, channels) in [(ColorType::Rgb, 3), (ColorType::Luma, 1)] {
+        for factor in [SamplingFactor::F_1_1, SamplingFactor::F_2_1, SamplingFactor::F_2_2] {
+            for is_progressive in [false, true] {
+                let picture = read(&file(color, channels, factor, is_progressive)).unwrap();
+                assert_eq!((picture.width, picture.height, picture.stated), (96, 64, None));
+                let found = codes(&picture);
+                let mut sum = 0.0;
+                for (at, pixel) in ripples(channels).chunks(channels).enumerate() {
+                    for (channel, code) in found[4 * at..4 * at + 3].iter().enumerate() {
+                        let off = (code - f64::from(pixel[channel % channels])).abs();
+                        sum += off;
+                        // As with libjpeg-turbo, whose largest difference is 4.
+                        assert!(off <= 6.0, "{channels}, {factor:?}, {is_progressive}: {off} at {at}");
+                    }
+                    assert_eq!(picture.pixel(at as u32 % 96, at as u32 / 96)[3], 1.0);
+                }
+                assert!(sum <= f64::from(96 * 64 * 3), "{channels}, {factor:?}, {is_progressive}: {sum}");
+            }
+        }
+    }
+}
+
+#[test]
+fn its_profile_is_applied_and_told() {
+    let p3 = Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb);
+    let red: Vec<f32> = [1.0, 0.0, 0.0, 1.0].repeat(16 * 16);
+    let options = JpegOptions { quality: 100, dither: None, color: Some(p3) };
+    let picture = read(&encode_jpeg((16, 16), EncodedPixels::Float(&red), &options).unwrap()).unwrap();
+    let stated = picture.stated.expect("the profile states it");
+    assert!(stated.primaries.close_to(&Chromaticities::DISPLAY_P3, 1e-3) && stated.transfer == Transfer::Srgb);
+    // Red of Display P3 in Rec.709: 1.2249, -0.0420, -0.0197 (Rec.709 and P3 primaries, D65).
+    for (found, expected) in picture.pixel(8, 8).into_iter().zip([1.2249, -0.0420, -0.0197, 1.0]) {
+        assert!((found - expected).abs() < 0.02, "{found} {expected}");
+    }
+    let described = describe(Cursor::new(encoded(p3).unwrap()), None).unwrap();
+    assert_eq!((described.format, described.stated_by), ("JPEG", Some("ICC profile")));
+}
+
+#[test]
+fn what_is_cut_short_or_for_a_printer_is_refused() {
+    for is_progressive in [false, true] {
+        let whole = file(ColorType::Rgb, 3, SamplingFactor::F_2_2, is_progressive);
+        for length in [20, 400, whole.len() / 2, whole.len() - 40] {
+            let error = read(&whole[..length]).expect_err("a part is no picture");
+            assert_eq!(error.kind, ErrorKind::Broken, "{is_progressive}, {length}: {error}");
+        }
+    }
+    let error = read(&file(ColorType::Cmyk, 4, SamplingFactor::F_1_1, false)).unwrap_err();
+    assert_eq!((error.kind, &*error.message), (ErrorKind::Unsupported, "this JPEG is for a printer (CMYK)"));
 }

@@ -8,3 +8,4 @@ mod errors;
 mod icc;
 mod jpeg;
 mod profiles;
+mod windows;

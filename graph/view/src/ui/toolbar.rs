@@ -81,7 +81,9 @@ impl Viewer {
                 }
             }
             ui.separator();
-            ui.label(RichText::new("Drop a .ron file to open it,\nor an EXR, HDR or PNG image to see it.").color(DIM));
+            ui.label(
+                RichText::new("Drop a .ron file to open it,\nor an EXR, HDR, PNG or JPEG image to see it.").color(DIM),
+            );
         });
         if let Some(project) = chosen.and_then(TextProject::built_in) {
             self.open(Box::new(project));

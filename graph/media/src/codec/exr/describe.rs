@@ -27,7 +27,7 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
     };
     let header = &headers[choice.part];
     description.picture = Some(picture(header, &choice));
-    description.notes = notes(header, &choice);
+    description.notes = notes(header, &choice, header.shared_attributes.display_window);
     if choice.is_color {
         let primaries = stated_primaries(header, &choice)?;
         description.color =

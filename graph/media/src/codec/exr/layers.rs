@@ -100,11 +100,12 @@ impl Kept {
         let channels = (0..header.channels.list.len()).filter(|channel| !is_replaced(channel)).collect();
         let parts = (0..headers.len()).filter(|index| *index != part).collect();
         let mut kept = Self { part, channels, parts, primaries: options.primaries, notes: Vec::new() };
-        let display = header.shared_attributes.display_window;
+        let data = header.data_window();
+        let window = if reading.data_window { data } else { header.shared_attributes.display_window };
         let size = Vec2(picture.width as usize, picture.height as usize);
-        if display.size != size {
+        if window.size != size {
             kept.leave_out(headers, |_, _| true, "the picture has another size");
-        } else if display != header.data_window() {
+        } else if window != data {
             kept.leave_out(headers, |_, _| true, "the file has pixels of a part of its window only, or beside it");
         }
         let names = written_names(header, &choice);

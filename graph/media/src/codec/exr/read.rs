@@ -18,7 +18,7 @@ use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large}
 use crate::codec::metered::Metered;
 use crate::codec::{CodecError, Metadata, Picture, Pixels, ReadOptions};
 
-/// Decodes the chosen layer of an EXR file, placed in its display window.
+/// Decodes the chosen layer of an EXR file: its data window, or placed in its display window.
 pub(crate) fn decode(
     reader: impl Read + Seek,
     layer: Option<&str>,
@@ -32,18 +32,20 @@ pub(crate) fn decode(
         None => stated_primaries(&header, &choice)?,
     };
     let color = primaries.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
-    let display = header.shared_attributes.display_window;
+    let data = header.data_window();
+    let display = if options.data_window { data } else { header.shared_attributes.display_window };
     let pixel_type = pixel_type(&header, &choice);
     let sample_bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
     options.budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
-    let placement = Placement { choice, display, data: header.data_window(), color };
+    let placement = Placement { choice, display, data, color };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
         _ => Pixels::Float(decode_blocks(reader, &placement)?),
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
-    let notes = notes(&header, &placement.choice);
-    let meta = metadata(&header, &choice, primaries.as_ref());
+    let notes = notes(&header, &placement.choice, display);
+    let mut meta = metadata(&header, &choice, primaries.as_ref());
+    meta.data_size = options.data_window.then_some((width, height));
     let stated = primaries.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
 }
@@ -170,12 +172,13 @@ fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>
     if let Some(primaries) = primaries {
         layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white, Xy::D65));
     }
-    Metadata { image, layer }
+    Metadata { image, layer, data_size: None }
 }
 
-pub(super) fn notes(header: &Header, choice: &Choice) -> Vec<String> {
+/// What the picture, which is this window, does not have of the file.
+pub(super) fn notes(header: &Header, choice: &Choice, window: IntegerBounds) -> Vec<String> {
     let mut notes = Vec::new();
-    if !contains(header.shared_attributes.display_window, header.data_window()) {
+    if !contains(window, header.data_window()) {
         notes.push("pixels outside the display window are left out".to_owned());
     }
     let mut chosen = choice.slots.iter().flatten();

@@ -192,7 +192,7 @@ pub(super) fn part_of(
 fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes {
     let mut image = picture.meta.image.clone();
     let size = (picture.width as usize, picture.height as usize);
-    if image.display_window.size != size.into() {
+    if !is_data_window(picture) && image.display_window.size != size.into() {
         image.display_window = IntegerBounds::from_dimensions(size);
     }
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
@@ -205,10 +205,17 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
     image
 }
 
+/// Whether the picture is written as the data window of a larger or smaller display window.
+fn is_data_window(picture: &Picture) -> bool {
+    picture.meta.data_size == Some((picture.width, picture.height))
+}
+
 /// The layer's attributes, without those that describe the old file rather than the picture.
 fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttributes {
     let mut layer = picture.meta.layer.clone();
-    layer.layer_position = image.display_window.position;
+    if !is_data_window(picture) {
+        layer.layer_position = image.display_window.position;
+    }
     layer.layer_name = None;
     layer.preview = None;
     layer.multi_view_names = None;

@@ -1,98 +1,20 @@
-//! What the chunks of a PNG state about its colors, and from its codes to light.
+//! What the chunks of a PNG state about its colors.
 
-use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, GRAPHICS_WHITE, Transfer, hlg_gamma};
-use glam::{DMat3, Vec3};
-use half::f16;
+use afterimage_base::color::{Chromaticities, Decimal, Transfer};
 use png::Info;
 
-use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::cicp::Cicp;
+use crate::codec::codes::Colors;
 use crate::codec::{CodecError, ColorSpace, ErrorKind, icc};
 
-/// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
-const HLG_PEAK: f64 = 1000.0;
-
-/// How the codes of a file become linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R BT.2408),
-/// so that SDR and HDR versions of an image agree.
-pub(super) struct Colors {
-    transfer: Transfer,
-    matrix: Option<DMat3>,
-    /// HLG: the luminance weights, and the peak of the display.
-    display: Option<(Vec3, f64)>,
-    /// What the chunks state; `None` if there are none.
-    pub(super) stated: Option<Colorimetry>,
-    pub(super) notes: Vec<String>,
-}
-
-impl Colors {
-    /// The colors of `space`, or else what the chunks state.
-    pub(super) fn of(info: &Info<'_>, space: Option<ColorSpace>) -> Result<Self, CodecError> {
-        let mut notes = Vec::new();
-        let stated = match space {
-            Some(space) => Some((space.primaries, space.transfer)),
-            None => stated(info, &mut notes)?,
-        };
-        let (primaries, transfer) = stated.unwrap_or((Chromaticities::REC709, Transfer::Srgb));
-        let peak = mastering_peak(info).unwrap_or(HLG_PEAK);
-        let luminance = || primaries.to_xyz().row(1).as_vec3();
-        let color = |(primaries, transfer)| {
-            let color = Colorimetry::new(primaries, transfer);
-            if color.is_hdr() { hdr(color, mastering_peak(info)) } else { color }
-        };
-        Ok(Self {
-            transfer,
-            matrix: to_rec709(&primaries),
-            display: (transfer == Transfer::Hlg).then(|| (luminance(), peak)),
-            stated: stated.map(color),
-            notes,
-        })
-    }
-
-    /// Whether there is light above SDR white.
-    pub(super) fn is_hdr(&self) -> bool {
-        matches!(self.transfer, Transfer::Pq | Transfer::Hlg)
-    }
-
-    /// Linear light for each code; scene light for HLG.
-    pub(super) fn table(&self, last: u32) -> Vec<f32> {
-        let scale = if self.transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 };
-        let light = |code: u32| self.transfer.to_light(f64::from(code) / f64::from(last)) * scale;
-        (0..=last).map(|code| light(code) as f32).collect()
-    }
-
-    pub(super) fn convert(&self, values: &mut [f32]) {
-        self.to_display_light(values);
-        let Some(matrix) = self.matrix.map(|matrix| matrix.as_mat3()) else { return };
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
-        }
-    }
-
-    pub(super) fn convert_halves(&self, values: &mut [f16]) {
-        let Some(matrix) = self.matrix.map(|matrix| matrix.as_mat3()) else { return };
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            let rgb = [r.to_f32(), g.to_f32(), b.to_f32()];
-            [*r, *g, *b] = convert(&matrix, rgb).map(f16::from_f32);
-        }
-    }
-
-    /// The opto-optical transfer function of HLG: the light of the display that the file is graded on.
-    fn to_display_light(&self, values: &mut [f32]) {
-        let Some((weights, peak)) = self.display else { return };
-        let (scale, power) = ((peak / GRAPHICS_WHITE.get()) as f32, (hlg_gamma(peak) - 1.0) as f32);
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            let scene = Vec3::new(*r, *g, *b);
-            // Black has no luminance to the power of a negative number.
-            let luminance = weights.dot(scene);
-            let gain = if luminance > 0.0 { scale * luminance.powf(power) } else { 0.0 };
-            [*r, *g, *b] = (scene * gain).to_array();
-        }
-    }
-}
-
-fn hdr(color: Colorimetry, peak: Option<f64>) -> Colorimetry {
-    let default = (color.transfer == Transfer::Hlg).then_some(HLG_PEAK);
-    Colorimetry { white_nits: Some(GRAPHICS_WHITE), peak_nits: peak.or(default).map(Decimal::new), ..color }
+/// The colors of `space`, or else what the chunks state.
+pub(super) fn colors(info: &Info<'_>, space: Option<ColorSpace>) -> Result<Colors, CodecError> {
+    let mut notes = Vec::new();
+    let stated = match space {
+        Some(space) => Some((space.primaries, space.transfer)),
+        None => stated(info, &mut notes)?,
+    };
+    Ok(Colors::new(stated, mastering_peak(info), notes))
 }
 
 /// The stated peak of the mastering display, in cd/m2.
@@ -110,11 +32,7 @@ fn stated(info: &Info<'_>, notes: &mut Vec<String>) -> Result<Option<(Chromatici
     }
     let srgb = (Chromaticities::REC709, Transfer::Srgb);
     if let Some(profile) = &info.icc_profile {
-        let read = icc::read(profile);
-        if read.is_none() {
-            notes.push("its ICC profile is not applied; the colors are taken as sRGB".to_owned());
-        }
-        return Ok(read);
+        return Ok(icc::read_or_note(profile, notes));
     }
     if info.srgb.is_some() {
         return Ok(Some(srgb));

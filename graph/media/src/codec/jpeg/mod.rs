@@ -1,0 +1,7 @@
+//! JPEG files.
+
+mod read;
+mod write;
+
+pub(crate) use read::{MAGIC, decode, describe};
+pub use write::{JpegOptions, encode_jpeg};
