@@ -171,9 +171,9 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = SEQUENCES, long, value_name = "FRAMES")]
     pub(crate) cut: Option<String>,
     /// Find the frames that begin a new shot in the whole sequence, and print them as `--cut` takes them: those that
-    /// differ from the frame before by this share, 0 to 1; 0.4 without a number
+    /// differ from the frame before by this share, 0 to 1; 0.25 without a number
     #[arg(help_heading = SEQUENCES, long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
-    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.4")]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.25")]
     pub(crate) detect_cuts: Option<f32>,
     /// Write what the last frame leaves for later ones: exposure, histories. A run with `--state-in` continues from it
     /// bit for bit

@@ -30,7 +30,7 @@ pub(crate) struct MeterArgs {
     pub(crate) cut: Option<String>,
     /// Find the frames that begin a new shot, as for `render`
     #[arg(long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
-    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.4")]
+    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.25")]
     pub(crate) detect_cuts: Option<f32>,
     /// Frames per second
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]

@@ -164,7 +164,7 @@ pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
 /// A share, from 0 to 1.
 pub(crate) fn parse_share(text: &str) -> Result<f32, String> {
     let share = text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "a share is a number from 0 to 1, such as 0.4".into())
+    share.ok_or_else(|| "a share is a number from 0 to 1, such as 0.25".into())
 }
 
 #[cfg(test)]
