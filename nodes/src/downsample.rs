@@ -75,8 +75,8 @@ impl DownsampleFilter {
     }
 }
 
-/// By how many halvings a frame is larger than one of so many lines; 0 for 0 lines. Nearly whole numbers are whole: a
-/// level with next to no weight would be made for nothing.
+/// By how many halvings a frame is larger than one of `lines`; 0 for 0 lines. Nearly whole numbers are whole: a level
+/// with next to no weight would be made for nothing.
 pub(crate) fn octaves(frame: Size, lines: u32) -> f64 {
     if lines == 0 {
         return 0.0;

@@ -34,7 +34,7 @@ params! {
     ///
     /// With `Mix`, the level of index i of L levels has the weight (1 - spread) spread^i, and the coarsest
     /// spread^(L-1). With `Add`, each has 1/L, or 1 without `normalize`. In a frame of another height than `lines`, the
-    /// weight of a level goes to the levels of the same share of the picture: to the two around it, where there is none.
+    /// weight of a level goes to the level of the same share of the picture, or to the two around it.
     /// A pyramid of one level is returned unchanged. Results are limited to 65504. Alpha is combined like color.
     pub struct Upsample {
         /// How a level is combined with the coarser ones.

@@ -64,7 +64,7 @@ pub(crate) fn additive_chain(levels: &[Image], filter: Up, radius: f64) -> Image
     sum.map(|pixel| pixel.map(|x| x / levels.len() as f64))
 }
 
-/// Joins levels from the smallest up by addition of so many times each.
+/// Joins levels from the smallest up by addition, each times its weight.
 pub(crate) fn weighted_chain(levels: &[Image], weights: &[f64], filter: Up, radius: f64) -> Image {
     let weighted = |(level, weight): (&Image, &f64)| level.map(|pixel| pixel.map(|x| weight * x));
     let weighted: Vec<Image> = levels.iter().zip(weights).map(weighted).collect();

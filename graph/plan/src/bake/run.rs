@@ -76,8 +76,8 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
     runs
 }
 
-/// Whether results can have a luminance below 0, for which tables have no colors: those of functions that move zero, and
-/// all that is made of them. `lightless` are the images that can.
+/// Whether results can have a luminance below 0, for which tables have no colors: those of functions that move zero,
+/// and all that is made of them. `lightless` are the images that can.
 fn can_lose_light(graph: &Graph, pass: &Pass, lightless: &BTreeSet<ImageId>) -> bool {
     let Some(KernelOrigin::Node { node, .. }) = pass.kernels.first().and_then(|kernel| kernel.origin) else {
         return false;
