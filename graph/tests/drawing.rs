@@ -6,8 +6,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use afterimage_graph::caps::Caps;
 use afterimage_graph::node::{
-    BufferLife, Compare, Cull, DepthTest, DrawPass, ImageId, Load, NodeColors, Raster, RecorderContext, Recording,
-    Topology, UniformValues, VertexFormat, contract,
+    BufferLife, Compare, Cull, DepthTest, DrawPass, ImageId, Load, NodeColors, OutputUse, Raster, RecorderContext,
+    Recording, Topology, UniformValues, VertexFormat, contract,
 };
 use afterimage_graph::params;
 use afterimage_graph::prelude::*;
@@ -62,7 +62,7 @@ fn said(describe: impl FnOnce(&mut Recorder<'_>)) -> String {
         frame_size: Size::new(64, 32),
         caps: &caps,
         exact: false,
-        used_outputs: &[true],
+        used_outputs: &[OutputUse::Whole],
         colors: NodeColors::default(),
     };
     let mut recorder = Recorder::new(context, &mut recording);

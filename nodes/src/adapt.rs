@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, wanted_before};
 
 static SHADER: Shader = shader!("adapt");
 
@@ -11,7 +11,8 @@ params! {
     ///
     /// The adaptation in time and the four numbers of the result are those of `AutoExposure`, so that either kind can
     /// feed an `Exposure`: (stops, mean of log2 luminance, lux, 1). All four are 0 before the first metered frame. If
-    /// the whole image is dark, the last exposure is kept.
+    /// the whole image is dark, the last exposure is kept. With equal limits the exposure is fixed, and if nobody reads
+    /// what is metered, nothing is.
     pub struct Adapt {
         /// Target of the mean, in exposed luminance. 0.18 is middle gray.
         pub key: f32 = 0.18 => within(0.0001..=10.0), usually(0.05..=0.5), unit("luminance");
@@ -46,6 +47,9 @@ impl Node for Adapt {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
+        if give_fixed(pass, [self.min_ev, self.max_ev], self.key, &["min_ev", "max_ev"]) {
+            return;
+        }
         let result = pass.output_value("result", BufferLife::Persistent);
         let before = wanted_before(pass);
         let entry = match self.adaptation {

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, wanted_before};
 
 static SHADER: Shader = shader!("auto_exposure");
 
@@ -35,6 +35,9 @@ params! {
     /// The result is (stops, metered mean of log2 luminance, lux, 1). All four are 0 before the first metered frame.
     /// Lux is the illuminance of a gray card of 18 % with the metered luminance L: pi L / 0.18. It is exact where
     /// luminance is in cd/m2 and the histogram has an albedo, and an estimate otherwise. It is not adapted over time.
+    ///
+    /// With equal limits and neither highlights nor a curve the exposure is fixed. If nobody reads what is metered, no
+    /// histogram is made, mean and lux are those of the limits, and the exposure does not depend on earlier frames.
     ///
     /// `range` is (stops between the percentiles `dark` and `bright`, log2 luminance at `dark`, the same at `bright`,
     /// 1), all 0 before the first metered frame. The stops approach those of each frame exponentially, at `rate_dark`.
@@ -112,6 +115,15 @@ impl Node for AutoExposure {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
+        // Only then the exposure does not depend on the histogram.
+        let is_plain = self.curve_stops == [0.0; 4] && self.highlights == AutoExposureHighlights::Ignore;
+        let decisive = ["min_ev", "max_ev", "curve_stops", "highlights"];
+        if is_plain
+            && !pass.is_output_used("range")
+            && give_fixed(pass, [self.min_ev, self.max_ev], self.key, &decisive)
+        {
+            return;
+        }
         let result = pass.output_value("result", BufferLife::Persistent);
         let range = pass.output_value("range", BufferLife::Persistent);
         let before = wanted_before(pass);

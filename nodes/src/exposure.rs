@@ -21,6 +21,7 @@ impl Node for Exposure {
         Input::image("source", "Scene light.").accepts(&[ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
             .content("exposure")
+            .only_x()
             .optional(),
     ];
     const OUTPUTS: &'static [Output] =

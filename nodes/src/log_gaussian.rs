@@ -85,6 +85,7 @@ impl Node for LogGaussian {
             .accepts(&[ColorState::Exposed, ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
             .content("exposure")
+            .only_x()
             .optional(),
     ];
     const OUTPUTS: &'static [Output] = &[Output::image(

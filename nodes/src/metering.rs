@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+static FIXED: Shader = shader!("fixed_exposure");
+
 /// EV100 of a luminance of 1 cd/m2: log2(100 / 12.5), a reflected-light meter with K = 12.5 (ISO 2720).
 pub const EV100_OF_LUMINANCE: f32 = 3.0;
 
@@ -28,6 +30,22 @@ pub(crate) fn stride(size: Size, step: u32) -> u32 {
 /// The target of the previous frame, in stops. Between two frames the target is taken to move on a straight line.
 pub(crate) fn wanted_before(pass: &mut Recorder<'_>) -> BufferId {
     pass.add_buffer("wanted_before", 4, BufferLife::Persistent)
+}
+
+/// Gives the exposure of one brightness, if both limits fix it to that, and nobody reads more than its stops. Whether it
+/// did: then nothing is metered, and nothing depends on earlier frames. The named parameters decide it.
+pub(crate) fn give_fixed(pass: &mut Recorder<'_>, limits: [f32; 2], key: f32, parameters: &[&str]) -> bool {
+    let is_live = parameters.iter().any(|name| pass.is_dynamic(name));
+    if limits[0] != limits[1] || is_live || pass.is_whole_output_used("result") {
+        return false;
+    }
+    let result = pass.output_value("result", BufferLife::Frame);
+    pass.compute(&FIXED, "fixed_exposure")
+        .buffer("result", result)
+        .set("key_log2", key.log2())
+        .set("mean", limits[0] - EV100_OF_LUMINANCE)
+        .dispatch([1, 1, 1]);
+    true
 }
 
 /// The image of an optional input; one black texel if nothing is wired.

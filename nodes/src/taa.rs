@@ -89,7 +89,7 @@ impl Node for Taa {
         Input::image("previous_depth", "`depth` of the frame before: `\"linear@previous\"` for a node `linear`.")
             .accepts(&[ColorState::Data])
             .optional(),
-        Input::new("meter", PortType::Value, "The exposure of exposed light.").content("exposure").optional(),
+        Input::new("meter", PortType::Value, "The exposure of exposed light.").content("exposure").only_x().optional(),
         Input::image("previous_exposure", "`exposure` of the frame before: `\"taa.exposure@previous\"`.")
             .accepts(&[ColorState::Data])
             .optional(),

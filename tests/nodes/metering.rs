@@ -1,6 +1,7 @@
 //! Histogram, AutoExposure, MeanLuminance and Adapt, compared with their CPU references.
 
 mod both;
+mod fixed;
 mod range;
 
 use afterimage_graph::check::{Graph, NoFiles};

@@ -2,7 +2,7 @@
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Size};
-use afterimage_graph::node::{ImageColor, InputValue};
+use afterimage_graph::node::{ImageColor, InputValue, OutputUse};
 
 use crate::request::PlanRequest;
 
@@ -15,7 +15,7 @@ pub(crate) struct NodeContext {
     pub(crate) values: Vec<InputValue>,
     pub(crate) inputs: Vec<Option<ImageColor>>,
     pub(crate) outputs: Vec<Option<ImageColor>>,
-    pub(crate) used_outputs: Vec<bool>,
+    pub(crate) used_outputs: Vec<OutputUse>,
 }
 
 /// What all nodes record with.

@@ -9,6 +9,7 @@ use super::contract::arrival;
 use super::kernel::KernelCall;
 use super::kind::InputValues;
 use super::pass::Pass;
+use super::ports::OutputUse;
 use super::recorder::{InputValue, NodeColors, Recorder, RecorderContext, Recording};
 use super::typed::NodeInstance;
 use afterimage_base::Shared;
@@ -258,7 +259,7 @@ fn recorded(node: NodeInUse<'_>) -> Option<Recorded> {
         frame_size: node.size,
         caps: &Caps::default(),
         exact: false,
-        used_outputs: &vec![true; kind.outputs().len()],
+        used_outputs: &vec![OutputUse::Whole; kind.outputs().len()],
         colors: NodeColors::default(),
     };
     let mut recorder = Recorder::new(context, &mut recording);

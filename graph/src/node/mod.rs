@@ -35,7 +35,7 @@ pub use inactive::{Decisive, Inactive, InactiveParameters, NodeInUse};
 pub use kernel::{Arg, Argument, ByCells, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
-pub use ports::{Fallback, Input, Output, OutputState, PortType, Signature};
+pub use ports::{Fallback, Input, Output, OutputState, OutputUse, PortType, Signature};
 pub use promises::Promises;
 pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, MisfitPixel, NodeColors, Recorder,

@@ -50,6 +50,8 @@ pub struct Input {
     pub states: Shared<[ColorState]>,
     /// Whether it may stay unwired.
     pub optional: bool,
+    /// Whether only x of a value is read.
+    pub only_x: bool,
     /// What its numbers are, for a table, a value or a volume: only outputs with this content fit, and those that
     /// declare none.
     pub content: Option<Shared<str>>,
@@ -69,6 +71,7 @@ impl Input {
             ty,
             states: Shared::of(&[]),
             optional: false,
+            only_x: false,
             content: None,
             block: None,
             former: None,
@@ -117,6 +120,12 @@ impl Input {
     /// Lets it stay unwired.
     pub const fn optional(mut self) -> Self {
         self.optional = true;
+        self
+    }
+
+    /// States that no shader reads more of the value than its x, so that what gives it may leave out the rest.
+    pub const fn only_x(mut self) -> Self {
+        self.only_x = true;
         self
     }
 
@@ -216,6 +225,17 @@ impl Output {
     pub const fn or_input(self, name: &'static str) -> Self {
         self.or(Fallback::input(name))
     }
+}
+
+/// How much of an output is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum OutputUse {
+    /// Nothing.
+    Unused,
+    /// Only x of a value.
+    OnlyX,
+    /// All of it.
+    Whole,
 }
 
 /// What a kind declares, as a recorder needs it.

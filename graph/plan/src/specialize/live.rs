@@ -4,20 +4,23 @@ use super::wires::{SpecializedGraph, WireSource};
 use crate::error::PlanError;
 use crate::plan::Skipped;
 use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::node::OutputUse;
 
 /// Marks the outputs that are needed, and skips the nodes without any.
 pub(super) fn mark_used_outputs(graph: &Graph, specialized: &mut SpecializedGraph) -> Result<(), PlanError> {
-    let mut used_outputs: Vec<Vec<bool>> = graph.nodes.iter().map(|n| vec![false; n.kind().outputs().len()]).collect();
-    let mut stack = shown(graph, specialized)?;
-    while let Some((node, output)) = stack.pop() {
-        let first_visit = !used_outputs[node].iter().any(|used| *used);
-        used_outputs[node][output] = true;
+    let nodes = graph.nodes.iter();
+    let mut used_outputs: Vec<_> = nodes.map(|n| vec![OutputUse::Unused; n.kind().outputs().len()]).collect();
+    let mut stack: Vec<_> =
+        shown(graph, specialized)?.into_iter().map(|(node, output)| (node, output, OutputUse::Whole)).collect();
+    while let Some((node, output, how)) = stack.pop() {
+        let first_visit = used_outputs[node].iter().all(|used| *used == OutputUse::Unused);
+        used_outputs[node][output] = used_outputs[node][output].max(how);
         if !first_visit {
             continue;
         }
-        for wire in &graph.nodes[node].wires {
+        for (port, wire) in graph.nodes[node].kind().inputs().iter().zip(&graph.nodes[node].wires) {
             if let WireSource::From(Source::Node { node, output, .. }) = specialized.resolve(*wire) {
-                stack.push((node, output));
+                stack.push((node, output, if port.only_x { OutputUse::OnlyX } else { OutputUse::Whole }));
             }
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_graph::check::Source;
-use afterimage_graph::node::InputValues;
+use afterimage_graph::node::{InputValues, OutputUse};
 
 use crate::plan::Skipped;
 
@@ -26,8 +26,8 @@ pub(crate) struct SpecializedGraph {
     pub(super) outputs: Vec<Vec<WireSource>>,
     /// Whether the host gives each input.
     pub(super) given: Vec<bool>,
-    /// For each node and output port, whether an output of the pipeline needs it.
-    pub(crate) used_outputs: Vec<Vec<bool>>,
+    /// For each node and output port, how much of it the outputs of the pipeline need.
+    pub(crate) used_outputs: Vec<Vec<OutputUse>>,
     /// Nodes that do not run, and why.
     pub(crate) skipped: Vec<Skipped>,
     /// Nodes with dynamic parameters whose outputs equal their fallbacks at their values: what arrives, and of each
@@ -56,6 +56,6 @@ impl SpecializedGraph {
 
     /// Whether a node runs and an output needs it.
     pub(crate) fn is_live(&self, node: usize) -> bool {
-        self.runs[node] && self.used_outputs[node].iter().any(|used| *used)
+        self.runs[node] && self.used_outputs[node].iter().any(|used| *used != OutputUse::Unused)
     }
 }

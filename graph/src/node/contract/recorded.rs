@@ -10,7 +10,8 @@ use super::parts;
 use super::violations::Violations;
 use crate::node::{
     Arg, BlockId, BufferLife, ImageColor, Input, InputValue, InputValues, KernelCall, NodeColors, NodeInstance,
-    NodeKind, Origin, Pass, PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer, VirtualImage,
+    NodeKind, Origin, OutputUse, Pass, PortType, Recorder, RecorderContext, Recording, Resource, VirtualBuffer,
+    VirtualImage,
 };
 use afterimage_base::caps::Caps;
 use afterimage_base::color::{Chromaticities, Colorimetry};
@@ -218,7 +219,7 @@ fn recorded(way: &Use<'_>, computed: Tables) -> Result<Recorded, Vec<ShaderError
         _ => Vec::new(),
     };
     let given = recording.images.len();
-    let used_outputs = vec![true; kind.outputs().len()];
+    let used_outputs = vec![OutputUse::Whole; kind.outputs().len()];
     let caps = Caps::default();
     let context = RecorderContext {
         node: "node",

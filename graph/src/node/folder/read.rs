@@ -89,6 +89,7 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
         ty: port?,
         states,
         optional,
+        only_x: false,
         content,
         block: block?,
         former: None,

@@ -25,7 +25,7 @@ pub use warp::WarpPass;
 use super::color::ImageColor;
 use super::drawing::Subresource;
 use super::pass::Pass;
-use super::ports::{OutputState, PortType, Signature};
+use super::ports::{OutputState, OutputUse, PortType, Signature};
 use super::resource::{BlockId, BufferId, ImageId};
 use super::values::UniformValues;
 use afterimage_base::caps::Caps;
@@ -61,7 +61,7 @@ pub struct Recorder<'a> {
     frame_size: Size,
     caps: &'a Caps,
     exact: bool,
-    used_outputs: &'a [bool],
+    used_outputs: &'a [OutputUse],
     colors: NodeColors<'a>,
     recording: &'a mut Recording,
     /// What the node has recorded before, if it is recorded again for its uniforms.
@@ -92,8 +92,8 @@ pub struct RecorderContext<'a> {
     pub caps: &'a Caps,
     /// Whether every intermediate is stored in 32 bits.
     pub exact: bool,
-    /// Which outputs are read, in the order of the kind's ports.
-    pub used_outputs: &'a [bool],
+    /// How much of each output is read, in the order of the kind's ports.
+    pub used_outputs: &'a [OutputUse],
     /// What the images at its ports mean.
     pub colors: NodeColors<'a>,
 }
@@ -179,8 +179,17 @@ impl<'a> Recorder<'a> {
 
     /// Whether the output is read.
     pub fn is_output_used(&self, port: &str) -> bool {
+        self.use_of(port) != OutputUse::Unused
+    }
+
+    /// Whether more of a value than its x is read.
+    pub fn is_whole_output_used(&self, port: &str) -> bool {
+        self.use_of(port) == OutputUse::Whole
+    }
+
+    fn use_of(&self, port: &str) -> OutputUse {
         let index = self.kind.outputs.iter().position(|output| output.name == port);
-        index.is_some_and(|index| self.used_outputs[index])
+        index.map_or(OutputUse::Unused, |index| self.used_outputs[index])
     }
 
     /// Whether the host changes the parameter while the plan runs. Then the passes must be the same at all its values,
