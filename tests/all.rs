@@ -22,6 +22,8 @@ mod endurance;
 mod executor;
 /// Calls of the driver that fail.
 mod faults;
+/// Nodes that do not run in every frame, and values that are read a frame later.
+mod frames;
 /// The first inputs of each fuzz target.
 mod fuzzing;
 /// Kinds with clashing names in one module.

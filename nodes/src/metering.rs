@@ -32,8 +32,8 @@ pub(crate) fn wanted_before(pass: &mut Recorder<'_>) -> BufferId {
     pass.add_buffer("wanted_before", 4, BufferLife::Persistent)
 }
 
-/// Gives the exposure of one brightness, if both limits fix it to that, and nobody reads more than its stops. Whether it
-/// did: then nothing is metered, and nothing depends on earlier frames. The named parameters decide it.
+/// Gives the exposure of one brightness, if both limits fix it to that, and nobody reads more than its stops. Whether
+/// it did: then nothing is metered, and nothing depends on earlier frames. The named parameters decide it.
 pub(crate) fn give_fixed(pass: &mut Recorder<'_>, limits: [f32; 2], key: f32, parameters: &[&str]) -> bool {
     let is_live = parameters.iter().any(|name| pass.is_dynamic(name));
     if limits[0] != limits[1] || is_live || pass.is_whole_output_used("result") {

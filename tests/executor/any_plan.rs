@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use afterimage_generators::{Recipe, Rng};
+use afterimage_generators::{Recipe, Rng, hold_some};
 use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::codegen::codegen;
@@ -32,7 +32,7 @@ fn graph(seed: u64) -> Graph {
 /// What three frames of a moving picture show at all outputs: the second of them is a cut.
 fn film(player: &mut Player, plan: &Arc<Plan>, input: &str) -> Vec<Vec<u32>> {
     player.executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
-    player.executor.reset();
+    player.executor.count_from(0);
     let mut shown = Vec::new();
     for (frame, scene) in scenes().iter().enumerate() {
         player.frame(&[(input, scene)], 0.1, frame == 1);
@@ -65,9 +65,13 @@ const ALIASES: [Alias; 3] = [Alias::None, Alias::Pool, Alias::Placed];
 fn every_way_to_run_a_random_graph_gives_the_same_bits() {
     let mut player = Player::new();
     let mut changing = 0;
-    for seed in seeds() {
-        let graph = graph(seed);
+    for (seed, holds) in seeds().flat_map(|seed| [(seed, false), (seed, true)]) {
+        let mut graph = graph(seed);
+        if holds {
+            hold_some(&mut graph, seed);
+        }
         let plan = planned(&player, &graph, "picture", |_| {});
+        assert_eq!(!plan.held.is_empty(), holds);
         let wanted = film(&mut player, &plan, "picture");
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
@@ -81,7 +85,7 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
         let other = planned(&player, &shuffled(&graph, seed), "picture", |_| {});
         assert_eq!(film(&mut player, &other, "picture"), wanted, "seed {seed} in another order");
     }
-    assert!(2 * changing > seeds().count(), "most films show something that changes");
+    assert!(changing > seeds().count(), "most films show something that changes");
 }
 
 /// The same graph with its nodes written down in another order.

@@ -73,6 +73,15 @@ impl FrameTime {
         self.estimate.interval
     }
 
+    /// The time of one frame where several were timed together.
+    pub(crate) fn divided(mut self, count: u32) -> Self {
+        let MedianEstimate { median, interval } = &mut self.estimate;
+        for number in interval.iter_mut().chain([median]) {
+            *number /= f64::from(count);
+        }
+        self
+    }
+
     /// What measured it.
     pub fn source(&self) -> ClockSource {
         self.source

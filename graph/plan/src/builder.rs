@@ -7,7 +7,7 @@ use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, R
 use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::context::NodeContext;
-use crate::plan::{Baked, Fused, PlanOutput, SharedRead, Skipped};
+use crate::plan::{Baked, Fused, Held, PlanOutput, SharedRead, Skipped};
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]
@@ -25,6 +25,10 @@ pub(crate) struct PlanBuilder {
     pub(crate) shared_reads: Vec<SharedRead>,
     /// Runs of nodes that became tables.
     pub(crate) baked: Vec<Baked>,
+    /// The results of nodes that do not run in every frame.
+    pub(crate) held: Vec<Held>,
+    /// The nodes whose values are read a frame later.
+    pub(crate) late: Vec<String>,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
     pub(crate) dynamic: BTreeMap<usize, NodeContext>,
 }

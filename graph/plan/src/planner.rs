@@ -11,6 +11,7 @@ use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
+use crate::hold::{hold, put_off};
 use crate::limits::MAX_COMPUTED_BYTES;
 use crate::memory::memory;
 use crate::options::Alias;
@@ -60,6 +61,10 @@ fn plan_with_tables_up_to(
     let dynamic_nodes = std::mem::take(&mut builder.dynamic);
     let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
+    if !request.options.exact {
+        hold(&mut builder);
+        put_off(&mut builder, graph);
+    }
     if request.options.probes {
         probes(&mut builder);
     }
@@ -88,6 +93,8 @@ fn plan_with_tables_up_to(
         fused: builder.fused,
         shared_reads: builder.shared_reads,
         baked: builder.baked,
+        held: builder.held,
+        late: builder.late,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
         size: request.given.size,
         options,

@@ -7,8 +7,9 @@ use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_p
 use crate::context::{FrameContext, NodeContext};
 use crate::crop::crop_pass;
 use crate::error::{NodeShaderError, PlanError};
+use crate::hold;
 use crate::linear::{Decoding, decoded_desc};
-use crate::plan::PlanOutput;
+use crate::plan::{Held, PlanOutput, Turn};
 use crate::request::{Part, PlanRequest};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
@@ -73,6 +74,8 @@ struct RecordAttempt<'a> {
     known: BTreeMap<(usize, usize, u32), ImageId>,
     amounts: RecordingLimits,
     errors: Vec<NodeShaderError>,
+    /// See [`hold::turns`].
+    turns: BTreeMap<&'a str, u32>,
 }
 
 impl<'a> RecordAttempt<'a> {
@@ -103,6 +106,7 @@ impl<'a> RecordAttempt<'a> {
             known,
             amounts,
             errors: Vec::new(),
+            turns: hold::turns(graph),
         }
     }
 
@@ -121,6 +125,7 @@ impl<'a> RecordAttempt<'a> {
         let outputs = self.graph.outputs.iter();
         let shown = outputs.map(|output| self.arrival(Some(output.source))).collect();
         self.link_histories();
+        hold::release_remembered(&mut self.builder);
         self.add_outputs(shown);
         Ok(())
     }
@@ -236,8 +241,14 @@ impl<'a> RecordAttempt<'a> {
             used_outputs: self.specialized.used_outputs[index].clone(),
         };
         let first_image = self.builder.recording.images.len();
+        let first_buffer = self.builder.recording.buffers.len();
         let first_pass = self.builder.recording.passes.len();
         let (made, errors) = record_node(&self.frame, &node.instance, &context, &mut self.builder.recording);
+        if node.every > 1 && !self.request.options.exact {
+            let results = hold::results(&self.builder.recording, &made, [first_image, first_buffer]);
+            let turn = Turn { every: node.every, phase: self.turns[node.name.as_str()] % node.every };
+            self.builder.held.push(Held { node: node.name.clone(), turn, results });
+        }
         self.made[index] = made;
         for error in errors {
             if !self.errors.iter().any(|known| known.error == error) {
@@ -289,10 +300,15 @@ impl<'a> RecordAttempt<'a> {
             let is_linear = self.request.given.linear.contains(&output.name);
             let decoding = Decoding::of(color).filter(|_| is_linear);
             let in_rectangle = self.request.given.rectangles.contains(&output.name);
-            // An image that is remembered, or that is an output already, cannot be the host's: it gets a copy. So does
-            // an attachment, whose format pipelines depend on.
+            // An image that is remembered or held, or that is an output already, cannot be the host's: it gets a copy.
+            // So does an attachment, whose format pipelines depend on.
+            let is_held =
+                |image: &ImageId| self.builder.held.iter().any(|held| held.results.contains(&Resource::Image(*image)));
             let taken = |image: &ImageId| {
-                kept.contains(image) || in_rectangle && !self.can_go_elsewhere(*image) || self.is_drawn_into(*image)
+                kept.contains(image)
+                    || is_held(image)
+                    || in_rectangle && !self.can_go_elsewhere(*image)
+                    || self.is_drawn_into(*image)
             };
             let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
                 (InputValue::Image(image), Some(decoding)) => {

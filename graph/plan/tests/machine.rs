@@ -14,7 +14,7 @@ use afterimage_graph::node::{
     Arg, Argument, BufferId, BufferLife, Drawing, ImageId, KernelCall, Origin, PassKind, Resource, Subresource,
     WarpPart,
 };
-use afterimage_plan::{Alias, Batch, Plan, PlannedPass};
+use afterimage_plan::{Alias, Batch, Plan, PlannedPass, Turn};
 
 /// What an image or a buffer holds.
 pub type Term = u64;
@@ -42,6 +42,11 @@ pub struct Machine<'p> {
     past: BTreeMap<ImageId, Vec<Term>>,
     /// What warps have made: it is known at any place, also between pixels.
     warps: BTreeMap<Term, Warp>,
+    /// The number of the frame.
+    number: u32,
+    /// What is held, and the turns of passes.
+    held: BTreeMap<Resource, Turn>,
+    turns: Vec<BTreeSet<Turn>>,
 }
 
 /// The kernels of a warp, and what they read.
@@ -66,7 +71,8 @@ struct Call<'a> {
 impl<'p> Machine<'p> {
     pub fn new(plan: &'p Plan) -> Self {
         let (contents, ready, past, warps) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
-        Self { plan, contents, owners: Vec::new(), ready, past, warps }
+        let (held, turns) = (plan.held_results(), plan.turns());
+        Self { plan, contents, owners: Vec::new(), ready, past, warps, number: 0, held, turns }
     }
 
     /// The outputs of some frames, or what went wrong.
@@ -83,15 +89,24 @@ impl<'p> Machine<'p> {
         let outputs = self.plan.outputs.iter();
         let shown = outputs.map(|output| Ok((output.name.clone(), self.image(output.image)?))).collect();
         self.end();
+        self.number += 1;
         shown
+    }
+
+    /// Whether the frame is in a turn: the first one is in all.
+    fn has(&self, turn: &Turn) -> bool {
+        self.number == 0 || self.number % turn.every == turn.phase
     }
 
     fn begin(&mut self) {
         self.owners.clear();
         self.ready.clear();
-        self.contents.retain(|resource, _| matches!(resource, Resource::Buffer(_)));
+        self.contents.retain(|resource, _| matches!(resource, Resource::Buffer(_)) || self.held.contains_key(resource));
         for (number, buffer) in self.plan.buffers.iter().enumerate() {
             let resource = Resource::Buffer(BufferId(number as u32));
+            if self.held.get(&resource).is_some_and(|turn| !self.has(turn)) {
+                continue;
+            }
             match &buffer.life {
                 BufferLife::Frame => drop(self.contents.remove(&resource)),
                 BufferLife::Zeroed => drop(self.contents.insert(resource, BLACK)),
@@ -114,10 +129,16 @@ impl<'p> Machine<'p> {
         self.ready.extend(&barriers);
         let passes = &self.plan.passes[batch.passes.clone()];
         self.is_apart(passes)?;
-        let mut written = BTreeMap::new();
+        let (mut written, mut skipped) = (BTreeMap::new(), Vec::new());
         let warps: Vec<(Term, Warp)> = passes.iter().filter_map(|planned| self.warp(planned)).collect();
         self.warps.extend(warps);
-        for planned in passes {
+        for (planned, turns) in passes.iter().zip(&self.turns[batch.passes.clone()]) {
+            if !turns.is_empty() && !turns.iter().any(|turn| self.has(turn)) {
+                // What it would have written takes its memory all the same, behind the barriers of the batch.
+                let transient = |image: &ImageId| !self.held.contains_key(&Resource::Image(*image));
+                skipped.extend(planned.pass.writes().into_iter().filter_map(Resource::image).filter(transient));
+                continue;
+            }
             for (resource, value) in self.pass(planned)? {
                 let label = &planned.pass.label;
                 if !barriers.contains(&resource) {
@@ -127,6 +148,10 @@ impl<'p> Machine<'p> {
                     return Err(format!("`{label}` and another pass of its batch write {resource:?}"));
                 }
             }
+        }
+        for image in skipped {
+            self.take_memory(image, batch)?;
+            self.contents.remove(&Resource::Image(image));
         }
         for (resource, value) in written {
             if let Resource::Image(image) = resource {
@@ -199,13 +224,13 @@ impl<'p> Machine<'p> {
     fn image(&self, image: ImageId) -> Result<Term, String> {
         let resource = Resource::Image(image);
         match &self.plan.image(image).origin {
-            Origin::Transient | Origin::Baked if self.ready.contains(&resource) => self
+            Origin::Transient | Origin::Baked | Origin::Held if self.ready.contains(&resource) => self
                 .contents
                 .get(&resource)
                 .copied()
                 .ok_or_else(|| format!("{image:?} was overwritten, or never written")),
-            Origin::Transient | Origin::Baked => Err(format!("no barrier after {image:?} was written")),
-            Origin::Input(name) => Ok(term(("input", name))),
+            Origin::Transient | Origin::Baked | Origin::Held => Err(format!("no barrier after {image:?} was written")),
+            Origin::Input(name) => Ok(term(("input", name, self.number))),
             Origin::Constant(bytes) => Ok(term(bytes)),
             Origin::Previous { of, frames } => {
                 let past = self.past.get(of).and_then(|past| past.get(*frames as usize - 1));

@@ -4,15 +4,15 @@
 
 use std::fmt::Write as _;
 
-use afterimage_generators::{Recipe, Rng};
+use afterimage_generators::{Recipe, Rng, hold_some};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Pass, WarpPart};
-use afterimage_plan::{Alias, Caps, Options, Plan, When, verify};
+use afterimage_plan::{Alias, Caps, Options, Plan, Turn, When, verify};
 
 use super::fusion::planned_at;
 use super::machine::Machine;
-use super::planned::{all_formats, built_in, plan_at, plan_images, plan_on};
+use super::planned::{all_formats, built_in, checked, plan_at, plan_images, plan_on};
 
 /// More than any history reaches back.
 const FRAMES: usize = 5;
@@ -66,6 +66,60 @@ fn every_way_to_run_a_random_graph_computes_the_same() {
         let drawn = Caps { prefer_fragment: true, ..Caps::default() };
         let plan = plan_on(&graph, size, Options::default(), drawn).expect("the graph can be planned");
         assert_computes_the_same(&plan, &plain, &format!("graph {seed}, drawn"));
+    }
+}
+
+/// Whatever is fused, what is held is made in the same frames, and from the same.
+#[test]
+fn held_results_are_the_same_in_every_way() {
+    let (mut held, mut spared) = (0, 0);
+    for seed in 0..40 {
+        let mut graph = Recipe { seed, nodes: 10 + seed as usize, histories: 3, off: 8 }.graph();
+        hold_some(&mut graph, seed);
+        let size = Size::new(640, 360);
+        let plain = plan_at(&graph, size, PLAIN).expect("the graph can be planned");
+        held += plain.held.iter().filter(|held| !held.results.is_empty()).count();
+        spared += plain.turns().iter().filter(|turns| !turns.is_empty()).count();
+        let film = |plan: &Plan| Machine::frames(plan, 9).unwrap_or_else(|fault| panic!("{fault}: {}", plan.to_text()));
+        let wanted = film(&plain);
+        for (name, options) in ways() {
+            let plan = plan_at(&graph, size, options).expect("the graph can be planned");
+            assert_eq!(verify(&plan), Ok(()), "graph {seed}, {name}: {}", plan.to_text());
+            assert!(film(&plan) == wanted, "graph {seed}, {name}: {}", plan.to_text());
+        }
+    }
+    assert!(held > 100 && spared > held, "{held} nodes are held, and {spared} passes run in some frames only");
+}
+
+/// What is held equals, in each frame, what the pipeline without it had in the last frame of the turn.
+#[test]
+fn a_held_result_is_that_of_the_last_turn() {
+    let text = |every: &str| {
+        format!(
+            r#"Pipeline(inputs: {{ "picture": Color }}, nodes: {{ "mips": Downsample(source: "picture", levels: 3),
+               "wide": Upsample(source: "mips"{every}), "out": Composite(base: "wide", bloom: "wide") }},
+               outputs: {{ "out": "out" }})"#
+        )
+    };
+    let plan = |every: &str| plan_at(&checked(&text(every)), Size::new(640, 360), Options::default());
+    let [each, fourth] = ["", ", every: 4"].map(|every| plan(every).expect("it can be planned"));
+    let [each, fourth] = [each, fourth].map(|plan| Machine::frames(&plan, 12).expect("it runs"));
+    for frame in 0..12 {
+        assert_eq!(fourth[frame], each[frame / 4 * 4], "frame {frame}");
+    }
+}
+
+/// Whether a frame runs the node depends on no earlier ones but the one before, in whatever steps numbers go.
+#[test]
+fn a_turn_comes_once_in_so_many_numbers() {
+    for (every, phase) in [(2, 0), (2, 1), (4, 3), (16, 5)] {
+        let turn = Turn { every, phase };
+        for number in (1..100).chain(0xff_ffff..0x100_0040).chain(u32::MAX - 40..=u32::MAX) {
+            assert_eq!(turn.is_due(number, number - 1), number % every == phase, "{turn:?} {number}");
+            assert!(turn.is_due(number, number.wrapping_sub(every)), "{turn:?} {number}: a step over all");
+            assert!(!turn.is_due(number, number), "{turn:?} {number}: the same frame again");
+        }
+        assert!(turn.is_due(0, u32::MAX), "{turn:?}: the count begins again");
     }
 }
 

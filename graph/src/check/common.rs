@@ -1,8 +1,8 @@
-//! What every node takes besides its ports and parameters: `when`, `format`, `bake` and `label`.
+//! What every node takes besides its ports and parameters: `when`, `format`, `bake`, `every`, `late` and `label`.
 
 use super::build::GraphBuilder;
 use super::condition::{Condition, FactKind};
-use super::limits::MAX_NAME;
+use super::limits::{MAX_EVERY, MAX_NAME};
 use crate::document::{Item, Tree};
 use crate::node::Bake;
 use afterimage_base::diagnostic::{Diagnostic, Location, list, quote};
@@ -130,6 +130,32 @@ impl GraphBuilder<'_> {
             });
         }
         known
+    }
+
+    /// In one of how many frames a node runs.
+    pub(super) fn every(&mut self, item: &Item) -> u32 {
+        match item.value {
+            Tree::Int(frames) if (1..=i64::from(MAX_EVERY)).contains(&frames) => return frames as u32,
+            Tree::Broken => return 1,
+            _ => {}
+        }
+        let diagnostic = Diagnostic::error("bad-every", format!("`every` is a number from 1 to {MAX_EVERY}"))
+            .at(&item.location, format!("this is {}", item.value.describe()))
+            .help("`every: 4` runs the node in each fourth frame");
+        self.report(diagnostic);
+        1
+    }
+
+    /// Whether readers of a node get the value of the frame before.
+    pub(super) fn late(&mut self, item: &Item) -> bool {
+        match item.value {
+            Tree::Bool(late) => return late,
+            Tree::Broken => return false,
+            _ => {}
+        }
+        let diagnostic = Diagnostic::error("wrong-type", "`late` is `true` or `false`");
+        self.report(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
+        false
     }
 
     fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {

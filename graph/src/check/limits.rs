@@ -23,6 +23,8 @@ pub const MAX_TEXT: usize = 8 << 20;
 pub const MAX_FILE_BYTES: usize = 64 << 20;
 /// Frames that a wire can reach back.
 pub const MAX_PREVIOUS: u32 = 16;
+/// Frames in one of which a node can run.
+pub const MAX_EVERY: u32 = 16;
 /// Pipelines within pipelines, and files that extend files.
 pub const MAX_DEPTH: usize = 16;
 

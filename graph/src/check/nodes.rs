@@ -15,7 +15,7 @@ use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 /// The kind name of a pipeline used as a node.
 pub(super) const PIPELINE: &str = "Pipeline";
 /// Fields that every node has, besides its ports and parameters.
-pub(super) const COMMON: [&str; 4] = ["when", "format", "bake", "label"];
+pub(super) const COMMON: [&str; 6] = ["when", "format", "bake", "every", "late", "label"];
 
 impl GraphBuilder<'_> {
     /// A node of a kind.
@@ -100,6 +100,8 @@ impl GraphBuilder<'_> {
             "when" => draft.when = self.condition(draft.scope, item),
             "format" => draft.format = self.format(item),
             "bake" => draft.bake = self.bake(item),
+            "every" => draft.every = self.every(item),
+            "late" => draft.late = self.late(item),
             "label" => draft.label = self.label(item),
             _ => return false,
         }
@@ -216,6 +218,8 @@ impl GraphBuilder<'_> {
             off: draft.off || self.scopes_around(draft.scope).any(|scope| scope.off),
             format: draft.format,
             bake: draft.bake,
+            every: draft.every,
+            late: draft.late,
             label: self.full_label(draft),
             states: draft.states.iter().map(|state| state.flatten()).collect(),
         }
@@ -238,6 +242,8 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         switched: None,
         format: None,
         bake: None,
+        every: 1,
+        late: false,
         label: None,
         states: vec![None; kind.outputs().len()],
         is_partial: entry.fields.is_partial,

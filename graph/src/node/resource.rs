@@ -46,6 +46,8 @@ pub enum Origin {
     Constant(Arc<[u8]>),
     /// A table that passes fill in the first frame of a plan, and again when their uniforms have changed.
     Baked,
+    /// The result of a node that runs in some frames only. It keeps its contents in the others.
+    Held,
     /// What `of` held so many frames ago.
     Previous {
         /// The image that is written in each frame.

@@ -46,6 +46,16 @@ impl Recipe {
     }
 }
 
+/// Lets some nodes of a graph run in one of several frames only.
+pub fn hold_some(graph: &mut Graph, seed: u64) {
+    let mut rng = Rng::new(seed);
+    for node in &mut graph.nodes {
+        if rng.per_cent(30) {
+            node.every = [2, 3, 4][rng.below(3)];
+        }
+    }
+}
+
 impl Growing {
     fn add_any(&mut self, off: u64) {
         let kinds = KINDS;
@@ -99,6 +109,8 @@ impl Growing {
             off,
             format,
             bake: None,
+            every: 1,
+            late: false,
             label: None,
             states: vec![None; kind.outputs().len()],
         });

@@ -8,6 +8,6 @@ mod mutate;
 mod rng;
 
 pub use bombs::{BOMBS, Bomb, MakeBomb};
-pub use graph::Recipe;
+pub use graph::{Recipe, hold_some};
 pub use mutate::mutated;
 pub use rng::Rng;

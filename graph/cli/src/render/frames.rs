@@ -142,7 +142,7 @@ impl Frames<'_> {
         let plan = session.load(size, images)?.clone();
         self.report.plan = Some(plan.hash().to_string());
         if let Some(state) = &self.request.state {
-            return Ok(session.write_state(&state.for_plan(&plan)?)?);
+            return Ok(session.write_state(&state.for_plan(&plan)?, Some(state.frame()))?);
         }
         self.integrate(&plan, images)?;
         let rolled = self.request.jobs.iter().take_while(|job| job.out.is_empty()).count() as u32;

@@ -44,6 +44,7 @@ impl Executor {
     /// copied by [`copy_memory`](Self::copy_memory).
     pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
         (self.frame_index, self.number_offset, self.fresh) = (other.frame_index, other.number_offset, false);
+        self.last_number = other.last_number;
         if let Some(loaded) = &mut self.loaded {
             // It is copied.
             loaded.uninitialized.clear();

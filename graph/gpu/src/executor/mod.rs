@@ -62,6 +62,8 @@ pub struct Executor {
     /// What is added to it for the number that shaders see.
     number_offset: u32,
     fresh: bool,
+    /// The number that shaders saw in the frame before; `None` if it is the one before that of the next frame.
+    last_number: Option<u32>,
     /// Passes for which the last frame has made bind groups.
     passes_bound: usize,
     has_filled_tables: bool,
@@ -117,6 +119,7 @@ impl Executor {
             frame_index: 0,
             number_offset: 0,
             fresh: true,
+            last_number: None,
             passes_bound: 0,
             has_filled_tables: false,
         }
@@ -169,7 +172,7 @@ impl Executor {
         let Some(loaded) = &mut self.loaded else { return Ok(()) };
         // Rectangles lie between parameters.
         loaded.overwrite(&(offset..offset + bytes.len() as u64));
-        loaded.tables.write(offset, bytes);
+        loaded.write(offset, bytes);
         let (device, what) = (&self.compiler.device, "the parameters of the plan");
         write(device, &self.queue, what, &loaded.uniforms, offset, bytes)
     }
@@ -271,7 +274,7 @@ impl Executor {
                 let write = || self.queue.write_buffer(&loaded.uniforms, 0, &uniforms);
                 watched(&self.compiler.device, what, || caught(what, write))?;
                 loaded.plan = plan;
-                loaded.tables.write(0, &uniforms);
+                loaded.write(0, &uniforms);
                 loaded.overwrite(&(0..uniforms.len() as u64));
                 Ok(None)
             }
@@ -345,18 +348,26 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let groups = self.begin_frame(encoder, frame, self.fresh || frame.reset)?;
+        let begins = self.fresh || frame.reset;
+        let groups = self.begin_frame(encoder, frame, begins)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        for &buffer in &loaded.zeroed {
-            encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
-        }
-        let commands = FrameCommands {
+        let number = self.frame_index.wrapping_add(self.number_offset);
+        loaded.turns.begin(number, (!begins).then(|| self.last_number.unwrap_or(number.wrapping_sub(1))));
+        let mut commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
             fills_tables: loaded.tables.are_stale(),
+            has_late_values: false,
+            is_timed: true,
         };
+        let is_new = |pass: &usize| begins || loaded.uses_uninitialized(*pass);
+        if loaded.turns.late.own.iter().any(is_new) {
+            commands.record_late(encoder);
+            commands.has_late_values = true;
+        }
+        commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = &loaded.timing {
             timing.resolve(encoder);
@@ -364,6 +375,8 @@ impl Executor {
         // This frame has initialized all of it.
         loaded.uninitialized.clear();
         self.has_filled_tables = loaded.tables.fill();
+        loaded.turns.made.fill();
+        self.last_number = Some(number);
         self.frame_index = self.frame_index.wrapping_add(1);
         self.fresh = false;
         Ok(())
@@ -400,7 +413,8 @@ impl Executor {
         pass: usize,
     ) -> Result<(), GpuError> {
         let groups = self.bind(frame)?;
-        let loaded = self.loaded.as_ref().ok_or(GpuError::NoPlan)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        loaded.turns.begin(0, None);
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
         let commands = FrameCommands {
             loaded,
@@ -408,6 +422,8 @@ impl Executor {
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
             fills_tables: true,
+            has_late_values: false,
+            is_timed: true,
         };
         commands.record(pass..pass + 1, encoder, &mut []);
         Ok(())

@@ -29,20 +29,25 @@ impl Executor {
                 vec![StatePart::Buffer(loaded.residency.buffers[buffer.0 as usize].clone())]
             }
             StateContent::History { image, frames, .. } => {
-                let ImageBinding::Ring(ring, _) = &loaded.residency.bindings[image.0 as usize] else {
-                    return Vec::new();
-                };
-                let of_age = |age| StatePart::Image(ring[ring_place(ring.len(), self.frame_index, age)].clone());
-                (1..=frames).map(of_age).collect()
+                let of_age = |ring: &[Stored], age| ring[ring_place(ring.len(), self.frame_index, age)].clone();
+                match &loaded.residency.bindings[image.0 as usize] {
+                    ImageBinding::Ring(ring, _) => {
+                        (1..=frames).map(|age| StatePart::Image(of_age(ring, age))).collect()
+                    }
+                    ImageBinding::Fixed(held) => vec![StatePart::Image(held.clone())],
+                    _ => Vec::new(),
+                }
             }
         }
     }
 
-    /// Notes that the memory of the state was written: the next frame continues from it.
-    pub(crate) fn continue_state(&mut self) {
+    /// Notes that the memory of the state was written: the next frame continues from it, after the frame `last`.
+    pub(crate) fn continue_state(&mut self, last: Option<u32>) {
         self.fresh = false;
+        self.last_number = last;
         if let Some(loaded) = &mut self.loaded {
             loaded.uninitialized.clear();
+            loaded.turns.made.fill();
         }
     }
 
@@ -61,6 +66,7 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let groups = self.begin_frame(encoder, frame, frame.reset)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        loaded.turns.begin(0, None);
         let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
         for &buffer in &loaded.zeroed {
             if written.contains(&Resource::Buffer(BufferId(buffer as u32))) {
@@ -74,6 +80,8 @@ impl Executor {
             constants: &self.frame_constants,
             // No frame has filled those that these passes need.
             fills_tables: true,
+            has_late_values: false,
+            is_timed: true,
         };
         for &pass in passes {
             commands.record(pass..pass + 1, encoder, &mut []);

@@ -289,7 +289,9 @@ impl Session {
     }
 
     /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps`
-    /// gives the position in time of each frame. `baselines` are other work that is timed under the same conditions.
+    /// gives the position in time of each frame. Where passes do not run in every frame, it is the mean of
+    /// [as many](afterimage_plan::Plan::round) frames as their turns take. `baselines` are other work that is timed
+    /// under the same conditions.
     ///
     /// This is the only function that times a frame, so that all tools report the same quantity.
     ///
@@ -303,10 +305,12 @@ impl Session {
         steps: &'r mut dyn FnMut() -> FrameStep,
         baselines: Vec<TimedCommands<'r>>,
     ) -> Result<(FrameTime, Vec<FrameTime>), PostError> {
-        let frame: TimedCommands<'r> = Box::new(move |encoder| self.encode(encoder, images, steps()));
+        let round = self.plan().round();
+        let frame: TimedCommands<'r> =
+            Box::new(move |encoder| (0..round).try_for_each(|_| self.encode(encoder, images, steps())));
         let mut work: Vec<TimedCommands<'r>> = [frame].into_iter().chain(baselines).collect();
         let mut times = clock.medians(samples, &mut work)?.into_iter();
-        let frame = times.next().expect("one time for each recording");
+        let frame = times.next().expect("one time for each recording").divided(round);
         Ok((frame, times.collect()))
     }
 }

@@ -51,14 +51,15 @@ impl Session {
     }
 
     /// Continues from a state: the next frame follows the one after which it was read, by a session with a plan of the
-    /// same state. A frame with `reset` begins anew all the same.
+    /// same state. A frame with `reset` begins anew all the same. `last` is the number of the frame before, if it is
+    /// known not to be the one before the next.
     ///
     /// # Errors
     /// As [`read_state`](Self::read_state).
     ///
     /// # Panics
     /// If nothing was loaded yet, or if the state is that of another plan: items or numbers of bytes differ.
-    pub fn write_state(&mut self, state: &[StateBytes]) -> Result<(), PostError> {
+    pub fn write_state(&mut self, state: &[StateBytes], last: Option<u32>) -> Result<(), PostError> {
         let items = self.plan().clone().state();
         assert_eq!(items.len(), state.len(), "the state is that of another plan");
         let queue = self.gpu.queue.clone();
@@ -78,7 +79,7 @@ impl Session {
                 }
             }
         }
-        self.post.executor().continue_state();
+        self.post.executor().continue_state(last);
         Ok(())
     }
 

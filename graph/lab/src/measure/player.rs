@@ -117,11 +117,12 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
         resources.map(|resource| Some(plan.image(resource.image()?).desc)).collect()
     };
     let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
-    a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
+    let is_in_turn = (&a.held, &a.late) == (&b.held, &b.late);
+    is_in_turn && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
 /// Whether frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
     let images = plan.images.iter().any(|image| image.origin.previous_of().is_some());
-    images || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+    images || !plan.held.is_empty() || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }

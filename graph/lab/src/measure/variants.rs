@@ -75,6 +75,10 @@ pub(crate) enum SwitchTarget {
     Parameter(usize),
     /// The format of the node's results.
     Format,
+    /// In one of how many frames the node runs.
+    Every,
+    /// Whether the node's value is read a frame later.
+    Late,
 }
 
 /// A value that a switch can have.
@@ -84,6 +88,8 @@ pub(crate) enum SwitchValue {
     Value(Value),
     /// Of the format; `None` is the format that the node chooses.
     Format(Option<Format>),
+    Every(u32),
+    Late(bool),
 }
 
 /// A quality switch of a pipeline, with the values to try.
@@ -106,6 +112,8 @@ impl SwitchValue {
         match self {
             Self::Value(value) => Some(value.to_string()),
             Self::Format(format) => format.map(|format| format.name().to_owned()),
+            Self::Every(every) => Some(every.to_string()),
+            Self::Late(late) => Some(late.to_string()),
         }
     }
 }
@@ -122,6 +130,8 @@ impl Switch {
         match (self.target, &self.choices[choice]) {
             (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => drop(node.instance.set(at, value.clone())),
             (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
+            (SwitchTarget::Every, SwitchValue::Every(every)) => node.every = *every,
+            (SwitchTarget::Late, SwitchValue::Late(late)) => node.late = *late,
             _ => unreachable!("the choices of a switch are of its target"),
         }
     }
@@ -132,6 +142,7 @@ pub(crate) fn switches(graph: &Graph) -> Vec<Switch> {
     let mut all = Vec::new();
     for (index, node) in graph.nodes.iter().enumerate().filter(|(_, node)| !node.off) {
         all.extend(parameter_switches(index, node));
+        all.extend(frame_switches(index, node));
         all.extend(format_switch(graph, index));
     }
     all
@@ -156,6 +167,17 @@ fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Sw
             choices,
             written: SwitchValue::Value(written),
         })
+    })
+}
+
+/// The switches of a node that the file does not run in every frame, or whose value it reads later.
+fn frame_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Switch> + '_ {
+    use SwitchValue::{Every, Late};
+    let every = (node.every > 1).then(|| ("every", SwitchTarget::Every, [Every(1), Every(node.every)]));
+    let late = node.late.then_some(("late", SwitchTarget::Late, [Late(false), Late(true)]));
+    every.into_iter().chain(late).map(move |(name, target, choices)| {
+        let (key, written) = (format!("{}.{name}", node.name), choices[1].clone());
+        Switch { node: index, target, key, choices: choices.into(), written }
     })
 }
 
@@ -206,6 +228,12 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     if from.format != to.format {
         set("format", to.format.map(|format| format.name().to_owned()));
     }
+    if from.every != to.every {
+        set("every", Some(to.every.to_string()));
+    }
+    if from.late != to.late {
+        set("late", Some(to.late.to_string()));
+    }
     if from.label != to.label {
         set("label", to.label.as_ref().map(|label| format!("{label:?}")));
     }
@@ -240,7 +268,7 @@ pub(crate) fn variants(pipeline: &Pipeline) -> Result<Vec<Variant>, LabError> {
     let tiers = tiers.iter().map(|(tier, graph)| variant(&format!("tier {tier}"), VariantKind::Tier, graph.clone()));
     all.extend(tiers);
     let (parameters, formats): (Vec<_>, Vec<_>) =
-        switches(written).into_iter().partition(|switch| matches!(switch.target, SwitchTarget::Parameter(_)));
+        switches(written).into_iter().partition(|switch| switch.target != SwitchTarget::Format);
     for (kind, switches) in [(VariantKind::Switch, parameters), (VariantKind::Format, formats)] {
         all.extend(switches.iter().flat_map(|switch| switched(switch, kind, written)));
     }

@@ -82,8 +82,8 @@ fn kept_bytes(images: &[PlannedImage], builder: &PlanBuilder, request: &PlanRequ
             *count = (*count).max(ring);
         }
     }
-    let baked = images.iter().zip(0..).filter(|(image, _)| image.origin == Origin::Baked);
-    textures.extend(baked.map(|(_, id)| (ImageId(id), 1)));
+    let own = images.iter().zip(0..).filter(|(image, _)| matches!(image.origin, Origin::Baked | Origin::Held));
+    textures.extend(own.map(|(_, id)| (ImageId(id), 1)));
     let mut bytes = 0;
     for (image, count) in textures {
         bytes += count * (request.requirement)(&images[image.0 as usize].desc).bytes;

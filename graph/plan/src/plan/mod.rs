@@ -1,12 +1,14 @@
 //! The plan: a value that states everything about a frame, equal for equal inputs.
 
 mod barrier;
+mod held;
 mod image;
 mod metering;
 mod names;
 mod note;
 mod pass;
 mod state;
+mod turn;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
@@ -18,6 +20,7 @@ pub use metering::Metering;
 pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 pub use state::{StateContent, StateItem};
+pub use turn::{Held, LatePasses, Turn};
 
 use crate::options::Options;
 use crate::request::Part;
@@ -51,6 +54,10 @@ pub struct Plan {
     pub shared_reads: Vec<SharedRead>,
     /// Runs of nodes that became tables.
     pub baked: Vec<Baked>,
+    /// The results of nodes that do not run in every frame.
+    pub held: Vec<Held>,
+    /// The nodes whose values are read a frame later.
+    pub late: Vec<String>,
     /// Parameters that change while the plan runs, as `node.parameter`.
     pub dynamic: Vec<String>,
     /// The size of the frame.
@@ -161,9 +168,15 @@ impl Plan {
     }
 
     /// Bytes that all passes read and write in one frame, each image once a pass; what caches save is not counted, and
-    /// no pass that fills a table.
+    /// no pass that fills a table. A pass that does not run in every frame counts by its share of frames.
     pub fn bytes_moved(&self) -> u64 {
-        (0..self.passes.len()).filter(|pass| !self.fills_table(*pass)).map(|pass| self.bytes_moved_by(pass)).sum()
+        let turns = self.turns();
+        let of_pass = |pass: usize| {
+            let share: f64 = turns[pass].iter().map(|turn| 1.0 / f64::from(turn.every)).sum();
+            let bytes = self.bytes_moved_by(pass);
+            if turns[pass].is_empty() || share >= 1.0 { bytes } else { (share * bytes as f64) as u64 }
+        };
+        (0..self.passes.len()).filter(|pass| !self.fills_table(*pass)).map(of_pass).sum()
     }
 
     /// Bytes that one pass reads and writes.

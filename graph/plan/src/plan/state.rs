@@ -7,7 +7,8 @@ use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource};
 
 use super::{Plan, PlannedPass};
 
-/// Something that a frame leaves for later frames: a buffer that outlives frames, or an image that a later frame reads.
+/// Something that a frame leaves for later frames: a buffer that outlives frames, an image that a later frame reads, or
+/// a result that is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateItem {
     /// Its name in the plan, `node.port`; unique among the items.
@@ -29,9 +30,9 @@ pub enum StateContent {
         /// Its size in bytes.
         bytes: u64,
     },
-    /// The images of the last frames.
+    /// The images of the last frames, or the one that is held.
     History {
-        /// The image that is written in each frame.
+        /// The image that is written in each frame, or in some.
         image: ImageId,
         /// Size and format of each.
         desc: ImageDesc,
@@ -64,17 +65,24 @@ impl Plan {
     /// every frame depends on its own images only.
     pub fn state(&self) -> Vec<StateItem> {
         let mut items = Vec::new();
+        let held = self.held_results();
+        let held_for = |resource: Resource| held.get(&resource).map(|turn| turn.every - 1);
         for (index, (buffer, name)) in self.buffers.iter().zip(self.buffer_names()).enumerate() {
-            if buffer.life == BufferLife::Persistent {
-                let content = StateContent::Buffer { buffer: BufferId(index as u32), bytes: buffer.bytes };
-                items.push(StateItem { name, content, reach: None });
+            let id = BufferId(index as u32);
+            let frames = held_for(Resource::Buffer(id));
+            if frames.is_some() || buffer.life == BufferLife::Persistent {
+                let content = StateContent::Buffer { buffer: id, bytes: buffer.bytes };
+                let reach = frames.filter(|_| !self.is_made_from_the_past(Resource::Buffer(id)));
+                items.push(StateItem { name, content, reach });
             }
         }
         for (index, (image, name)) in self.images.iter().zip(self.image_names()).enumerate() {
             let id = ImageId(index as u32);
-            if let Some(frames) = self.frames_remembered(id) {
+            let back = held_for(Resource::Image(id));
+            if let Some(frames) = self.frames_remembered(id).or(back.and(Some(1))) {
                 let content = StateContent::History { image: id, desc: image.desc, frames };
-                items.push(StateItem { name, content, reach: (!self.is_made_from_the_past(id)).then_some(frames) });
+                let reach = (!self.is_made_from_the_past(Resource::Image(id))).then_some(back.unwrap_or(frames));
+                items.push(StateItem { name, content, reach });
             }
         }
         items
@@ -90,26 +98,22 @@ impl Plan {
         frames.max()
     }
 
-    /// Whether an image is made from an image of an earlier frame. A buffer that outlives frames is an item of its own.
-    fn is_made_from_the_past(&self, image: ImageId) -> bool {
-        let mut needed = BTreeSet::from([image]);
-        let mut needed_buffers = BTreeSet::new();
+    /// Whether something is made from an image of an earlier frame. Buffers that outlive frames, and what is held, are
+    /// items of their own.
+    fn is_made_from_the_past(&self, resource: Resource) -> bool {
+        let mut needed = BTreeSet::from([resource]);
+        let held = self.held_results();
+        let is_item = |resource: &Resource| match *resource {
+            _ if held.contains_key(resource) => true,
+            Resource::Buffer(buffer) => self.buffers[buffer.0 as usize].life == BufferLife::Persistent,
+            Resource::Image(_) => false,
+        };
         for PlannedPass { pass, .. } in self.passes.iter().rev() {
-            let is_needed = pass.writes().into_iter().any(|resource| match resource {
-                Resource::Image(image) => needed.contains(&image),
-                Resource::Buffer(buffer) => needed_buffers.contains(&buffer),
-            });
-            if !is_needed {
-                continue;
-            }
-            for resource in pass.reads() {
-                match resource {
-                    Resource::Image(image) => drop(needed.insert(image)),
-                    Resource::Buffer(buffer) if self.buffers[buffer.0 as usize].life == BufferLife::Persistent => {}
-                    Resource::Buffer(buffer) => drop(needed_buffers.insert(buffer)),
-                }
+            if pass.writes().iter().any(|resource| needed.contains(resource)) {
+                needed.extend(pass.reads().into_iter().filter(|read| !is_item(read)));
             }
         }
-        needed.iter().any(|image| self.image(*image).origin.previous_of().is_some())
+        let mut images = needed.into_iter().filter_map(Resource::image);
+        images.any(|image| self.image(image).origin.previous_of().is_some())
     }
 }

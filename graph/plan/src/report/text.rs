@@ -6,7 +6,7 @@ use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::Alias;
-use crate::plan::{Plan, PlannedPass};
+use crate::plan::{Held, Plan, PlannedPass, Turn};
 use afterimage_graph::node::Resource;
 
 impl Plan {
@@ -22,6 +22,15 @@ impl Plan {
             let size = format!("size {}", baked.size);
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
+        let held = self.held.iter().map(|held| {
+            let Held { node, turn: Turn { every, phase }, results } = held;
+            let when = match results.is_empty() {
+                true => "runs in every frame, because it keeps a state".to_owned(),
+                false => format!("runs in one of {every} frames, where the number leaves {phase}"),
+            };
+            vec![format!("  {node}"), when]
+        });
+        let late = self.late.iter().map(|node| vec![format!("  {node}")]);
         let state = self.state().into_iter().map(|item| {
             let reach = match item.reach {
                 Some(1) => "made from 1 frame".to_owned(),
@@ -37,6 +46,8 @@ impl Plan {
             section("parameters that change without a new plan", dynamic.collect()),
             section("skipped", skipped.collect()),
             section("tables in the place of nodes", baked.collect()),
+            section("held between the frames in which they are made", held.collect()),
+            section("read in the next frame", late.collect()),
             savings("never stored, because their passes are fused", fused.collect()),
             savings("read once by passes that are joined", shared.collect()),
             section("state that the next frame reads", state.collect()),

@@ -16,6 +16,44 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     }
     check_histories(walk, faults);
     check_outputs(walk, faults);
+    check_turns(walk, faults);
+}
+
+/// Where a pass does not run in every frame, all that it writes is held for as long, or read by passes alone that run
+/// in the same frames or fewer.
+fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
+    let plan = walk.plan;
+    if plan.held.is_empty() {
+        return;
+    }
+    let (turns, held) = (plan.turns(), plan.held_results());
+    let outputs: Vec<Resource> = plan.outputs.iter().map(|output| Resource::Image(output.image)).collect();
+    let remembered: Vec<ImageId> = plan.images.iter().filter_map(|image| image.origin.previous_of()).collect();
+    let histories = walk.histories();
+    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && !turns[*pass].is_empty()) {
+        let (resource, own) = (access.resource, &turns[pass]);
+        let lasts = match resource {
+            Resource::Image(image) => remembered.contains(&image) || outputs.contains(&resource),
+            Resource::Buffer(buffer) => plan.buffers[buffer.0 as usize].life == BufferLife::Persistent,
+        };
+        let is_missed = match held.get(&resource) {
+            Some(turn) => !own.iter().eq([turn]),
+            None => histories[&resource]
+                .iter()
+                .any(|(reader, access)| access.reads && (turns[*reader].is_empty() || !turns[*reader].is_subset(own))),
+        };
+        if lasts || is_missed {
+            let (pass, name) = (&walk.passes[pass], walk.name(resource));
+            faults.add(format!("pass `{pass}` writes `{name}` in other frames than those in which it must be new"));
+        }
+    }
+    // What is held is written in no other frame.
+    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && turns[*pass].is_empty()) {
+        if held.contains_key(&access.resource) {
+            let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
+            faults.add(format!("pass `{pass}` writes `{name}` in every frame, though it is held"));
+        }
+    }
 }
 
 /// Nothing that a pass writes is used by another pass of its batch.
@@ -67,7 +105,7 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
             check_fill(walk, *pass, faults);
         }
     }
-    if matches!(origin, Origin::Transient | Origin::Baked) {
+    if matches!(origin, Origin::Transient | Origin::Baked | Origin::Held) {
         if let Some((pass, _)) = history.first().filter(|(_, access)| access.reads) {
             faults.add(format!("pass `{}` reads `{name}` before any pass has written it", walk.passes[*pass]));
         }

@@ -104,7 +104,9 @@ impl<'p> Executor<'p> {
         let filled = |number| Image::new(size.width as usize, size.height as usize, |_, _| [number; 4]);
         match &planned.origin {
             Origin::Input(_) => self.picture.clone(),
-            Origin::Transient | Origin::Baked => self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN)),
+            Origin::Transient | Origin::Baked | Origin::Held => {
+                self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN))
+            }
             Origin::Previous { of, frames } => {
                 let past = self.past.get(*frames as usize - 1).map(|past| past.get(of).cloned());
                 past.map_or_else(|| filled(0.0), |image| image.unwrap_or_else(|| filled(f64::NAN)))

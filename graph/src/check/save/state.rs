@@ -158,14 +158,15 @@ impl<'a> State<'a> {
         self.given(subject).is_some_and(|location| self.of_tier.contains(location))
     }
 
-    /// What the nodes have that is never saved: conditions, formats, tables, labels.
+    /// What the nodes have that is never saved: conditions, formats, tables, the frames that they run in, labels.
     pub(super) fn others(&self) -> impl Iterator<Item = (String, Option<String>, Option<&'static str>)> + '_ {
         let builder = &self.builder;
         builder.drafts.iter().map(|draft| {
             let conditions = builder.scopes_around(draft.scope).filter_map(|scope| scope.when.as_ref());
             let conditions = draft.when.iter().chain(conditions).map(ToString::to_string);
             let conditions: Vec<String> = conditions.collect();
-            let text = format!("{}: {conditions:?} {:?}", builder.full_name(draft), draft.bake);
+            let frames = (draft.every, draft.late);
+            let text = format!("{}: {conditions:?} {:?} {frames:?}", builder.full_name(draft), draft.bake);
             (text, builder.full_label(draft), draft.format.map(|format| format.name()))
         })
     }

@@ -22,6 +22,7 @@ use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::residency::Residency;
 use crate::executor::loaded::tables::Tables;
+use crate::executor::loaded::turns::Turns;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
 use crate::executor::rectangle::WrittenRectangles;
 use crate::heap::{Place, Placed};
@@ -143,7 +144,8 @@ impl PlanCompiler {
         let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
         let shares_old_heap = old_heap.is_some_and(same);
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-        let tables = Tables::new(&plan, uniforms);
+        let tables = Tables::new(&plan, uniforms, |pass| plan.fills_table(pass));
+        let turns = Turns::new(&plan, uniforms);
         let uniforms = filled_buffer(&self.device, "uniforms", uniforms, usage)?;
         let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
         let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
@@ -164,6 +166,7 @@ impl PlanCompiler {
             passes,
             uniforms,
             tables,
+            turns,
             bound: Vec::new(),
             drawn,
             is_watched: false,

@@ -64,12 +64,14 @@ fn explicit_transitions(
         let made: Vec<ImageId> =
             images_to_read(plan, batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut before = Vec::new();
-        if !is_dispatched || !all_read_by(plan, first, &made) {
+        // Barriers of a pass that may not run are none to rely on.
+        let may_not_run = !plan.held.is_empty() || !plan.late.is_empty();
+        if may_not_run || !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(plan, batch).filter(|_| batch.passes.len() > 1);
             before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
         }
         if has_heap {
-            let waits = is_dispatched && !made.is_empty();
+            let waits = is_dispatched && !may_not_run && !made.is_empty();
             let unordered = aliasing.iter().filter(|barrier| !(waits && were_read(barrier, &finished)));
             before.extend(unordered.map(|barrier| (barrier.image, TextureUses::STORAGE_WRITE_ONLY)));
         }

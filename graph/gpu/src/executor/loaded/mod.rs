@@ -6,6 +6,7 @@ pub(crate) mod explicit_transitions;
 pub(crate) mod previous;
 pub(crate) mod residency;
 pub(crate) mod tables;
+pub(crate) mod turns;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::tables::Tables;
+use crate::executor::loaded::turns::Turns;
 use crate::executor::rectangle::{Rectangle, WrittenRectangles};
 use crate::pipelines::Built;
 use crate::timing::Timing;
@@ -32,6 +34,7 @@ pub(crate) struct Loaded {
     pub(crate) passes: LoadedPasses,
     pub(crate) uniforms: Buffer,
     pub(crate) tables: Tables,
+    pub(crate) turns: Turns,
     /// The bytes of each host block in the uniforms.
     pub(crate) blocks: Vec<Vec<u8>>,
     /// The rectangles in the uniforms.
@@ -126,6 +129,12 @@ impl Loaded {
                 *written = None;
             }
         }
+    }
+
+    /// Notes bytes that are written to the uniforms: what is made from other ones than before is made anew.
+    pub(crate) fn write(&mut self, offset: u64, bytes: &[u8]) {
+        self.tables.write(offset, bytes);
+        self.turns.made.write(offset, bytes);
     }
 
     /// The name of a pass, if passes are labeled.

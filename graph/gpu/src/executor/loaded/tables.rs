@@ -1,18 +1,18 @@
-//! The tables that a plan fills when the numbers in them have changed.
+//! What a plan makes anew when the numbers in it have changed: tables, and what is held between frames.
 
 use afterimage_plan::Plan;
 
-/// Whether the next frame fills the tables of a plan.
+/// Whether the next frame makes anew what some passes of a plan make, its tables for example.
 pub(crate) struct Tables {
-    /// The uniforms of the passes that fill them: offsets in the buffer, and the bytes that the next frame sees.
+    /// The uniforms of these passes: offsets in the buffer, and the bytes that the next frame sees.
     uniforms: Vec<(u64, Vec<u8>)>,
     is_filled: bool,
 }
 
 impl Tables {
-    /// The tables of a plan that no frame has filled.
-    pub(crate) fn new(plan: &Plan, uniforms: &[u8]) -> Self {
-        let filling = (0..plan.passes.len()).filter(|pass| plan.fills_table(*pass));
+    /// What these passes of a plan make, and no frame has made yet.
+    pub(crate) fn new(plan: &Plan, uniforms: &[u8], makes: impl Fn(usize) -> bool) -> Self {
+        let filling = (0..plan.passes.len()).filter(|pass| makes(*pass));
         let blocks = filling.map(|pass| &plan.passes[pass].uniform);
         let uniforms = blocks.map(|block| {
             let bytes = &uniforms[block.offset as usize..][..block.bytes.len()];

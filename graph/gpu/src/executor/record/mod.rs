@@ -5,6 +5,7 @@ mod uniforms;
 
 use std::ops::Range;
 
+use afterimage_plan::LatePasses;
 use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
 use crate::executor::host_draw::HostDraw;
@@ -14,6 +15,7 @@ use crate::executor::loaded::residency::ImageBinding;
 use crate::frame_constants::FrameConstants;
 use crate::layout::Pipeline;
 use crate::store;
+use crate::timing::Timing;
 
 /// Histories and adaptation as they are before a first frame: zero.
 pub(crate) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut CommandEncoder) {
@@ -38,6 +40,7 @@ pub(crate) fn separate_from_old_plan(loaded: &Loaded, encoder: &mut CommandEncod
 }
 
 /// One frame of a loaded plan.
+#[derive(Clone, Copy)]
 pub(crate) struct FrameCommands<'a> {
     pub(crate) loaded: &'a Loaded,
     pub(crate) groups: &'a BindGroups,
@@ -46,9 +49,33 @@ pub(crate) struct FrameCommands<'a> {
     pub(crate) constants: &'a FrameConstants,
     /// Whether passes that fill tables run; otherwise the tables stay as they are.
     pub(crate) fills_tables: bool,
+    /// Whether the late values of the frame are made already.
+    pub(crate) has_late_values: bool,
+    /// Whether the times of its passes are written, if passes are timed.
+    pub(crate) is_timed: bool,
 }
 
 impl FrameCommands<'_> {
+    /// Clears the buffers that begin with zeros.
+    pub(crate) fn clear_zeroed(&self, encoder: &mut CommandEncoder) {
+        let loaded = self.loaded;
+        for &buffer in loaded.zeroed.iter().filter(|buffer| loaded.turns.clears(**buffer)) {
+            encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
+        }
+    }
+
+    /// Makes the late values of a frame that begins anew, from its own images.
+    pub(crate) fn record_late(&self, encoder: &mut CommandEncoder) {
+        self.clear_zeroed(encoder);
+        let LatePasses { before, own } = &self.loaded.turns.late;
+        // The time of a pass is written once in a frame.
+        let untimed = Self { is_timed: false, ..*self };
+        for &pass in before.iter().chain(own) {
+            untimed.record(pass..pass + 1, encoder, &mut []);
+        }
+        separate_from_old_plan(self.loaded, encoder);
+    }
+
     /// Records passes, of which those that the host fills have their draws.
     pub(crate) fn record(&self, passes: Range<usize>, encoder: &mut CommandEncoder, draws: &mut [HostDraw<'_>]) {
         let mut index = passes.start;
@@ -75,7 +102,7 @@ impl FrameCommands<'_> {
         let mut pass = encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("afterimage"), timestamp_writes: None });
         let mut index = passes.start;
-        if let Some(timing) = &loaded.timing {
+        if let Some(timing) = self.timing() {
             pass.write_timestamp(&timing.queries, index as u32);
         }
         while let Some(bound) = self.groups.passes[..passes.end].get(index)
@@ -103,16 +130,22 @@ impl FrameCommands<'_> {
                 }
             }
             index += 1;
-            if let Some(timing) = &loaded.timing {
+            if let Some(timing) = self.timing() {
                 pass.write_timestamp(&timing.queries, index as u32);
             }
         }
         index
     }
 
+    fn timing(&self) -> Option<&Timing> {
+        self.loaded.timing.as_ref().filter(|_| self.is_timed)
+    }
+
     /// Whether a pass runs in this frame.
     fn runs(&self, pass: usize) -> bool {
-        self.fills_tables || !self.loaded.plan.fills_table(pass)
+        let turns = &self.loaded.turns;
+        let is_made = self.has_late_values && turns.late.own.contains(&pass);
+        turns.runs(pass) && !is_made && (self.fills_tables || !self.loaded.plan.fills_table(pass))
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.
@@ -123,7 +156,7 @@ impl FrameCommands<'_> {
 
     /// Writes the time before the pass of this index, if passes are timed.
     fn write_timestamp(&self, index: usize, encoder: &mut CommandEncoder) {
-        if let Some(timing) = &self.loaded.timing {
+        if let Some(timing) = self.timing() {
             encoder.write_timestamp(&timing.queries, index as u32);
         }
     }

@@ -1,0 +1,40 @@
+//! Results that are held while their nodes do not run, and values of the frame before.
+
+use afterimage_graph::node::Resource;
+use serde::Serialize;
+
+/// The frames in which a node runs, beside those in which all begins anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct Turn {
+    /// One of N frames.
+    pub every: u32,
+    /// The rest that the numbers of these frames leave.
+    pub phase: u32,
+}
+
+/// The results of a node that runs in one of several frames. They are kept in between.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Held {
+    pub node: String,
+    pub turn: Turn,
+    /// What it makes; nothing if it keeps a state of its own, and therefore runs in every frame.
+    pub results: Vec<Resource>,
+}
+
+/// The passes of values that are read in the next frame. A frame that begins anew makes these values before all else.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LatePasses {
+    /// Those that make what the values are made from, in the order of the plan.
+    pub before: Vec<usize>,
+    /// Those that make the values.
+    pub own: Vec<usize>,
+}
+
+impl Turn {
+    /// Whether a frame of that number is one of them, or one lies between it and that of the number `before`: numbers
+    /// may have any steps.
+    pub fn is_due(&self, number: u32, before: u32) -> bool {
+        let turn = |number: u32| (u64::from(number) + u64::from(self.every - self.phase)) / u64::from(self.every);
+        turn(number) != turn(before)
+    }
+}
