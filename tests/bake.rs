@@ -335,7 +335,7 @@ fn chain(seed: u64) -> String {
 }
 
 /// Sizes of tables, and the errors that 99 and 99.9 % of random colors stay below in a random chain, in codes of 255.
-const SIZES: [(u32, [f32; 2]); 3] = [(64, [0.8, 2.5]), (48, [1.3, 4.0]), (33, [2.5, 8.0])];
+const SIZES: [(u32, [f32; 2]); 3] = [(64, [0.8, 3.5]), (48, [1.3, 5.0]), (33, [2.5, 10.0])];
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
