@@ -57,7 +57,7 @@ params! {
 }
 
 /// Levels of the largest pyramid, and more.
-const MOST_LEVELS: usize = 32;
+const MAX_LEVELS: usize = 32;
 
 /// The largest radius of the tent.
 pub(crate) const MAX_RADIUS: f32 = 4.0;
@@ -73,11 +73,11 @@ impl UpsampleFilter {
 
 impl Upsample {
     /// The weight of each of `count` levels, finest first, in a frame that is so many halvings larger than `lines`.
-    fn weights(&self, count: usize, octaves: f64) -> [f64; MOST_LEVELS] {
+    fn weights(&self, count: usize, octaves: f64) -> [f64; MAX_LEVELS] {
         // Levels in a frame of `lines`.
         let all = (count as i64 - octaves.ceil() as i64).max(1);
         let spread = f64::from(self.spread);
-        let mut weights = [0.0; MOST_LEVELS];
+        let mut weights = [0.0; MAX_LEVELS];
         for level in 0..all {
             let weight = match (self.blend, self.normalize) {
                 (UpsampleBlend::Mix, _) if level == all - 1 => spread.powi(level as i32),

@@ -54,7 +54,7 @@ pub enum NumberType {
     F32,
 }
 
-/// The format of an image with so many channels of this type; `None` if no texture for an input has it.
+/// The format of an image with numbers of this type; `None` if no texture for an input has it.
 pub fn format_of(ty: NumberType, channels: u32) -> Option<Format> {
     match (ty, channels) {
         (NumberType::F16, 1) => Some(Format::R16Float),
