@@ -1,5 +1,6 @@
 //! Built-in pipelines with lights: moving lights, suns, and a single infinite pixel.
 
+use afterimage_graph::check::Graph;
 use afterimage_plan::When;
 
 use super::fireflies::{light, variation};
@@ -102,6 +103,31 @@ fn a_pixel_that_is_not_finite_changes_no_other() {
             // Two infinite neighbors are light.
             bad.pixels[51 + 40 * 120][..3].fill(number);
             assert_eq!(shown(&bad) == clean, number != f32::INFINITY, "{name}: two pixels with {number}");
+        }
+    }
+}
+
+/// How many pixels change by more than two codes if one pixel of a gray image has the largest number.
+fn changed_by_a_hot_pixel(graph: &Graph) -> usize {
+    let gray = Picture::new(120, 90, |_, _| [0.2, 0.2, 0.2, 1.0]);
+    let mut hot = Picture::new(120, 90, |x, y| gray.at(x, y));
+    hot.pixels[50 + 40 * 120][..3].fill(65504.0);
+    let run = Run::new(graph);
+    let [clean, shown] = [gray, hot].map(|picture| run.frame(&[("scene", &picture)]).remove(0).pixels);
+    let pairs = clean.iter().zip(&shown);
+    pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 2.5 / 255.0)).count()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_pixel_of_the_largest_number_does_not_glow() {
+    for name in ["cookbook.ron", "lynx.ron", "mobile.ron", "tsushima.ron"] {
+        for tier in [None, Some("low")] {
+            // Anti-aliasing dims the pixel and changes those beside it.
+            let limited = changed_by_a_hot_pixel(&built_in(name, tier));
+            assert!((1..=9).contains(&limited), "{name} {tier:?}: {limited} pixels change");
+            let kept = changed_by_a_hot_pixel(&changed(name, tier, &[("bright.fireflies", "Keep")]));
+            assert!(kept > 500, "{name} {tier:?}: {kept} pixels change without the limit");
         }
     }
 }
