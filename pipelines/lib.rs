@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 
-/// Name and text of every pipeline. The last ones extend another or name a table, which [`BuiltIn`] loads.
+/// Name and text of every pipeline. The last ones extend another or name one of the [`TABLES`]; [`BuiltIn`] loads both.
 pub const PIPELINES: &[(&str, &str)] = &[
     ("caracal", include_str!("caracal.ron")),
     ("cookbook", include_str!("cookbook.ron")),
@@ -21,15 +21,17 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("tsushima-night", include_str!("tsushima-night.ron")),
 ];
 
+/// Path and bytes of every table that pipelines name.
+pub const TABLES: &[(&str, &[u8])] = &[("looks/dusk.cube", include_bytes!("looks/dusk.cube"))];
+
 /// Loads the files that built-in pipelines name from the binary.
 pub struct BuiltIn;
 
 impl Loader for BuiltIn {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
         let pipeline = || PIPELINES.iter().find(|(name, _)| path.strip_suffix(".ron") == Some(name));
-        match path {
-            "looks/dusk.cube" => Ok(include_bytes!("looks/dusk.cube").as_slice().into()),
-            _ => pipeline().map(|(_, text)| text.as_bytes().into()).ok_or_else(|| "it is not built in".into()),
-        }
+        let table = TABLES.iter().find(|(name, _)| path == *name).map(|(_, bytes)| *bytes);
+        let bytes = table.or_else(|| pipeline().map(|(_, text)| text.as_bytes()));
+        bytes.map(Into::into).ok_or_else(|| "it is not built in".into())
     }
 }

@@ -1,5 +1,6 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
+mod captured;
 mod expected;
 mod fade;
 mod governed;

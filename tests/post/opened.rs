@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage::host::{GraphPost, Size, download, wanted_features};
+use afterimage::host::{Executor, GraphPost, Size, Snapshot, caps, download, wanted_features};
 use afterimage::{Error, Frame, Gpu, Post, Source};
 
 use super::{Host, assert_same, fresh, scene};
@@ -41,17 +41,17 @@ fn refused(opened: Result<Post, Error>) -> String {
 }
 
 /// A folder that is removed at the end of a test.
-struct Folder(PathBuf);
+pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub(super) fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("afterimage-{name}-{}", std::process::id()));
         drop(std::fs::remove_dir_all(&folder));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
 
-    fn write(&self, name: &str, text: &str) -> PathBuf {
+    pub(super) fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.0.join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, text).unwrap();
@@ -173,17 +173,19 @@ fn an_edited_file_is_taken_and_a_broken_one_is_reported_once_while_the_old_one_r
     assert_same(&shown(&gpu, &mut post), &exposed("-6.0"));
 }
 
+/// A kind in a folder, and its shader.
+pub(super) const DARKER: &str = "Kind(name: \"Darker\", doc: \"Takes light away.\", \
+    inputs: { \"source\": Image(doc: \"The image.\") }, \
+    outputs: { \"result\": Image(doc: \"The image.\", state: Same(\"source\")) }, parameters: {})";
+pub(super) const DARKER_SHADER: &str = "fn darker(source: vec4f) -> vec4f { return vec4f(source.rgb * FACTOR, 1.0); }";
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn kinds_beside_a_file_are_known_and_files_elsewhere_are_not_read() {
     let gpu = gpu();
     let folder = Folder::new("kinds");
-    let declaration = "Kind(name: \"Darker\", doc: \"Takes light away.\", \
-        inputs: { \"source\": Image(doc: \"The image.\") }, \
-        outputs: { \"result\": Image(doc: \"The image.\", state: Same(\"source\")) }, parameters: {})";
-    let shader =
-        |factor: &str| format!("fn darker(source: vec4f) -> vec4f {{ return vec4f(source.rgb * {factor}, 1.0); }}");
-    folder.write("darker/node.ron", declaration);
+    let shader = |factor: &str| DARKER_SHADER.replace("FACTOR", factor);
+    folder.write("darker/node.ron", DARKER);
     folder.write("darker/darker.wgsl", &shader("0.5"));
     let look = "Pipeline(inputs: { \"scene\": Color }, outputs: { \"display\": \"display\" }, nodes: { \
         \"darker\": Darker(source: \"scene\"), \
@@ -236,6 +238,44 @@ fn a_governor_takes_tiers_by_name_and_keeps_its_choice_over_a_reload() {
     folder.write("look.ron", &exposure("-1.0").replace("-4.0", "-0.0625"));
     assert!(view.reload_if_changed().unwrap() && post.reload_if_changed().unwrap());
     assert_same(&shown(&gpu, &mut view), &exposed("-0.0625"));
+}
+
+/// An engine loads its files by itself: first those that the text names, then those that these name.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_host_that_loads_files_by_itself_gives_a_snapshot() {
+    let gpu = gpu();
+    let loaded = |stops: &str| {
+        let mut snapshot = Snapshot::of_text("looks/own.ron", "Pipeline(extends: \"../base.ron\")", &[]).unwrap();
+        assert_eq!(snapshot.missing().into_iter().collect::<Vec<_>>(), ["base.ron"]);
+        snapshot.insert("base.ron".into(), Ok("Pipeline(extends: \"shared/all.ron\")".as_bytes().into()));
+        assert_eq!(snapshot.missing().into_iter().collect::<Vec<_>>(), ["shared/all.ron"]);
+        let before = snapshot.clone();
+        snapshot.insert("shared/all.ron".into(), Ok(exposure(stops).as_bytes().into()));
+        assert!(snapshot.missing().is_empty());
+        assert!(before.check(None, &[]).is_err(), "an earlier clone is as it was");
+        assert!(snapshot.is_same(&snapshot.clone()));
+        snapshot
+    };
+    let executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
+    let (first, second) = (loaded("-1.0"), loaded("-2.25"));
+    assert!(!first.is_same(&second));
+    let mut post = Post::of_snapshot(executor, first, Some("low")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(post.tier(), Some("low"));
+    assert_same(&shown(&gpu, &mut post), &exposed("-4.0"));
+    assert!(!post.reload_if_changed().unwrap());
+    post.reload(second.clone()).unwrap();
+    assert_same(&shown(&gpu, &mut post), &exposed("-4.0"));
+    post.set_tier(None).unwrap();
+    assert_same(&shown(&gpu, &mut post), &exposed("-2.25"));
+    // What has no such tier, or lacks a file, changes nothing.
+    let mut lacking = Snapshot::of_text("own.ron", "Pipeline(extends: \"base.ron\")", &[]).unwrap();
+    lacking.insert("base.ron".into(), Err("the network is down".into()));
+    assert!(post.replace(lacking, None).unwrap_err().to_string().contains("the network is down"));
+    assert!(post.replace(loaded("-3.0"), Some("best")).is_err());
+    assert_same(&shown(&gpu, &mut post), &exposed("-2.25"));
+    post.replace(loaded("-3.0"), Some("high")).unwrap();
+    assert_same(&shown(&gpu, &mut post), &exposed("-5.0"));
 }
 
 #[test]

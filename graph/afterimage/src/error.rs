@@ -12,7 +12,7 @@ pub enum Error {
     /// the wrong place underlined.
     #[error("{0}")]
     Wrong(Diagnostics),
-    /// There is no such pipeline, or a file cannot be read.
+    /// There is no such pipeline, or a file cannot be read or written.
     #[error("{0}")]
     Unreadable(String),
     /// Two node kinds have one name, or a shader of one is wrong.

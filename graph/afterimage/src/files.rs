@@ -70,6 +70,13 @@ impl Files {
         self.lock().stamps.clone()
     }
 
+    /// All that has been read.
+    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
+    pub(crate) fn all(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
+        let read = self.lock();
+        read.bytes.iter().filter_map(|(path, bytes)| Some((path.clone(), bytes.clone().ok()?))).collect()
+    }
+
     fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
         let mut read = self.lock();
         if let Some(known) = read.bytes.get(path) {
@@ -124,6 +131,7 @@ impl Loader for Files {
         if self.is_built_in
             && let Ok(bytes) = BuiltIn.load(path)
         {
+            self.lock().bytes.insert(path.into(), Ok(bytes.clone()));
             return Ok(bytes);
         }
         let path = Path::new(path);

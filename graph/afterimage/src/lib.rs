@@ -34,6 +34,8 @@
 //! | hold a budget in milliseconds | [`Post::govern`] |
 //! | open a device without a renderer | [`Gpu::open`] |
 //! | write a node kind | [`node`] |
+//! | load files asynchronously | [`host::Snapshot`] |
+//! | write a frame for the report of a bug: feature `offline` | `Post::capture` |
 //! | render images in memory, without a renderer: feature `offline` | `offline::Offline` |
 //!
 //! The types of these signatures are in [`host`], and [`wgpu`] is that of the crate. Nothing here waits for the device
@@ -42,6 +44,8 @@
 // rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
 #![recursion_limit = "256"]
 
+#[cfg(all(feature = "offline", not(target_family = "wasm")))]
+mod capture;
 mod error;
 mod files;
 mod kinds;
@@ -75,11 +79,12 @@ pub mod host {
     pub use afterimage_graph::{check, diagnostic, document, image, value};
     /// The types of parameters of built-in kinds, such as `Curve`.
     pub use afterimage_nodes as kinds;
-    pub use afterimage_pipelines::PIPELINES;
+    pub use afterimage_pipelines::{PIPELINES, TABLES};
     pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
     pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
+    pub use crate::snapshot::Snapshot;
     pub use crate::source::{built_in, built_in_hint};
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use afterimage_gpu::{GovernedTier, Gpu, Post as GraphPost, TierGraph};
+use afterimage_gpu::{Executor, GovernedTier, Gpu, Post as GraphPost, TierGraph, caps};
 
 use crate::error::Error;
 use crate::files::Stamps;
@@ -20,7 +20,10 @@ use crate::source::Source;
 /// old one renders. Handles of parameters and the values that the host has set stay valid.
 pub struct Post {
     post: GraphPost,
-    source: Source,
+    /// Where its files are, if it reads them by itself.
+    source: Option<Source>,
+    /// The tier that the host has chosen.
+    tier: Option<String>,
     /// What was read last without an error.
     snapshot: Snapshot,
     /// What was read, also last with an error.
@@ -39,9 +42,20 @@ impl Post {
         let source = source.into();
         let files = files_of(&source);
         let snapshot = Snapshot::read(&source, files.clone())?;
-        let graph = snapshot.graph(source.tier.as_deref())?;
-        let post = GraphPost::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
-        Ok(Self { post, source, snapshot, stamps: files.stamps(), governed: Vec::new() })
+        let executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
+        let post = Self::of_snapshot(executor, snapshot, source.tier.as_deref())?;
+        Ok(Self { source: Some(source), stamps: files.stamps(), ..post })
+    }
+
+    /// A pipeline whose files the host has loaded, at a tier: it never reads them by itself. The executor may be a
+    /// [view](Executor::clone_for_view) of another pipeline's, which then share what is compiled.
+    ///
+    /// # Errors
+    /// The pipeline or what it names is wrong, or has no such tier.
+    pub fn of_snapshot(executor: Executor, snapshot: Snapshot, tier: Option<&str>) -> Result<Self, Error> {
+        let post = GraphPost::with_executor(executor, snapshot.graph(tier)?);
+        let tier = tier.map(str::to_owned);
+        Ok(Self { post, source: None, tier, snapshot, stamps: Stamps::default(), governed: Vec::new() })
     }
 
     /// The same pipeline for another view, as [`GraphPost::clone_for_view`] makes it. It reads files for itself.
@@ -49,6 +63,7 @@ impl Post {
         Self {
             post: self.post.clone_for_view(),
             source: self.source.clone(),
+            tier: self.tier().map(str::to_owned),
             snapshot: self.snapshot.clone(),
             stamps: self.stamps.clone(),
             governed: Vec::new(),
@@ -61,6 +76,11 @@ impl Post {
         self.post.rebuild(&gpu.adapter, &gpu.device, &gpu.queue);
     }
 
+    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
+    pub(crate) fn snapshot(&self) -> &Snapshot {
+        &self.snapshot
+    }
+
     /// The names of the pipeline's tiers, inherited ones first.
     pub fn tiers(&self) -> Vec<String> {
         self.snapshot.tiers()
@@ -71,7 +91,7 @@ impl Post {
     pub fn tier(&self) -> Option<&str> {
         match self.post.governor() {
             Some(governor) => self.governed.get(governor.tier()).map(String::as_str),
-            None => self.source.tier.as_deref(),
+            None => self.tier.as_deref(),
         }
     }
 
@@ -81,10 +101,18 @@ impl Post {
     /// # Errors
     /// There is no such tier: the text lists those that there are. The present tier stays.
     pub fn set_tier<'t>(&mut self, tier: impl Into<Option<&'t str>>) -> Result<(), Error> {
-        let tier = tier.into();
-        let graph = self.snapshot.graph(tier)?;
+        self.replace(self.snapshot.clone(), tier.into())
+    }
+
+    /// Changes to another pipeline that the host has loaded, at a tier, as by [`set_tier`](Self::set_tier). Values of
+    /// parameters that both have stay.
+    ///
+    /// # Errors
+    /// As for [`of_snapshot`](Self::of_snapshot). The present pipeline stays.
+    pub fn replace(&mut self, snapshot: Snapshot, tier: Option<&str>) -> Result<(), Error> {
+        let graph = snapshot.graph(tier)?;
         self.post.stop_governing();
-        self.source.tier = tier.map(str::to_owned);
+        (self.tier, self.snapshot) = (tier.map(str::to_owned), snapshot);
         self.post.change(graph);
         Ok(())
     }
@@ -110,7 +138,7 @@ impl Post {
 
     /// Keeps the present tier from now on.
     pub fn stop_governing(&mut self) {
-        self.source.tier = self.tier().map(str::to_owned);
+        self.tier = self.tier().map(str::to_owned);
         self.post.stop_governing();
     }
 
@@ -126,9 +154,10 @@ impl Post {
     /// What has changed is wrong: the old pipeline renders on. The error is returned once, until the next change.
     pub fn reload_if_changed(&mut self) -> Result<bool, Error> {
         let Some(mut stamps) = self.stamps.changed() else { return Ok(false) };
-        let files = files_of(&self.source);
-        let read = Snapshot::read(&self.source, files.clone());
-        let taken = read.and_then(|snapshot| self.take(snapshot));
+        let Some(source) = &self.source else { return Ok(false) };
+        let files = files_of(source);
+        let read = Snapshot::read(source, files.clone());
+        let taken = read.and_then(|snapshot| self.reload(snapshot));
         // While a file is wrong, those that it named before may be the ones to be corrected.
         if taken.is_err() {
             stamps.extend(files.stamps());
@@ -139,12 +168,16 @@ impl Post {
         taken.map(|()| true)
     }
 
-    fn take(&mut self, snapshot: Snapshot) -> Result<(), Error> {
+    /// Takes what the host has loaded anew: the tier or the budget stays.
+    ///
+    /// # Errors
+    /// It is wrong, or has no such tier. The present pipeline stays.
+    pub fn reload(&mut self, snapshot: Snapshot) -> Result<(), Error> {
         if self.post.governor().is_some() {
             let graphs: Result<_, Error> = self.governed.iter().map(|tier| snapshot.graph(Some(tier))).collect();
             self.post.change_governed(graphs?);
         } else {
-            self.post.change(snapshot.graph(self.source.tier.as_deref())?);
+            self.post.change(snapshot.graph(self.tier.as_deref())?);
         }
         self.snapshot = snapshot;
         Ok(())

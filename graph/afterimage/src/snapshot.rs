@@ -1,12 +1,13 @@
 //! A pipeline and all that it names, as read at one moment.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use afterimage_graph::check::{Checker, Graph};
+use afterimage_graph::check::{Checker, Graph, LoadedFiles, Loader};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{Document, parse};
-use afterimage_graph::node::Registry;
+use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::error::Error;
 use crate::files::{Files, or_current};
@@ -14,11 +15,45 @@ use crate::kinds::{KindFiles as _, kinds_in};
 use crate::source::{Place, Source, built_in, built_in_hint};
 
 /// A pipeline and all that it names, as read at one moment. Clones share it.
+///
+/// A host that loads files by itself, such as an engine with assets, makes one of what it has loaded, and a
+/// [`Post`](crate::Post) of that:
+///
+/// ```
+/// use afterimage::host::Snapshot;
+///
+/// # fn run() -> Result<(), afterimage::Error> {
+/// # let load = |_: &str| Err("there is no such file".to_owned());
+/// let mut snapshot = Snapshot::of_text("look.ron", r#"Pipeline(extends: "base.ron")"#, &[])?;
+/// loop {
+///     // Files name further files.
+///     let missing = snapshot.missing();
+///     if missing.is_empty() {
+///         break;
+///     }
+///     for path in missing {
+///         let bytes = load(&path);
+///         snapshot.insert(path, bytes);
+///     }
+/// }
+/// assert!(snapshot.check(None, &[]).is_err(), "there is no such file");
+/// # Ok(())
+/// # }
+/// # run().expect("the text is a pipeline");
+/// ```
 #[derive(Clone)]
-pub(crate) struct Snapshot {
+pub struct Snapshot {
     document: Arc<Document>,
+    text: Arc<str>,
     registry: Arc<Registry>,
-    files: Arc<Files>,
+    files: FilesOf,
+}
+
+/// Where the files of a snapshot come from.
+#[derive(Clone)]
+enum FilesOf {
+    Disk(Arc<Files>),
+    Host(Arc<LoadedFiles>),
 }
 
 impl Snapshot {
@@ -38,9 +73,56 @@ impl Snapshot {
         for folder in folders {
             kinds.extend(kinds_in(or_current(folder), &*files)?);
         }
-        let tables = [afterimage_nodes::ALL, afterimage_nodes::HOST, &source.kinds, &kinds];
-        let (document, registry) = (parse(&name, &text)?.into(), Registry::new(&tables)?.into());
-        Ok(Self { document, registry, files })
+        Self::new(&name, &text, &[&source.kinds, &kinds], FilesOf::Disk(files))
+    }
+
+    /// A pipeline as text, with node kinds beside the built-in ones. `name` is for errors, and the files that the text
+    /// names are sought in its folder. All of them are [missing](Self::missing).
+    ///
+    /// # Errors
+    /// The text is no pipeline, or two kinds have one name.
+    pub fn of_text(name: &str, text: &str, kinds: &[NodeKind]) -> Result<Self, Error> {
+        Self::new(name, text, &[kinds], FilesOf::Host(Arc::default()))
+    }
+
+    fn new(name: &str, text: &str, kinds: &[&[NodeKind]], files: FilesOf) -> Result<Self, Error> {
+        let tables: Vec<&[NodeKind]> =
+            [afterimage_nodes::ALL, afterimage_nodes::HOST].into_iter().chain(kinds.iter().copied()).collect();
+        let (document, registry) = (parse(name, text)?.into(), Registry::new(&tables)?.into());
+        Ok(Self { document, text: text.into(), registry, files })
+    }
+
+    /// The pipeline itself, and all files that it names, by their paths.
+    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
+    pub(crate) fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
+        let own = Path::new(&*self.document.file);
+        let others = match &self.files {
+            FilesOf::Disk(files) => files.all(),
+            FilesOf::Host(files) => files.iter().map(|(path, bytes)| (path.into(), bytes.clone())).collect(),
+        };
+        let others = others.into_iter().filter(|(path, _)| path != own);
+        std::iter::once((own.to_owned(), self.text.as_bytes().into())).chain(others).collect()
+    }
+
+    /// The paths of files that the pipeline and its files so far name, and that the host has not
+    /// [inserted](Self::insert): [`LoadedFiles::missing`]. None for a pipeline that was read from a disk.
+    pub fn missing(&self) -> BTreeSet<String> {
+        match &self.files {
+            FilesOf::Disk(_) => BTreeSet::new(),
+            FilesOf::Host(files) => files.missing(&self.document, &self.registry),
+        }
+    }
+
+    /// Keeps the bytes of a file that was missing, or why there are none. Earlier clones are as they were.
+    pub fn insert(&mut self, path: String, bytes: Result<Arc<[u8]>, String>) {
+        if let FilesOf::Host(files) = &mut self.files {
+            Arc::make_mut(files).insert(path, bytes);
+        }
+    }
+
+    /// Whether both are of one moment.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.document, &other.document)
     }
 
     /// The graph at a tier. Warnings are logged.
@@ -52,12 +134,16 @@ impl Snapshot {
         Ok(graph)
     }
 
-    /// The graph at a tier with changed parameters, and the warnings.
-    pub(crate) fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Error> {
+    /// The graph at a tier with changed parameters, and the warnings: [`Checker::check`].
+    ///
+    /// # Errors
+    /// What is wrong with the pipeline or with a file that it names; there is no such tier.
+    pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Error> {
         Ok(self.checker().check(tier, sets)?)
     }
 
-    pub(crate) fn tiers(&self) -> Vec<String> {
+    /// The names of the tiers, inherited ones first.
+    pub fn tiers(&self) -> Vec<String> {
         self.checker().tiers()
     }
 
@@ -67,7 +153,11 @@ impl Snapshot {
     }
 
     fn checker(&self) -> Checker<'_> {
-        Checker::new(&self.document, &self.registry, &*self.files)
+        let files: &dyn Loader = match &self.files {
+            FilesOf::Disk(files) => &**files,
+            FilesOf::Host(files) => &**files,
+        };
+        Checker::new(&self.document, &self.registry, files)
     }
 }
 

@@ -72,7 +72,7 @@ pub enum GpuError {
     },
     /// A shader does not compile.
     #[error("{0}")]
-    Shader(ShaderError),
+    Shader(Box<ShaderError>),
     /// The device rejected an object that the plan declares valid.
     #[error("the device refused {what}: {why}")]
     Refused {

@@ -131,13 +131,19 @@ impl Readback {
         Self { piece: bytes.min(self.piece), ..self }
     }
 
-    /// The texels of a texture. Waits for the GPU. A texture that is larger than a buffer may be is read in pieces.
+    /// The texels of a texture, those of `Depth32Float` as `R32Float`. Waits for the GPU. A texture that is larger than
+    /// a buffer may be is read in pieces.
     ///
     /// # Errors
     /// [`GpuError::Format`] for a texture in none of the formats of images, [`GpuError::DeviceLost`],
     /// [`GpuError::OutOfMemory`], [`GpuError::TimedOut`].
     pub fn download(&mut self, texture: &wgpu::Texture) -> Result<Texels, GpuError> {
-        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
+        // Depth is copied as the floats that it is.
+        let stored = match texture.format() {
+            wgpu::TextureFormat::Depth32Float => wgpu::TextureFormat::R32Float,
+            format => format,
+        };
+        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == stored);
         let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
         let size = Size::volume(texture.width(), texture.height(), texture.depth_or_array_layers());
         let (row, pitch) = row_and_pitch(size, format);

@@ -47,6 +47,11 @@ impl LoadedFiles {
         self.loaded.insert(path, bytes);
     }
 
+    /// The files that there are.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Arc<[u8]>)> {
+        self.loaded.iter().filter_map(|(path, bytes)| Some((path.as_str(), bytes.as_ref().ok()?)))
+    }
+
     /// The paths of files that the document and the files so far name and that are not loaded, in all tiers. Paths are
     /// joined to the folder of the file that names them. Each call checks the document.
     pub fn missing(&self, document: &Document, registry: &Registry) -> BTreeSet<String> {

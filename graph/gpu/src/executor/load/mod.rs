@@ -203,7 +203,7 @@ impl PlanCompiler {
             return Ok(known);
         }
         let composed: Vec<Composed> = (0..plan.passes.len())
-            .map(|index| plan.compose(index, self.immediates).map_err(GpuError::Shader))
+            .map(|index| plan.compose(index, self.immediates).map_err(|error| GpuError::Shader(error.into())))
             .collect::<Result<_, _>>()?;
         // The pipelines that a pass may need: the planned one, and the one for the host's image.
         let mut requests = Vec::with_capacity(composed.len());
