@@ -7,8 +7,8 @@ use bevy::prelude::*;
 
 use crate::asset::Pipeline;
 use crate::request::CameraRequest;
-use crate::setting::{Setting, Target};
-use crate::status::AfterimageStatus;
+use crate::setting::{Budget, Setting, Target};
+use crate::status::{AfterimageReadings, AfterimageStatus};
 
 /// Runs a pipeline on the camera's image.
 ///
@@ -16,12 +16,14 @@ use crate::status::AfterimageStatus;
 #[derive(Component, Clone, Debug, Default, Reflect)]
 #[reflect(Component, Clone, Debug, Default)]
 #[type_path = "bevy_afterimage"]
-#[require(Hdr, CameraRequest, AfterimageStatus)]
+#[require(Hdr, CameraRequest, AfterimageStatus, AfterimageReadings)]
 pub struct Afterimage {
     /// The pipeline.
     pub pipeline: Handle<Pipeline>,
     /// The tier; the file as it is written if there is none.
     pub tier: Option<String>,
+    /// A time to hold: the tier is then chosen by what the pipeline takes, and `tier` does not count.
+    pub budget: Option<Budget>,
     /// What is known of the scene, for the conditions of the pipeline.
     pub facts: BTreeMap<String, Setting>,
     /// Values of parameters, `node.parameter`, in place of those of the file.
@@ -32,8 +34,11 @@ pub struct Afterimage {
     /// teleport: histories and adaptation begin anew.
     pub cuts: u32,
     /// Frames over which changes of facts, tiers and pipelines fade in, with both pictures mixed; 0 changes at once. See
-    /// [`Post::set_fade`](afterimage_gpu::Post::set_fade).
+    /// [`Post::set_fade`](afterimage::host::GraphPost::set_fade).
     pub fade: u16,
+    /// Values of nodes, `node.port`, that [`AfterimageReadings`] has in each frame, such as the exposure of a meter:
+    /// `meter.result`. One that is no longer named is still copied on the device.
+    pub watched: Vec<String>,
 }
 
 impl Afterimage {
@@ -45,6 +50,19 @@ impl Afterimage {
     /// The same at a tier.
     pub fn tier(mut self, tier: impl Into<String>) -> Self {
         self.tier = Some(tier.into());
+        self
+    }
+
+    /// The same with a budget in milliseconds for the pipeline's passes, and the tiers that hold it, from the worst
+    /// picture to the best.
+    pub fn budget<T: Into<String>>(mut self, ms: f64, tiers: impl IntoIterator<Item = T>) -> Self {
+        self.budget = Some(Budget { ms, tiers: tiers.into_iter().map(Into::into).collect() });
+        self
+    }
+
+    /// The same with a value, `node.port`, that is read back.
+    pub fn watch(mut self, label: impl Into<String>) -> Self {
+        self.watched.push(label.into());
         self
     }
 

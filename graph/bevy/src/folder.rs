@@ -2,18 +2,20 @@
 
 use std::collections::BTreeSet;
 
-use afterimage_graph::node::{NodeKind, folder_kind_sharing};
-use afterimage_wgsl::imports;
-use bevy::asset::LoadContext;
+use afterimage::Error;
+use afterimage::host::NodeKind;
+use afterimage::node::folder_kind_sharing;
+use afterimage::node::wgsl::imports;
+use bevy::asset::{AssetPath, LoadContext};
 
-use crate::files::{PipelineError, read_bytes, text};
+use crate::asset::{read_bytes, text};
 
 /// The path of a file and its text.
 type File = (String, String);
 
 /// The kind in a folder: its `node.ron`, the shader that is named like the folder, and what these import. Assets cannot
 /// be listed everywhere, so only files that are imported are read.
-pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<NodeKind, PipelineError> {
+pub(crate) async fn kind(folder: &str, context: &mut LoadContext<'_>) -> Result<NodeKind, Error> {
     let (parent, name) = folder.rsplit_once('/').map_or((None, folder), |(parent, name)| (Some(parent), name));
     let library = parent.map_or("lib".to_owned(), |parent| format!("{parent}/lib"));
     let declaration = read(format!("{folder}/node.ron"), context).await?;
@@ -47,9 +49,12 @@ fn borrowed((path, text): &File) -> (&str, &str) {
     (path, text)
 }
 
-async fn read(path: String, context: &mut LoadContext<'_>) -> Result<File, PipelineError> {
-    let bytes = read_bytes(&path, context).await;
-    let bytes = bytes.map_err(|error| PipelineError::Unreadable(format!("{path}: {error}")))?;
+async fn read(path: String, context: &mut LoadContext<'_>) -> Result<File, Error> {
+    let bytes = match AssetPath::try_parse(&path) {
+        Ok(parsed) => read_bytes(parsed, context).await,
+        Err(error) => Err(error.to_string()),
+    };
+    let bytes = bytes.map_err(|error| Error::Unreadable(format!("{path}: {error}")))?;
     let text = text(&path, bytes)?;
     Ok((path, text))
 }

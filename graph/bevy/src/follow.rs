@@ -1,9 +1,8 @@
 //! What the main world makes of cameras with pipelines for the render world.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::Graph;
+use afterimage::Error;
 use bevy::asset::{AssetLoadError, AssetLoadFailedEvent};
 use bevy::camera::CameraMainTextureUsages;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
@@ -14,9 +13,8 @@ use bevy::render::render_resource::TextureUsages;
 
 use crate::asset::Pipeline;
 use crate::camera::Afterimage;
-use crate::files::PipelineError;
 use crate::request::{CameraRequest, Settings};
-use crate::status::{AfterimageStatus, Rendered};
+use crate::status::{AfterimageReadings, AfterimageStatus, Rendered};
 
 /// What a camera had before a pipeline replaced it.
 #[derive(Component)]
@@ -25,9 +23,6 @@ pub(crate) struct Replaced {
     dither: Option<DebandDither>,
     usages: Option<CameraMainTextureUsages>,
 }
-
-/// The graphs that have been made, by pipeline and tier.
-type Graphs = BTreeMap<(AssetId<Pipeline>, Option<String>), Arc<Graph>>;
 
 type Replaceable =
     (Entity, Option<&'static Tonemapping>, Option<&'static DebandDither>, Option<&'static CameraMainTextureUsages>);
@@ -67,7 +62,7 @@ pub(crate) fn restore_others(
         if let Some(before) = replaced.usages {
             camera.insert(before);
         }
-        camera.remove::<(Replaced, CameraRequest, AfterimageStatus)>();
+        camera.remove::<(Replaced, CameraRequest, AfterimageStatus, AfterimageReadings)>();
     }
 }
 
@@ -114,10 +109,10 @@ pub(crate) fn follow_assets(
         for (_, mut status) in cameras.iter_mut().filter(|(camera, _)| camera.pipeline.id() == failure.id) {
             // Bevy has logged it, with a call stack that says nothing of the files.
             let ours = match &failure.error {
-                AssetLoadError::AssetLoaderError(error) => error.error().downcast_ref::<PipelineError>(),
+                AssetLoadError::AssetLoaderError(error) => error.error().downcast_ref::<Error>(),
                 _ => None,
             };
-            status.files = Some(ours.map_or_else(|| failure.error.to_string(), PipelineError::to_string));
+            status.files = Some(ours.map_or_else(|| failure.error.to_string(), Error::to_string));
         }
     }
 }
@@ -128,51 +123,59 @@ fn clear(status: &mut Mut<AfterimageStatus>) {
     }
 }
 
-/// Makes the graphs of changed cameras. The graph before stays in use where the new one has errors.
-pub(crate) fn check_graphs(
+/// Requests what is set for changed cameras. What was requested before stays where there is no such tier.
+pub(crate) fn request(
     pipelines: Res<Assets<Pipeline>>,
     mut cameras: Query<(Entity, &Afterimage, &mut CameraRequest, &mut AfterimageStatus), Changed<Afterimage>>,
-    mut known: Local<Graphs>,
-    mut reloaded: MessageReader<AssetEvent<Pipeline>>,
 ) {
-    for event in reloaded.read() {
-        if let AssetEvent::Modified { id } | AssetEvent::Removed { id } = event {
-            known.retain(|(pipeline, _), _| pipeline != id);
+    for (camera, look, mut request, mut status) in &mut cameras {
+        let Some(pipeline) = pipelines.get(&look.pipeline) else { continue };
+        if let Some(error) = wrong_tier(pipeline, look) {
+            error!("camera {camera}:\n{error}");
+            status.files = Some(error);
+            continue;
         }
-    }
-    for (camera, afterimage, mut request, mut status) in &mut cameras {
-        let Some(pipeline) = pipelines.get(&afterimage.pipeline) else { continue };
-        let key = (afterimage.pipeline.id(), afterimage.tier.clone());
-        let graph = match known.get(&key) {
-            Some(graph) => graph.clone(),
-            None => match pipeline.graph(afterimage.tier.as_deref()) {
-                Ok(graph) => known.entry(key).or_insert(Arc::new(graph)).clone(),
-                Err(errors) => {
-                    error!("camera {camera}:\n{errors}");
-                    status.files = Some(errors.to_string());
-                    continue;
-                }
-            },
-        };
         clear(&mut status);
-        let facts = afterimage.facts.iter().filter_map(|(name, fact)| Some((name.clone(), fact.fact()?))).collect();
-        let refused = afterimage.facts.iter().filter(|(_, fact)| fact.fact().is_none());
-        let refused = refused.map(|(name, _)| format!("`{name}` is no fact: facts are flags and numbers")).collect();
-        let (parameters, target, cuts, fade) =
-            (afterimage.parameters.clone(), afterimage.target, afterimage.cuts, afterimage.fade);
-        request.settings = Some(Arc::new(Settings { graph, facts, refused, parameters, target, cuts, fade }));
+        request.settings = Some(Arc::new(Settings { pipeline: pipeline.clone(), look: look.clone() }));
     }
 }
 
-/// Copies the reports of the render world into the cameras' status.
-pub(crate) fn take_reports(mut cameras: Query<(&CameraRequest, &mut AfterimageStatus)>) {
-    for (request, mut status) in &mut cameras {
-        if let Some(rendered) = request.report.take() {
-            let Rendered { settings, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
+/// Why the tiers of a camera are none of its pipeline.
+fn wrong_tier(pipeline: &Pipeline, look: &Afterimage) -> Option<String> {
+    let governed = look.budget.as_ref().map(|budget| &*budget.tiers);
+    if governed.is_some_and(<[String]>::is_empty) {
+        return Some("a budget needs tiers to choose from".into());
+    }
+    let mut tiers = governed.unwrap_or(look.tier.as_slice()).iter();
+    let unknown = tiers.find(|tier| !pipeline.tiers().contains(tier))?;
+    // All that there are were checked when the pipeline was loaded.
+    pipeline.graph(Some(unknown)).err().map(|error| error.to_string())
+}
+
+/// Copies the reports of the render world into the cameras' components.
+pub(crate) fn take_reports(
+    mut cameras: Query<(&CameraRequest, &mut AfterimageStatus, Option<&mut AfterimageReadings>)>,
+) {
+    for (request, mut status, readings) in &mut cameras {
+        let mut sent = request.report.lock();
+        if let Some(mut readings) = readings.filter(|readings| readings.0 != sent.readings) {
+            readings.0.clone_from(&sent.readings);
+        }
+        if let Some(rendered) = sent.rendered.take() {
+            let Rendered { settings, tier, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
             let (files, others) = (status.files.clone(), status.others.clone());
             let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
-            let new =
-                AfterimageStatus { files, settings, frame, others, is_running, is_changing, fade_skip_reason, passes };
+            let new = AfterimageStatus {
+                files,
+                settings,
+                tier,
+                frame,
+                others,
+                is_running,
+                is_changing,
+                fade_skip_reason,
+                passes,
+            };
             status.set_if_neq(new);
         }
     }

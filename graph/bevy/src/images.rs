@@ -1,7 +1,7 @@
 //! What a camera gives a pipeline for a frame: its images, and its part of them.
 
-use afterimage_gpu::{Rectangle, wgpu};
-use afterimage_graph::check::Graph;
+use afterimage::host::{Graph, Rectangle};
+use afterimage::wgpu;
 use bevy::core_pipeline::prepass::ViewPrepassTextures;
 use bevy::render::view::{ExtractedView, ViewTarget};
 

@@ -1,9 +1,10 @@
 //! The render world: a pipeline for each camera, recorded into Bevy's own commands.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
-use afterimage_gpu::{Executor, Frame, Post, Rectangle, caps, wgpu};
+use afterimage::host::{Executor, Rectangle, caps};
+use afterimage::{Frame, wgpu};
 use bevy::camera::{CameraOutputMode, ClearColor, ClearColorConfig};
 use bevy::core_pipeline::prepass::ViewPrepassTextures;
 use bevy::core_pipeline::schedule::{Core2d, Core2dSystems, Core3d, Core3dSystems};
@@ -54,7 +55,7 @@ fn forget_cameras(running: Res<Running>, views: Query<&MainEntity, With<CameraRe
 /// Bevy copies the main texture to the output, unless the pipeline writes there itself.
 fn output_without_copy(mut commands: Commands, views: Query<(Entity, &CameraRequest), With<ViewUpscalingPipeline>>) {
     for (view, wanted) in &views {
-        if wanted.settings.as_ref().is_some_and(|settings| settings.target == Target::Output) {
+        if wanted.settings.as_ref().is_some_and(|settings| settings.look.target == Target::Output) {
             commands.entity(view).remove::<ViewUpscalingPipeline>();
         }
     }
@@ -83,8 +84,9 @@ fn afterimage(
     let mut running = running.0.lock().unwrap_or_else(PoisonError::into_inner);
     if running.get(&camera.id()).is_none_or(|known| !known.suits(settings)) {
         running.remove(&camera.id());
-        let alike =
-            running.values().find(|other| Arc::ptr_eq(&other.settings.graph, &settings.graph) && other.suits(settings));
+        let alike = running.values().find(|other| {
+            other.settings.pipeline.snapshot.is_same(&settings.pipeline.snapshot) && other.suits(settings)
+        });
         let new = alike.map(|other| other.clone_for_view(settings)).unwrap_or_else(|| {
             // What one camera has compiled serves all.
             let executor = running.values_mut().next().map(|other| other.post.executor().clone_for_view());
@@ -92,7 +94,7 @@ fn afterimage(
                 let caps = caps(&adapter, device.wgpu_device());
                 Executor::with_caps(device.wgpu_device(), &queue, caps)
             });
-            CameraPost::new(Post::with_executor(executor, (*settings.graph).clone()), settings.clone())
+            CameraPost::new(executor, settings.clone())
         });
         running.insert(camera.id(), new);
     }
@@ -103,9 +105,9 @@ fn afterimage(
         Ok(destination) => destination,
         Err(why) => return running.say(Some(why.to_owned()), false, &wanted.report),
     };
-    let images = Images::new(&settings.graph, target, prepass, part);
+    let images = Images::new(&settings.pipeline.written, target, prepass, part);
     running.look(view, jitter);
-    let name = settings.graph.outputs[0].name.as_str();
+    let name = settings.pipeline.written.outputs[0].name.as_str();
     let frame = Frame {
         inputs: images.inputs(),
         rectangles: images.rectangles(),
@@ -118,12 +120,12 @@ fn afterimage(
     let diagnostics = context.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
     let span = diagnostics.time_span(context.command_encoder(), "afterimage");
-    if settings.target == Target::Output && part.is_some() {
+    if settings.look.target == Target::Output && part.is_some() {
         clear_around(context.command_encoder(), target, extracted, background.0);
     }
     let is_recorded = running.encode(context.command_encoder(), &frame, &wanted.report);
     if is_recorded {
-        match (settings.target, part) {
+        match (settings.look.target, part) {
             // The other texture is the main one from now on.
             (Target::MainTexture, None) => drop(target.post_process_write()),
             // What is around the viewport stays as it is.
@@ -147,7 +149,7 @@ fn destination<'a>(
         return Err("the camera's `CompositingSpace` is not linear, and pipelines need linear light");
     }
     let copies = wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
-    match settings.target {
+    match settings.look.target {
         Target::MainTexture if part.is_some() && !target.main_texture().usage().contains(copies) => {
             Err("a viewport needs `COPY_SRC` and `COPY_DST` in the camera's `CameraMainTextureUsages`")
         }

@@ -1,17 +1,17 @@
 //! The pipeline of one camera: it follows the settings, and records frames.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, Post, wgpu};
-use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix};
-use afterimage_plan::Plan;
+use afterimage::host::{BlockData, Camera, Executor, Facts, Matrix, Plan, Reading, Watch};
+use afterimage::node::CAMERA;
+use afterimage::{Error, Frame, Post, wgpu};
 use bevy::prelude::*;
 use bevy::render::camera::TemporalJitter;
 use bevy::render::view::ExtractedView;
 
+use crate::camera::Afterimage;
 use crate::request::Settings;
-use crate::setting::{Setting, Target};
+use crate::setting::Target;
 use crate::status::{Rendered, Report};
 
 /// The pipeline of a camera.
@@ -22,24 +22,31 @@ pub(crate) struct CameraPost {
     camera: Option<Camera>,
     block: BlockData,
     has_cut: bool,
+    /// The values that are read back, by their labels.
+    watches: Vec<(String, Watch)>,
     /// What was said last, and whether something is to be added.
     said: Rendered,
     is_said: bool,
     plan: Option<Arc<Plan>>,
 }
 
+/// Why the tiers of a pipeline are not wrong here.
+const CHECKED: &str = "all tiers were checked when the pipeline was loaded";
+
 impl CameraPost {
     /// The first camera with these settings.
-    pub(crate) fn new(post: Post, settings: Arc<Settings>) -> Self {
-        let mut new = Self::with_post(post, settings);
+    pub(crate) fn new(executor: Executor, settings: Arc<Settings>) -> Self {
+        let post = Post::of_snapshot(executor, settings.pipeline.snapshot.clone(), None).expect(CHECKED);
+        let nothing_set = Afterimage::new(default()).target(settings.look.target);
+        let written = Settings { pipeline: settings.pipeline.clone(), look: nothing_set };
+        let mut new = Self::with_post(post, written.into());
         new.set_output_linear();
-        new.post.set_facts(new.settings.facts.clone());
-        new.post.set_fade(new.settings.fade);
-        new.set(&BTreeMap::new());
+        new.follow(&settings);
         new
     }
 
-    /// The pipeline for one more camera with the same graph and target. Both share compiled pipelines and cached plans.
+    /// The pipeline for one more camera with the same pipeline and target. Both share compiled pipelines and cached
+    /// plans.
     pub(crate) fn clone_for_view(&self, settings: &Arc<Settings>) -> Self {
         let mut new = Self::with_post(self.post.clone_for_view(), self.settings.clone());
         new.follow(settings);
@@ -48,20 +55,21 @@ impl CameraPost {
 
     fn with_post(post: Post, settings: Arc<Settings>) -> Self {
         let (block, said) = (BlockData::new(&CAMERA), Rendered::default());
-        Self { post, settings, camera: None, block, has_cut: true, said, is_said: true, plan: None }
+        let watches = Vec::new();
+        Self { post, settings, camera: None, block, has_cut: true, watches, said, is_said: true, plan: None }
     }
 
     /// Bevy encodes the main texture later.
     fn set_output_linear(&mut self) {
         let Self { post, settings, .. } = self;
-        if settings.target == Target::MainTexture {
-            settings.graph.outputs.iter().for_each(|output| post.set_output_linear(output.name.clone()));
+        if settings.look.target == Target::MainTexture {
+            settings.pipeline.written.outputs.iter().for_each(|output| post.set_output_linear(output.name.clone()));
         }
     }
 
     /// Whether it can follow these settings: an output that holds linear light does so for good.
     pub(crate) fn suits(&self, settings: &Settings) -> bool {
-        self.settings.target == settings.target
+        self.settings.look.target == settings.look.target
     }
 
     /// Takes over what has changed for the camera.
@@ -70,38 +78,76 @@ impl CameraPost {
             return;
         }
         let before = std::mem::replace(&mut self.settings, settings.clone());
-        if !Arc::ptr_eq(&before.graph, &settings.graph) {
-            self.post.change((*settings.graph).clone());
-            self.set_output_linear();
+        self.follow_tier(&before).expect(CHECKED);
+        let look = &settings.look;
+        let mut refused = Vec::new();
+        let mut facts = Facts::default();
+        for (name, setting) in &look.facts {
+            match setting.fact() {
+                Some(fact) => facts.set(name.clone(), fact),
+                None => refused.push(format!("`{name}` is no fact: facts are flags and numbers")),
+            }
         }
-        self.post.set_facts(settings.facts.clone());
-        self.post.set_fade(settings.fade);
-        self.has_cut |= before.cuts != settings.cuts;
-        self.set(&before.parameters);
-    }
-
-    /// Sets the parameters, and those that the camera no longer sets to the values of the file.
-    fn set(&mut self, before: &BTreeMap<String, Setting>) {
-        let settings = self.settings.clone();
-        let mut refused = settings.refused.clone();
-        let names = before.keys().filter(|name| !settings.parameters.contains_key(*name));
-        for name in settings.parameters.keys().chain(names) {
-            let result = self.post.control(name).map_err(|error| error.to_string()).and_then(|control| {
-                let Some(setting) = settings.parameters.get(name) else {
-                    return self.post.unset(control).map_err(|error| error.to_string());
-                };
-                let place = settings.graph.parameter(name)?;
-                let ty = settings.graph.declaration(place).ty;
-                let value = setting.value(ty).ok_or_else(|| format!("`{name}` is {}", ty.describe()))?;
-                self.post.set_value(control, value).map_err(|error| error.to_string())
-            });
-            // A parameter that is no longer set may be one that this pipeline never had.
-            refused.extend(result.err().filter(|_| settings.parameters.contains_key(name)));
-        }
+        self.post.set_facts(facts);
+        self.post.set_fade(look.fade);
+        self.has_cut |= before.look.cuts != look.cuts;
+        self.set(&before.look, &mut refused);
+        self.watches = look.watched.iter().map(|label| (label.clone(), self.post.watch(label))).collect();
         refused.iter().filter(|why| !self.said.settings.contains(why)).for_each(|why| error!("{why}"));
         if refused != self.said.settings {
             self.said.settings = refused;
             self.is_said = false;
+        }
+    }
+
+    /// Follows the pipeline, its tier and its budget.
+    fn follow_tier(&mut self, before: &Settings) -> Result<(), Error> {
+        let (settings, post) = (self.settings.clone(), &mut self.post);
+        let (old, new, snapshot) = (&before.look, &settings.look, &settings.pipeline.snapshot);
+        let budget = new.budget.as_ref();
+        let is_new = !before.pipeline.snapshot.is_same(snapshot);
+        let keeps_tiers = match (budget, &old.budget) {
+            // What it has learned stays.
+            (Some(new), Some(old)) => post.governor().is_some() && new.tiers == old.tiers,
+            (Some(_), None) => false,
+            (None, _) => post.governor().is_none() && post.tier() == new.tier.as_deref(),
+        };
+        if !keeps_tiers {
+            post.replace(snapshot.clone(), new.tier.as_deref().filter(|_| budget.is_none()))?;
+        } else if is_new {
+            post.reload(snapshot.clone())?;
+        }
+        if is_new {
+            self.set_output_linear();
+        }
+        let Some(budget) = budget else { return Ok(()) };
+        match self.post.governor_mut() {
+            Some(governor) => governor.set_budget(budget.ms),
+            None => {
+                let tiers: Vec<&str> = budget.tiers.iter().map(String::as_str).collect();
+                self.post.govern(budget.ms, &tiers)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets the parameters, and those that the camera no longer sets to the values of the file.
+    fn set(&mut self, before: &Afterimage, refused: &mut Vec<String>) {
+        let settings = self.settings.clone();
+        let parameters = &settings.look.parameters;
+        let names = before.parameters.keys().filter(|name| !parameters.contains_key(*name));
+        for name in parameters.keys().chain(names) {
+            let result = self.post.control(name).map_err(|error| error.to_string()).and_then(|control| {
+                let Some(setting) = parameters.get(name) else {
+                    return self.post.unset(control).map_err(|error| error.to_string());
+                };
+                let graph = self.post.graph();
+                let ty = graph.declaration(graph.parameter(name)?).ty;
+                let value = setting.value(ty).ok_or_else(|| format!("`{name}` is {}", ty.describe()))?;
+                self.post.set_value(control, value).map_err(|error| error.to_string())
+            });
+            // A parameter that is no longer set may be one that this pipeline never had.
+            refused.extend(result.err().filter(|_| parameters.contains_key(name)));
         }
     }
 
@@ -131,8 +177,22 @@ impl CameraPost {
         let error = post.encode(encoder, &Frame { blocks, reset: *has_cut, ..*frame }).err();
         let is_recorded = post.frame() > before;
         self.has_cut &= !is_recorded;
+        self.read_back(report);
         self.say(error.map(|error| error.to_string()), is_recorded, report);
         is_recorded
+    }
+
+    /// Passes on the newest values that have arrived.
+    fn read_back(&self, report: &Report) {
+        let mut sent = report.lock();
+        sent.readings.retain(|label, _| self.watches.iter().any(|(known, _)| known == label));
+        for (label, watch) in &self.watches {
+            let Some(value) = self.post.reading(*watch).and_then(Reading::value).map(Vec4::from) else { continue };
+            match sent.readings.get_mut(label) {
+                Some(known) => *known = value,
+                None => _ = sent.readings.insert(label.clone(), value),
+            }
+        }
     }
 
     /// Tells the main world what has changed; a new error is logged.
@@ -153,6 +213,7 @@ impl CameraPost {
             && std::mem::replace(&mut self.is_said, true)
             && self.said.frame == error
             && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
+            && self.said.tier.as_deref() == self.post.tier()
             && self.said.fade_skip_reason.as_ref() == self.post.fade_skip_reason()
         {
             return;
@@ -161,7 +222,8 @@ impl CameraPost {
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
         let settings = std::mem::take(&mut self.said.settings);
         let fade_skip_reason = self.post.fade_skip_reason().cloned();
-        self.said = Rendered { settings, frame: error, is_running, is_changing, fade_skip_reason, passes };
-        report.send(self.said.clone());
+        let tier = self.post.tier().map(str::to_owned);
+        self.said = Rendered { settings, tier, frame: error, is_running, is_changing, fade_skip_reason, passes };
+        report.lock().rendered = Some(self.said.clone());
     }
 }

@@ -1,7 +1,6 @@
 //! Values of facts and parameters, and the target of the result, as a game sets them.
 
-use afterimage_graph::check::Fact;
-use afterimage_graph::value::{Type, Value};
+use afterimage::host::{Fact, Type, Value};
 use bevy::prelude::*;
 
 /// A value of a fact or of a parameter.
@@ -29,6 +28,17 @@ pub enum Target {
     MainTexture,
     /// The window or image that the camera renders to, without a copy. Nothing is drawn on top.
     Output,
+}
+
+/// A time to hold, and the tiers among which a governor chooses.
+#[derive(Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Clone, Debug, Default, PartialEq)]
+#[type_path = "bevy_afterimage"]
+pub struct Budget {
+    /// Milliseconds on the device for the passes of the pipeline. A number that is not above zero keeps the cheapest.
+    pub ms: f64,
+    /// Names of tiers, from the worst picture to the best.
+    pub tiers: Vec<String>,
 }
 
 impl From<bool> for Setting {

@@ -1,8 +1,9 @@
 //! The state of each camera's pipeline, for the game.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use afterimage_gpu::FadeSkipReason;
+use afterimage::host::FadeSkipReason;
 use bevy::prelude::*;
 
 /// The state of a camera's pipeline, beside its [`Afterimage`](crate::Afterimage). It changes only when one of its
@@ -15,6 +16,8 @@ pub struct AfterimageStatus {
     pub files: Option<String>,
     /// Facts and parameters that are refused, and why. The values before stay.
     pub settings: Vec<String>,
+    /// The tier that renders, or that a plan is being made for; with a budget, the one that it allows.
+    pub tier: Option<String>,
     /// What is wrong with the last frame. Without a plan it is not rendered.
     pub frame: Option<String>,
     /// Effects of Bevy that do the pipeline's work a second time on this camera.
@@ -29,10 +32,18 @@ pub struct AfterimageStatus {
     pub passes: Vec<String>,
 }
 
+/// The newest values of [`watched`](crate::Afterimage::watched), by their labels; those of skipped nodes are missing.
+/// They are a few frames old, because nothing waits for them.
+#[derive(Component, Clone, Debug, Default, PartialEq, Reflect)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[type_path = "bevy_afterimage"]
+pub struct AfterimageReadings(pub BTreeMap<String, Vec4>);
+
 /// What the render world says of a camera.
 #[derive(Clone, Default)]
 pub(crate) struct Rendered {
     pub(crate) settings: Vec<String>,
+    pub(crate) tier: Option<String>,
     pub(crate) frame: Option<String>,
     pub(crate) is_running: bool,
     pub(crate) is_changing: bool,
@@ -40,16 +51,19 @@ pub(crate) struct Rendered {
     pub(crate) passes: Vec<String>,
 }
 
-/// The way from the render world to the main world: what is new.
+/// The way from the render world to the main world.
 #[derive(Clone, Default)]
-pub(crate) struct Report(Arc<Mutex<Option<Rendered>>>);
+pub(crate) struct Report(Arc<Mutex<Sent>>);
+
+#[derive(Default)]
+pub(crate) struct Sent {
+    /// What is new.
+    pub(crate) rendered: Option<Rendered>,
+    pub(crate) readings: BTreeMap<String, Vec4>,
+}
 
 impl Report {
-    pub(crate) fn send(&self, rendered: Rendered) {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(rendered);
-    }
-
-    pub(crate) fn take(&self) -> Option<Rendered> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Sent> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -73,7 +73,7 @@ fn is_ours(stack: &str) -> bool {
         let Some((_, function)) = line.split_once(": ") else { continue };
         let krate = function.trim_start_matches(['<', '&', '[']).split("::").next().unwrap_or_default();
         match krate {
-            _ if krate.starts_with("afterimage_") || krate == "bevy_afterimage" => return true,
+            _ if krate.starts_with("afterimage") || krate == "bevy_afterimage" => return true,
             _ if krate.starts_with("bevy_") || krate.starts_with("wgpu") || krate == "naga" || krate == "ash" => {
                 return false;
             }

@@ -1,7 +1,7 @@
 //! The menu: tiers, facts and parameters of the pipeline of the only camera.
 
-use afterimage_graph::check::{FactKind, Graph};
-use afterimage_graph::value::{Type, Value};
+use afterimage::host::check::FactKind;
+use afterimage::host::{Graph, Type, Value};
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
 use bevy::ui::RelativeCursorPosition;
@@ -88,7 +88,7 @@ pub(crate) fn build(
     }
     let Some(pipeline) = pipelines.get(&look.pipeline) else { return };
     let Ok(graph) = pipeline.graph(look.tier.as_deref()) else { return };
-    let tiers = std::iter::once(None).chain(pipeline.tiers().into_iter().map(Some)).collect();
+    let tiers = std::iter::once(None).chain(pipeline.tiers().iter().cloned().map(Some)).collect();
     let facts = graph.facts().into_iter().filter(|(_, kind)| *kind == FactKind::Flag);
     let facts = facts.map(|(name, _)| (name, true)).collect();
     let sliders = PREFERRED.iter().filter_map(|name| slider(&graph, name)).take(MAX_SLIDERS).collect();

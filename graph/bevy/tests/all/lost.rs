@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use afterimage_gpu::wgpu;
+use afterimage::wgpu;
 use bevy::core_pipeline::schedule::Core3d;
 use bevy::light::cluster::GlobalClusterSettings;
 use bevy::prelude::*;

@@ -1,5 +1,6 @@
 //! The plug-in in apps without a window.
 
+mod facade;
 mod fades;
 mod inputs;
 mod live;

@@ -1,6 +1,6 @@
 //! What a camera shows is what the program makes of the same image.
 
-use afterimage_gpu::wgpu;
+use afterimage::wgpu;
 use bevy::camera::{ManualTextureViewHandle, RenderTarget};
 use bevy::core_pipeline::prepass::DepthPrepass;
 use bevy::math::URect;

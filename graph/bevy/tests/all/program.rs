@@ -1,10 +1,8 @@
 //! What the program makes of an image.
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Opening, Session, Texels, upload};
-use afterimage_graph::check::{CheckOptions, Facts, Loader, check};
-use afterimage_graph::document::parse;
-use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_graph::node::Registry;
+use afterimage::host::image::ImageDesc;
+use afterimage::host::{Size, Texels, download, upload};
+use afterimage::{Frame, Gpu, Opening, Post};
 use bevy::math::URect;
 use bevy::prelude::*;
 
@@ -13,14 +11,6 @@ use crate::shown::{Folder, SIZE, pipelines};
 /// Shows the light that a camera has.
 pub(crate) const PASS: &str = r#"Pipeline(inputs: { "scene": Color },
     nodes: { "out": Exposure(source: "scene", stops: 0.0) }, outputs: { "out": "out" })"#;
-
-struct OfRepository;
-
-impl Loader for OfRepository {
-    fn load(&self, path: &str) -> Result<std::sync::Arc<[u8]>, String> {
-        std::fs::read(pipelines().join(path)).map(Into::into).map_err(|error| error.to_string())
-    }
-}
 
 /// A folder with a pipeline that shows the light as it is.
 pub(crate) fn pass(name: &str) -> Folder {
@@ -44,18 +34,15 @@ pub(crate) fn cut(bytes: &[u8], texel: usize, part: URect) -> Vec<u8> {
 
 /// What a pipeline of the repository makes of an image, in its first frame.
 pub(crate) fn rendered(pipeline: &str, scene: &Texels) -> Vec<u8> {
-    let text = std::fs::read_to_string(pipelines().join(pipeline)).expect("it is in the repository");
-    let kinds = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
-    let document = parse(pipeline, &text).unwrap_or_else(|errors| panic!("{errors}"));
-    let options = CheckOptions { tier: None, sets: Vec::new(), loader: &OfRepository };
-    let (graph, _) = check(&document, &kinds, &options).unwrap_or_else(|errors| panic!("{errors}"));
     let gpu = Gpu::open(&Opening::default()).unwrap_or_else(|error| panic!("{error}"));
-    let view = upload(&gpu.device, &gpu.queue, scene).unwrap_or_else(|error| panic!("{error}"));
-    let input =
-        InputImage { input: "scene".into(), view: view.create_view(&default()), desc: scene.desc, finite: false };
-    let mut session = Session::new(&gpu, graph, Facts::default(), default());
-    session.render(scene.desc.size, &[input], FrameStep::FIRST).unwrap_or_else(|error| panic!("{error}"));
-    session.output("display").unwrap_or_else(|error| panic!("{error}")).bytes
+    let image = upload(&gpu.device, &gpu.queue, scene).unwrap_or_else(|error| panic!("{error}"));
+    let view = image.create_view(&default());
+    let mut post = Post::open(&gpu, &pipelines().join(pipeline)).unwrap_or_else(|error| panic!("{error}"));
+    let mut encoder = gpu.device.create_command_encoder(&default());
+    let frame = Frame { inputs: &[("scene", &view)], reset: true, ..default() };
+    post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+    gpu.queue.submit([encoder.finish()]);
+    download(&gpu.device, &gpu.queue, post.output("display")).unwrap_or_else(|error| panic!("{error}")).bytes
 }
 
 /// How many bytes differ, and by how much at most.
