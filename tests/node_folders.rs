@@ -3,8 +3,12 @@
 
 /// Kinds that grade.
 mod grading;
+/// The models of lenses.
+mod lens;
 /// Masks, and what is limited to them.
 mod masks;
+/// Reflections.
+mod reflections;
 /// Upscaling and its sharpening.
 mod scale;
 /// Kinds that read other pixels.
@@ -23,7 +27,7 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
 /// The kinds of `nodes/folders` that tests here hold.
-pub const TESTED: [&str; 18] = [
+pub const TESTED: [&str; 21] = [
     "ChannelMixer",
     "ColorKey",
     "Crt",
@@ -33,14 +37,17 @@ pub const TESTED: [&str; 18] = [
     "Glitch",
     "GodRays",
     "HueCurves",
+    "LensProfile",
     "Letterbox",
     "LumaKey",
     "Mix",
     "OrderedDither",
+    "Palette",
     "Pixelate",
     "Rcas",
     "ShapeMask",
     "SplitToning",
+    "Ssr",
     "Transform",
 ];
 

@@ -95,6 +95,21 @@ fn tests() -> BTreeSet<String> {
 }
 
 #[test]
+fn every_effect_of_others_has_a_kind_or_a_reason() {
+    let text = std::fs::read_to_string(docs::path("measurements/effects.csv")).expect("the table is there");
+    assert!(text.starts_with("source,effect,kinds,remark\n") && text.lines().count() > 120);
+    for line in text.lines().skip(1) {
+        let [_, _, kinds, remark] = line.splitn(4, ',').collect::<Vec<_>>()[..] else {
+            panic!("not four cells: {line}")
+        };
+        assert!(!kinds.is_empty() || !remark.is_empty(), "neither a kind nor a reason: {line}");
+        for kind in kinds.split_whitespace() {
+            assert!(is_kind(kind), "there is no kind `{kind}`: {line}");
+        }
+    }
+}
+
+#[test]
 fn every_row_has_kinds_pipelines_tests_and_pictures_that_exist() {
     let text = std::fs::read_to_string(docs::path("sources.md")).expect("the table is there");
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -19,6 +19,7 @@ macro_rules! folder {
 
 /// What they share.
 const LIBRARY: &[(&str, &str)] = &[
+    ("lib/bayer.wgsl", include_str!("../folders/lib/bayer.wgsl")),
     ("lib/monotone.wgsl", include_str!("../folders/lib/monotone.wgsl")),
     ("lib/oklab_rgb.wgsl", include_str!("../folders/lib/oklab_rgb.wgsl")),
     ("lib/srgb.wgsl", include_str!("../folders/lib/srgb.wgsl")),
@@ -33,12 +34,15 @@ folder!(FSR1, "Fsr1", "fsr1");
 folder!(GLITCH, "Glitch", "glitch");
 folder!(GOD_RAYS, "GodRays", "god_rays");
 folder!(HUE_CURVES, "HueCurves", "hue_curves");
+folder!(LENS_PROFILE, "LensProfile", "lens_profile");
 folder!(LETTERBOX, "Letterbox", "letterbox");
 folder!(LUMA_KEY, "LumaKey", "luma_key");
 folder!(MIX, "Mix", "mix");
 folder!(ORDERED_DITHER, "OrderedDither", "ordered_dither");
+folder!(PALETTE, "Palette", "palette");
 folder!(PIXELATE, "Pixelate", "pixelate");
 folder!(RCAS, "Rcas", "rcas");
 folder!(SHAPE_MASK, "ShapeMask", "shape_mask");
 folder!(SPLIT_TONING, "SplitToning", "split_toning");
+folder!(SSR, "Ssr", "ssr");
 folder!(TRANSFORM, "Transform", "transform");

@@ -22,14 +22,16 @@ fn flat(width: u32, height: u32, light: f32) -> Picture {
 }
 
 /// Nodes whose parameters are neutral, and a state of their image.
-const NEUTRAL: [(&str, &str); 12] = [
+const NEUTRAL: [(&str, &str); 14] = [
     ("Curves(source: \"in\")", "DisplayLinear"),
     ("Curves(source: \"in\", rgb_middle: (0.5, 0.7), amount: 0.0)", "DisplayLinear"),
     ("ChannelMixer(source: \"in\")", "Exposed"),
     ("SplitToning(source: \"in\", shadow_amount: 0.0, highlight_amount: 0.0)", "DisplayLinear"),
     ("HueCurves(source: \"in\")", "Exposed"),
+    ("LensProfile(source: \"in\")", "Exposed"),
     ("Letterbox(source: \"in\", amount: 0.0)", "Encoded"),
     ("OrderedDither(source: \"in\", amount: 0.0)", "Encoded"),
+    ("Palette(source: \"in\", amount: 0.0)", "Encoded"),
     ("Rcas(source: \"in\", sharpness: 0.0)", "Encoded"),
     ("Transform(source: \"in\")", "Exposed"),
     ("Denoise(source: \"in\", strength: 0.0)", "Exposed"),
@@ -185,6 +187,56 @@ fn levels_are_even_and_their_mean_is_that_of_the_image() {
     }
     let banded = made("OrderedDither(source: \"in\", levels: 3, pattern: 0.0)", "Encoded", &flat(8, 8, 0.3));
     assert!(banded.pixels.iter().all(|pixel| pixel[0] == 0.5));
+}
+
+/// Six colors of no order, and their parameters.
+const PALETTE: [[f64; 3]; 6] =
+    [[0.1, 0.1, 0.2], [0.9, 0.8, 0.7], [0.2, 0.6, 0.3], [0.8, 0.3, 0.1], [0.3, 0.4, 0.9], [0.95, 0.9, 0.2]];
+
+fn palette(parameters: &str) -> String {
+    let colors = PALETTE.iter().enumerate().map(|(i, [r, g, b])| format!("color_{}: ({r:?}, {g:?}, {b:?})", i + 1));
+    format!("Palette(source: \"in\", colors: 6, {}, {parameters})", colors.collect::<Vec<_>>().join(", "))
+}
+
+/// The squared distance of two colors by which a palette is searched.
+fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+    [0.299, 0.587, 0.114].iter().enumerate().map(|(i, weight)| weight * (a[i] - b[i]).powi(2)).sum()
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn dots_of_a_palette_have_the_mean_of_the_best_mixture() {
+    for color in [[0.5, 0.5, 0.5], [0.25, 0.7, 0.5], [0.9, 0.1, 0.6], [0.0, 0.0, 0.0], [0.55, 0.45, 0.4]] {
+        let picture = Picture::new(16, 8, |_, _| [color[0] as f32, color[1] as f32, color[2] as f32, 0.5]);
+        let found = made(&palette("mixing: 0.0"), "Encoded", &picture);
+        let mut mean = [0.0; 3];
+        for pixel in &found.pixels {
+            let own = [0, 1, 2].map(|i| f64::from(pixel[i]));
+            assert!(PALETTE.iter().any(|known| apart(own, *known) < 1e-9), "{own:?} is no color of the palette");
+            (0..3).for_each(|i| mean[i] += own[i] / 128.0);
+        }
+        // All mixtures of two colors in 64 parts.
+        let mut best = f64::INFINITY;
+        for (one, other) in PALETTE.iter().flat_map(|one| PALETTE.iter().map(move |other| (one, other))) {
+            for part in (0..=64).map(|part| f64::from(part) / 64.0) {
+                best = best.min(apart(color, [0, 1, 2].map(|i| one[i] + part * (other[i] - one[i]))));
+            }
+        }
+        assert!(apart(color, mean).sqrt() < best.sqrt() + 0.008, "{color:?} becomes {mean:?}, not within {best}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn without_mixtures_each_pixel_has_the_nearest_color() {
+    let picture = mixed(48, 32);
+    let found = made(&palette("mixing: 1.0"), "Encoded", &picture);
+    for (pixel, own) in found.pixels.iter().zip(&picture.pixels) {
+        let own = [0, 1, 2].map(|i| f64::from(own[i]).clamp(0.0, 1.0));
+        let nearest = PALETTE.iter().map(|known| apart(own, *known)).fold(f64::INFINITY, f64::min);
+        let shown = apart(own, [0, 1, 2].map(|i| f64::from(pixel[i])));
+        assert!(shown <= nearest + 1e-6, "{own:?} becomes {pixel:?}");
+    }
 }
 
 #[test]
