@@ -3,6 +3,8 @@
 mod captured;
 mod expected;
 mod fade;
+#[cfg(target_os = "linux")]
+mod foreign;
 mod governed;
 mod images;
 mod incoming;
@@ -11,6 +13,7 @@ mod offline;
 mod opened;
 mod rectangles;
 mod tools;
+mod unsubmitted;
 
 use std::sync::Arc;
 

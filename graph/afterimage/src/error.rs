@@ -32,6 +32,9 @@ pub enum Error {
     Gpu(#[from] GpuError),
 }
 
+// Clippy warns hosts of functions that return a larger one.
+const _: () = assert!(size_of::<Error>() < 128, "the error is small");
+
 #[cfg(all(feature = "offline", not(target_family = "wasm")))]
 impl Error {
     /// Whether another device may succeed.

@@ -42,14 +42,14 @@ impl Executor {
 
     /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are
     /// copied by [`copy_memory`](Self::copy_memory).
-    pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) -> Result<(), GpuError> {
+    pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) {
         (self.frame_index, self.number_offset, self.fresh) = (other.frame_index, other.number_offset, false);
         self.last_number = other.last_number;
         if let Some(loaded) = &mut self.loaded {
             // It is copied.
             loaded.uninitialized.clear();
         }
-        self.write_uniforms(0, uniforms)
+        self.set_uniforms(0, uniforms);
     }
 
     /// The memory of the plan in use.

@@ -8,12 +8,15 @@ use super::rectangle::Rectangle;
 /// One frame's inputs, outputs and time.
 #[derive(Clone, Copy, Default)]
 pub struct Frame<'a> {
-    /// The host's images, by the names of the pipeline's inputs; names that the plan does not need are ignored.
+    /// The host's images, by the names of the pipeline's inputs; names that the plan does not need are ignored. Their
+    /// textures have the usage `TEXTURE_BINDING`, and for light best the format `Rgba16Float`. The size of the first
+    /// one is that of the frame: another one needs no call, but a plan.
     pub inputs: &'a [(&'a str, &'a TextureView)],
     /// The host's blocks, such as its camera, by the names of the pipeline's inputs; likewise.
     pub blocks: &'a [(&'a str, &'a BlockData)],
-    /// The host's images for outputs, by their names; the executor keeps a texture for each output that is not named. A
-    /// view has one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
+    /// The host's images for outputs, by their names; the executor keeps a texture for each output that is not named.
+    /// They have the size of the frame, the usage `RENDER_ATTACHMENT`, and any format that can be drawn to. A view has
+    /// one level and one layer, and its texture is none of the inputs: a pass may read those while it writes.
     pub outputs: &'a [(&'a str, &'a TextureView)],
     /// The formats of views that have another one than their texture, by the names of inputs and outputs. Without it an
     /// output's view is tried, once for each kind of texture.
@@ -26,7 +29,7 @@ pub struct Frame<'a> {
     pub factors: &'a [(&'a str, f32)],
     /// Seconds since the start.
     pub time: f32,
-    /// Seconds since the frame before.
+    /// Seconds since the frame before. With 0, exposure and the like do not adapt.
     pub dt: f32,
     /// Whether this frame does not follow the one before: a cut, a teleport.
     pub reset: bool,

@@ -24,7 +24,7 @@ use crate::error::GpuError;
 use crate::frame_constants::{self, FrameConstants};
 use crate::heap;
 use crate::pipelines::Pipelines;
-use crate::platform::{TaskPool, Worker, caught, scoped, watched, write};
+use crate::platform::{TaskPool, Worker, scoped, watched};
 use crate::timing::Timing;
 use bind::binder::Binder;
 use bind::formats::HostFormats;
@@ -41,6 +41,7 @@ use load::{PlanCompiler, PreparedMemory, Preparing};
 use loaded::Loaded;
 use loaded::previous::PreviousPlan;
 pub(crate) use loaded::residency::Residency;
+use loaded::uniforms::Staging;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
 pub use rectangle::Rectangle;
 #[cfg(not(target_family = "wasm"))]
@@ -53,6 +54,7 @@ pub struct Executor {
     caps: Caps,
     /// The constants of the last frame.
     frame_constants: FrameConstants,
+    staging: Staging,
     loaded: Option<Loaded>,
     formats: HostFormats,
     /// Whether passes are labeled with their nodes.
@@ -113,6 +115,7 @@ impl Executor {
             queue: queue.clone(),
             caps,
             frame_constants: FrameConstants::default(),
+            staging: Staging::new(device),
             loaded: None,
             formats: HostFormats::default(),
             labeled: false,
@@ -167,14 +170,12 @@ impl Executor {
         &self.compiler.device
     }
 
-    /// Changes bytes of the uniforms of the plan in use, for all frames that are submitted later.
-    pub(crate) fn write_uniforms(&mut self, offset: u64, bytes: &[u8]) -> Result<(), GpuError> {
-        let Some(loaded) = &mut self.loaded else { return Ok(()) };
-        // Rectangles lie between parameters.
-        loaded.overwrite(&(offset..offset + bytes.len() as u64));
-        loaded.write(offset, bytes);
-        let (device, what) = (&self.compiler.device, "the parameters of the plan");
-        write(device, &self.queue, what, &loaded.uniforms, offset, bytes)
+    /// Changes bytes of the uniforms of the plan in use from the next frame on. Blocks and rectangles between them are
+    /// those of that frame.
+    pub(crate) fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
+        if let Some(loaded) = &mut self.loaded {
+            loaded.set_uniforms(offset, bytes);
+        }
     }
 
     /// The capabilities that plans for this executor may use.
@@ -270,12 +271,8 @@ impl Executor {
         let PreparedPlan { plan, uniforms, memory } = prepared;
         match (memory, &mut self.loaded) {
             (PreparedMemory::UniformsOnly(base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
-                let what = "the parameters of the plan";
-                let write = || self.queue.write_buffer(&loaded.uniforms, 0, &uniforms);
-                watched(&self.compiler.device, what, || caught(what, write))?;
                 loaded.plan = plan;
-                loaded.write(0, &uniforms);
-                loaded.overwrite(&(0..uniforms.len() as u64));
+                loaded.set_uniforms(0, &uniforms);
                 Ok(None)
             }
             (PreparedMemory::Allocated { loaded: mut new, previous }, old)
@@ -323,7 +320,7 @@ impl Executor {
         self.has_filled_tables
     }
 
-    /// Records one frame. Submit it before the next is recorded: both would otherwise run at the time of the second.
+    /// Records one frame. Frames are submitted in the order in which they are recorded, each once.
     ///
     /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading
     /// back reports [`GpuError::DeviceLost`]. A host learns of it from
@@ -388,11 +385,11 @@ impl Executor {
         let groups = self.bind(frame)?;
         self.frame_constants =
             FrameConstants::new(frame.time, frame.dt, self.frame_index.wrapping_add(self.number_offset), reset);
-        self.write_frame_constants()?;
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
-        loaded.write_blocks(device, &self.queue, frame)?;
-        loaded.write_rectangles(device, &self.queue, frame)?;
+        loaded.set_blocks(frame)?;
+        loaded.set_rectangles(frame)?;
         if reset {
+            loaded.uniforms.forget();
             scoped(device, "the cleared histories", || {
                 clear_memory(device, loaded, encoder);
                 Ok::<(), GpuError>(())
@@ -401,6 +398,13 @@ impl Executor {
         if std::mem::take(&mut loaded.shares_old_heap) {
             separate_from_old_plan(loaded, encoder);
         }
+        if loaded.passes.iter().any(|pass| pass.binds_frame) {
+            let has_uninitialized = !loaded.uninitialized.is_empty();
+            let binder = &self.compiler.binder;
+            binder.write_frame(&self.frame_constants, has_uninitialized, &mut self.staging, encoder)?;
+        }
+        // Last, because a frame with an error is not submitted.
+        loaded.uniforms.write(device, &mut self.staging, encoder)?;
         Ok(groups)
     }
 
@@ -414,6 +418,7 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let groups = self.bind(frame)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        loaded.uniforms.write(&self.compiler.device, &mut self.staging, encoder)?;
         loaded.turns.begin(0, None);
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
         let commands = FrameCommands {
@@ -448,18 +453,6 @@ impl Executor {
             loaded.bind_groups.add(groups);
         }
         Ok(loaded.bind_groups.len() - 1)
-    }
-
-    /// Writes the constants for passes that take them from a buffer.
-    fn write_frame_constants(&self) -> Result<(), GpuError> {
-        let Some(loaded) = &self.loaded else { return Ok(()) };
-        if loaded.passes.iter().all(|pass| !pass.binds_frame) {
-            return Ok(());
-        }
-        let has_uninitialized = !loaded.uninitialized.is_empty();
-        let write = || self.compiler.binder.write_frame(&self.queue, &self.frame_constants, has_uninitialized);
-        let what = "the time of the frame";
-        scoped(&self.compiler.device, what, || caught(what, write))
     }
 }
 

@@ -1,7 +1,6 @@
-//! Rectangles of texels, and those in the uniforms of a plan.
+//! Rectangles of texels.
 
 use afterimage_graph::image::Size;
-use afterimage_plan::{Plan, RectangleInput};
 use wgpu::Texture;
 
 /// A rectangle of texels.
@@ -42,20 +41,5 @@ impl Rectangle {
 impl std::fmt::Display for Rectangle {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}x{} from {},{}", self.width, self.height, self.x, self.y)
-    }
-}
-
-/// The rectangles in the uniforms; `None` if unknown.
-#[derive(Default)]
-pub(crate) struct WrittenRectangles {
-    /// The uniform of each input of which frames state a rectangle.
-    pub(crate) inputs: Vec<Option<[u8; RectangleInput::BYTES]>>,
-    /// The rectangle of each output that has one.
-    pub(crate) outputs: Vec<Option<Rectangle>>,
-}
-
-impl WrittenRectangles {
-    pub(crate) fn none(plan: &Plan) -> Self {
-        Self { inputs: vec![None; plan.rectangles.len()], outputs: vec![None; plan.outputs.len()] }
     }
 }

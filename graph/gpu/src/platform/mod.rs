@@ -25,9 +25,9 @@ pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
 pub(crate) use memory::local_memory;
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use native::{caught, scoped, wait, watched, write};
+pub(crate) use native::{caught, scoped, wait, watched, without_memory};
 pub(crate) use submit::submit;
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use threads::{Worker, on_threads};
 #[cfg(target_family = "wasm")]
-pub(crate) use web::{Worker, caught, on_threads, scoped, watched, write};
+pub(crate) use web::{Worker, caught, on_threads, scoped, watched, without_memory};

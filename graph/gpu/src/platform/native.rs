@@ -34,21 +34,18 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
     }
 }
 
-/// Writes to a valid buffer of ours. Only memory for the copy can be missing, so that one scope is enough: hosts set
-/// parameters in every frame. wgpu drops what is written to a lost device without an error.
-pub(crate) fn write(
+/// As [`scoped`], for calls that need memory and are right otherwise: one scope is enough, since hosts set parameters
+/// in every frame.
+pub(crate) fn without_memory(
     device: &wgpu::Device,
-    queue: &wgpu::Queue,
     what: &str,
-    buffer: &wgpu::Buffer,
-    offset: u64,
-    bytes: &[u8],
+    make: impl FnOnce() -> Result<(), GpuError>,
 ) -> Result<(), GpuError> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let written = caught(what, || queue.write_buffer(buffer, offset, bytes));
+    let made = make();
     match pollster::block_on(memory.pop()) {
         Some(error) => Err(GpuError::OutOfMemory { what: format!("{what} ({error})") }),
-        None => written,
+        None => made,
     }
 }
 

@@ -53,16 +53,11 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
     make()
 }
 
-/// Writes to a buffer.
-#[allow(clippy::unnecessary_wraps, reason = "elsewhere memory may be missing")]
-pub(crate) fn write(
+/// As [`watched`].
+pub(crate) fn without_memory(
     _device: &wgpu::Device,
-    queue: &wgpu::Queue,
     _what: &str,
-    buffer: &wgpu::Buffer,
-    offset: u64,
-    bytes: &[u8],
+    make: impl FnOnce() -> Result<(), GpuError>,
 ) -> Result<(), GpuError> {
-    queue.write_buffer(buffer, offset, bytes);
-    Ok(())
+    make()
 }

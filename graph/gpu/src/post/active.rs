@@ -7,7 +7,6 @@ use afterimage_graph::check::Graph;
 use afterimage_plan::{DynamicNodes, HostInputs, NeedsPlan, Plan, Planned};
 
 use super::controls::NodeChanges;
-use crate::error::GpuError;
 use crate::executor::Executor;
 
 /// The graph at the present values of its parameters.
@@ -31,7 +30,7 @@ pub(super) struct ActivePlan {
     pub(super) uniforms: Vec<u8>,
     /// The version of the node changes that the bytes have.
     version: u64,
-    /// The range of bytes that the device does not have yet.
+    /// The range of bytes that the executor does not have yet.
     unwritten: Option<Range<usize>>,
 }
 
@@ -76,10 +75,9 @@ impl ActivePlan {
     }
 
     /// Writes the uniforms that the executor of this plan does not have yet, in one range.
-    pub(super) fn write(&mut self, executor: &mut Executor) -> Result<(), GpuError> {
-        let Some(range) = self.unwritten.clone() else { return Ok(()) };
-        executor.write_uniforms(range.start as u64, &self.uniforms[range])?;
-        self.unwritten = None;
-        Ok(())
+    pub(super) fn write(&mut self, executor: &mut Executor) {
+        if let Some(range) = self.unwritten.take() {
+            executor.set_uniforms(range.start as u64, &self.uniforms[range]);
+        }
     }
 }

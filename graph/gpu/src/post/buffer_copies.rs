@@ -43,12 +43,20 @@ struct Copy {
 
 /// No frame uses it.
 const FREE: u8 = 0;
-/// A frame that copies into it is recorded.
+/// A frame that copies into it is recorded. It is mapped after that was submitted.
 const RECORDED: u8 = 1;
-/// The frame is submitted, and the device will map the copy.
-const MAPPING: u8 = 2;
 /// It can be read.
-const MAPPED: u8 = 3;
+const MAPPED: u8 = 2;
+
+/// The state of a copy that a recorded frame will set.
+struct Recorded(Arc<AtomicU8>);
+
+impl Drop for Recorded {
+    /// A frame that is not submitted, or not run by the device, frees the copy.
+    fn drop(&mut self) {
+        let _ = self.0.compare_exchange(RECORDED, FREE, Ordering::AcqRel, Ordering::Relaxed);
+    }
+}
 
 impl BufferCopies {
     /// Drops the copies of a lost device; the newest reading stays.
@@ -56,22 +64,19 @@ impl BufferCopies {
         self.copies.clear();
     }
 
-    /// Reads the copies that are mapped, and maps those of the frames that were recorded before.
+    /// Reads the copies that are mapped.
     pub(super) fn collect(&mut self) -> Result<(), GpuError> {
         for copy in &self.copies {
-            match copy.state.load(Ordering::Acquire) {
-                RECORDED => copy.map(),
-                MAPPED => {
-                    let mapped = copy.buffer.get_mapped_range(..).map_err(|error| GpuError::lost(&error))?;
-                    let reading = Reading { frame: copy.frame, bytes: mapped.to_vec() };
-                    drop(mapped);
-                    copy.buffer.unmap();
-                    copy.state.store(FREE, Ordering::Release);
-                    if self.latest.as_ref().is_none_or(|latest| latest.frame < reading.frame) {
-                        self.latest = Some(reading);
-                    }
-                }
-                _ => {}
+            if copy.state.load(Ordering::Acquire) != MAPPED {
+                continue;
+            }
+            let mapped = copy.buffer.get_mapped_range(..).map_err(|error| GpuError::lost(&error))?;
+            let reading = Reading { frame: copy.frame, bytes: mapped.to_vec() };
+            drop(mapped);
+            copy.buffer.unmap();
+            copy.state.store(FREE, Ordering::Release);
+            if self.latest.as_ref().is_none_or(|latest| latest.frame < reading.frame) {
+                self.latest = Some(reading);
             }
         }
         Ok(())
@@ -93,7 +98,7 @@ impl BufferCopies {
         if let Some(copy) = self.copies.iter_mut().find(is_free) {
             encoder.copy_buffer_to_buffer(source, 0, &copy.buffer, 0, None);
             copy.frame = frame;
-            copy.state.store(RECORDED, Ordering::Release);
+            copy.map_after(encoder);
         }
         Ok(())
     }
@@ -105,13 +110,12 @@ impl Copy {
         Self { buffer, frame: 0, state: Arc::new(AtomicU8::new(FREE)) }
     }
 
-    fn map(&self) {
-        self.state.store(MAPPING, Ordering::Release);
-        let state = self.state.clone();
-        // A copy that the device does not map stays out of use: the device is lost.
-        self.buffer.map_async(MapMode::Read, .., move |mapped| {
+    fn map_after(&self, encoder: &CommandEncoder) {
+        self.state.store(RECORDED, Ordering::Release);
+        let recorded = Recorded(self.state.clone());
+        encoder.map_buffer_on_submit(&self.buffer, MapMode::Read, .., move |mapped| {
             if mapped.is_ok() {
-                state.store(MAPPED, Ordering::Release);
+                recorded.0.store(MAPPED, Ordering::Release);
             }
         });
     }

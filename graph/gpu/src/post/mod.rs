@@ -256,7 +256,10 @@ impl Post {
         watched(self.executor.device(), "a check of the device", || Ok(()))
     }
 
-    /// Records a frame into the host's encoder. Submit it before the next is recorded.
+    /// Records a frame into the host's encoder. Frames are submitted in the order in which they are recorded, each
+    /// once; several may be recorded before the first is submitted, also into one encoder. After one that is not
+    /// submitted, the next has [`reset`](Frame::reset); if it was the first of a plan, [`rebuild`](Self::rebuild) fills
+    /// its tables.
     ///
     /// wgpu drops the commands of a lost device without an error, so every 32nd frame checks the device: see
     /// [`check_device`](Self::check_device). [`wgpu::Device::set_device_lost_callback`] reports it at once.
@@ -343,7 +346,7 @@ impl Post {
         frame: &Frame<'_>,
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
-        self.update_uniforms()?;
+        self.update_uniforms();
         self.fade.record(&mut self.executor, self.graph.values(), encoder, frame, draws)?;
         self.frame += 1;
         let plan = self.active.as_ref().map(|active| &active.plan);
@@ -351,12 +354,12 @@ impl Post {
     }
 
     /// Updates the uniforms of the active plan. If a value needs another plan, that is queued.
-    fn update_uniforms(&mut self) -> Result<(), GpuError> {
-        let Some(active) = &mut self.active else { return Ok(()) };
+    fn update_uniforms(&mut self) {
+        let Some(active) = &mut self.active else { return };
         if active.update(self.graph.values()) == Err(NeedsPlan) {
             self.graph.replan();
         }
-        active.write(&mut self.executor)
+        active.write(&mut self.executor);
     }
 
     /// Makes the plan for the host's inputs and loads it, if it is not the active one.
@@ -640,8 +643,7 @@ impl Post {
     }
 
     /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while
-    /// frames are recorded and submitted, and the device is polled. Each frame is submitted before the next is
-    /// recorded.
+    /// frames are recorded and submitted, and the device is polled.
     pub fn reading(&self, watch: Watch) -> Option<&Reading> {
         self.readings.latest(watch)
     }

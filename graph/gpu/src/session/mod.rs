@@ -192,7 +192,7 @@ impl Session {
     }
 
     /// Renders frames of the loaded plan and reads back all outputs of each, in the order of the plan. `together`
-    /// records all frames in one submission, which is fast for small images; then all frames have the time of the last.
+    /// records all frames in one submission, which is fast for small images.
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Readback::download`].

@@ -5,11 +5,13 @@ use std::sync::Arc;
 use afterimage_graph::node::{ImageId, Subresource};
 use afterimage_plan::Stage;
 use afterimage_plan::codegen::{Slot, SlotKind};
-use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, Device, Queue, TextureView};
+use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, TextureView};
 
 use crate::buffer::buffer;
+use crate::error::GpuError;
 use crate::executor::loaded::Loaded;
 use crate::executor::loaded::bind_groups::BoundPass;
+use crate::executor::loaded::uniforms::Staging;
 use crate::frame_constants::{self, FrameConstants};
 use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;
@@ -41,12 +43,21 @@ impl Binder {
     }
 
     /// Writes the constants for passes that take them from a buffer; the second ones only where a pass needs them.
-    pub(crate) fn write_frame(&self, queue: &Queue, constants: &FrameConstants, has_uninitialized: bool) {
-        let [first, second] = self.frame_offsets.map(u64::from);
-        queue.write_buffer(&self.frame, first, constants.bytes(false));
-        if has_uninitialized {
-            queue.write_buffer(&self.frame, second, constants.bytes(true));
+    pub(crate) fn write_frame(
+        &self,
+        constants: &FrameConstants,
+        has_uninitialized: bool,
+        staging: &mut Staging,
+        encoder: &mut CommandEncoder,
+    ) -> Result<(), GpuError> {
+        for (is_uninitialized, offset) in [false, true].into_iter().zip(self.frame_offsets) {
+            if has_uninitialized || !is_uninitialized {
+                let bytes = constants.bytes(is_uninitialized);
+                let what = "the time of the frame";
+                staging.write(&self.device, what, encoder, &self.frame, u64::from(offset), bytes)?;
+            }
         }
+        Ok(())
     }
 
     /// The bind groups and attachments of a pass. `views` are the host's: of all inputs, then of all outputs.
@@ -107,7 +118,7 @@ impl Binder {
             let size = std::num::NonZeroU64::new(bytes);
             BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size })
         };
-        let region = |offset, bytes| part(&loaded.uniforms, offset, bytes);
+        let region = |offset, bytes| part(&loaded.uniforms.buffer, offset, bytes);
         let uniform = &loaded.plan.passes[index].uniform;
         let whole = |image| loaded.residency.view(image, views, ring_index);
         let levels = level_views(bound_slots(&pass.composed, stage), &whole);

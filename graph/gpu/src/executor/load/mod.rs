@@ -9,9 +9,8 @@ use std::sync::Arc;
 use afterimage_graph::node::{BufferLife, Pass, Resource};
 use afterimage_plan::codegen::{Composed, SlotKind};
 use afterimage_plan::{Alias, HeapPlacement, PlacedPlan, Plan, PlannedImage, Stage};
-use wgpu::{BufferUsages, Device, Queue, TextureFormat};
+use wgpu::{Device, Queue, TextureFormat};
 
-use crate::buffer::filled_buffer;
 use crate::error::GpuError;
 use crate::executor::bind::binder::Binder;
 use crate::executor::bind::builder::BindGroupBuilder;
@@ -23,8 +22,8 @@ use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::residency::Residency;
 use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::turns::Turns;
+use crate::executor::loaded::uniforms::Uniforms;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
-use crate::executor::rectangle::WrittenRectangles;
 use crate::heap::{Place, Placed};
 use crate::layout::manual_filtering;
 use crate::pipelines::{Built, PipelineRequest, Pipelines};
@@ -143,10 +142,9 @@ impl PlanCompiler {
         let placed = self.place(&plan, &placement, old_heap);
         let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
         let shares_old_heap = old_heap.is_some_and(same);
-        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let tables = Tables::new(&plan, uniforms, |pass| plan.fills_table(pass));
         let turns = Turns::new(&plan, uniforms);
-        let uniforms = filled_buffer(&self.device, "uniforms", uniforms, usage)?;
+        let uniforms = Uniforms::new(&self.device, uniforms)?;
         let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
         let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
         let is_drawn = passes.iter().map(|pass| {
@@ -159,8 +157,7 @@ impl PlanCompiler {
             persistent: buffers_that_live(&plan, &BufferLife::Persistent),
             host_views: host_views(&plan, &residency),
             in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
-            rectangles: WrittenRectangles::none(&plan),
-            blocks: plan.blocks.iter().map(|planned| vec![0; planned.block.bytes()]).collect(),
+            output_rectangles: vec![None; plan.outputs.len()],
             plan,
             residency,
             passes,

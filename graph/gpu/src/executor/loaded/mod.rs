@@ -7,14 +7,14 @@ pub(crate) mod previous;
 pub(crate) mod residency;
 pub(crate) mod tables;
 pub(crate) mod turns;
+pub(crate) mod uniforms;
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use afterimage_graph::node::{ImageId, Resource};
 use afterimage_plan::codegen::Composed;
-use afterimage_plan::{PlacedPlan, Plan, RectangleInput, Stage};
-use wgpu::{Buffer, TextureFormat, TextureView};
+use afterimage_plan::{PlacedPlan, Plan, Stage};
+use wgpu::{TextureFormat, TextureView};
 
 use crate::device::texture_format;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
@@ -23,7 +23,8 @@ use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::turns::Turns;
-use crate::executor::rectangle::{Rectangle, WrittenRectangles};
+use crate::executor::loaded::uniforms::Uniforms;
+use crate::executor::rectangle::Rectangle;
 use crate::pipelines::Built;
 use crate::timing::Timing;
 
@@ -32,13 +33,11 @@ pub(crate) struct Loaded {
     pub(crate) plan: Arc<Plan>,
     pub(crate) residency: Arc<Residency>,
     pub(crate) passes: LoadedPasses,
-    pub(crate) uniforms: Buffer,
+    pub(crate) uniforms: Uniforms,
     pub(crate) tables: Tables,
     pub(crate) turns: Turns,
-    /// The bytes of each host block in the uniforms.
-    pub(crate) blocks: Vec<Vec<u8>>,
-    /// The rectangles in the uniforms.
-    pub(crate) rectangles: WrittenRectangles,
+    /// The rectangle in the last frame of each output that has one.
+    pub(crate) output_rectangles: Vec<Option<Rectangle>>,
     /// The host images of each pass.
     pub(crate) host_views: Vec<HostViews>,
     /// Whether each pass binds a history image, which rotates every frame.
@@ -110,31 +109,11 @@ impl HostViews {
 }
 
 impl Loaded {
-    /// Notes that these bytes of the uniforms were overwritten. Blocks and rectangles there are zeros now, and the next
-    /// frame writes them again; all others remain.
-    pub(crate) fn overwrite(&mut self, range: &Range<u64>) {
-        for (planned, block) in self.plan.blocks.iter().zip(&mut self.blocks) {
-            if overlaps(range, planned.offset, block.len()) {
-                block.fill(0);
-            }
-        }
-        for (input, written) in self.plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
-            if input.places.iter().any(|offset| overlaps(range, *offset, RectangleInput::BYTES)) {
-                *written = None;
-            }
-        }
-        for (output, written) in self.plan.outputs.iter().zip(&mut self.rectangles.outputs) {
-            let bytes = size_of::<[f32; 2]>();
-            if written.is_some() && self.plan.origin_places(output).any(|offset| overlaps(range, offset, bytes)) {
-                *written = None;
-            }
-        }
-    }
-
-    /// Notes bytes that are written to the uniforms: what is made from other ones than before is made anew.
-    pub(crate) fn write(&mut self, offset: u64, bytes: &[u8]) {
+    /// Changes bytes of the uniforms from the next frame on. What is made from other ones than before is made anew.
+    pub(crate) fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
         self.tables.write(offset, bytes);
         self.turns.made.write(offset, bytes);
+        self.uniforms.set(offset, bytes);
     }
 
     /// The name of a pass, if passes are labeled.
@@ -145,7 +124,7 @@ impl Loaded {
     /// The rectangle that a pass draws into, if its output has one.
     pub(crate) fn drawn_rectangle(&self, pass: usize) -> Option<Rectangle> {
         match &self.residency.bindings[self.passes[pass].writes_image?.0 as usize] {
-            ImageBinding::Output(output, _) => self.rectangles.outputs[*output],
+            ImageBinding::Output(output, _) => self.output_rectangles[*output],
             _ => None,
         }
     }
@@ -183,11 +162,6 @@ impl Loaded {
         let pass = &self.plan.passes[pass].pass;
         !self.uninitialized.is_empty() && (pass.reads().iter().any(begins) || pass.writes().iter().any(begins))
     }
-}
-
-/// Whether `bytes` bytes from `offset` on have some in the range.
-fn overlaps(range: &Range<u64>, offset: u64, bytes: usize) -> bool {
-    range.start < offset + bytes as u64 && offset < range.end
 }
 
 /// The format of the attachment of a planned draw; `None` for a dispatch.

@@ -1,20 +1,18 @@
-//! The uniforms that a host states in each frame: blocks, rectangles of its images and factors of its inputs. They are
-//! written where they differ from the frame before.
+//! The uniforms that a host states in each frame: blocks, rectangles of its images and factors of its inputs.
 
 use afterimage_graph::image::Size;
 use afterimage_plan::{Part, Plan, PlanOutput, RectangleInput};
-use wgpu::{Buffer, Device, Queue, Texture};
+use wgpu::Texture;
 
 use crate::error::GpuError;
 use crate::executor::frame::{Frame, view_of};
 use crate::executor::loaded::Loaded;
 use crate::executor::rectangle::Rectangle;
-use crate::platform::{caught, scoped};
 
 impl Loaded {
-    /// Writes the blocks of a frame that have changed.
-    pub(crate) fn write_blocks(&mut self, device: &Device, queue: &Queue, frame: &Frame<'_>) -> Result<(), GpuError> {
-        for (planned, written) in self.plan.blocks.iter().zip(&mut self.blocks) {
+    /// Sets the blocks of a frame.
+    pub(crate) fn set_blocks(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
+        for planned in &self.plan.blocks {
             let (port, declared) = (&planned.name, planned.block);
             let given = frame.blocks.iter().find(|(name, _)| name == port).map(|(_, data)| *data);
             let data = given.ok_or_else(|| GpuError::MissingBlock { port: port.clone(), ty: declared.name })?;
@@ -22,59 +20,34 @@ impl Loaded {
                 let (port, given) = (port.clone(), data.block().name);
                 return Err(GpuError::WrongBlock { port, given, wanted: declared.name });
             }
-            if written != data.bytes() {
-                write(device, queue, "the blocks of a frame", &self.uniforms, planned.offset, data.bytes())?;
-                written.clear();
-                written.extend_from_slice(data.bytes());
-            }
+            self.uniforms.set(planned.offset, data.bytes());
         }
         Ok(())
     }
 
-    /// Writes the rectangles and factors of a frame that have changed.
-    pub(crate) fn write_rectangles(
-        &mut self,
-        device: &Device,
-        queue: &Queue,
-        frame: &Frame<'_>,
-    ) -> Result<(), GpuError> {
-        let (plan, what) = (&self.plan, "the rectangles of a frame");
+    /// Sets the rectangles and factors of a frame.
+    pub(crate) fn set_rectangles(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
+        let plan = &self.plan;
         check_stated(plan, frame)?;
-        for (input, written) in plan.rectangles.iter().zip(&mut self.rectangles.inputs) {
+        for input in &plan.rectangles {
             let uniform = input_uniform(plan, input, frame)?;
-            if *written != Some(uniform) {
-                for offset in &input.places {
-                    write(device, queue, what, &self.uniforms, *offset, &uniform)?;
-                }
-                *written = Some(uniform);
+            for offset in &input.places {
+                self.uniforms.set(*offset, &uniform);
             }
         }
-        for (output, written) in plan.outputs.iter().zip(&mut self.rectangles.outputs) {
+        for (output, known) in plan.outputs.iter().zip(&mut self.output_rectangles) {
             if !output.in_rectangle {
                 continue;
             }
             let rectangle = output_rectangle(plan, output, frame)?;
-            if *written != Some(rectangle) {
-                let origin = [rectangle.x as f32, rectangle.y as f32].map(f32::to_le_bytes);
-                for offset in plan.origin_places(output) {
-                    write(device, queue, what, &self.uniforms, offset, origin.as_flattened())?;
-                }
-                *written = Some(rectangle);
+            let origin = [rectangle.x as f32, rectangle.y as f32].map(f32::to_le_bytes);
+            for offset in plan.origin_places(output) {
+                self.uniforms.set(offset, origin.as_flattened());
             }
+            *known = Some(rectangle);
         }
         Ok(())
     }
-}
-
-fn write(
-    device: &Device,
-    queue: &Queue,
-    what: &str,
-    uniforms: &Buffer,
-    offset: u64,
-    bytes: &[u8],
-) -> Result<(), GpuError> {
-    scoped(device, what, || caught(what, || queue.write_buffer(uniforms, offset, bytes)))
 }
 
 /// What the plan has no uniform for would have no effect.

@@ -133,8 +133,8 @@ impl Fade {
             None => {}
             Some(Err(why)) => self.skip(why),
             Some(Ok(FadeStart { mut parts, memory })) => {
-                let adopted = parts.fork.adopt_state(executor, &old.uniforms);
-                match adopted.and_then(|()| bind_outputs(executor, &parts, &old)) {
+                parts.fork.adopt_state(executor, &old.uniforms);
+                match bind_outputs(executor, &parts, &old) {
                     Ok(outputs) => {
                         let (memory, number, frames) = (Some(memory), 1, self.frames);
                         self.running = Some(RunningFade { parts, old, memory, outputs, number, frames });
@@ -216,7 +216,7 @@ impl RunningFade {
         // Where a value needs another plan, the old one keeps the value that it had.
         let _ = self.old.update(values);
         let fork = &mut self.parts.fork;
-        self.old.write(fork)?;
+        self.old.write(fork);
         if let Some(memory) = self.memory.take() {
             fork.copy_memory(&memory, encoder);
             executor.drop_later(memory);
