@@ -28,9 +28,11 @@
 //! |---|---|
 //! | open text, node kinds in folders or in Rust, files elsewhere | [`Source`] |
 //! | build a pipeline in code | [`Pipeline`] |
+//! | resize | [`Frame::inputs`]: the size is that of the images |
+//! | continue after a lost device | [`Post::rebuild`], when `encode` or the device's callback has reported it |
 //! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
 //! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
-//! | give cameras, rectangles of images, factors | [`Frame`] |
+//! | know what images may be; give cameras, rectangles, factors | [`Frame`] |
 //! | hold a budget in milliseconds | [`Post::govern`] |
 //! | open a device without a renderer | [`Gpu::open`] |
 //! | write a node kind | [`node`] |
@@ -64,14 +66,14 @@ pub use source::Source;
 
 pub mod host {
     //! What the signatures for hosts name.
-    #[cfg(not(target_family = "wasm"))]
-    pub use afterimage_gpu::{Clock, ClockSource, FrameStep, FrameTime, Readback, TimedCommands, download};
     pub use afterimage_gpu::{
-        Control, DrawTargets, ErrorLog, Executor, FadeSkipReason, FullScreenPipeline, GovernedTier, Governor, GpuError,
-        HostDraw, Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading, Rectangle,
-        Task, TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format, upload,
-        upload_bytes, wanted_features,
+        Control, DrawTargets, ErrorLog, Executor, FadeSkipReason, GovernedTier, Governor, GpuError, HostDraw,
+        Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading, Rectangle, Task,
+        TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format, upload, upload_bytes,
+        wanted_features,
     };
+    #[cfg(not(target_family = "wasm"))]
+    pub use afterimage_gpu::{FrameStep, Readback, download};
     pub use afterimage_graph::check::{Fact, Facts, Graph};
     pub use afterimage_graph::image::Size;
     pub use afterimage_graph::node::{BlockData, Camera, Matrix, NodeKind, Registry, RegistryError};
@@ -83,8 +85,10 @@ pub mod host {
     pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
+    #[doc(hidden)] // For the program.
     pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
     pub use crate::snapshot::Snapshot;
+    #[doc(hidden)] // For the program.
     pub use crate::source::{built_in, built_in_hint};
 }
 
