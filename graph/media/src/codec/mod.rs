@@ -17,6 +17,7 @@ mod jpeg;
 mod light_level;
 pub mod limits;
 mod metered;
+mod orientation;
 mod panics;
 mod picture;
 mod png;

@@ -7,5 +7,6 @@ mod chromaticities;
 mod errors;
 mod icc;
 mod jpeg;
+mod orientation;
 mod profiles;
 mod windows;

@@ -11,6 +11,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::codec::codes::{Codes, Colors};
 use crate::codec::limits::zeroed;
+use crate::codec::orientation::Orientation;
 use crate::codec::{
     ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
     ReadOptions, Window, icc,
@@ -23,14 +24,14 @@ pub(crate) const MAGIC: [u8; 3] = *b"\xff\xd8\xff";
 const MAX_SCANS: usize = 100;
 
 /// Decodes a JPEG to linear light. An ICC profile is applied if it is a matrix with a known curve; otherwise, and
-/// without one, the colors are sRGB. An orientation is not applied.
+/// without one, the colors are sRGB. The orientation of EXIF is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let (mut decoder, header) = open(reader)?;
-    let Header { width, height, channels, profile } = header;
+    let Header { width, height, channels, profile, orientation } = header;
     let colors = colors(profile.as_deref(), options.space);
     let pixels = width as usize * height as usize;
-    // Codes, and the coefficients of a progressive file.
-    let extra = (pixels * channels * 3) as u64;
+    // Codes, the coefficients of a progressive file, and a picture that is to be turned.
+    let extra = (pixels * (channels * 3 + if orientation.is_some() { 8 } else { 0 })) as u64;
     options.budget.check((width.into(), height.into()), colors.bytes_of_sample(false), extra)?;
     let mut bytes = zeroed(pixels * channels)?;
     decoder.decode_into(&mut bytes).map_err(explain)?;
@@ -38,13 +39,18 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let mut picture = Picture::new(width, height, codes.to_light(&colors)?);
     picture.notes = colors.notes;
     picture.stated = colors.stated;
-    Ok(picture)
+    Ok(match orientation {
+        Some(orientation) => orientation.upright(picture),
+        None => picture,
+    })
 }
 
 /// What stands before the pixels.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
-    let (_, Header { width, height, channels, profile }) = open(reader)?;
-    let colors = colors(profile.as_deref(), None);
+    let (_, Header { width, height, channels, profile, orientation }) = open(reader)?;
+    let mut colors = colors(profile.as_deref(), None);
+    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size((width, height)));
+    colors.notes.extend(orientation.map(Orientation::note));
     let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
     let window = Window::of_size(width, height);
     let part = PartDescription {
@@ -71,6 +77,7 @@ struct Header {
     /// 1 for gray, 3 for RGB.
     channels: usize,
     profile: Option<Vec<u8>>,
+    orientation: Option<Orientation>,
 }
 
 /// A decoder after the headers. It refuses files that end early, and makes gray or RGB.
@@ -90,7 +97,8 @@ fn open<R: BufRead + Seek>(reader: R) -> Result<(JpegDecoder<R>, Header), CodecE
     };
     let options = decoder.options().jpeg_set_out_colorspace(out);
     decoder.set_options(options);
-    let header = Header { width: width as u32, height: height as u32, channels, profile: decoder.icc_profile() };
+    let (profile, orientation) = (decoder.icc_profile(), decoder.exif().and_then(|exif| Orientation::of_exif(exif)));
+    let header = Header { width: width as u32, height: height as u32, channels, profile, orientation };
     Ok((decoder, header))
 }
 

@@ -8,6 +8,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformat
 use super::light::colors;
 use crate::codec::codes::Codes;
 use crate::codec::limits::{MAX_PNG_EXTRAS, too_large, zeroed};
+use crate::codec::orientation::Orientation;
 use crate::codec::{
     ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, ReadOptions, Window,
 };
@@ -16,7 +17,8 @@ use crate::codec::{
 pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Decodes a PNG to linear light. `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` are applied, in this order of
-/// priority. A profile that is no matrix with a known curve is ignored, with a note. Alpha is not multiplied in.
+/// priority. A profile that is no matrix with a known curve is ignored, with a note. Alpha is not multiplied in. The
+/// orientation of an `eXIf` chunk before the pixels is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
     decoder.set_transformations(Transformations::EXPAND);
@@ -29,14 +31,19 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let (color_type, depth) = reader.output_color_type();
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
     let is_wide = depth == BitDepth::Sixteen;
-    options.budget.check((width.into(), height.into()), colors.bytes_of_sample(is_wide), size as u64)?;
+    let orientation = reader.info().exif_metadata.as_deref().and_then(Orientation::of_exif);
+    let turned = if orientation.is_some() { 8 * u64::from(width) * u64::from(height) } else { 0 };
+    options.budget.check((width.into(), height.into()), colors.bytes_of_sample(is_wide), size as u64 + turned)?;
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let codes = Codes { bytes, is_wide, channels: color_type.samples(), pixels: width as usize * height as usize };
     let mut picture = Picture::new(width, height, codes.to_light(&colors)?);
     picture.notes = colors.notes;
     picture.stated = colors.stated;
-    Ok(picture)
+    Ok(match orientation {
+        Some(orientation) => orientation.upright(picture),
+        None => picture,
+    })
 }
 
 /// What the chunks before the pixels state.
@@ -45,7 +52,9 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
     decoder.set_ignore_text_chunk(true);
     let reader = decoder.read_info().map_err(|error| explain(&error))?;
     let info = reader.info();
-    let colors = colors(info, None)?;
+    let mut colors = colors(info, None)?;
+    let orientation = info.exif_metadata.as_deref().and_then(Orientation::of_exif);
+    colors.notes.extend(orientation.map(Orientation::note));
     let names: &[&str] = match info.color_type {
         ColorType::Grayscale => &["Y"],
         ColorType::GrayscaleAlpha => &["Y", "A"],
@@ -55,7 +64,9 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
         ColorType::Indexed => &["R", "G", "B"],
     };
     let samples = if info.bit_depth == BitDepth::Sixteen { "16 bits" } else { "8 bits" };
-    let window = Window::of_size(info.width, info.height);
+    let size = (info.width, info.height);
+    let (width, height) = orientation.map_or(size, |orientation| orientation.size(size));
+    let window = Window::of_size(width, height);
     let part = PartDescription {
         name: None,
         display: window,
