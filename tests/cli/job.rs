@@ -51,6 +51,9 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
     folder.run("render grade shot.#.exr -o whole.#.png").good();
     let template = job(&folder, "job grade shot.#.exr -o part.#.png --chunk 4 --frames 1-9");
     let steps = template["steps"].as_array().expect("a list");
+    assert_eq!(steps[0]["hostRequirements"], Value::Null);
+    let guarded = job(&folder, "job grade shot.#.exr -o part.#.png --require-gpu");
+    assert_eq!(guarded["steps"][0]["hostRequirements"]["amounts"][0]["name"], "amount.worker.gpu");
     let space = &steps[0]["parameterSpace"]["taskParameterDefinitions"][0];
     assert_eq!((steps.len(), &space["type"], &space["range"]), (1, &"CHUNK[INT]".into(), &"1-9".into()));
     assert_eq!(
@@ -58,7 +61,9 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
         (&4.into(), &"TASK_CHUNKING".into())
     );
     for frames in ["9", "5-8", "1-4"] {
-        elsewhere.run(&line_of(&folder, &steps[0], frames)).good();
+        let said = elsewhere.run(&line_of(&folder, &steps[0], frames)).good();
+        let last = said.lines().rev().nth(1).expect("two lines for each frame");
+        assert_eq!(last, "openjd_progress: 100.0");
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.png"))).expect("it was written");

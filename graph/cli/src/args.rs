@@ -222,6 +222,10 @@ pub(crate) struct RenderArgs {
     /// Print the time of each stage and of each pass
     #[arg(long)]
     pub(crate) timings: bool,
+    /// Print progress and status of each frame on standard output as tasks of Open Job Description do:
+    /// `openjd_progress: 12.5`. The tasks of `afterimage job` have it
+    #[arg(long)]
+    pub(crate) openjd: bool,
     /// Render again whenever the pipeline, a file that it names, a shader of `--nodes` or an image changes
     #[arg(long)]
     pub(crate) watch: bool,
@@ -239,7 +243,20 @@ pub(crate) struct RenderArgs {
     pub(crate) device: DeviceOptions,
 }
 
+/// How engines without Open Job Description run the same.
+const ENGINES: &str = "\
+Engines that do not read templates run `render` itself, a command for each chunk of frames. With the words
+  RENDER = render tsushima shot.####.exr -o out.####.png --meter shot.####.meter
+  GNU parallel   parallel -j 4 afterimage RENDER --frames {} ::: 1-20 21-40
+  Deadline 10    deadlinecommand -SubmitCommandLineJob -name shot -frames 1-96 -chunksize 20 -executable afterimage
+                 -arguments \"RENDER --frames <STARTFRAME>-<ENDFRAME>\"
+  OpenCue        a shell layer of range 1-96, chunk 20: afterimage RENDER --frames #FRAME_START#-#FRAME_END#
+  Flamenco 3     in a job type, for each chunk of frameChunker(settings.frames, settings.chunk_size):
+                 author.Command(\"exec\", {exe: \"afterimage\", args: [...RENDER, \"--frames\", chunk]})
+before it, in the same way, `meter tsushima shot.####.exr -o shot.####.meter --frames ...` for a metered exposure.";
+
 #[derive(Debug, Args)]
+#[command(after_help = ENGINES)]
 pub(crate) struct JobArgs {
     #[command(flatten)]
     pub(crate) render: RenderArgs,

@@ -47,7 +47,7 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
         return Err(Failure::user("a job is a sequence, and this is one image")
             .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
     }
-    let steps = match sequence.has_state && args.render.preroll == 0 {
+    let mut steps = match sequence.has_state && args.render.preroll == 0 {
         true if sequence.is_metered && sequence.step.is_some() => metered(&sequence, &words, args.chunk)?,
         true => chain(&sequence, &words, args.chunk)?,
         false => vec![parallel("Render", &sequence, script("render", &words, &each()), args.chunk)],
@@ -79,6 +79,11 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
     if !variables.is_empty() {
         template["jobEnvironments"] = json!([{ "name": "Afterimage", "variables": variables }]);
     }
+    if args.render.device.require_gpu {
+        for step in &mut steps {
+            step["hostRequirements"] = json!({ "amounts": [{ "name": "amount.worker.gpu", "min": 1 }] });
+        }
+    }
     template["steps"] = steps.into();
     say(&format!("{template:#}"));
     Ok(())
@@ -99,7 +104,7 @@ fn render_words(words: &[OsString]) -> Result<Vec<String>, Failure> {
         })?;
         texts.push(text.to_owned());
     }
-    Ok(without(&texts, &["--chunk", "--frames"], &[]))
+    Ok(without(&texts, &["--chunk", "--frames"], &["--openjd"]))
 }
 
 /// The name of the job: at most 128 characters.
@@ -229,7 +234,7 @@ fn chunks<'a>(frames: &'a [u32], cuts: &[u32], most: u32) -> Vec<&'a [u32]> {
 
 /// What a task runs: a command of the program with these words, and those of its own.
 fn script(command: &str, words: &[String], own: &[String]) -> Value {
-    let first = ["-C", "{{Param.Folder}}", command].map(str::to_owned);
+    let first = ["-C", "{{Param.Folder}}", command, "--openjd"].map(str::to_owned);
     let args: Vec<&String> = first.iter().chain(words).chain(own).collect();
     json!({ "actions": { "onRun": { "command": "{{Param.Program}}", "args": args } } })
 }

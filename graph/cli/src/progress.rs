@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal::{note, visible};
+use crate::terminal::{note, say, visible};
 
 /// Between two lines where standard error is no terminal: the logs of a farm are read by people.
 const PAUSE: Duration = Duration::from_secs(5);
@@ -20,6 +20,8 @@ pub(crate) struct Bar {
     start: Instant,
     /// When the last line was written; `None` on a terminal.
     written: Option<Mutex<Instant>>,
+    /// Whether each step is a line of Open Job Description on standard output.
+    openjd: bool,
 }
 
 impl Bar {
@@ -31,6 +33,7 @@ impl Bar {
     /// A bar of `count` frames; none for a single one.
     pub(crate) fn of_frames(count: u64) -> Self {
         let bar = if count < 2 { ProgressBar::hidden() } else { ProgressBar::new(count) };
+        bar.set_length(count);
         Self::with(bar, "{wide_bar} {pos}/{len} frames, {eta} left", "frames")
     }
 
@@ -38,13 +41,23 @@ impl Bar {
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let start = Instant::now();
         let written = (!std::io::stderr().is_terminal()).then(|| Mutex::new(start));
-        Self { bar: bar.with_style(style), what, start, written }
+        Self { bar: bar.with_style(style), what, start, written, openjd: false }
+    }
+
+    /// The same, and each step prints what the session of a farm reads (Open Job Description, "How Jobs Are Run").
+    pub(crate) fn for_farm(mut self, openjd: bool) -> Self {
+        self.openjd = openjd;
+        self
     }
 
     /// One step more is done. `name` begins the line, if one is written.
     pub(crate) fn advance(&self, name: &str) {
         self.bar.inc(1);
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
+        if self.openjd {
+            let share = 100.0 * done as f64 / all.max(1) as f64;
+            say(&format!("openjd_progress: {share:.1}\nopenjd_status: {name}, {done} of {all} {}", self.what));
+        }
         let Some(written) = &self.written else { return };
         let mut written = written.lock().expect("no thread panics with the lock");
         if done < all && written.elapsed() >= PAUSE {

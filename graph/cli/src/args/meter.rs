@@ -35,6 +35,9 @@ pub(crate) struct MeterArgs {
     /// Frames per second
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
+    /// Print progress and status of each frame, as for `render`
+    #[arg(long)]
+    pub(crate) openjd: bool,
     /// Pixels of a frame, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,

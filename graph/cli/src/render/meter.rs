@@ -46,7 +46,7 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         scope.spawn(move || read_all(request, &to));
         let meters = meters(&graph);
         let session = CachedSession::open(&args.device, &args.plan, graph, facts, options)?;
-        let bar = Bar::of_frames(request.jobs.len() as u64);
+        let bar = Bar::of_frames(request.jobs.len() as u64).for_farm(args.openjd);
         let mut measuring = Measuring { request, session, meters, last: request.earlier };
         for (job, inputs) in request.jobs.iter().zip(from) {
             let frame = measuring.measure(job, inputs?)?;
@@ -93,6 +93,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         quality: None,
         timings: false,
         watch: false,
+        openjd: given.openjd,
         exr: ExrArgs::default(),
         reading: given.reading.clone(),
         images: given.images.clone(),

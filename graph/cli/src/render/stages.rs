@@ -34,7 +34,7 @@ pub(super) fn run(
 ) -> Result<Times, Failure> {
     let start = Instant::now();
     let bar = Bar::of_frames(request.jobs.iter().filter(|job| job.is_written).count() as u64);
-    let bar = &bar;
+    let bar = &bar.for_farm(request.args.openjd);
     let (read_to, read_from) = sync_channel(AHEAD);
     let (write_to, write_from) = sync_channel(AHEAD);
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
