@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compares tone curves, run by the program, with the GLSL of published packages. Optional: no test needs it.
 
-    python3 -m venv v && v/bin/pip install wgpu numpy openexr color-science opencolorio scipy opencv-python-headless
+    python3 -m venv v && v/bin/pip install wgpu numpy openexr colour-science opencolorio scipy opencv-python-headless
     npm pack glsl-tone-map@2.0.1 three@0.180.0
     cargo build --release
     v/bin/python tests/color/curves.py target/release/afterimage FOLDER_OF_THE_PACKAGES

@@ -2,7 +2,7 @@
 """Compares operators, run by the program, with outside implementations, and prints a table. Optional: no test needs it.
 
     python3 -m venv v
-    v/bin/pip install color-science==0.4.7 opencolorio==2.6.0 scipy numpy openexr opencv-python-headless
+    v/bin/pip install colour-science==0.4.7 opencolorio==2.6.0 scipy numpy openexr opencv-python-headless
     cargo build --release
     v/bin/python tests/color/operators.py target/release/afterimage
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Reads AVIF files of the program with FFmpeg: right labels, ten bits and right luminances. Optional: no test needs it.
 
-    python3 -m venv v && v/bin/pip install av color-science numpy openexr
+    python3 -m venv v && v/bin/pip install av colour-science numpy openexr
     cargo build --release --features avif
     v/bin/python tests/color/read_avif.py target/release/afterimage
 

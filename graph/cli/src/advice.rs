@@ -33,6 +33,7 @@ fn word(error: &Error, kind: ContextKind) -> &str {
 
 fn about_argument(word: &str) -> &'static str {
     match word {
+        "--ocio" => "this program has no OpenColorIO: build it with `--features ocio`",
         word if word.starts_with('-') => {
             "`--help` lists the options; a parameter of the pipeline is set by `--set NODE.PARAMETER=VALUE`"
         }

@@ -38,6 +38,11 @@ pub(crate) struct Arguments {
     /// Work in this folder: names of files are relative to it
     #[arg(short = 'C', value_name = "FOLDER")]
     pub(crate) folder: Option<PathBuf>,
+    /// The OpenColorIO config of `OcioTransform` nodes and of `--input-space`: a `.ocio` or `.ocioz` file, or a
+    /// built-in one such as `ocio://default`. By default the one that the variable `OCIO` names
+    #[cfg(feature = "ocio")]
+    #[arg(long, value_name = "CONFIG", global = true)]
+    pub(crate) ocio: Option<String>,
     #[command(subcommand)]
     pub(crate) command: Command,
 }

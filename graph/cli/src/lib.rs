@@ -19,6 +19,8 @@ mod info;
 mod job;
 mod measure;
 mod nodes;
+#[cfg(feature = "ocio")]
+mod ocio;
 mod pipeline;
 mod pipelines;
 mod plan;
@@ -113,6 +115,14 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
         _ => {}
     }
+    #[cfg(feature = "ocio")]
+    if let Some(config) = &arguments.ocio
+        && let Err(failure) = ocio::choose(config)
+    {
+        return failure.report();
+    }
+    #[cfg(feature = "ocio")]
+    let tables = &*[tables, &[ocio::KINDS]].concat();
     // Pipelines with passes that a host fills can be looked at, and an error states that nobody fills them here.
     let host = host_kinds(tables);
     let known = [tables, &[&host]].concat();

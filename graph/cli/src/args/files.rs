@@ -63,6 +63,9 @@ pub(crate) enum WindowChoice {
 pub(crate) struct InputSpace {
     pub(crate) input: Option<String>,
     space: ColorSpace,
+    /// The color space of the OpenColorIO config; `space` is linear Rec.709 then, so that numbers are read as they are.
+    #[cfg_attr(not(feature = "ocio"), expect(dead_code, reason = "no config has spaces"))]
+    of_config: Option<String>,
 }
 
 impl ReadArgs {
@@ -73,10 +76,26 @@ impl ReadArgs {
 
     /// The space that the command line states for the files of an input; that with its name counts first.
     pub(crate) fn space_of(&self, input: &GraphInput) -> Option<ColorSpace> {
+        self.given_for(input).map(|given| given.space)
+    }
+
+    /// The color space of the OpenColorIO config that the command line states for the files of an input.
+    #[cfg(feature = "ocio")]
+    pub(crate) fn config_space_of(&self, input: &GraphInput) -> Option<&str> {
+        self.given_for(input)?.of_config.as_deref()
+    }
+
+    /// The color spaces of the OpenColorIO config that the command line states.
+    #[cfg(feature = "ocio")]
+    pub(crate) fn config_spaces(&self) -> impl Iterator<Item = &str> {
+        self.input_space.iter().filter_map(|given| given.of_config.as_deref())
+    }
+
+    fn given_for(&self, input: &GraphInput) -> Option<&InputSpace> {
         let named = self.input_space.iter().find(|given| given.input.as_ref() == Some(&input.name));
         let is_light = input.state != ColorState::Data;
         let of_all = || self.input_space.iter().find(|given| given.input.is_none() && is_light);
-        named.or_else(of_all).map(|given| given.space)
+        named.or_else(of_all)
     }
 }
 
@@ -147,9 +166,13 @@ fn compressions() -> impl TypedValueParser<Value = ExrCompression> {
 /// `ACEScg` or `albedo=ACEScg`.
 fn parse_input_space(text: &str) -> Result<InputSpace, String> {
     let (input, name) = text.split_once('=').map_or((None, text), |(input, name)| (Some(input.to_owned()), name));
-    let space = ColorSpace::named(name).ok_or_else(|| {
-        let names = ColorSpace::ALL.map(|space| space.name);
-        format!("no color space is called so; known are {}", names.join(", "))
-    })?;
-    Ok(InputSpace { input, space })
+    if let Some(space) = ColorSpace::named(name) {
+        return Ok(InputSpace { input, space, of_config: None });
+    }
+    if cfg!(feature = "ocio") {
+        let [space, ..] = ColorSpace::ALL;
+        return Ok(InputSpace { input, space, of_config: Some(name.to_owned()) });
+    }
+    let names = ColorSpace::ALL.map(|space| space.name);
+    Err(format!("no color space is called so; known are {}", names.join(", ")))
 }

@@ -120,6 +120,10 @@ fn read_input(
             false => error.into(),
         }
     })?;
+    #[cfg(feature = "ocio")]
+    if let Some(space) = input.and_then(|input| request.args.reading.config_space_of(input)) {
+        picture = crate::ocio::light_of(picture, space)?;
+    }
     if is_missing && request.args.reading.missing == MissingFrames::Black {
         picture = black(&picture);
     }
@@ -177,6 +181,8 @@ pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
 
 /// Refuses the color space of an input that the pipeline does not have.
 pub(super) fn check_spaces(request: &Request<'_>) -> Result<(), Failure> {
+    #[cfg(feature = "ocio")]
+    request.args.reading.config_spaces().try_for_each(crate::ocio::check_space)?;
     let names: Vec<&str> = request.inputs.iter().map(|input| input.name.as_str()).collect();
     let mut given = request.args.reading.input_space.iter().filter_map(|space| space.input.as_deref());
     match given.find(|name| !names.contains(name)) {
