@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use afterimage_graph::diagnostic::did_you_mean;
+use afterimage_graph::diagnostic::{did_you_mean, nearest};
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{Fallback, Input, NodeKind, Output, OutputState, Registry};
 use afterimage_graph::value::{Param, Type};
@@ -38,7 +38,10 @@ fn described(registry: &Registry, name: &str) -> Result<String, Failure> {
     let topic: Vec<&NodeKind> = registry.about(name).into_iter().filter_map(|name| registry.get(name)).collect();
     match topic.as_slice() {
         [] => {
-            let near = did_you_mean(name, registry.names());
+            let words = registry.iter().flat_map(|kind| kind.doc().split(|c: char| !c.is_alphabetic()));
+            let topic = nearest(name, words.filter(|word| word.len() > 3));
+            let topic = || topic.map(|word| format!("did you mean the topic `{}`?", word.to_lowercase()));
+            let near = did_you_mean(name, registry.names()).or_else(topic);
             Err(Failure::user(format!("no node kind is called `{name}`, and none is about that"))
                 .hint(near.unwrap_or_else(|| "`afterimage nodes` lists them all".into())))
         }

@@ -63,7 +63,7 @@ fn what_is_no_image_says_so() {
     let known = "EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them";
     assert_eq!(message(b"GIF89a and so on"), format!("this is a GIF; {known}"));
     assert_eq!(message(b"hello"), format!("this is not an image that this program knows; {known}"));
-    assert_eq!(message(b""), "the file is empty");
+    assert_eq!(message(b""), "the file is empty; copy or render it again");
     assert_eq!(
         message(b"v/1\x01"),
         "the file ends too early; it was cut short or is still being written; copy or render it again"

@@ -33,7 +33,8 @@ impl GraphBuilder<'_> {
         let mut draft = draft(scope, entry, kind);
         draft.is_partial |= fields.iter().any(|(_, item)| item.value.is_broken());
         for (name, item) in &fields {
-            self.field(&mut draft, name, item);
+            let port = meant_port(kind, &fields, name, item);
+            self.field(&mut draft, name, item, port);
         }
         if !entry.fields.is_partial {
             self.report_missing_ports(&draft, &fields);
@@ -58,7 +59,8 @@ impl GraphBuilder<'_> {
         kept
     }
 
-    fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item) {
+    /// `meant` is the port that an unknown name may stand for.
+    fn field(&mut self, draft: &mut NodeDraft, name: &Spanned<String>, item: &Item, meant: Option<&str>) {
         let kind = draft.kind.clone();
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.wire_texts[port] = self.wire(&name.value, item);
@@ -82,6 +84,10 @@ impl GraphBuilder<'_> {
                 .collect::<Vec<_>>()
                 .join("; ");
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
+            let diagnostic = match meant {
+                Some(port) => diagnostic.help(format!("did you mean {}?", quote(port))).correct(&name.value, port),
+                None => diagnostic,
+            };
             self.report(self.with_nearest(diagnostic, &name.value, known));
         }
     }
@@ -133,7 +139,9 @@ impl GraphBuilder<'_> {
             name == port || (draft.kind.param(name).is_none() && nearest(name, ports()) == Some(port))
         };
         for (port, text) in draft.kind.inputs().iter().zip(&draft.wire_texts) {
-            let is_wired = text.is_some() || fields.iter().any(|(name, _)| is_meant(&name.value, &port.name));
+            let stands_for = |(name, item): &Field| meant_port(&draft.kind, fields, name, item) == Some(&*port.name);
+            let is_wired =
+                text.is_some() || fields.iter().any(|field| is_meant(&field.0.value, &port.name) || stands_for(field));
             if !port.optional && !is_wired {
                 let message = format!("{} has no {}", quote(&draft.name.value), quote(&port.name));
                 let location = &draft.kind_location;
@@ -335,4 +343,17 @@ fn about(param: &Param) -> String {
     let doc = param.doc.replace('\n', " ");
     let sentence = doc.split_inclusive(". ").next().unwrap_or_default().trim().trim_end_matches('.').to_owned();
     format!("{}: {sentence} (default {})", quote(&param.name), param.default)
+}
+
+/// The only port that a node needs and that no field names, for a field with an unknown name and the text of a wire.
+fn meant_port<'k>(kind: &'k NodeKind, fields: &[Field], name: &Spanned<String>, item: &Item) -> Option<&'k str> {
+    let is_known = |name: &str| {
+        let is_port = kind.inputs().iter().any(|port| *port.name == *name || port.former.as_deref() == Some(name));
+        is_port || kind.param(name).is_some() || kind.former_param(name).is_some() || COMMON.contains(&name)
+    };
+    let is_left_out = |port: &str| !fields.iter().any(|(field, _)| field.value == port);
+    let mut missing = kind.inputs().iter().filter(|port| !port.optional && is_left_out(&port.name));
+    let (only, further) = (missing.next()?, missing.next());
+    let is_wire = matches!(item.value, Tree::Text(_)) && !is_known(&name.value);
+    (is_wire && further.is_none()).then_some(&*only.name)
 }

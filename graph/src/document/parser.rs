@@ -179,7 +179,11 @@ impl<'a> Parser<'a> {
 
     fn number(&mut self, token: &Token) -> Tree {
         number(self.text_of(token)).unwrap_or_else(|| {
-            self.report(syntax::bad_number(&self.token_location(token), self.text_of(token)));
+            let location = self.token_location(token);
+            let last = self.lexer.errors.last().and_then(|error| error.labels.first());
+            if last.is_none_or(|label| label.location != location) {
+                self.report(syntax::bad_number(&location, self.text_of(token)));
+            }
             Tree::Broken
         })
     }

@@ -295,7 +295,10 @@ impl Reader {
             Tree::Broken => return None,
             other => {
                 let message = format!("input {} has {} for a type", quote(&name.value), other.describe());
-                let help = format!("the types of images are {}", list(image_type_names(), 16));
+                let help = match &other {
+                    Tree::Text(ty) if image_type(ty).is_some() => format!("write `{ty}` without quotes"),
+                    _ => format!("the types of images are {}", list(image_type_names(), 16)),
+                };
                 self.problems.push(Diagnostic::error("wrong-shape", message).at(&value.location, "").help(help));
                 return None;
             }

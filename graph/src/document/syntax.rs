@@ -25,6 +25,10 @@ impl Errors {
         self.0.is_empty()
     }
 
+    pub(super) fn last(&self) -> Option<&Diagnostic> {
+        self.0.last()
+    }
+
     pub(super) fn into_list(self) -> Vec<Diagnostic> {
         self.0
     }
@@ -111,6 +115,9 @@ pub(super) fn no_comma(location: &Location, token: &str) -> Diagnostic {
 }
 
 pub(super) fn no_colon(location: &Location, token: &str) -> Diagnostic {
+    if token.strip_prefix('.').is_some_and(|rest| rest.starts_with(char::is_alphabetic)) {
+        return error("a name with a point is a text in quotes", location, "write `\"node.parameter\": value`");
+    }
     error(format!("expected a colon, but {}", found(token)), location, "an entry is written `name: value`")
 }
 

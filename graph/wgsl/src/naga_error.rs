@@ -24,11 +24,13 @@ const OTHER_LANGUAGES: &[(&str, &str)] = &[
     ("ddy", "dpdy"),
     ("dFdx", "dpdx"),
     ("dFdy", "dpdy"),
+    ("float", "f32"),
     ("float2", "vec2f"),
     ("float3", "vec3f"),
     ("float4", "vec4f"),
     ("frac", "fract"),
     ("half", "f32"),
+    ("int", "i32"),
     ("inversesqrt", "inverseSqrt"),
     ("ivec2", "vec2i"),
     ("lerp", "mix"),
@@ -36,6 +38,9 @@ const OTHER_LANGUAGES: &[(&str, &str)] = &[
     ("mul", "*"),
     ("rsqrt", "inverseSqrt"),
     ("uvec2", "vec2u"),
+    ("vec2", "vec2f"),
+    ("vec3", "vec3f"),
+    ("vec4", "vec4f"),
 ];
 
 /// Parses a module. If functions have errors that do not depend on each other, the first few are reported.
@@ -70,12 +75,18 @@ fn parse_error(source: &str, map: &SourceMap, error: &ParseError, byte: Option<u
     // naga has no place for this one.
     let is_too_deep = byte.is_none() && error.message().starts_with("internal");
     let message = if is_too_deep { TOO_DEEP } else { error.message() };
-    let mut shown = error_at(map, byte, message.to_owned());
+    let plain =
+        message.replace("`{AbstractFloat}`", "a number with a point").replace("`{AbstractInt}`", "a whole number");
+    let mut shown = error_at(map, byte, plain);
     shown.labels = labels(map, error.labels(), message);
     let unknown = error.labels().next().filter(|_| message.starts_with("no definition in scope"));
     let unknown = unknown.and_then(|(span, _)| source.get(span.to_range()?));
     let notes: Vec<&str> = error.notes().collect();
-    let help = unknown.and_then(|name| suggestion(name, map)).or((!notes.is_empty()).then(|| notes.join("; ")));
+    let at = error.labels().next().and_then(|(span, _)| span.to_range());
+    let help = unknown
+        .and_then(|name| suggestion(name, map))
+        .or((!notes.is_empty()).then(|| notes.join("; ")))
+        .or_else(|| advice(message, source, at?, map));
     shown.help = help.map(String::into_boxed_str);
     shown
 }
@@ -99,7 +110,13 @@ pub(crate) fn validation_error(
             None => None,
         }
     });
-    error_at(map, narrowest.and_then(|(_, span)| first_byte(span)), message)
+    let is_composed = message.starts_with("composing expects") || message.starts_with("Composing expects");
+    let mut shown = error_at(map, narrowest.and_then(|(_, span)| first_byte(span)), message);
+    if is_composed {
+        let help = "together, the arguments have as many numbers as the vector has components";
+        shown.help = Some(help.to_owned().into_boxed_str());
+    }
+    shown
 }
 
 pub(crate) fn error_at(map: &SourceMap, byte: Option<usize>, mut message: String) -> ShaderError {
@@ -138,6 +155,40 @@ fn suggestion(unknown: &str, map: &SourceMap) -> Option<String> {
         names.extend(tokens.iter().filter(|token| token.kind == TokenKind::Name).map(|token| token.of(text)));
     }
     did_you_mean(unknown, names.into_iter().filter(|name| *name != unknown).chain(builtin))
+}
+
+/// How to mend the mistakes that those make who write in other languages.
+fn advice(message: &str, source: &str, at: std::ops::Range<usize>, map: &SourceMap) -> Option<String> {
+    const COMPONENTS: &str = "xyzwrgba";
+    let word = source.get(at.clone())?;
+    if message.starts_with("expected `;`") {
+        return Some("a statement ends with `;`: it is missing before this".to_owned());
+    }
+    if message.starts_with("invalid field accessor") {
+        let is_of_vector = word.chars().all(|c| COMPONENTS.contains(c));
+        let owner = source.get(..at.start)?.trim_end_matches('.');
+        let owner = owner.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
+        let ty = map.author_texts().find_map(|text| type_of(text, owner));
+        let told = ty.map(|ty| format!("{} is a {}", quote(owner), quote(ty)));
+        if !is_of_vector {
+            return suggestion(word, map).or(told);
+        }
+        let of_vector = "a vector has `x`, `y`, `z`, `w` or `r`, `g`, `b`, `a`, as many as its size";
+        return Some(told.map_or(of_vector.to_owned(), |told| format!("{told}; {of_vector}")));
+    }
+    let before = source.get(..at.start)?.rsplit(['\n', ';', '{']).next()?.trim();
+    let is_type =
+        OTHER_LANGUAGES.iter().any(|(other, name)| *other == before && !name.starts_with(|c| "%*".contains(c)));
+    let declares = message.starts_with("expected assignment") && is_type;
+    declares.then(|| format!("WGSL declares a value by `let {word} = ...`, and one that changes by `var {word} = ...`"))
+}
+
+/// The type that a declaration `name: type` states.
+fn type_of<'t>(text: &'t str, name: &str) -> Option<&'t str> {
+    let tokens = tokens(text).ok()?;
+    let is_declared = |window: &[Token]| window[0].of(text) == name && window[1].is(':');
+    let window = tokens.windows(3).find(|window| is_declared(window))?;
+    Some(window[2].of(text))
 }
 
 fn root_cause(error: &dyn std::error::Error) -> String {

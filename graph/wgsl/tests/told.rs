@@ -42,6 +42,28 @@ fn names_of_other_languages_and_near_names_are_suggested() {
 }
 
 #[test]
+fn common_mistakes_have_advice() {
+    let vector = "`v` is a `vec3f`; a vector has `x`, `y`, `z`, `w` or `r`, `g`, `b`, `a`, as many as its size";
+    let declared = "WGSL declares a value by `let x = ...`, and one that changes by `var x = ...`";
+    for (body, help) in [
+        ("return v.a;", vector),
+        ("return v.rgbx;", vector),
+        ("return p.strenght;", "did you mean `strength`?"),
+        ("return p.gain;", "`p` is a `Parameters`"),
+        ("float x = 1.0; return x;", declared),
+        ("vec3 x = v; return x.x;", declared),
+        ("return 1.0", "a statement ends with `;`: it is missing before this"),
+        ("return vec4f(v, v).x;", "together, the arguments have as many numbers as the vector has components"),
+    ] {
+        let text = format!("struct Parameters {{ strength: f32 }}\nfn f(v: vec3f, p: Parameters) -> f32 {{ {body} }}");
+        let error = error_of(&text);
+        assert_eq!(error.help.as_deref(), Some(help), "{body}: {error}");
+    }
+    let number = error_of("fn f() -> i32 { let x: i32 = 2.5; return x; }");
+    assert!(number.message.ends_with("but got a number with a point"), "{number}");
+}
+
+#[test]
 fn the_first_five_functions_with_errors_are_reported_each_at_its_place() {
     let wrong = |count: usize| {
         (0..count).map(|at| format!("fn f{at}(v: f32) -> f32 {{ return wrong{at}(v) + 1.0; }}\n")).collect::<String>()

@@ -101,7 +101,8 @@ impl Diagnostic {
     pub fn did_you_mean<'a>(mut self, wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Self {
         let near = equally_near(wrong, names);
         let Some(first) = near.first() else { return self };
-        self.help = Some(format!("did you mean {}?", quote(first)));
+        let names: Vec<String> = near.iter().take(3).map(|name| quote(name)).collect();
+        self.help = Some(format!("did you mean {}?", names.join(" or ")));
         // In a text in quotes, some characters would need an escape.
         let is_plain = !first.contains(['"', '\\']) && !first.contains(char::is_control);
         if near.len() == 1 && is_plain { self.correct(wrong, *first) } else { self }

@@ -26,7 +26,7 @@ pub fn did_you_mean<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -
     nearest(wrong, names).map(|name| format!("did you mean {}?", quote(name)))
 }
 
-/// The name nearest to `wrong`, if at most a third of the letters of `wrong` differ.
+/// The name nearest to `wrong`, if at most a third of the letters of `wrong` differ, or one begins with the other.
 pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     equally_near(wrong, names).first().copied()
 }
@@ -43,7 +43,13 @@ pub(super) fn equally_near<'a>(wrong: &str, names: impl IntoIterator<Item = &'a 
     let distance = |name: &str| {
         let plain = plain(name);
         let is_beginning = meant.len() >= 4 && plain.starts_with(&meant);
-        if is_beginning { 1 } else { strsim::damerau_levenshtein(&meant, &plain) }
+        // `ToneMapping` for `ToneMap`.
+        let is_longer = plain.len() >= 5 && meant.len() < 2 * plain.len() && meant.starts_with(&plain);
+        match strsim::damerau_levenshtein(&meant, &plain) {
+            _ if is_beginning => 1,
+            distance if is_longer => distance.min(allowed),
+            distance => distance,
+        }
     };
     let near = names.into_iter().filter(|name| name.len() <= MAX_LENGTH).map(|name| (distance(name), name));
     let mut near: Vec<(usize, &str)> = near.filter(|(distance, _)| *distance <= allowed).collect();

@@ -179,7 +179,7 @@ impl Format {
         } else if hdr::MAGICS.iter().any(|magic| start.starts_with(magic)) {
             Ok(Self::Hdr)
         } else if start.is_empty() {
-            Err(CodecError::new(ErrorKind::Broken, "the file is empty"))
+            Err(CodecError::new(ErrorKind::Broken, "the file is empty").hint("copy or render it again"))
         } else {
             Err(unknown_format(&start))
         }

@@ -207,7 +207,7 @@ impl Parser<'_> {
         match (left, sign) {
             (left, Some(comparison)) => {
                 self.next += 1;
-                self.refuse_flag()?;
+                self.refuse_flag(&left)?;
                 Ok(Expression::Compare(left, comparison, self.side()?))
             }
             (Side::Fact(name), None) => Ok(Expression::Flag(name)),
@@ -215,12 +215,13 @@ impl Parser<'_> {
         }
     }
 
-    fn refuse_flag(&self) -> Result<(), ConditionError> {
+    fn refuse_flag(&self, left: &Side) -> Result<(), ConditionError> {
+        let fact = if let Side::Fact(name) = left { name.as_str() } else { "emissive" };
         match self.peek() {
             Some(Token::Word(word)) if word == "true" || word == "false" => Err(ConditionError {
                 span: self.span(),
                 message: "only numbers are compared".into(),
-                help: "write `emissive` for what must be true and `not emissive` for what must be false".into(),
+                help: format!("write `{fact}` for what must be true and `not {fact}` for what must be false"),
             }),
             _ => Ok(()),
         }

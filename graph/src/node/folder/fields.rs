@@ -73,7 +73,8 @@ impl<'d> Fields<'d> {
         let item = self.take(name);
         if item.is_none() && !self.is_partial {
             let message = format!("{} needs {}", self.what, quote(name));
-            self.diagnostics.push(Diagnostic::error("missing-field", message).at(&self.location, ""));
+            let missing = Diagnostic::error("missing-field", message).at(&self.location, "");
+            self.diagnostics.push(missing.help(format!("add `{name}: ...`; nodes/README.md has an example")));
         }
         item
     }

@@ -1,5 +1,7 @@
 //! The linker: instances of files, what is changed in them, and the module that they become.
 
+use afterimage_base::diagnostic::did_you_mean;
+
 use super::contents::check_contents;
 use super::edit;
 use super::emit::emit;
@@ -143,7 +145,9 @@ impl<'a> Linker<'a> {
     fn unknown(&self, library: Option<&Library>, name: &str) -> String {
         let own = library.into_iter().flat_map(Library::names);
         let known: Vec<&str> = own.chain(FRAMEWORK.names()).collect();
-        format!("no shared file is called `{name}`; there are `{}`", known.join("`, `"))
+        let near = did_you_mean(name, known.iter().copied());
+        let known = || format!("there are `{}`", known.join("`, `"));
+        format!("no shared file is called `{name}`; {}", near.unwrap_or_else(known))
     }
 
     /// A name for generated code: what `name` means in that file, wherever it is declared.

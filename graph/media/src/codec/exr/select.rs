@@ -4,6 +4,7 @@
 //! to layer `diffuse` and `R` to the nameless one. The name of a part counts as a layer around
 //! its channels.
 
+use afterimage_base::diagnostic::did_you_mean;
 use exr::meta::header::Header;
 
 use super::label::cryptomattes;
@@ -157,8 +158,12 @@ fn unknown(parts: &[Part], name: &str) -> CodecError {
         return unsupported(format!("layer `{name}` is neither a color nor a vector"))
             .hint(format!("name one of its channels: {}", group.full_names().join(", ")));
     }
+    let groups: Vec<&Group> = parts.iter().flat_map(|part| &part.groups).collect();
+    let channels: Vec<String> = groups.iter().flat_map(|group| group.full_names()).collect();
+    let names = groups.iter().map(|group| &*group.prefix).chain(channels.iter().map(String::as_str));
+    let near = did_you_mean(name, names.filter(|name| !name.is_empty()));
     CodecError::new(ErrorKind::Missing, format!("it has no layer or channel `{name}`"))
-        .hint(format!("it has {}", contents(parts)))
+        .hint(near.unwrap_or_else(|| format!("it has {}", contents(parts))))
 }
 
 fn no_picture(parts: &[Part]) -> CodecError {
