@@ -1,4 +1,4 @@
-//! Nodes that run in one of several frames, and values that are read a frame later, against pipelines without either.
+//! Nodes that run in one of several frames, against those that run in all.
 
 use afterimage_gpu::{FrameStep, Session, Texels};
 use afterimage_graph::check::{Graph, NoFiles};
@@ -87,7 +87,7 @@ fn turn(numbers: &[u32], at: usize, every: u32) -> usize {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_node_in_every_frame_is_a_node_without_the_field() {
     assert_eq!(plan(&bloom("every: 1")), plan(&bloom("")));
-    assert_eq!(plan(&meter("every: 1", "every: 1, late: false")), plan(&meter("", "")));
+    assert_eq!(plan(&meter("every: 1", "every: 1")), plan(&meter("", "")));
     let held = plan(&bloom("every: 4"));
     let spared: Vec<&str> = held
         .work()
@@ -121,18 +121,46 @@ fn a_held_bloom_is_that_of_the_last_turn() {
     }
 }
 
+/// What only a held bloom remembers is new in its turns alone: the bloom is that of a sequence of these frames.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_held_bloom_remembers_its_last_turn() {
+    let limited = |fields: &str| {
+        let text = format!(
+            "Pipeline(inputs: {{ \"scene\": Exposed }}, nodes: {{ \
+             \"bright\": Extract(source: \"scene\", before: \"bright.peaks@previous\", fireflies: Limit), \
+             \"mips\": Downsample(source: \"bright\", levels: 3), \
+             \"bloom\": Upsample(source: \"mips\", {fields}), \
+             \"lit\": Composite(base: \"scene\", bloom: \"bloom\", blend: Add, strength: 0.5) }}, \
+             outputs: {{ \"bloom\": \"bloom\", \"lit\": \"lit\" }})"
+        );
+        checked(&text, &NoFiles)
+    };
+    for every in [2, 3] {
+        let held = limited(&format!("every: {every}"));
+        for size in [[1, 1], [37, 23], [64, 36]] {
+            let all = Film::frames(&held, size, 0..12);
+            let turns = Film::frames(&limited(""), size, (0..12).step_by(every));
+            for (at, shown) in all.iter().enumerate() {
+                assert!(shown[0] == turns[at / every][0], "every {every}, {size:?}: frame {at}");
+            }
+        }
+        let plan = plan(&held);
+        let in_turns = plan.turns().iter().filter(|turns| !turns.is_empty()).count();
+        assert_eq!(in_turns, plan.passes.len() - 2, "all but the last pass and a copy: {}", plan.to_text());
+        assert!(
+            plan.to_text().contains(&format!("bright.peaks    32x18 R16Float, {every} frames")),
+            "{}",
+            plan.to_text()
+        );
+    }
+}
+
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_does_not_move_is_the_same_without_a_step() {
-    let sets = [
-        ("mips.every", "4"),
-        ("grid.every", "3"),
-        ("around.every", "2"),
-        ("counted.every", "4"),
-        ("metered.late", "true"),
-    ];
-    for (name, sets) in [("tsushima.ron", &sets[..]), ("exposure.ron", &[("bins.every", "4"), ("meter.late", "true")])]
-    {
+    let sets = [("mips.every", "4"), ("grid.every", "3"), ("around.every", "2"), ("counted.every", "4")];
+    for (name, sets) in [("tsushima.ron", &sets[..]), ("exposure.ron", &[("bins.every", "4")])] {
         let (exact, held) = (changed(name, None, &[]), changed(name, None, sets));
         let (mut one, mut other) = (Film::new(&exact), Film::new(&held));
         for frame in 0..7 {
@@ -142,7 +170,7 @@ fn what_does_not_move_is_the_same_without_a_step() {
             let [one, other] = [&mut one, &mut other].map(|film| film.frame(frame, &picture, dt, reset));
             assert!(one == other, "{name}: frame {frame}");
         }
-        assert!(!other.session.plan().held.is_empty() && other.session.plan().late.len() == 1);
+        assert!(!other.session.plan().held.is_empty());
     }
 }
 
@@ -178,44 +206,22 @@ fn a_cut_another_size_and_another_number_run_all() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_late_value_is_that_of_the_frame_before() {
-    let (mut exact, mut late) = (Film::new(&meter("", "")), Film::new(&meter("", "late: true")));
-    let mut before = Vec::new();
-    for frame in 0..8 {
-        let (picture, is_cut) = (moving([33, 20], frame), frame == 5);
-        let [exact, late] = [&mut exact, &mut late].map(|film| film.frame(frame, &picture, 0.1, is_cut));
-        let expected = if frame == 0 || is_cut { &exact[1].pixels } else { &before };
-        assert_eq!(late[1].pixels[0], expected[0], "frame {frame}");
-        assert_eq!(exact == late, frame == 0 || is_cut, "frame {frame}");
-        before.clone_from(&exact[1].pixels);
-    }
-    let plan = late.session.plan();
-    let last = plan.passes.last().expect("it has passes");
-    assert_eq!(last.pass.nodes, ["metered"], "it waits for all: {}", plan.to_text());
-    assert!(plan.to_text().contains("read in the next frame\n  metered\n"));
-}
-
-/// What keeps a state runs in every frame; what is not kept cannot be late.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_keeps_a_state_is_not_held() {
     let held = plan(&meter("", "every: 4"));
     assert!(held.held[0].results.is_empty() && held.turns().iter().all(|turns| turns.is_empty()));
     assert!(held.to_text().contains("metered  runs in every frame, because it keeps a state"));
     let remembered = "Pipeline(inputs: { \"scene\": Color }, nodes: { \
-        \"trail\": Composite(base: \"scene\", bloom: \"trail@previous\", every: 4, late: true) }, \
+        \"trail\": Composite(base: \"scene\", bloom: \"trail@previous\", every: 4) }, \
         outputs: { \"out\": \"trail\" })";
     let held = plan(&checked(remembered, &NoFiles));
-    assert!(held.held[0].results.is_empty() && held.late.is_empty(), "{}", held.to_text());
-    let fixed = plan(&meter("", "late: true, min_ev: 3.0, max_ev: 3.0"));
-    assert_eq!(fixed.late, ["metered"], "the probe reads all of it: {}", fixed.to_text());
+    assert!(held.held[0].results.is_empty(), "{}", held.to_text());
 }
 
 /// The state of one session continues in another, in the middle of a turn.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_is_held_is_a_part_of_the_state() {
-    for (graph, step) in [(bloom("every: 4"), 1), (meter("every: 3", "late: true"), 1), (bloom("every: 4"), 3)] {
+    for (graph, step) in [(bloom("every: 4"), 1), (meter("every: 3", ""), 1), (bloom("every: 4"), 3)] {
         let (mut whole, mut first, mut second) = (Film::new(&graph), Film::new(&graph), Film::new(&graph));
         for frame in 0..9 {
             let (number, picture) = (step * frame, moving([40, 24], frame));
@@ -259,12 +265,8 @@ fn the_largest_steps_of_a_moving_sequence() {
     };
     for (name, sets) in [
         ("tsushima.ron", &[("counted.every", "4")][..]),
-        ("tsushima.ron", &[("metered.late", "true")]),
         ("tsushima.ron", &[("mips.every", "2")]),
-        (
-            "tsushima.ron",
-            &[("counted.every", "4"), ("metered.late", "true"), ("mips.every", "4"), ("smooth.every", "4")],
-        ),
+        ("tsushima.ron", &[("counted.every", "4"), ("mips.every", "4"), ("smooth.every", "4")]),
     ] {
         let ((exact, wanted), (largest, found)) = (step(name, &[]), step(name, sets));
         let errors = wanted.iter().zip(&found).flat_map(|(one, other)| one.pixels.iter().zip(&other.pixels));

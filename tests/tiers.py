@@ -18,16 +18,17 @@ def milliseconds(folder, name, tier, size):
 
 
 def table(folder):
-    print("pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on")
+    print("pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving")
     for path in sorted(folder.glob("*.json")):
         if "." in path.stem:
             continue
         measured = json.loads(path.read_text())
+        moving = dict(tiers(json.loads(path.with_suffix(".walk.json").read_text())))
         for tier, row in tiers(measured):
             times = [milliseconds(folder, path.stem, tier, size) for size in ("3840x2160", "1920x1080")]
             figures = f"{times[0]:.3f},{times[1]:.3f},{row['p999']:.2f},{row['flip']:.3f}"
             worst = max(row["images"], key=lambda image: image["p999"])
-            print(f"{path.stem},{tier},{figures},{worst['image']}")
+            print(f"{path.stem},{tier},{figures},{worst['image']},{moving[tier]['p999']:.2f}")
 
 
 command, path = sys.argv[1:]

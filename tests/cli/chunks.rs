@@ -75,10 +75,10 @@ fn parts_of_a_metered_sequence_are_the_whole() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn parts_with_held_results_and_a_late_meter_are_the_whole() {
-    let sets = "--set mips.every=5 --set counted.every=3 --set metered.late=true";
+fn parts_with_held_results_are_the_whole() {
+    let sets = "--set mips.every=5 --set counted.every=3";
     let line = format!("render {{tsushima}} shot.#.exr {sets} -o OUT.#.png --depth 16");
-    parts_are_the_whole("chunks-late", &line, &["OUT.#.png"]);
+    parts_are_the_whole("chunks-every", &line, &["OUT.#.png"]);
     // Nothing else is a state.
     let line = "render {lynx} shot.#.exr --set mips.every=5 -o OUT.#.png --depth 16";
     parts_are_the_whole("chunks-held", line, &["OUT.#.png"]);

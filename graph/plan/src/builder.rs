@@ -27,8 +27,6 @@ pub(crate) struct PlanBuilder {
     pub(crate) baked: Vec<Baked>,
     /// The results of nodes that do not run in every frame.
     pub(crate) held: Vec<Held>,
-    /// The nodes whose values are read a frame later.
-    pub(crate) late: Vec<String>,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
     pub(crate) dynamic: BTreeMap<usize, NodeContext>,
 }

@@ -1,15 +1,14 @@
-//! Nodes that do not run in every frame, and values that are read a frame later.
+//! Nodes that do not run in every frame.
 //!
 //! The results of a node with `every` have memory of their own. Which passes work for them alone follows from the
-//! finished plan. The passes of a node with `late` come after all that read its value.
+//! finished plan.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use afterimage_graph::check::Graph;
-use afterimage_graph::node::{BufferLife, ImageId, InputValue, Origin, Pass, Recording, Resource};
+use afterimage_graph::node::{BufferId, BufferLife, ImageId, InputValue, Origin, Pass, Recording, Resource};
 
 use crate::builder::PlanBuilder;
-use crate::plan::Held;
+use crate::plan::{Held, made_for};
 
 /// What a node makes that can be held: images and buffers of its own. Nothing if it keeps a state of its own. The
 /// recording had these numbers of images and buffers before it.
@@ -34,13 +33,6 @@ pub(crate) fn results(recording: &Recording, made: &[InputValue], [images, buffe
     all.filter(is_own).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// The number of each node with `every` among all of them, by their names: what staggers them.
-pub(crate) fn turns(graph: &Graph) -> BTreeMap<&str, u32> {
-    let names: BTreeSet<&str> =
-        graph.nodes.iter().filter(|node| node.every > 1).map(|node| node.name.as_str()).collect();
-    names.into_iter().zip(0..).collect()
-}
-
 /// A node of which an earlier result is read makes it in every frame.
 pub(crate) fn release_remembered(builder: &mut PlanBuilder) {
     let remembered = builder.kept();
@@ -51,7 +43,7 @@ pub(crate) fn release_remembered(builder: &mut PlanBuilder) {
     }
 }
 
-/// Gives what is held memory of its own, once it is known which passes are needed.
+/// Gives what is held memory of its own and a phase, once it is known which passes are needed.
 pub(crate) fn hold(builder: &mut PlanBuilder) {
     let PlanBuilder { recording, held, .. } = builder;
     if held.is_empty() {
@@ -70,39 +62,82 @@ pub(crate) fn hold(builder: &mut PlanBuilder) {
     held.retain(|held| nodes.contains(held.node.as_str()));
     let images: Vec<ImageId> = held.iter().flat_map(|held| &held.results).filter_map(|result| result.image()).collect();
     images.into_iter().for_each(|image| recording.images[image.0 as usize].origin = Origin::Held);
+    follow_turns(builder);
+    stagger(builder);
 }
 
-/// Puts the passes of late values behind all others.
-///
-/// In a frame that begins anew a late value is made first, and what it is made from is made again with all others. So
-/// that needs to be possible: a value stays where it is if it is made from what a pass keeps or draws, or in several
-/// passes, or if it is not kept.
-pub(crate) fn put_off(builder: &mut PlanBuilder, graph: &Graph) {
-    let nodes: BTreeSet<&str> = graph.nodes.iter().filter(|node| node.late).map(|node| node.name.as_str()).collect();
-    if nodes.is_empty() {
-        return;
-    }
-    let recording = &mut builder.recording;
-    let passes = std::mem::take(&mut recording.passes);
-    let is_kept = |resource: &Resource| match *resource {
-        Resource::Buffer(buffer) => recording.buffer(buffer).life == BufferLife::Persistent,
-        Resource::Image(_) => false,
-    };
-    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-    passes.iter().for_each(|pass| *counts.entry(&pass.nodes[0]).or_default() += 1);
-    let is_late = |node: &str| nodes.contains(node) && counts.get(node) == Some(&1);
-    let mut once: BTreeSet<Resource> = BTreeSet::new();
-    let mut late = Vec::new();
-    for pass in &passes {
-        let (reads, writes) = (pass.reads(), pass.writes());
-        let is_made_once = pass.drawing().is_some() || reads.iter().any(|read| once.contains(read));
-        late.push(is_late(&pass.nodes[0]) && !is_made_once && writes.iter().all(is_kept));
-        if is_made_once || writes.iter().any(is_kept) {
-            once.extend(writes);
+/// An earlier image that only held work reads is made in its turns too: what was one frame ago is then one turn ago. A
+/// frame out of turn, as after a change of values, finds an older one.
+fn follow_turns(builder: &mut PlanBuilder) {
+    let pasts: Vec<(usize, ImageId, u32)> = (builder.recording.images.iter().enumerate())
+        .filter_map(|(past, image)| match image.origin {
+            Origin::Previous { of, frames } => Some((past, of, frames)),
+            _ => None,
+        })
+        .collect();
+    for &(past, of, frames) in &pasts {
+        let (past_image, image) = (Resource::Image(ImageId(past as u32)), Resource::Image(of));
+        let is_read = builder.recording.passes.iter().any(|pass| pass.reads().contains(&image));
+        let is_shown = builder.outputs.iter().any(|output| output.image == of);
+        let is_once = pasts.iter().filter(|(_, other, _)| *other == of).count() == 1;
+        let mut lasting = lasting(builder);
+        lasting.remove(&image);
+        let reader = only_user(builder, &lasting, |pass| pass.reads().contains(&past_image));
+        let Some(at) = reader.filter(|_| is_once && !is_read && !is_shown) else { continue };
+        builder.held[at].results.push(image);
+        if only_user(builder, &lasting, |pass| pass.writes().contains(&image)) == Some(at) {
+            let frames = frames * builder.held[at].turn.every;
+            builder.recording.images[past].origin = Origin::Previous { of, frames };
+        } else {
+            builder.held[at].results.pop();
         }
     }
-    let mut late = late.into_iter();
-    let (late, others): (Vec<Pass>, Vec<Pass>) = passes.into_iter().partition(|_| late.next() == Some(true));
-    builder.late = late.iter().map(|pass| pass.nodes[0].clone()).collect();
-    recording.passes = others.into_iter().chain(late).collect();
+}
+
+/// The one held node for which alone some passes run, if there is one.
+fn only_user(builder: &PlanBuilder, lasting: &BTreeSet<Resource>, is_one: impl Fn(&Pass) -> bool) -> Option<usize> {
+    let passes: Vec<&Pass> = builder.recording.passes.iter().collect();
+    let all = passes.iter().zip(made_for(&passes, &held(builder), lasting)).filter(|(pass, _)| is_one(pass));
+    let users: BTreeSet<BTreeSet<usize>> = all.map(|(_, users)| users).collect();
+    match users.first()?.iter().collect::<Vec<_>>()[..] {
+        [at] if users.len() == 1 => Some(*at),
+        _ => None,
+    }
+}
+
+/// The places of the held results among all.
+fn held(builder: &PlanBuilder) -> BTreeMap<Resource, usize> {
+    let held = builder.held.iter().enumerate();
+    held.flat_map(|(at, held)| held.results.iter().map(move |result| (*result, at))).collect()
+}
+
+/// What each frame must write: what leaves it, and what later frames read.
+fn lasting(builder: &PlanBuilder) -> BTreeSet<Resource> {
+    let images = builder.kept().into_iter().map(Resource::Image);
+    let buffers = builder.recording.buffers.iter().zip(0..);
+    let buffers = buffers.filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
+    images.chain(buffers.map(|(_, id)| Resource::Buffer(BufferId(id)))).collect()
+}
+
+/// Spreads the work over the frames: results run in frames of their own, but those that share passes which nobody else
+/// needs run together, or these passes would run for each.
+fn stagger(builder: &mut PlanBuilder) {
+    let passes: Vec<&Pass> = builder.recording.passes.iter().collect();
+    let mut groups: Vec<usize> = (0..builder.held.len()).collect();
+    for sharing in made_for(&passes, &held(builder), &lasting(builder)) {
+        let joined: BTreeSet<usize> = sharing.iter().map(|at| groups[*at]).collect();
+        if let Some(first) = joined.first() {
+            groups.iter_mut().filter(|group| joined.contains(group)).for_each(|group| *group = *first);
+        }
+    }
+    // In the order of names, which every way of planning has.
+    let mut by_name: Vec<usize> = (0..groups.len()).collect();
+    by_name.sort_by_key(|at| &builder.held[*at].node);
+    let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
+    for at in by_name {
+        let next = numbers.len() as u32;
+        let number = *numbers.entry(groups[at]).or_insert(next);
+        let turn = &mut builder.held[at].turn;
+        turn.phase = number % turn.every;
+    }
 }

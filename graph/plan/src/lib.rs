@@ -7,7 +7,7 @@
 //! | `specialize` | decides which nodes run; puts fallbacks in the place of the others |
 //! | `record` | lets every node record its passes; sizes images that depend on earlier frames |
 //! | `cull` | removes passes whose results nothing reads |
-//! | `hold` | keeps results of nodes that run in some frames; puts late values behind their readers |
+//! | `hold` | keeps results of nodes that run in some frames |
 //! | `sanitize` | puts copies in front of shaders that read host images directly |
 //! | `bake` | puts tables in the place of runs of point functions |
 //! | `fusion` | joins passes: point kernels, halvings by rows, reductions of one image |
@@ -64,7 +64,7 @@ pub use error::{NodeShaderError, PlanError};
 pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
-    AliasingBarrier, Baked, Batch, Fused, Held, LatePasses, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
+    AliasingBarrier, Baked, Batch, Fused, Held, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
     PlannedImage, PlannedPass, RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent,
     StateItem, Transition, Turn, UniformBlock, Use,
 };

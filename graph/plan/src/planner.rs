@@ -11,7 +11,7 @@ use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
-use crate::hold::{hold, put_off};
+use crate::hold::hold;
 use crate::limits::MAX_COMPUTED_BYTES;
 use crate::memory::memory;
 use crate::options::Alias;
@@ -63,7 +63,6 @@ fn plan_with_tables_up_to(
     cull(&mut builder);
     if !request.options.exact {
         hold(&mut builder);
-        put_off(&mut builder, graph);
     }
     if request.options.probes {
         probes(&mut builder);
@@ -94,7 +93,6 @@ fn plan_with_tables_up_to(
         shared_reads: builder.shared_reads,
         baked: builder.baked,
         held: builder.held,
-        late: builder.late,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
         size: request.given.size,
         options,

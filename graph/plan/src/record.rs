@@ -74,8 +74,6 @@ struct RecordAttempt<'a> {
     known: BTreeMap<(usize, usize, u32), ImageId>,
     amounts: RecordingLimits,
     errors: Vec<NodeShaderError>,
-    /// See [`hold::turns`].
-    turns: BTreeMap<&'a str, u32>,
 }
 
 impl<'a> RecordAttempt<'a> {
@@ -106,7 +104,6 @@ impl<'a> RecordAttempt<'a> {
             known,
             amounts,
             errors: Vec::new(),
-            turns: hold::turns(graph),
         }
     }
 
@@ -246,7 +243,7 @@ impl<'a> RecordAttempt<'a> {
         let (made, errors) = record_node(&self.frame, &node.instance, &context, &mut self.builder.recording);
         if node.every > 1 && !self.request.options.exact {
             let results = hold::results(&self.builder.recording, &made, [first_image, first_buffer]);
-            let turn = Turn { every: node.every, phase: self.turns[node.name.as_str()] % node.every };
+            let turn = Turn { every: node.every, phase: 0 };
             self.builder.held.push(Held { node: node.name.clone(), turn, results });
         }
         self.made[index] = made;

@@ -54,7 +54,6 @@ pub(super) struct NodeDraft {
     pub(super) format: Option<Format>,
     pub(super) bake: Option<Bake>,
     pub(super) every: u32,
-    pub(super) late: bool,
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
     pub(super) states: Vec<Option<Option<ColorState>>>,

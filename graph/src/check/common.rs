@@ -1,4 +1,4 @@
-//! What every node takes besides its ports and parameters: `when`, `format`, `bake`, `every`, `late` and `label`.
+//! What every node takes besides its ports and parameters: `when`, `format`, `bake`, `every` and `label`.
 
 use super::build::GraphBuilder;
 use super::condition::{Condition, FactKind};
@@ -144,18 +144,6 @@ impl GraphBuilder<'_> {
             .help("`every: 4` runs the node in each fourth frame");
         self.report(diagnostic);
         1
-    }
-
-    /// Whether readers of a node get the value of the frame before.
-    pub(super) fn late(&mut self, item: &Item) -> bool {
-        match item.value {
-            Tree::Bool(late) => return late,
-            Tree::Broken => return false,
-            _ => {}
-        }
-        let diagnostic = Diagnostic::error("wrong-type", "`late` is `true` or `false`");
-        self.report(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
-        false
     }
 
     fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {

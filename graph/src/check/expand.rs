@@ -176,7 +176,7 @@ impl GraphBuilder<'_> {
                 "set" => changes = self.inner_settings(item),
                 "when" => around.when = self.condition(scope, &item),
                 "label" => around.label = self.label(&item),
-                field @ ("format" | "bake" | "every" | "late") => self.report(
+                field @ ("format" | "bake" | "every") => self.report(
                     Diagnostic::error("unknown-field", format!("a pipeline has no {field} of its own"))
                         .at(&name.location, "")
                         .help(format!("name a node inside: `set: {{ \"node.{field}\": ... }}`")),

@@ -79,8 +79,6 @@ pub struct GraphNode {
     pub bake: Option<Bake>,
     /// In one of how many frames it runs, from 1, if nothing has begun anew. Its results are held in between.
     pub every: u32,
-    /// Whether its readers get the value that it had after the frame before.
-    pub late: bool,
     /// The name that people shall see; the node's name otherwise.
     pub label: Option<String>,
     /// The state of each output, in the order of the kind's ports; `None` for what has none.
@@ -125,7 +123,7 @@ impl GraphNode {
 
     /// Whether all but the values of parameters is the same.
     fn has_structure_of(&self, other: &Self) -> bool {
-        let Self { name, instance, wires, when, off, format, bake, every, late, label, states } = other;
+        let Self { name, instance, wires, when, off, format, bake, every, label, states } = other;
         self.name == *name
             && self.kind().is(instance.kind())
             && self.wires == *wires
@@ -133,7 +131,7 @@ impl GraphNode {
             && self.off == *off
             && self.format == *format
             && self.bake == *bake
-            && (self.every, self.late) == (*every, *late)
+            && self.every == *every
             && self.label == *label
             && self.states == *states
     }

@@ -15,7 +15,7 @@ use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
 /// The kind name of a pipeline used as a node.
 pub(super) const PIPELINE: &str = "Pipeline";
 /// Fields that every node has, besides its ports and parameters.
-pub(super) const COMMON: [&str; 6] = ["when", "format", "bake", "every", "late", "label"];
+pub(super) const COMMON: [&str; 5] = ["when", "format", "bake", "every", "label"];
 
 impl GraphBuilder<'_> {
     /// A node of a kind.
@@ -107,7 +107,6 @@ impl GraphBuilder<'_> {
             "format" => draft.format = self.format(item),
             "bake" => draft.bake = self.bake(item),
             "every" => draft.every = self.every(item),
-            "late" => draft.late = self.late(item),
             "label" => draft.label = self.label(item),
             _ => return false,
         }
@@ -227,7 +226,6 @@ impl GraphBuilder<'_> {
             format: draft.format,
             bake: draft.bake,
             every: draft.every,
-            late: draft.late,
             label: self.full_label(draft),
             states: draft.states.iter().map(|state| state.flatten()).collect(),
         }
@@ -251,7 +249,6 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
         format: None,
         bake: None,
         every: 1,
-        late: false,
         label: None,
         states: vec![None; kind.outputs().len()],
         is_partial: entry.fields.is_partial,

@@ -248,7 +248,6 @@ fn each_mistake_is_reported_once_where_it_is_and_with_what_helps() {
             with("every: 17"),
             ["bad-every", "17", "`every` is a number from 1 to 16", "`every: 4` runs the node in each fourth frame"],
         ),
-        (with("late: 1"), ["wrong-type", "1", "`late` is `true` or `false`", ""]),
         (
             pipeline(&format!(r#""a": Tint(source: {wire}), "b": Tint(source: {wire})"#), "a", ""),
             ["unneeded-node", "\"b\"", "nobody reads `b`", "the node is left out of every plan"],
@@ -290,7 +289,7 @@ fn what_is_nearly_wrong_is_right() {
             nodes: { "a": Pipeline(file: "idle.ron", in: "s", more: "t") })"#
             .to_owned(),
         pipeline(r#""a": Tint(source: "s", bake: 33, format: R16Float, when: "x < 1 or y")"#, "a", ""),
-        pipeline(r#""a": Tint(source: "s", every: 16, late: true)"#, "a", r#"set: { "a.every": 1, "a.late": false }"#),
+        pipeline(r#""a": Tint(source: "s", every: 16)"#, "a", r#"set: { "a.every": 1 }"#),
         pipeline(r#""a": Tint(source: "s", when: "dark")"#, "a", r#"facts: { "dark": "-" }"#),
         pipeline(r#""a": Tint(source: "s")"#, "a", r#"tiers: { "low": { "a": Off, "a.keep": false } }"#),
     ] {

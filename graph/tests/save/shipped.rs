@@ -36,8 +36,16 @@ fn shipped() -> (Folder, Vec<(String, String)>) {
 }
 
 /// Parameters that take no other value alone: other values do not fit the format, the file or the curve of the node.
-const FIXED: [&str; 7] =
-    ["display.bits", "sdr.bits", "look.state", "looked.state", "graded.space", "mapped.space", "hdr-mapped.space"];
+const FIXED: [&str; 8] = [
+    "display.bits",
+    "dithered.bits",
+    "sdr.bits",
+    "look.state",
+    "looked.state",
+    "graded.space",
+    "mapped.space",
+    "hdr-mapped.space",
+];
 
 /// Values near the present one, within the domain and not.
 fn candidates(graph: &Graph, id: ParameterId) -> Vec<Value> {

@@ -110,7 +110,6 @@ impl Growing {
             format,
             bake: None,
             every: 1,
-            late: false,
             label: None,
             states: vec![None; kind.outputs().len()],
         });

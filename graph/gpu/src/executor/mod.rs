@@ -350,20 +350,13 @@ impl Executor {
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         let number = self.frame_index.wrapping_add(self.number_offset);
         loaded.turns.begin(number, (!begins).then(|| self.last_number.unwrap_or(number.wrapping_sub(1))));
-        let mut commands = FrameCommands {
+        let commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
             fills_tables: loaded.tables.are_stale(),
-            has_late_values: false,
-            is_timed: true,
         };
-        let is_new = |pass: &usize| begins || loaded.uses_uninitialized(*pass);
-        if loaded.turns.late.own.iter().any(is_new) {
-            commands.record_late(encoder);
-            commands.has_late_values = true;
-        }
         commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = &loaded.timing {
@@ -427,8 +420,6 @@ impl Executor {
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
             fills_tables: true,
-            has_late_values: false,
-            is_timed: true,
         };
         commands.record(pass..pass + 1, encoder, &mut []);
         Ok(())

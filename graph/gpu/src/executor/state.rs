@@ -80,8 +80,6 @@ impl Executor {
             constants: &self.frame_constants,
             // No frame has filled those that these passes need.
             fills_tables: true,
-            has_late_values: false,
-            is_timed: true,
         };
         for &pass in passes {
             commands.record(pass..pass + 1, encoder, &mut []);

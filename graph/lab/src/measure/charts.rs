@@ -9,9 +9,9 @@ struct Chart {
     light: fn(u32, u32) -> [f32; 3],
 }
 
-/// Width and height: neither is a multiple of the halvings.
-const WIDTH: u32 = 331;
-const HEIGHT: u32 = 187;
+/// Width and height: neither is a multiple of the halvings. Glow has one level less than in a frame of 1080 lines.
+const WIDTH: u32 = 963;
+const HEIGHT: u32 = 541;
 /// The brightest half float.
 const SUN: f32 = 65504.0;
 /// Luminance of a landscape under stars, beside 0.18 for a gray card in a room.
@@ -21,7 +21,7 @@ const CHARTS: [Chart; 10] = [
     Chart { name: "lines", light: |x, y| gray(if (if y < HEIGHT / 2 { x } else { y }) % 5 == 0 { 8.0 } else { 0.05 }) },
     Chart { name: "dots", light: |x, y| gray(if x % 17 == 0 && y % 17 == 0 { 200.0 } else { 0.05 }) },
     Chart { name: "dots shifted", light: |x, y| gray(if x % 17 == 1 && y % 17 == 1 { 200.0 } else { 0.05 }) },
-    Chart { name: "one sun", light: |x, y| gray(if (x, y) == (97, 53) { SUN } else { 0.18 }) },
+    Chart { name: "one sun", light: |x, y| gray(if (x, y) == (397, 253) { SUN } else { 0.18 }) },
     Chart { name: "suns in the night", light: |x, y| gray(if x % 64 == 9 && y % 64 == 9 { SUN } else { NIGHT }) },
     Chart { name: "steps", light: steps },
     Chart { name: "colors", light: colors },
@@ -36,15 +36,15 @@ const fn gray(light: f32) -> [f32; 3] {
 
 /// Twenty-two grays, a stop from one to the next, with hard edges.
 fn steps(x: u32, _: u32) -> [f32; 3] {
-    gray(2.0_f32.powi((x / 15) as i32 - 12))
+    gray(2.0_f32.powi((x / 44) as i32 - 12))
 }
 
 /// Patches of the primaries and their mixes, from dim to ten times white.
 fn colors(x: u32, y: u32) -> [f32; 3] {
     const PATCHES: [[f32; 3]; 6] =
         [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
-    let brightness = [0.02, 0.18, 1.0, 10.0][(y / 47) as usize % 4];
-    PATCHES[(x / 56) as usize % PATCHES.len()].map(|channel| channel * brightness)
+    let brightness = [0.02, 0.18, 1.0, 10.0][(y / 136) as usize % 4];
+    PATCHES[(x / 161) as usize % PATCHES.len()].map(|channel| channel * brightness)
 }
 
 /// The names of all pictures.

@@ -117,8 +117,7 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
         resources.map(|resource| Some(plan.image(resource.image()?).desc)).collect()
     };
     let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
-    let is_in_turn = (&a.held, &a.late) == (&b.held, &b.late);
-    is_in_turn && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
+    a.held == b.held && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
 /// Whether frames of a plan depend on earlier frames.

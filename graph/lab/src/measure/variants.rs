@@ -77,8 +77,6 @@ pub(crate) enum SwitchTarget {
     Format,
     /// In one of how many frames the node runs.
     Every,
-    /// Whether the node's value is read a frame later.
-    Late,
 }
 
 /// A value that a switch can have.
@@ -89,7 +87,6 @@ pub(crate) enum SwitchValue {
     /// Of the format; `None` is the format that the node chooses.
     Format(Option<Format>),
     Every(u32),
-    Late(bool),
 }
 
 /// A quality switch of a pipeline, with the values to try.
@@ -113,7 +110,6 @@ impl SwitchValue {
             Self::Value(value) => Some(value.to_string()),
             Self::Format(format) => format.map(|format| format.name().to_owned()),
             Self::Every(every) => Some(every.to_string()),
-            Self::Late(late) => Some(late.to_string()),
         }
     }
 }
@@ -131,7 +127,6 @@ impl Switch {
             (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => drop(node.instance.set(at, value.clone())),
             (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
             (SwitchTarget::Every, SwitchValue::Every(every)) => node.every = *every,
-            (SwitchTarget::Late, SwitchValue::Late(late)) => node.late = *late,
             _ => unreachable!("the choices of a switch are of its target"),
         }
     }
@@ -142,7 +137,7 @@ pub(crate) fn switches(graph: &Graph) -> Vec<Switch> {
     let mut all = Vec::new();
     for (index, node) in graph.nodes.iter().enumerate().filter(|(_, node)| !node.off) {
         all.extend(parameter_switches(index, node));
-        all.extend(frame_switches(index, node));
+        all.extend(frame_switch(index, node));
         all.extend(format_switch(graph, index));
     }
     all
@@ -170,14 +165,15 @@ fn parameter_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Sw
     })
 }
 
-/// The switches of a node that the file does not run in every frame, or whose value it reads later.
-fn frame_switches(index: usize, node: &GraphNode) -> impl Iterator<Item = Switch> + '_ {
-    use SwitchValue::{Every, Late};
-    let every = (node.every > 1).then(|| ("every", SwitchTarget::Every, [Every(1), Every(node.every)]));
-    let late = node.late.then_some(("late", SwitchTarget::Late, [Late(false), Late(true)]));
-    every.into_iter().chain(late).map(move |(name, target, choices)| {
-        let (key, written) = (format!("{}.{name}", node.name), choices[1].clone());
-        Switch { node: index, target, key, choices: choices.into(), written }
+/// The switch of a node that the file does not run in every frame.
+fn frame_switch(index: usize, node: &GraphNode) -> Option<Switch> {
+    let written = SwitchValue::Every(node.every);
+    (node.every > 1).then(|| Switch {
+        node: index,
+        target: SwitchTarget::Every,
+        key: format!("{}.every", node.name),
+        choices: vec![SwitchValue::Every(1), written.clone()],
+        written,
     })
 }
 
@@ -230,9 +226,6 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     }
     if from.every != to.every {
         set("every", Some(to.every.to_string()));
-    }
-    if from.late != to.late {
-        set("late", Some(to.late.to_string()));
     }
     if from.label != to.label {
         set("label", to.label.as_ref().map(|label| format!("{label:?}")));

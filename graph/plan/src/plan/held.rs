@@ -1,41 +1,21 @@
-//! The passes of results that are held while their nodes do not run, and of values of the frame before.
+//! The passes of results that are held while their nodes do not run.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use afterimage_graph::node::{BufferId, BufferLife, Pass, Resource};
 
 use super::Plan;
-use super::turn::{LatePasses, Turn};
+use super::turn::Turn;
 
 impl Plan {
     /// For each pass the turns of the held results for which alone it runs; none if it runs in every frame, or fills a
     /// table.
     pub fn turns(&self) -> Vec<BTreeSet<Turn>> {
-        let held = self.held_results();
-        let lasting = self.lasting();
-        // `None` is what every frame needs.
-        let mut needed: BTreeMap<Resource, Option<BTreeSet<Turn>>> = BTreeMap::new();
+        let works: Vec<usize> = (0..self.passes.len()).filter(|pass| !self.fills_table(*pass)).collect();
+        let passes: Vec<&Pass> = works.iter().map(|at| &self.passes[*at].pass).collect();
         let mut turns = vec![BTreeSet::new(); self.passes.len()];
-        for index in (0..self.passes.len()).rev() {
-            let pass = &self.passes[index].pass;
-            if self.fills_table(index) {
-                continue;
-            }
-            let mut own = Some(BTreeSet::new());
-            for resource in pass.writes() {
-                let wanted = match held.get(&resource) {
-                    Some(turn) => Some(BTreeSet::from([*turn])),
-                    None if lasting.contains(&resource) => None,
-                    None => needed.get(&resource).cloned().unwrap_or_else(|| Some(BTreeSet::new())),
-                };
-                own = own.zip(wanted).map(|(own, wanted)| &own | &wanted);
-            }
-            let own = own.filter(|own| !own.is_empty());
-            for resource in pass.reads() {
-                let known = needed.entry(resource).or_insert_with(|| Some(BTreeSet::new()));
-                *known = known.take().zip(own.as_ref()).map(|(known, own)| &known | own);
-            }
-            turns[index] = own.unwrap_or_default();
+        for (at, own) in works.into_iter().zip(made_for(&passes, &self.held_results(), &self.lasting())) {
+            turns[at] = own;
         }
         turns
     }
@@ -60,26 +40,6 @@ impl Plan {
         (1..16).find(|frames| turns.iter().all(|every| frames % every == 0)).unwrap_or(16)
     }
 
-    /// The passes of the [late](Self::late) values.
-    pub fn late_passes(&self) -> LatePasses {
-        let late: BTreeSet<&str> = self.late.iter().map(String::as_str).collect();
-        let is_own = |pass: &Pass| matches!(pass.nodes.as_slice(), [node] if late.contains(node.as_str()));
-        let mut passes = LatePasses::default();
-        let mut needed: BTreeSet<Resource> = self.work().filter(|pass| is_own(pass)).flat_map(Pass::reads).collect();
-        for index in (0..self.passes.len()).rev() {
-            let pass = &self.passes[index].pass;
-            if is_own(pass) {
-                passes.own.push(index);
-            } else if pass.writes().iter().any(|resource| needed.contains(resource)) {
-                passes.before.push(index);
-                needed.extend(pass.reads());
-            }
-        }
-        passes.before.reverse();
-        passes.own.reverse();
-        passes
-    }
-
     /// The turn of each result that is held.
     pub fn held_results(&self) -> BTreeMap<Resource, Turn> {
         self.held.iter().flat_map(|held| held.results.iter().map(|resource| (*resource, held.turn))).collect()
@@ -93,4 +53,33 @@ impl Plan {
         let buffers = self.buffers.iter().zip(0..).filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
         images.chain(buffers.map(|(_, id)| Resource::Buffer(BufferId(id)))).collect()
     }
+}
+
+/// For each pass the held results for which alone it runs; none if every frame needs it.
+pub(crate) fn made_for<T: Ord + Copy>(
+    passes: &[&Pass],
+    held: &BTreeMap<Resource, T>,
+    lasting: &BTreeSet<Resource>,
+) -> Vec<BTreeSet<T>> {
+    // `None` is what every frame needs.
+    let mut needed: BTreeMap<Resource, Option<BTreeSet<T>>> = BTreeMap::new();
+    let mut all = vec![BTreeSet::new(); passes.len()];
+    for (pass, found) in passes.iter().zip(&mut all).rev() {
+        let mut own = Some(BTreeSet::new());
+        for resource in pass.writes() {
+            let wanted = match held.get(&resource) {
+                Some(result) => Some(BTreeSet::from([*result])),
+                None if lasting.contains(&resource) => None,
+                None => needed.get(&resource).cloned().unwrap_or_else(|| Some(BTreeSet::new())),
+            };
+            own = own.zip(wanted).map(|(own, wanted)| &own | &wanted);
+        }
+        let own = own.filter(|own| !own.is_empty());
+        for resource in pass.reads() {
+            let known = needed.entry(resource).or_insert_with(|| Some(BTreeSet::new()));
+            *known = known.take().zip(own.as_ref()).map(|(known, own)| &known | own);
+        }
+        *found = own.unwrap_or_default();
+    }
+    all
 }

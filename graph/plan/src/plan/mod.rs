@@ -15,12 +15,13 @@ use afterimage_base::image::{ColorState, Size};
 use afterimage_graph::node::{BlockId, HostBlock, ImageId, Origin, Pass, Resource, VirtualBuffer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
+pub(crate) use held::made_for;
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
 pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 pub use state::{StateContent, StateItem};
-pub use turn::{Held, LatePasses, Turn};
+pub use turn::{Held, Turn};
 
 use crate::options::Options;
 use crate::request::Part;
@@ -56,8 +57,6 @@ pub struct Plan {
     pub baked: Vec<Baked>,
     /// The results of nodes that do not run in every frame.
     pub held: Vec<Held>,
-    /// The nodes whose values are read a frame later.
-    pub late: Vec<String>,
     /// Parameters that change while the plan runs, as `node.parameter`.
     pub dynamic: Vec<String>,
     /// The size of the frame.

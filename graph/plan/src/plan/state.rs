@@ -79,9 +79,11 @@ impl Plan {
         for (index, (image, name)) in self.images.iter().zip(self.image_names()).enumerate() {
             let id = ImageId(index as u32);
             let back = held_for(Resource::Image(id));
-            if let Some(frames) = self.frames_remembered(id).or(back.and(Some(1))) {
+            let remembered = self.frames_remembered(id);
+            if let Some(frames) = remembered.or(back.and(Some(1))) {
                 let content = StateContent::History { image: id, desc: image.desc, frames };
-                let reach = (!self.is_made_from_the_past(Resource::Image(id))).then_some(back.unwrap_or(frames));
+                let reach = remembered.unwrap_or(0) + back.unwrap_or(0);
+                let reach = (!self.is_made_from_the_past(Resource::Image(id))).then_some(reach);
                 items.push(StateItem { name, content, reach });
             }
         }

@@ -1,4 +1,4 @@
-//! Results that are held while their nodes do not run, and values of the frame before.
+//! Results that are held while their nodes do not run.
 
 use afterimage_graph::node::Resource;
 use serde::Serialize;
@@ -19,15 +19,6 @@ pub struct Held {
     pub turn: Turn,
     /// What it makes; nothing if it keeps a state of its own, and therefore runs in every frame.
     pub results: Vec<Resource>,
-}
-
-/// The passes of values that are read in the next frame. A frame that begins anew makes these values before all else.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LatePasses {
-    /// Those that make what the values are made from, in the order of the plan.
-    pub before: Vec<usize>,
-    /// Those that make the values.
-    pub own: Vec<usize>,
 }
 
 impl Turn {

@@ -43,9 +43,6 @@ pub(super) fn content(plan: &Plan) -> Value {
     if !plan.held.is_empty() {
         content["held"] = plan.held.iter().map(|result| held(result, names)).collect();
     }
-    if !plan.late.is_empty() {
-        content["late"] = json!(plan.late);
-    }
     if !plan.dynamic.is_empty() {
         content["dynamic"] = json!(plan.dynamic);
     }

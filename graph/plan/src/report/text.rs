@@ -30,7 +30,6 @@ impl Plan {
             };
             vec![format!("  {node}"), when]
         });
-        let late = self.late.iter().map(|node| vec![format!("  {node}")]);
         let state = self.state().into_iter().map(|item| {
             let reach = match item.reach {
                 Some(1) => "made from 1 frame".to_owned(),
@@ -47,7 +46,6 @@ impl Plan {
             section("skipped", skipped.collect()),
             section("tables in the place of nodes", baked.collect()),
             section("held between the frames in which they are made", held.collect()),
-            section("read in the next frame", late.collect()),
             savings("never stored, because their passes are fused", fused.collect()),
             savings("read once by passes that are joined", shared.collect()),
             section("state that the next frame reads", state.collect()),

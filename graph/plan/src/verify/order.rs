@@ -1,8 +1,9 @@
 //! Order: passes of a batch are free of conflicts, every read sees its last write, and what must be written is.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::walk::{Access, Faults, Walk};
+use crate::plan::Turn;
 use afterimage_graph::node::{Arg, BufferId, BufferLife, ImageId, Origin, Resource};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
@@ -33,7 +34,10 @@ fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
     for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && !turns[*pass].is_empty()) {
         let (resource, own) = (access.resource, &turns[pass]);
         let lasts = match resource {
-            Resource::Image(image) => remembered.contains(&image) || outputs.contains(&resource),
+            Resource::Image(image) => {
+                let is_new_in_turns = is_read_in_turns(walk, &turns, image, own);
+                outputs.contains(&resource) || remembered.contains(&image) && !is_new_in_turns
+            }
             Resource::Buffer(buffer) => plan.buffers[buffer.0 as usize].life == BufferLife::Persistent,
         };
         let is_missed = match held.get(&resource) {
@@ -133,6 +137,19 @@ fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
         let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
         faults.add(format!("pass `{pass}` fills a table and writes `{name}`, which is needed in every frame"));
     }
+}
+
+/// Whether an image that is made in one turn is only read in this turn, and what is read was made in an earlier one.
+fn is_read_in_turns(walk: &Walk<'_>, turns: &[BTreeSet<Turn>], image: ImageId, own: &BTreeSet<Turn>) -> bool {
+    let Some(turn) = own.first().filter(|_| own.len() == 1) else { return false };
+    let histories = walk.histories();
+    walk.plan.images.iter().zip(0..).all(|(past, id)| match past.origin {
+        Origin::Previous { of, frames } if of == image => {
+            let readers = histories.get(&Resource::Image(ImageId(id))).map_or(&[][..], Vec::as_slice);
+            frames % turn.every == 0 && readers.iter().all(|(reader, _)| turns[*reader] == *own)
+        }
+        _ => true,
+    })
 }
 
 /// Buffers that live for a frame are written before they are read.

@@ -165,8 +165,7 @@ impl<'a> State<'a> {
             let conditions = builder.scopes_around(draft.scope).filter_map(|scope| scope.when.as_ref());
             let conditions = draft.when.iter().chain(conditions).map(ToString::to_string);
             let conditions: Vec<String> = conditions.collect();
-            let frames = (draft.every, draft.late);
-            let text = format!("{}: {conditions:?} {:?} {frames:?}", builder.full_name(draft), draft.bake);
+            let text = format!("{}: {conditions:?} {:?} {}", builder.full_name(draft), draft.bake, draft.every);
             (text, builder.full_label(draft), draft.format.map(|format| format.name()))
         })
     }

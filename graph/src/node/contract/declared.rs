@@ -8,7 +8,7 @@ use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
 use afterimage_base::value::{Param, Type, Value};
 
 /// Names that pipeline files and shaders use for other things.
-const TAKEN: [&str; 9] = ["when", "format", "bake", "every", "late", "label", "at", "frame", "params"];
+const TAKEN: [&str; 8] = ["when", "format", "bake", "every", "label", "at", "frame", "params"];
 
 pub(super) fn look(kind: &NodeKind, violations: &mut Violations) {
     violations.require(is_pascal(kind.name()), || "the name is not in PascalCase".into());

@@ -65,7 +65,7 @@ fn explicit_transitions(
             images_to_read(plan, batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut before = Vec::new();
         // Barriers of a pass that may not run are none to rely on.
-        let may_not_run = !plan.held.is_empty() || !plan.late.is_empty();
+        let may_not_run = !plan.held.is_empty();
         if may_not_run || !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(plan, batch).filter(|_| batch.passes.len() > 1);
             before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));

@@ -1,7 +1,7 @@
 //! Which passes of a plan run in a frame.
 
 use afterimage_graph::node::{BufferId, Resource};
-use afterimage_plan::{LatePasses, Plan, Turn};
+use afterimage_plan::{Plan, Turn};
 
 use super::tables::Tables;
 
@@ -17,8 +17,6 @@ pub(crate) struct Turns {
     of_buffers: Vec<Option<usize>>,
     /// The passes whose numbers held results depend on: new numbers need new results.
     pub(crate) made: Tables,
-    /// The passes of values that are read in the next frame.
-    pub(crate) late: LatePasses,
 }
 
 impl Turns {
@@ -34,7 +32,7 @@ impl Turns {
         let of_buffers = buffers.map(|buffer| held.get(&buffer).map(place)).collect();
         let makes_held = plan.makes_held();
         let made = Tables::new(plan, uniforms, |pass| makes_held[pass]);
-        Self { has_turn: vec![true; turns.len()], turns, of_passes, of_buffers, made, late: plan.late_passes() }
+        Self { has_turn: vec![true; turns.len()], turns, of_passes, of_buffers, made }
     }
 
     /// Begins a frame of that number, after one of the number `before`; `None` if all begins anew.

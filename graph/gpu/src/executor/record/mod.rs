@@ -5,7 +5,6 @@ mod uniforms;
 
 use std::ops::Range;
 
-use afterimage_plan::LatePasses;
 use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
 use crate::executor::host_draw::HostDraw;
@@ -49,10 +48,6 @@ pub(crate) struct FrameCommands<'a> {
     pub(crate) constants: &'a FrameConstants,
     /// Whether passes that fill tables run; otherwise the tables stay as they are.
     pub(crate) fills_tables: bool,
-    /// Whether the late values of the frame are made already.
-    pub(crate) has_late_values: bool,
-    /// Whether the times of its passes are written, if passes are timed.
-    pub(crate) is_timed: bool,
 }
 
 impl FrameCommands<'_> {
@@ -62,18 +57,6 @@ impl FrameCommands<'_> {
         for &buffer in loaded.zeroed.iter().filter(|buffer| loaded.turns.clears(**buffer)) {
             encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
         }
-    }
-
-    /// Makes the late values of a frame that begins anew, from its own images.
-    pub(crate) fn record_late(&self, encoder: &mut CommandEncoder) {
-        self.clear_zeroed(encoder);
-        let LatePasses { before, own } = &self.loaded.turns.late;
-        // The time of a pass is written once in a frame.
-        let untimed = Self { is_timed: false, ..*self };
-        for &pass in before.iter().chain(own) {
-            untimed.record(pass..pass + 1, encoder, &mut []);
-        }
-        separate_from_old_plan(self.loaded, encoder);
     }
 
     /// Records passes, of which those that the host fills have their draws.
@@ -138,14 +121,13 @@ impl FrameCommands<'_> {
     }
 
     fn timing(&self) -> Option<&Timing> {
-        self.loaded.timing.as_ref().filter(|_| self.is_timed)
+        self.loaded.timing.as_ref()
     }
 
     /// Whether a pass runs in this frame.
     fn runs(&self, pass: usize) -> bool {
         let turns = &self.loaded.turns;
-        let is_made = self.has_late_values && turns.late.own.contains(&pass);
-        turns.runs(pass) && !is_made && (self.fills_tables || !self.loaded.plan.fills_table(pass))
+        turns.runs(pass) && (self.fills_tables || !self.loaded.plan.fills_table(pass))
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.
