@@ -162,12 +162,14 @@ pub(crate) fn take_reports(
             readings.0.clone_from(&sent.readings);
         }
         if let Some(rendered) = sent.rendered.take() {
-            let Rendered { settings, tier, frame, is_running, is_changing, fade_skip_reason, passes } = rendered;
+            let Rendered { settings, unknown, tier, frame, is_running, is_changing, fade_skip_reason, passes } =
+                rendered;
             let (files, others) = (status.files.clone(), status.others.clone());
             let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
             let new = AfterimageStatus {
                 files,
                 settings,
+                unknown,
                 tier,
                 frame,
                 others,

@@ -171,8 +171,10 @@ impl CameraPost {
 
     /// Records a frame. An error is logged once; whether the frame is recorded anyway.
     pub(crate) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>, report: &Report) -> bool {
-        let Self { post, block, camera, has_cut, .. } = self;
-        let blocks = &[("camera", &*block)][..usize::from(camera.is_some())];
+        let Self { post, settings, block, camera, has_cut, .. } = self;
+        let mut blocks = settings.pipeline.written.inputs.iter().filter(|input| input.block.is_some());
+        let has_camera = camera.is_some() && blocks.any(|input| input.name == "camera");
+        let blocks = &[("camera", &*block)][..usize::from(has_camera)];
         let before = post.frame();
         let error = post.encode(encoder, &Frame { blocks, reset: *has_cut, ..*frame }).err();
         let is_recorded = post.frame() > before;
@@ -214,6 +216,7 @@ impl CameraPost {
             && self.said.frame == error
             && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
             && self.said.tier.as_deref() == self.post.tier()
+            && self.said.unknown == self.post.warnings()
             && self.said.fade_skip_reason.as_ref() == self.post.fade_skip_reason()
         {
             return;
@@ -222,8 +225,9 @@ impl CameraPost {
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
         let settings = std::mem::take(&mut self.said.settings);
         let fade_skip_reason = self.post.fade_skip_reason().cloned();
-        let tier = self.post.tier().map(str::to_owned);
-        self.said = Rendered { settings, tier, frame: error, is_running, is_changing, fade_skip_reason, passes };
+        let (unknown, tier) = (self.post.warnings().to_vec(), self.post.tier().map(str::to_owned));
+        self.said =
+            Rendered { settings, unknown, tier, frame: error, is_running, is_changing, fade_skip_reason, passes };
         report.lock().rendered = Some(self.said.clone());
     }
 }

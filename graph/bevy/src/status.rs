@@ -16,6 +16,8 @@ pub struct AfterimageStatus {
     pub files: Option<String>,
     /// Facts and parameters that are refused, and why. The values before stay.
     pub settings: Vec<String>,
+    /// Names that the pipeline does not know, of facts and watched values, and the nearest ones.
+    pub unknown: Vec<String>,
     /// The tier that renders, or that a plan is being made for; with a budget, the one that it allows.
     pub tier: Option<String>,
     /// What is wrong with the last frame. Without a plan it is not rendered.
@@ -43,6 +45,7 @@ pub struct AfterimageReadings(pub BTreeMap<String, Vec4>);
 #[derive(Clone, Default)]
 pub(crate) struct Rendered {
     pub(crate) settings: Vec<String>,
+    pub(crate) unknown: Vec<String>,
     pub(crate) tier: Option<String>,
     pub(crate) frame: Option<String>,
     pub(crate) is_running: bool,

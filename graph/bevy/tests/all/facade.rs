@@ -100,16 +100,21 @@ fn reading(shown: &mut Shown, what: &str, is_wanted: impl Fn(Option<Vec4>) -> bo
 /// The exposure of a meter: a brighter scene has less.
 #[test]
 fn values_are_read_back() {
-    let watched = |look: Afterimage| look.watch("meter.result").watch("nothing.result");
+    let watched = |look: Afterimage| look.watch("meter.result").watch("metre.result").fact("raining", true);
     let mut shown = Shown::with_camera(&pipelines(), "exposure.ron", TextureFormat::Rgba8UnormSrgb, watched);
     shown.settled();
     let dark = reading(&mut shown, "a value", |value| value.is_some()).expect("it has arrived");
     assert_eq!(readings(&mut shown).0.len(), 1, "a node that is not there has no value");
+    let status = shown.until("names", |status| status.unknown.len() == 2);
+    for name in ["`metre.result`", "`meter.result`", "`raining`"] {
+        assert!(status.unknown.concat().contains(name), "{status:?}");
+    }
     shown.app.insert_resource(ClearColor(LinearRgba::rgb(20.0, 30.0, 40.0).into()));
     shown.change(|look| look.cuts += 1);
     reading(&mut shown, "less", |value| value.is_some_and(|value| value.x < dark.x - 2.0 && value.is_finite()));
     shown.change(|look| look.watched.clear());
     reading(&mut shown, "nothing", |value| value.is_none());
+    shown.change(|look| look.facts.clear());
 }
 
 #[test]
