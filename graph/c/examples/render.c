@@ -18,8 +18,8 @@ static int failed(const char *what) {
 }
 
 static int render(AfterimagePipeline *look, const char *name, uint32_t width, uint32_t height, void *light) {
-    AfterimageImage scene = {"scene", light, width, height, 4, AFTERIMAGE_F16};
-    AfterimageFrame frame = {&scene, 1, 0, 0, 0, 0, 0, 0};
+    AfterimageImage scene = {"scene", light, width, height, 4, AFTERIMAGE_F16, 0};
+    AfterimageFrame frame = {.images = &scene, .image_count = 1};
     AfterimageImage output;
     float exposure[4];
     if (!afterimage_render(look, &frame) || !afterimage_output(look, name, &output)) {

@@ -33,7 +33,8 @@
 typedef struct AfterimagePipeline AfterimagePipeline;
 
 /**
- * An image in memory: rows from the top without gaps, the channels of a pixel side by side.
+ * An image in memory: rows from the top without gaps, the channels of a pixel side by side, the slices of a volume one
+ * after another.
  */
 typedef struct {
   /**
@@ -60,7 +61,45 @@ typedef struct {
    * `AFTERIMAGE_F16` or `AFTERIMAGE_F32`; for outputs also `AFTERIMAGE_U8` or `AFTERIMAGE_U16`.
    */
   uint32_t number_type;
+  /**
+   * Slices of a volume; 0 for an image that is none.
+   */
+  uint32_t slices;
 } AfterimageImage;
+
+/**
+ * A camera. A matrix has its columns one after another.
+ */
+typedef struct {
+  /**
+   * The name of the input.
+   */
+  const char *name;
+  /**
+   * From the world to the camera, which looks along -z with y upwards.
+   */
+  float view[16];
+  /**
+   * From the camera to clip space, without jitter; depth is from 0 to 1, with the near plane at either end.
+   */
+  float projection[16];
+  /**
+   * `view` of the frame before; the same as `view` in a first frame.
+   */
+  float previous_view[16];
+  /**
+   * `projection` of the frame before.
+   */
+  float previous_projection[16];
+  /**
+   * How far the samples lie from the centers of pixels, in pixels, y downwards.
+   */
+  float jitter[2];
+  /**
+   * `jitter` of the frame before.
+   */
+  float previous_jitter[2];
+} AfterimageCamera;
 
 /**
  * A frame to render.
@@ -74,6 +113,14 @@ typedef struct {
    * How many images there are.
    */
   size_t image_count;
+  /**
+   * Cameras of the inputs.
+   */
+  const AfterimageCamera *cameras;
+  /**
+   * How many cameras there are.
+   */
+  size_t camera_count;
   /**
    * Pixels of a row, for a pipeline without images.
    */
@@ -172,8 +219,8 @@ bool afterimage_set_type(AfterimagePipeline *pipeline, uint32_t number_type);
  * Renders a frame, and waits for it.
  *
  * # Safety
- * `pipeline` is null or of `afterimage_open`. `frame` is null or a frame, whose images have as many numbers as they
- * say.
+ * `pipeline` is null or of `afterimage_open`. `frame` is null or a frame with as many images, cameras and numbers as
+ * it says.
  */
 bool afterimage_render(AfterimagePipeline *pipeline, const AfterimageFrame *frame);
 

@@ -10,7 +10,7 @@ mod error;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::slice;
 
-use afterimage::host::{FrameStep, Size, image::ImageDesc};
+use afterimage::host::{Camera, FrameStep, Matrix, Size, image::ImageDesc};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, RenderedImage, format_of};
 
 use error::{Fault, guarded};
@@ -33,7 +33,8 @@ pub struct AfterimagePipeline {
     is_broken: bool,
 }
 
-/// An image in memory: rows from the top without gaps, the channels of a pixel side by side.
+/// An image in memory: rows from the top without gaps, the channels of a pixel side by side, the slices of a volume one
+/// after another.
 #[repr(C)]
 pub struct AfterimageImage {
     /// The name of the input or output.
@@ -48,6 +49,27 @@ pub struct AfterimageImage {
     pub channels: u32,
     /// `AFTERIMAGE_F16` or `AFTERIMAGE_F32`; for outputs also `AFTERIMAGE_U8` or `AFTERIMAGE_U16`.
     pub number_type: u32,
+    /// Slices of a volume; 0 for an image that is none.
+    pub slices: u32,
+}
+
+/// A camera. A matrix has its columns one after another.
+#[repr(C)]
+pub struct AfterimageCamera {
+    /// The name of the input.
+    pub name: *const c_char,
+    /// From the world to the camera, which looks along -z with y upwards.
+    pub view: [f32; 16],
+    /// From the camera to clip space, without jitter; depth is from 0 to 1, with the near plane at either end.
+    pub projection: [f32; 16],
+    /// `view` of the frame before; the same as `view` in a first frame.
+    pub previous_view: [f32; 16],
+    /// `projection` of the frame before.
+    pub previous_projection: [f32; 16],
+    /// How far the samples lie from the centers of pixels, in pixels, y downwards.
+    pub jitter: [f32; 2],
+    /// `jitter` of the frame before.
+    pub previous_jitter: [f32; 2],
 }
 
 /// A frame to render.
@@ -57,6 +79,10 @@ pub struct AfterimageFrame {
     pub images: *const AfterimageImage,
     /// How many images there are.
     pub image_count: usize,
+    /// Cameras of the inputs.
+    pub cameras: *const AfterimageCamera,
+    /// How many cameras there are.
+    pub camera_count: usize,
     /// Pixels of a row, for a pipeline without images.
     pub width: u32,
     /// Rows, for a pipeline without images.
@@ -197,8 +223,8 @@ pub unsafe extern "C" fn afterimage_set_type(pipeline: *mut AfterimagePipeline, 
 /// Renders a frame, and waits for it.
 ///
 /// # Safety
-/// `pipeline` is null or of `afterimage_open`. `frame` is null or a frame, whose images have as many numbers as they
-/// say.
+/// `pipeline` is null or of `afterimage_open`. `frame` is null or a frame with as many images, cameras and numbers as
+/// it says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn afterimage_render(pipeline: *mut AfterimagePipeline, frame: *const AfterimageFrame) -> bool {
     let render = |pipeline: &mut AfterimagePipeline| {
@@ -206,9 +232,12 @@ pub unsafe extern "C" fn afterimage_render(pipeline: *mut AfterimagePipeline, fr
         let frame = unsafe { frame.as_ref() }.ok_or_else(|| null("frame"))?;
         // SAFETY: the same.
         let images = unsafe { images(frame) }?;
+        // SAFETY: the same.
+        let cameras = unsafe { cameras(frame) }?;
         let first = FrameStep { time: frame.time, dt: 0.0, reset: true };
         let rendered = pipeline.look.render(&OfflineFrame {
             images: &images,
+            cameras: &cameras,
             size: Size::new(frame.width.max(1), frame.height.max(1)),
             number: frame.number,
             step: if frame.continues == 0 { first } else { FrameStep { dt: frame.dt, reset: false, ..first } },
@@ -246,7 +275,7 @@ pub unsafe extern "C" fn afterimage_output(
             name: name.as_ptr(),
             numbers: output.numbers.bytes().as_ptr().cast(),
             width: output.desc.size.width,
-            height: output.desc.size.height * output.desc.size.depth,
+            height: output.desc.size.height,
             channels: output.channels as u32,
             number_type: match output.numbers.ty() {
                 NumberType::U8 => AFTERIMAGE_U8,
@@ -254,6 +283,7 @@ pub unsafe extern "C" fn afterimage_output(
                 NumberType::F16 => AFTERIMAGE_F16,
                 NumberType::F32 => AFTERIMAGE_F32,
             },
+            slices: if output.desc.volume { output.desc.size.depth } else { 0 },
         };
         Ok(())
     };
@@ -311,14 +341,8 @@ unsafe fn with(
 /// # Safety
 /// Pointers are null or valid, and images have as many numbers as they say.
 unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> {
-    if frame.image_count == 0 {
-        return Ok(Vec::new());
-    }
-    if frame.images.is_null() {
-        return Err(null("images"));
-    }
     // SAFETY: what the caller promises.
-    let images = unsafe { slice::from_raw_parts(frame.images, frame.image_count) };
+    let images = unsafe { array(frame.images, frame.image_count, "images") }?;
     let given = |image: &AfterimageImage| {
         // SAFETY: the same. The text lives as long as the frame.
         let input = unsafe { text(image.name, "name") }?;
@@ -337,15 +361,59 @@ unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> 
         if image.width == 0 || image.height == 0 {
             return Err(Fault(format!("`{input}` has no pixels")));
         }
-        let length = (u64::from(image.width) * u64::from(image.height)).checked_mul(format.bytes());
+        let pixels = (u64::from(image.width) * u64::from(image.height)).checked_mul(image.slices.max(1).into());
+        let length = pixels.and_then(|pixels| pixels.checked_mul(format.bytes()));
         let length = length.and_then(|length| isize::try_from(length).ok());
         let length = length.ok_or_else(|| Fault(format!("`{input}` is larger than the memory")))?;
-        let desc = ImageDesc::new(Size::new(image.width, image.height)).format(format);
+        let desc = match image.slices {
+            0 => ImageDesc::new(Size::new(image.width, image.height)),
+            slices => ImageDesc::volume(Size::volume(image.width, image.height, slices)),
+        };
         // SAFETY: the same.
         let bytes = unsafe { slice::from_raw_parts(image.numbers.cast::<u8>(), length.unsigned_abs()) };
-        Ok(GivenImage { input, desc, bytes })
+        Ok(GivenImage { input, desc: desc.format(format), bytes })
     };
     images.iter().map(given).collect()
+}
+
+/// The cameras of a frame.
+///
+/// # Safety
+/// Pointers are null or valid.
+unsafe fn cameras(frame: &AfterimageFrame) -> Result<Vec<(&str, Camera)>, Fault> {
+    // SAFETY: what the caller promises.
+    let cameras = unsafe { array(frame.cameras, frame.camera_count, "cameras") }?;
+    let given = |camera: &AfterimageCamera| {
+        // SAFETY: the same. The text lives as long as the frame.
+        let input = unsafe { text(camera.name, "name") }?;
+        let camera = Camera {
+            view: columns(&camera.view),
+            projection: columns(&camera.projection),
+            previous_view: columns(&camera.previous_view),
+            previous_projection: columns(&camera.previous_projection),
+            jitter: camera.jitter,
+            previous_jitter: camera.previous_jitter,
+        };
+        Ok((input, camera))
+    };
+    cameras.iter().map(given).collect()
+}
+
+fn columns(numbers: &[f32; 16]) -> Matrix {
+    std::array::from_fn(|column| std::array::from_fn(|row| numbers[4 * column + row]))
+}
+
+/// An array of C; null is allowed for an empty one.
+///
+/// # Safety
+/// `pointer` is null, or has `count` elements, which live as long as the result.
+unsafe fn array<'t, T>(pointer: *const T, count: usize, name: &str) -> Result<&'t [T], Fault> {
+    match (count, pointer.is_null()) {
+        (0, _) => Ok(&[]),
+        (_, true) => Err(null(name)),
+        // SAFETY: what the caller promises.
+        _ => Ok(unsafe { slice::from_raw_parts(pointer, count) }),
+    }
 }
 
 /// A text of C.

@@ -56,8 +56,8 @@ static void names(AfterimagePipeline *look) {
 
 static void images(AfterimagePipeline *look) {
     float light[4 * 4 * 4] = {0};
-    AfterimageImage scene = {"scene", light, 4, 4, 4, AFTERIMAGE_F32}, image;
-    AfterimageFrame frame = {&scene, 1, 0, 0, 0, 0, 0, 0};
+    AfterimageImage scene = {"scene", light, 4, 4, 4, AFTERIMAGE_F32, 0}, image;
+    AfterimageFrame frame = {.images = &scene, .image_count = 1};
     float value[4];
     for (int i = 0; i < 64; i++) {
         light[i] = 0.5f;

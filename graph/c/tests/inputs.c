@@ -1,0 +1,93 @@
+/* Depth, cameras and volumes, by what they mean. tests/c.sh builds and runs it. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "afterimage.h"
+
+static int faults = 0;
+
+static void expect(bool right, int line, const char *what) {
+    if (!right) {
+        fprintf(stderr, "line %d: %s; the last error is: %s\n", line, what, afterimage_error());
+        faults++;
+    }
+}
+
+#define HOLDS(what) expect(what, __LINE__, #what)
+#define FAILS(call, text) expect(!(call) && strstr(afterimage_error(), text), __LINE__, #call)
+
+/* The distance of the depth 0.25 where the near plane, at 1, is `near` meters away and the far plane infinitely far. */
+static void cameras(void) {
+    AfterimagePipeline *look = afterimage_open(
+        "Pipeline(inputs: { \"depth\": Depth, \"camera\": Camera }, outputs: { \"far\": \"far\" },"
+        " nodes: { \"far\": LinearDepth(depth: \"depth\", camera: \"camera\", format: R32Float) })");
+    float numbers[4 * 2];
+    AfterimageImage depth = {"depth", numbers, 4, 2, 1, AFTERIMAGE_F32, 0}, far;
+    AfterimageCamera camera = {.name = "camera"};
+    AfterimageFrame frame = {.images = &depth, .image_count = 1};
+    for (int i = 0; i < 8; i++) {
+        numbers[i] = 0.25f;
+    }
+    for (int i = 0; i < 16; i++) {
+        camera.view[i] = i % 5 == 0;
+    }
+    camera.projection[0] = camera.projection[5] = 1, camera.projection[11] = -1;
+    FAILS(afterimage_render(look, &frame), "needs a camera for its input `camera`");
+    frame.camera_count = 1;
+    FAILS(afterimage_render(look, &frame), "`cameras` is a null pointer");
+    frame.cameras = &camera;
+    FAILS(afterimage_render(look, &frame), "the camera `camera`");
+    for (float near = 1; near <= 2; near++) {
+        camera.projection[14] = near;
+        memcpy(camera.previous_view, camera.view, sizeof camera.view);
+        memcpy(camera.previous_projection, camera.projection, sizeof camera.projection);
+        HOLDS(afterimage_render(look, &frame) && afterimage_output(look, "far", &far));
+        HOLDS(far.number_type == AFTERIMAGE_F32 && far.slices == 0);
+        HOLDS(fabsf(((const float *)far.numbers)[0] - 4 * near) < 1e-5f);
+    }
+    camera.name = NULL;
+    FAILS(afterimage_render(look, &frame), "`name` is a null pointer");
+    camera.name = "depth";
+    FAILS(afterimage_render(look, &frame), "");
+    afterimage_free(look);
+}
+
+/* A meter of fog gives one of red light and takes an eighth of what is behind it. Its froxels end at 1, 2, 3, 4 m. */
+static void volumes(void) {
+    AfterimagePipeline *look = afterimage_open(
+        "Pipeline(inputs: { \"scene\": Color, \"depth\": Depth, \"fog\": Color(volume: true) },"
+        " outputs: { \"foggy\": \"foggy\" }, nodes: { \"foggy\": VolumetricComposite(source: \"scene\","
+        " depth: \"depth\", volume: \"fog\", slices: Linear, near: 0.0, far: 4.0, format: Rgba32Float) })");
+    const float meters[4] = {0.5f, 1, 2.75f, 1000};
+    float light[4][4], fog[4][3 * 2][4];
+    for (int x = 0; x < 4; x++) {
+        light[x][0] = 16, light[x][1] = light[x][2] = 4, light[x][3] = 1;
+    }
+    for (int froxel = 0; froxel < 4 * 6; froxel++) {
+        float far = froxel / 6 + 1, *numbers = fog[froxel / 6][froxel % 6];
+        numbers[0] = far, numbers[1] = numbers[2] = 0, numbers[3] = 1 - far / 8;
+    }
+    AfterimageImage images[] = {{"scene", light, 4, 1, 4, AFTERIMAGE_F32, 0},
+                                {"depth", meters, 4, 1, 1, AFTERIMAGE_F32, 0},
+                                {"fog", fog, 3, 2, 4, AFTERIMAGE_F32, 4}}, foggy;
+    AfterimageFrame frame = {.images = images, .image_count = 3};
+    HOLDS(afterimage_render(look, &frame) && afterimage_output(look, NULL, &foggy));
+    HOLDS(foggy.width == 4 && foggy.height == 1 && foggy.channels == 4 && foggy.number_type == AFTERIMAGE_F32);
+    for (int x = 0; x < 4; x++) {
+        const float *found = (const float *)foggy.numbers + 4 * x;
+        float far = meters[x] < 4 ? meters[x] : 4, passed = 1 - far / 8;
+        HOLDS(fabsf(found[0] - (16 * passed + far)) < 0.02f && fabsf(found[1] - 4 * passed) < 0.005f);
+    }
+    images[2].slices = 0;
+    FAILS(afterimage_render(look, &frame), "fog");
+    images[2].slices = 0xffffffff;
+    FAILS(afterimage_render(look, &frame), "");
+    afterimage_free(look);
+}
+
+int main(void) {
+    cameras();
+    volumes();
+    return faults != 0;
+}
