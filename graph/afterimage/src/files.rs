@@ -71,7 +71,6 @@ impl Files {
     }
 
     /// All that has been read.
-    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
     pub(crate) fn all(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
         let read = self.lock();
         read.bytes.iter().filter_map(|(path, bytes)| Some((path.clone(), bytes.clone().ok()?))).collect()

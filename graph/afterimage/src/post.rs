@@ -76,8 +76,8 @@ impl Post {
         self.post.rebuild(&gpu.adapter, &gpu.device, &gpu.queue);
     }
 
-    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
-    pub(crate) fn snapshot(&self) -> &Snapshot {
+    /// The pipeline with its files, as read last without an error.
+    pub fn snapshot(&self) -> &Snapshot {
         &self.snapshot
     }
 

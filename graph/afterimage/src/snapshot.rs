@@ -92,9 +92,8 @@ impl Snapshot {
         Ok(Self { document, text: text.into(), registry, files })
     }
 
-    /// The pipeline itself, and all files that it names, by their paths.
-    #[cfg(all(feature = "offline", not(target_family = "wasm")))]
-    pub(crate) fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
+    /// The pipeline itself, and then all files that it names, by their paths.
+    pub fn files(&self) -> Vec<(PathBuf, Arc<[u8]>)> {
         let own = Path::new(&*self.document.file);
         let others = match &self.files {
             FilesOf::Disk(files) => files.all(),
