@@ -59,6 +59,8 @@ fn input(port: &str, ty: PortType, given: &Given) -> (&'static str, Picture) {
         "normal" => ("Normals", picture(&|_, _| [given.normal[0], given.normal[1], given.normal[2], 0.0])),
         "motion" => ("Motion", picture(&|_, _| [given.motion, -given.motion, 0.0, 0.0])),
         "albedo" => ("Albedo", picture(&|_, _| [0.5, 0.4, 0.3, 1.0])),
+        // The reflectance and the roughness of `Ssr`.
+        "surface" => ("Data", picture(&|_, _| [0.5, 0.4, 0.3, 0.2])),
         // Light with an edge of a hundred to one.
         _ => {
             ("Color", picture(&|x, y| if index(x, y) % 7 < 3 { [0.1, 0.2, 0.3, 1.0] } else { [10.0, 5.0, 20.0, 1.0] }))

@@ -1,4 +1,6 @@
-//! Looks: curves, tints, masks, shafts of light, large pixels, tubes, faulty signals and grain.
+//! Looks: curves, tints, masks, shafts of light, palettes, large pixels, tubes, faulty signals, grain and reflections.
+
+use afterimage_nodes::DemoScene;
 
 use super::sheet::Crop;
 use super::{Page, Panel, size};
@@ -23,6 +25,8 @@ pub(super) fn page() -> Page {
     let tints = "shadow_amount: 0.5, highlight_amount: 0.6";
     let hues = "hue_orange: -30.0, saturation_orange: 1.3, saturation_cyan: 2.5, lightness_blue: -1.0";
     let shafts = "light: (0.45, 0.2), strength: 0.1, limit: 4.0, color: (1.0, 0.85, 0.65)";
+    let surfaces = "depth: \"room.depth\", camera: \"camera\", normal: \"room.normal\",";
+    let polish = "roughness: 0.12, reflectance: (0.15, 0.15, 0.15), steps: 256";
     let panels = vec![
         Panel::display(("Curves", curves), "room", 0.5, whole),
         Panel::display(("SplitToning", tints), "room", 0.5, whole),
@@ -34,6 +38,15 @@ pub(super) fn page() -> Page {
         Panel::display(("Crt", "lines: 180.0, stripe_width: 2.0"), "room", 0.5, Crop::new(640, 0, 640)),
         Panel::display(("Glitch", "amount: 0.06"), "room", 0.5, Crop::new(0, 0, 1280)),
         Panel::encoded(("FilmGrain", "amount: 0.3"), "room", 0.5, Crop::new(0, 180, 160)),
+        Panel::encoded(("Palette", "dot: 2"), "room", 0.5, Crop::new(640, 100, 640)),
+        Panel::light(("Ssr", polish), ("room", surfaces), 0.5, Crop::new(640, 0, 640)),
     ];
-    Page { nodes: NODES.to_owned(), panels, ..Page::new("kinds-look.jpg", size(1280)) }
+    let camera = DemoScene { walk: 0.15, ..DemoScene::default() }.camera(size(1280));
+    Page {
+        inputs: "\"camera\": Camera,",
+        nodes: NODES.to_owned(),
+        panels,
+        blocks: vec![("camera", camera)],
+        ..Page::new("kinds-look.jpg", size(1280))
+    }
 }
