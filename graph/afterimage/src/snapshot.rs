@@ -44,6 +44,10 @@ use crate::source::{Place, Source, built_in, built_in_hint};
 #[derive(Clone)]
 pub struct Snapshot {
     document: Arc<Document>,
+    #[cfg_attr(
+        any(not(feature = "offline"), target_family = "wasm"),
+        allow(dead_code, reason = "it is for captured frames")
+    )]
     text: Arc<str>,
     registry: Arc<Registry>,
     files: FilesOf,
