@@ -88,11 +88,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 look.draw(&scene, &screen.create_view(&Default::default()), 1.0 / 60.0, &mut encoder)?;
                 gpu.queue.submit([encoder.finish()]);
                 let shown = download(&gpu.device, &gpu.queue, &screen)?.to_floats();
-                let middle = shown[shown.len() / 2 + size.width as usize / 2];
+                let dark = shown[shown.len() / 2 + size.width as usize / 24];
                 let plan = look.post.plan().expect("a frame was recorded");
                 let (passes, bytes) = (plan.passes.len(), plan.memory.placed);
                 println!(
-                    "{tier:4} {}x{}, strength {strength}: {passes} passes, {bytes} bytes, center {middle:.3?}",
+                    "{tier:4} {}x{}, strength {strength}: {passes} passes, {bytes} bytes, a dark pixel {dark:.3?}",
                     size.width, size.height
                 );
             }
