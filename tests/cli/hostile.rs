@@ -24,7 +24,7 @@ fn unknown(what: &str) -> String {
 fn every_broken_image_has_its_words() {
     let folder = Folder::new("hostile");
     let table: Vec<(&str, Vec<u8>, String)> = vec![
-        ("empty.exr", Vec::new(), "the file is empty".into()),
+        ("empty.exr", Vec::new(), "the file is empty\n  hint: copy or render it again".into()),
         ("text.exr", b"Please find the render attached.".to_vec(), unknown("not an image that this program knows")),
         ("photo.exr", b"\xff\xd8\xff\xe0\0\x10JFIF\0".to_vec(), SHORT.into()),
         ("scan.exr", b"II*\0\x08\0\0\0".to_vec(), unknown("a TIFF")),

@@ -62,7 +62,7 @@ fn what_is_not_sure_stays_and_is_reported() {
         text.replace("\"exposd\", curve: \"Reinhard\"", "\"expose\"").replace("source: mapped", "source: \"mapped\"");
     folder.with("look.ron", text.as_bytes());
     let outcome = folder.run("check look.ron --fix");
-    outcome.fails_saying(1, &["no input or node is called `expose`", "did you mean `exposed`?"]);
+    outcome.fails_saying(1, &["no input or node is called `expose`", "did you mean `exposed` or `exposer`?"]);
     assert_eq!(std::fs::read_to_string(folder.file("look.ron")).expect("it is there"), text);
     folder.run("check tsushima --fix").fails_saying(1, &["built-in", "afterimage pipelines tsushima --write"]);
 }

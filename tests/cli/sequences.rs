@@ -94,9 +94,9 @@ fn what_is_wrong_with_a_sequence_is_said_before_anything_is_rendered() {
 fn frames_before_a_broken_one_are_whole() {
     let folder = shot("broken", &[1, 2, 3]);
     folder.with("shot.0003.exr", b"");
-    folder
-        .run("render four.ron shot.####.exr -o out.####.exr")
-        .fails(1, "frames: 2 good, 0 skipped, 1 failed; 0 repaired\nerror: shot.0003.exr: the file is empty");
+    let said = "frames: 2 good, 0 skipped, 1 failed; 0 repaired\n\
+                error: shot.0003.exr: the file is empty\n  hint: copy or render it again";
+    folder.run("render four.ron shot.####.exr -o out.####.exr").fails(1, said);
     for name in made(&folder) {
         assert!(first_number(&folder, &name) > 0.0, "{name}");
     }

@@ -85,8 +85,10 @@ impl GraphBuilder<'_> {
                 .join("; ");
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
             let diagnostic = match meant {
-                Some(port) => diagnostic.help(format!("did you mean {}?", quote(port))).correct(&name.value, port),
-                None => diagnostic,
+                Some(port) if !self.has_many_errors() => {
+                    diagnostic.help(format!("did you mean {}?", quote(port))).correct(&name.value, port)
+                }
+                _ => diagnostic,
             };
             self.report(self.with_nearest(diagnostic, &name.value, known));
         }

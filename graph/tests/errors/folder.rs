@@ -71,7 +71,7 @@ fn other_files_of_the_folder_are_for_imports_and_may_have_any_names() {
     assert_eq!(kind.unwrap_or_else(|reported| panic!("{reported}")).name(), "Posterize");
     for (from, to, message) in [
         ("- 1.0", "- one", "posterize/steps.wgsl:2:59"),
-        ("math", "maths", "no shared file is called `maths`; there are `steps`, `"),
+        ("math", "maths", "no shared file is called `maths`; did you mean `math`?"),
     ] {
         let reported = with(&steps.replace(from, to), "posterize/posterize.wgsl").expect_err(message).to_string();
         assert!(reported.contains(message), "{reported}");
