@@ -196,6 +196,11 @@ impl Node for ToneMap {
     .or_input("source")];
     const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
 
+    fn promises(&self) -> Promises {
+        // Clipping steps at the borders of the gamut, which a table would blur.
+        Promises { of_color: self.gamut != Gamut::Clip, ..Self::PROMISES }
+    }
+
     fn verify(&self) -> Result<(), String> {
         if self.curve.has_own_space() && self.space != WorkingSpace::Auto {
             let curve = self.curve.name();
