@@ -40,7 +40,7 @@
 //! | write a frame for the report of a bug: feature `offline` | `Post::capture` |
 //! | render images in memory, without a renderer: feature `offline` | `offline::Offline` |
 //!
-//! The types of these signatures are in [`host`], and [`wgpu`] is that of the crate. Nothing here waits for the device
+//! The types of these signatures are in [`host`], and `wgpu` is that of the crate. Nothing here waits for the device
 //! but the first frame of a size.
 
 // rustdoc asks whether types that hold a GPU are `Sync`, which goes through more than 128 types of wgpu.
