@@ -6,7 +6,8 @@ use half::f16;
 
 use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::filled;
-use crate::codec::{CodecError, Pixels};
+use crate::codec::orientation::Orientation;
+use crate::codec::{CodecError, Picture, Pixels};
 
 /// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
 const HLG_PEAK: f64 = 1000.0;
@@ -46,7 +47,7 @@ impl Colors {
         matches!(self.transfer, Transfer::Pq | Transfer::Hlg)
     }
 
-    /// The bytes of a number of [`Codes::to_light`].
+    /// The bytes of a number of [`Codes::into_picture`].
     pub(crate) fn bytes_of_sample(&self, is_wide: bool) -> u64 {
         if is_wide || self.is_hdr() { 4 } else { 2 }
     }
@@ -105,9 +106,28 @@ pub(crate) struct Codes {
 }
 
 impl Codes {
+    /// The upright picture of this size.
+    ///
+    /// # Errors
+    /// There is no memory for it.
+    pub(super) fn into_picture(
+        self,
+        [width, height]: [u32; 2],
+        colors: Colors,
+        orientation: Option<Orientation>,
+    ) -> Result<Picture, CodecError> {
+        let pixels = self.to_light(&colors)?;
+        let Colors { stated, notes, .. } = colors;
+        let picture = Picture { stated, notes, ..Picture::new(width, height, pixels) };
+        Ok(match orientation {
+            Some(orientation) => orientation.upright(picture),
+            None => picture,
+        })
+    }
+
     /// Linear light of Rec.709: halves for 8 bits, which hold every code apart, floats for 16 and for HDR. Without
     /// alpha it is 1.
-    pub(crate) fn to_light(&self, colors: &Colors) -> Result<Pixels, CodecError> {
+    fn to_light(&self, colors: &Colors) -> Result<Pixels, CodecError> {
         if !self.is_wide && !colors.is_hdr() {
             let mut values = filled(self.pixels * 4, f16::ONE)?;
             self.linearize(colors, f16::from_f32, &mut values);

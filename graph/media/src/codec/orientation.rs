@@ -35,17 +35,17 @@ impl Orientation {
     }
 
     /// The size of the upright picture.
-    pub(super) fn size(self, (width, height): (u32, u32)) -> (u32, u32) {
+    pub(super) fn size(self, width: u32, height: u32) -> (u32, u32) {
         if self.is_turned() { (height, width) } else { (width, height) }
     }
 
     /// The upright picture, with a note.
     pub(super) fn upright(self, picture: Picture) -> Picture {
-        let size = (picture.width, picture.height);
-        let (width, height) = self.size(size);
+        let [columns, rows] = [picture.width, picture.height].map(|side| side as usize);
+        let (width, height) = self.size(picture.width, picture.height);
         let pixels = match &picture.pixels {
-            Pixels::Half(halves) => Pixels::Half(self.turned(halves, size)),
-            Pixels::Float(floats) => Pixels::Float(self.turned(floats, size)),
+            Pixels::Half(halves) => Pixels::Half(self.turned(halves, columns, rows)),
+            Pixels::Float(floats) => Pixels::Float(self.turned(floats, columns, rows)),
         };
         let Picture { stated, mut notes, .. } = picture;
         notes.push(self.note());
@@ -61,10 +61,9 @@ impl Orientation {
         self.0 >= 5
     }
 
-    fn turned<T: Copy>(self, pixels: &[T], (width, height): (u32, u32)) -> Vec<T> {
+    fn turned<T: Copy>(self, pixels: &[T], width: usize, height: usize) -> Vec<T> {
         let mirrors_columns = matches!(self.0, 2 | 3 | 7 | 8);
         let mirrors_rows = matches!(self.0, 3 | 4 | 6 | 7);
-        let (width, height) = (width as usize, height as usize);
         let (columns, rows) = if self.is_turned() { (height, width) } else { (width, height) };
         let mut upright = Vec::with_capacity(pixels.len());
         for y in 0..rows {

@@ -39,7 +39,6 @@ pub(crate) fn separate_from_old_plan(loaded: &Loaded, encoder: &mut CommandEncod
 }
 
 /// One frame of a loaded plan.
-#[derive(Clone, Copy)]
 pub(crate) struct FrameCommands<'a> {
     pub(crate) loaded: &'a Loaded,
     pub(crate) groups: &'a BindGroups,

@@ -36,20 +36,14 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let mut bytes = zeroed(pixels * channels)?;
     decoder.decode_into(&mut bytes).map_err(explain)?;
     let codes = Codes { bytes, is_wide: false, channels, pixels };
-    let mut picture = Picture::new(width, height, codes.to_light(&colors)?);
-    picture.notes = colors.notes;
-    picture.stated = colors.stated;
-    Ok(match orientation {
-        Some(orientation) => orientation.upright(picture),
-        None => picture,
-    })
+    codes.into_picture([width, height], colors, orientation)
 }
 
 /// What stands before the pixels.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let (_, Header { width, height, channels, profile, orientation }) = open(reader)?;
     let mut colors = colors(profile.as_deref(), None);
-    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size((width, height)));
+    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size(width, height));
     colors.notes.extend(orientation.map(Orientation::note));
     let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
     let window = Window::of_size(width, height);

@@ -37,13 +37,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
     let codes = Codes { bytes, is_wide, channels: color_type.samples(), pixels: width as usize * height as usize };
-    let mut picture = Picture::new(width, height, codes.to_light(&colors)?);
-    picture.notes = colors.notes;
-    picture.stated = colors.stated;
-    Ok(match orientation {
-        Some(orientation) => orientation.upright(picture),
-        None => picture,
-    })
+    codes.into_picture([width, height], colors, orientation)
 }
 
 /// What the chunks before the pixels state.
@@ -64,8 +58,8 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
         ColorType::Indexed => &["R", "G", "B"],
     };
     let samples = if info.bit_depth == BitDepth::Sixteen { "16 bits" } else { "8 bits" };
-    let size = (info.width, info.height);
-    let (width, height) = orientation.map_or(size, |orientation| orientation.size(size));
+    let (width, height) = (info.width, info.height);
+    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size(width, height));
     let window = Window::of_size(width, height);
     let part = PartDescription {
         name: None,
