@@ -1,6 +1,9 @@
-"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of a measurement, `table FOLDER` the rows of all."""
+"""The table of `tests/tiers.sh`: `names FILE` prints the tiers of a measurement, `table FOLDER` the rows of all, and
+`claims WHERE` writes graph/docs/measurements/tiers.csv, measured there, into the pipelines as what their tiers claim."""
 
+import csv
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -31,9 +34,24 @@ def table(folder):
             print(f"{path.stem},{tier},{figures},{worst['image']},{moving[tier]['p999']:.2f}")
 
 
+def claims(where):
+    root = Path(__file__).parent.parent
+    sections = {}
+    for row in csv.DictReader((root / "graph/docs/measurements/tiers.csv").open()):
+        if row["tier"] != "as written":
+            figures = f"ms: {row['ms_4k']}, p999: {row['p999']}, flip: {row['flip']}, on: {json.dumps(where)}"
+            sections[row["pipeline"]] = sections.get(row["pipeline"], "") + f'        "{row["tier"]}": Claim({figures}),\n'
+    for name, section in sections.items():
+        file = root / f"pipelines/{name}.ron"
+        text = re.sub(r"    claims: \{\n(?:        .*\n)*    \},\n", "", file.read_text())
+        file.write_text(text.removesuffix(")\n") + f"    claims: {{\n{section}    }},\n)\n")
+
+
 command, path = sys.argv[1:]
 if command == "names":
     rows = tiers(json.loads(Path(path).read_text()))
     print(" ".join(name for name, _ in rows if name != "as written"))
-else:
+elif command == "table":
     table(Path(path))
+else:
+    claims(path)

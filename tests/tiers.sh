@@ -3,9 +3,10 @@
 # Runs the program of AFTERIMAGE, or `afterimage`, on the fastest graphics adapter; takes some ten minutes on a GPU. Times
 # are those of the built-in scene at 4K and 1080p. Errors are the worst over the images and the built-in charts, in their
 # own size, and over eight frames of the walk through the built-in scene. Writes the JSON of every run into the folder,
-# and prints graph/docs/measurements/tiers.csv. PIPELINES has the names of those to measure; otherwise all are.
+# and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim. PIPELINES
+# has the names of those to measure; otherwise all are.
 set -euo pipefail
-[ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
+[ $# -ge 2 ] || { sed -n '2,7s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift
 program=${AFTERIMAGE:-afterimage}
 here=$(dirname "$0")

@@ -112,6 +112,9 @@ fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     let gpu = gpu();
     let mut post = open(&gpu, Source::from("caracal").tier("high"));
     assert_eq!(post.tiers(), ["ultra", "high", "low"]);
+    let [ultra, low] = ["ultra", "low"].map(|tier| post.claim(tier).expect("built-in pipelines claim figures").clone());
+    assert!(ultra.ms > low.ms && ultra.p999 < low.p999 && low.on.contains("NVIDIA"), "{ultra}, {low}");
+    assert!(post.claim("lo").is_none());
     let high = shown(&gpu, &mut post);
     assert_same(&high, &fresh("caracal.ron", Some("high"), &[]));
     let error = post.set_tier("lo").unwrap_err().to_string();

@@ -106,7 +106,7 @@ pub fn built_in(name: &str, tier: Option<&str>) -> Graph {
 }
 
 /// The document of a built-in pipeline.
-fn document(name: &str) -> Document {
+pub fn document(name: &str) -> Document {
     let path = pipelines().join(name);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors:?}"))

@@ -33,6 +33,7 @@
 //! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
 //! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
 //! | know what images may be; give cameras, rectangles, factors | [`Frame`] |
+//! | choose a tier by its time and error | [`Post::tiers`], [`Post::claim`] |
 //! | hold a budget in milliseconds | [`Post::govern`] |
 //! | open a device without a renderer | [`Gpu::open`] |
 //! | write a node kind | [`node`] |
@@ -75,6 +76,7 @@ pub mod host {
     #[cfg(not(target_family = "wasm"))]
     pub use afterimage_gpu::{FrameStep, Readback, download};
     pub use afterimage_graph::check::{Fact, Facts, Graph};
+    pub use afterimage_graph::document::Claim;
     pub use afterimage_graph::image::Size;
     pub use afterimage_graph::node::{BlockData, Camera, Matrix, NodeKind, Registry, RegistryError};
     pub use afterimage_graph::value::{Param, ParamType, Type, Value};

@@ -3,6 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use afterimage_gpu::{Executor, GovernedTier, Gpu, Post as GraphPost, TierGraph, caps};
+use afterimage_graph::document::Claim;
 
 use crate::error::Error;
 use crate::files::Stamps;
@@ -86,6 +87,11 @@ impl Post {
         self.snapshot.tiers()
     }
 
+    /// What the pipeline claims of a tier: [`Snapshot::claim`].
+    pub fn claim(&self, tier: &str) -> Option<&Claim> {
+        self.snapshot.claim(tier)
+    }
+
     /// The present tier; `None` for the values that the file has without one. Under a [budget](Self::govern), it is the
     /// one that the governor has chosen.
     pub fn tier(&self) -> Option<&str> {
@@ -118,7 +124,8 @@ impl Post {
     }
 
     /// Holds a budget in milliseconds: from now on, a governor chooses one of these tiers, which are in order from the
-    /// worst picture to the best, as [`GraphPost::govern`] describes.
+    /// worst picture to the best, as [`GraphPost::govern`] describes. It begins with the costs that the pipeline
+    /// [claims](Self::claim).
     ///
     /// # Errors
     /// There is no such tier.
@@ -129,7 +136,8 @@ impl Post {
         let mut graphs = Vec::with_capacity(tiers.len());
         for tier in tiers {
             let graph = self.snapshot.graph(Some(tier))?;
-            graphs.push(TierGraph { tier: GovernedTier { name: (*tier).to_owned(), cost: None }, graph });
+            let cost = self.claim(tier).and_then(|claim| claim.ms);
+            graphs.push(TierGraph { tier: GovernedTier { name: (*tier).to_owned(), cost }, graph });
         }
         self.post.govern(budget_ms, graphs);
         self.governed = tiers.iter().map(|tier| (*tier).to_owned()).collect();

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Checker, Graph, LoadedFiles, Loader};
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::document::{Document, parse};
+use afterimage_graph::document::{Claim, Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::error::Error;
@@ -148,6 +148,12 @@ impl Snapshot {
     /// The names of the tiers, inherited ones first.
     pub fn tiers(&self) -> Vec<String> {
         self.checker().tiers()
+    }
+
+    /// What the pipeline's own file claims of a tier: its time and its error, and what they were measured on. `None`
+    /// where it claims nothing.
+    pub fn claim(&self, tier: &str) -> Option<&Claim> {
+        self.document.claims.iter().find(|(name, _)| name.value == tier).map(|(_, claim)| claim)
     }
 
     #[cfg(all(feature = "offline", not(target_family = "wasm")))]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage::Error;
-use afterimage::host::{Graph, NodeKind, PIPELINES, Snapshot, TABLES};
+use afterimage::host::{Claim, Graph, NodeKind, PIPELINES, Snapshot, TABLES};
 use afterimage::node::folder_kind;
 use bevy::asset::io::Reader;
 use bevy::asset::io::embedded::EmbeddedAssetRegistry;
@@ -92,6 +92,11 @@ impl Pipeline {
     /// There is no such tier.
     pub fn graph(&self, tier: Option<&str>) -> Result<Graph, Error> {
         Ok(self.snapshot.check(tier, &[])?.0)
+    }
+
+    /// What it claims of a tier: its time and its error, and what they were measured on.
+    pub fn claim(&self, tier: &str) -> Option<&Claim> {
+        self.snapshot.claim(tier)
     }
 
     /// The names of its tiers, inherited ones first.

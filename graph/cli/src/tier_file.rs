@@ -23,7 +23,7 @@ pub(crate) fn figures(measured: &Measured) -> String {
 
 /// Refuses a name that RON cannot hold.
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
-    let text = document(args, "", &[]);
+    let text = document(args, &[], "");
     let document = parse("the tuned pipeline", &text)?;
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
     let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
@@ -34,10 +34,11 @@ pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Fai
     }
 }
 
-/// The file: it extends the pipeline, and holds the tier with its figures in a comment.
+/// The file: it extends the pipeline, and holds the tier with its claim.
 pub(crate) fn text(args: &TuneArgs, registry: &Registry, entries: &[String], tuned: &Tuned) -> Result<String, Failure> {
-    let comment = format!("// {}\n// {}\n", figures(&tuned.measured), tuned.conditions);
-    let text = document(args, &comment, entries);
+    let Measured { ms, p999, .. } = tuned.measured;
+    let claim = format!("Claim(ms: {ms:.3}, p999: {p999:.3}, on: {:?})", tuned.conditions);
+    let text = document(args, entries, &format!("    claims: {{\n        {:?}: {claim},\n    }},\n", args.name));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
     let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
@@ -52,15 +53,11 @@ pub(crate) fn foreign_folder(args: &TuneArgs) -> Option<PathBuf> {
     if pipeline.starts_with(&folder) { None } else { Some(pipeline.parent()?.to_owned()) }
 }
 
-fn document(args: &TuneArgs, comment: &str, entries: &[String]) -> String {
+fn document(args: &TuneArgs, entries: &[String], claims: &str) -> String {
     let base = base(args);
-    let indented: String = comment.lines().map(|line| format!("        {line}\n")).collect();
     let list: String = entries.iter().map(|entry| format!("            {entry},\n")).collect();
     let body = if list.is_empty() { "{}".to_owned() } else { format!("{{\n{list}        }}") };
-    format!(
-        "Pipeline(\n    extends: {base:?},\n    tiers: {{\n{indented}        {:?}: {body},\n    }},\n)\n",
-        args.name
-    )
+    format!("Pipeline(\n    extends: {base:?},\n    tiers: {{\n        {:?}: {body},\n    }},\n{claims})\n", args.name)
 }
 
 /// The path of the pipeline in the new file: relative to its folder where both share a root.

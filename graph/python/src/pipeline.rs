@@ -7,6 +7,7 @@ use afterimage::Source;
 use afterimage::offline::{Offline, OfflineFrame};
 use afterimage_graph::check::Fact;
 use afterimage_graph::diagnostic::Style;
+use afterimage_graph::document::Claim;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::CAMERA;
 use afterimage_graph::value::Value;
@@ -209,12 +210,17 @@ fn describe(look: &Offline) -> serde_json::Value {
             "multisampled": input.multisampled,
         })
     });
+    let tiers = look.tiers().into_iter().map(|tier| {
+        let claim = look.claim(&tier);
+        let claim = claim.map(|Claim { on, ms, p999, flip }| json!({ "on": on, "ms": ms, "p999": p999, "flip": flip }));
+        json!({ "name": tier, "claim": claim })
+    });
     let outputs = look.outputs().map(|output| json!({ "name": output.name, "state": output.state.name() }));
     let facts: Vec<String> = look.graph().facts().into_iter().map(|(name, _)| name).collect();
     json!({
         "name": look.name(),
         "tier": look.tier(),
-        "tiers": look.tiers(),
+        "tiers": tiers.collect::<Vec<_>>(),
         "facts": facts,
         "inputs": inputs.collect::<Vec<_>>(),
         "outputs": outputs.collect::<Vec<_>>(),

@@ -74,6 +74,15 @@ class Program(TestCase):
         for nodes in ([], [kind], [self.folder]):
             self.assert_same(ai.Pipeline(self.path("beside.ron"), nodes=nodes)(size=(64, 36)), wanted)
 
+    def test_tiers_have_claims(self):
+        tiers = ai.Pipeline("lynx").tiers
+        self.assertEqual(list(tiers), ["ultra", "high", "low"])
+        self.assertLess(tiers["low"].ms, tiers["ultra"].ms)
+        self.assertLess(tiers["ultra"].p999, tiers["low"].p999)
+        self.assertIn("NVIDIA", tiers["low"].on)
+        own = ai.Pipeline('Pipeline(extends: "lynx.ron", tiers: { "own": {} })').tiers
+        self.assertEqual((list(own)[-1], own["own"], own["low"]), ("own", None, None))
+
     def test_tiers_parameters_facts_and_no_dither(self):
         options = ["--tier", "low", "--set", "lit.strength=0.02", "--set", "bright=Off", "--fact", "emissive=false"]
         self.program("render", "tsushima", "scene.exr", "-o", "low.png", "--no-dither", *options)

@@ -4,9 +4,9 @@ use std::rc::Rc;
 
 use super::build::GraphBuilder;
 use super::files::{Named, join, unreadable};
-use super::limits::MAX_DEPTH;
+use super::limits::{MAX_DEPTH, MAX_TIERS};
 use crate::document::{Document, Tier};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, did_you_mean, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 
 impl GraphBuilder<'_> {
     /// The document of a file that another one names; its problems are reported the first time. `None` where an error
@@ -61,23 +61,22 @@ impl GraphBuilder<'_> {
         merge(base, document)
     }
 
+    /// Reports claims of tiers that the document does not have.
+    pub(super) fn check_claims(&mut self, document: &Document) {
+        for (name, _) in document.claims.iter().take(MAX_TIERS + 1) {
+            let is_there = document.tiers.iter().take(MAX_TIERS).any(|(known, _)| known.value == name.value);
+            // What could not be read may have it.
+            if !is_there && !document.is_partial {
+                self.report(unknown_tier(document, &name.value, &name.location));
+            }
+        }
+    }
+
     /// The document of the requested tier. Its overrides are applied once the nodes are known.
     pub(super) fn tier(&mut self, document: Document, name: Option<&str>) -> Document {
         let Some(name) = name else { return document };
         let Some((_, tier)) = document.tiers.iter().find(|(known, _)| known.value == name) else {
-            let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
-            let mut help = match document.tiers.len() {
-                0 => "it has no tiers at all".to_owned(),
-                _ => format!("its tiers are {}", list(names(), 8)),
-            };
-            if let Some(meant) = did_you_mean(name, names()) {
-                help = format!("{meant} {help}");
-            }
-            self.report(
-                Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(name)))
-                    .at(&document.location, "")
-                    .help(help),
-            );
+            self.report(unknown_tier(&document, name, &document.location));
             return document;
         };
         match tier {
@@ -91,6 +90,18 @@ impl GraphBuilder<'_> {
             }
         }
     }
+}
+
+fn unknown_tier(document: &Document, name: &str, location: &Location) -> Diagnostic {
+    let names = || document.tiers.iter().map(|(name, _)| name.value.as_str());
+    let mut help = match document.tiers.len() {
+        0 => "it has no tiers at all".to_owned(),
+        _ => format!("its tiers are {}", list(names(), 8)),
+    };
+    if let Some(meant) = did_you_mean(name, names()) {
+        help = format!("{meant} {help}");
+    }
+    Diagnostic::error("unknown-tier", format!("the pipeline has no tier {}", quote(name))).at(location, "").help(help)
 }
 
 fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diagnostic {
@@ -122,6 +133,8 @@ fn merge(base: Document, own: Document) -> Document {
         outputs: replace(base.outputs, own.outputs, |output| &output.name.value),
         set: base.set.into_iter().chain(own.set).collect(),
         tiers: replace(base.tiers, own.tiers, |(name, _)| &name.value),
+        // Another file is another pipeline, of which nothing was measured.
+        claims: own.claims,
         facts,
         problems: own.problems,
         unread: base.unread.into_iter().chain(own.unread).collect(),

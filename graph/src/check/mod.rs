@@ -101,6 +101,7 @@ impl<'a> Checker<'a> {
     pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Diagnostics> {
         let mut builder = self.builder();
         let document = builder.inherited(self.document);
+        builder.check_claims(&document);
         let document = builder.tier(document, tier);
         builder.expand_top(&document);
         builder.command_line(sets);

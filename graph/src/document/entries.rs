@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::claim::Claim;
 use super::tree::{Field, Group, Item};
 use afterimage_base::diagnostic::{Diagnostics, Location, Spanned};
 use afterimage_base::image::ColorState;
@@ -25,6 +26,8 @@ pub struct Document {
     pub set: Vec<Override>,
     /// The quality levels.
     pub tiers: Vec<(Spanned<String>, Tier)>,
+    /// What was measured of tiers. A file that extends this one does not inherit it.
+    pub claims: Vec<(Spanned<String>, Claim)>,
     /// The facts that conditions may use, with their meanings; `None` if the file does not list them.
     pub facts: Option<Vec<(Spanned<String>, String)>>,
     /// Mistakes that can be seen without knowing any node kind.

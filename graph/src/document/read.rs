@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::claim::{CLAIM, Claim, claim};
 use super::entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tier};
 use super::input_options::{contradiction, image_type, image_type_names, set_option};
 use super::output::{OUTPUT, output};
@@ -12,7 +13,7 @@ use super::tree::{Field, Group, Item, Tree};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 
-const SECTIONS: [&str; 7] = ["inputs", "nodes", "outputs", "set", "tiers", "extends", "facts"];
+const SECTIONS: [&str; 8] = ["inputs", "nodes", "outputs", "set", "tiers", "claims", "extends", "facts"];
 
 /// The largest file that is read, in bytes. A pipeline of a thousand nodes has a tenth of it.
 pub const MAX_FILE: usize = 4 << 20;
@@ -75,6 +76,7 @@ fn document(file: &Arc<str>, tree: Item, mut problems: Diagnostics) -> Result<Do
         outputs: Vec::new(),
         set: Vec::new(),
         tiers: Vec::new(),
+        claims: Vec::new(),
         facts: None,
         problems: Diagnostics::default(),
         unread: Vec::new(),
@@ -185,6 +187,11 @@ impl Reader {
             "tiers" => {
                 let entries = self.map(value, "tiers", "{ \"low\": { \"node.parameter\": value } }");
                 document.tiers = entries.into_iter().map(|(name, value)| self.tier(name, value)).collect();
+            }
+            "claims" => {
+                let shape = "{ \"low\": Claim(ms: 0.2, on: \"a GPU at 3840x2160\") }";
+                let entries = self.map(value, "claims", shape);
+                document.claims = entries.into_iter().filter_map(|(name, value)| self.claim(name, value)).collect();
             }
             "facts" => {
                 let entries = self.map(value, "facts", "{ \"emissive\": \"something in view emits light\" }");
@@ -375,6 +382,25 @@ impl Reader {
             _ => Tier::Settings(self.settings(value, &format!("tier {}", quote(&name.value)))),
         };
         (name, tier)
+    }
+
+    fn claim(&mut self, name: Spanned<String>, value: Item) -> Option<(Spanned<String>, Claim)> {
+        let problems = match value.value {
+            Tree::Struct(Some(word), figures) if word.value == CLAIM => {
+                match claim(&word, self.unique(figures.entries, "figure")) {
+                    Ok(claim) => return Some((name, claim)),
+                    Err(problems) => problems,
+                }
+            }
+            Tree::Broken => return None,
+            other => {
+                let message = format!("the claim of {} is {}", quote(&name.value), other.describe());
+                let help = "write it as `\"low\": Claim(ms: 0.2, on: \"a GPU at 3840x2160\")`";
+                vec![Diagnostic::error("wrong-shape", message).at(&value.location, "").help(help)]
+            }
+        };
+        problems.into_iter().for_each(|problem| self.problems.push(problem));
+        None
     }
 }
 

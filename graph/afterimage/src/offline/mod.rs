@@ -26,6 +26,7 @@ use afterimage_gpu::{FrameStep, Gpu, Session};
 use afterimage_graph::check::{Fact, Facts, Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
+use afterimage_graph::document::Claim;
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::{Camera, Registry};
 use afterimage_plan::Options;
@@ -160,6 +161,11 @@ impl Offline {
     /// The names of the tiers, inherited ones first.
     pub fn tiers(&self) -> Vec<String> {
         self.snapshot.tiers()
+    }
+
+    /// What the pipeline claims of a tier: [`Snapshot::claim`].
+    pub fn claim(&self, tier: &str) -> Option<&Claim> {
+        self.snapshot.claim(tier)
     }
 
     /// The pipeline at another tier, with the present values.

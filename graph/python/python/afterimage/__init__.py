@@ -19,10 +19,11 @@ from ._errors import (
 )
 from ._image import Image, read, write
 from ._native import Plan, built_in as _built_in
-from ._pipeline import Parameter, Pipeline
+from ._pipeline import Claim, Parameter, Pipeline
 
 __all__ = [
     "PIPELINES",
+    "Claim",
     "DeviceError",
     "Error",
     "FileError",

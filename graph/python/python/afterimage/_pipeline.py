@@ -50,6 +50,20 @@ class Parameter:
     """The present value."""
 
 
+@dataclass(frozen=True)
+class Claim:
+    """What was measured of a quality level, as the pipeline's file states it."""
+
+    on: str
+    """What it was measured on: a device, a size, images."""
+    ms: float | None
+    """The milliseconds of a frame."""
+    p999: float | None
+    """The error that one pixel in a thousand exceeds, in codes of 8 bits."""
+    flip: float | None
+    """The visible difference FLIP, from 0 to 1."""
+
+
 class Pipeline:
     """A pipeline: a built-in one by its name, a `.ron` file by its path, or the text of one.
 
@@ -256,9 +270,9 @@ class Pipeline:
         self._native.set_tier(tier)
 
     @property
-    def tiers(self) -> list[str]:
-        """The names of the quality levels."""
-        return list(self._about["tiers"])
+    def tiers(self) -> dict[str, Claim | None]:
+        """The quality levels by their names, with what the file claims of them."""
+        return {one["name"]: one["claim"] and Claim(**one["claim"]) for one in self._about["tiers"]}
 
     @property
     def facts(self) -> list[str]:

@@ -26,6 +26,7 @@ use std::sync::Arc;
 use afterimage_gpu::{Gpu, GpuError, KernelFaults, Watch};
 use afterimage_graph::check::{Fact, Facts, Graph, ParameterId};
 use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::document::Claim;
 use afterimage_graph::value::{FileValue, Value};
 
 pub use chain::{Chain, Moment, Purpose};
@@ -54,6 +55,7 @@ pub struct Model {
     graph: Option<Arc<Graph>>,
     warnings: Diagnostics,
     tiers: Vec<String>,
+    claims: Vec<(String, Claim)>,
     facts: Facts,
     /// The facts that the pipeline declares, with their meanings.
     fact_meanings: Vec<(String, String)>,
@@ -89,6 +91,7 @@ impl Model {
             graph: None,
             warnings: Diagnostics::default(),
             tiers: Vec::new(),
+            claims: Vec::new(),
             facts: Facts::default(),
             fact_meanings: Vec::new(),
             changes: Changes::default(),
@@ -156,6 +159,11 @@ impl Model {
     /// The tiers of the pipeline.
     pub fn tiers(&self) -> &[String] {
         &self.tiers
+    }
+
+    /// What the text claims of tiers.
+    pub fn claims(&self) -> &[(String, Claim)] {
+        &self.claims
     }
 
     /// The tier that is shown.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::document::parse;
+use afterimage_graph::document::{Claim, parse};
 use afterimage_graph::node::Registry;
 use afterimage_pipelines::BuiltIn;
 
@@ -60,6 +60,8 @@ pub struct Checked {
     pub warnings: Diagnostics,
     /// The tiers of the pipeline.
     pub tiers: Vec<String>,
+    /// What the text claims of tiers.
+    pub claims: Vec<(String, Claim)>,
     /// The facts that the pipeline declares, with their meanings.
     pub facts: Vec<(String, String)>,
 }
@@ -79,7 +81,8 @@ impl Checked {
         let document = parse(name, text)?;
         let checker = Checker::new(&document, registry, loader);
         let (graph, warnings) = checker.check(tier, &[])?;
-        Ok(Self { graph, warnings, tiers: checker.tiers(), facts: checker.facts() })
+        let claims = document.claims.iter().map(|(tier, claim)| (tier.value.clone(), claim.clone())).collect();
+        Ok(Self { graph, warnings, tiers: checker.tiers(), claims, facts: checker.facts() })
     }
 }
 

@@ -42,7 +42,7 @@ impl Model {
         match checked {
             Ok(checked) => {
                 (self.warnings, self.tiers, self.problem) = (checked.warnings, checked.tiers, None);
-                self.fact_meanings = checked.facts;
+                (self.claims, self.fact_meanings) = (checked.claims, checked.facts);
                 self.graph = Some(Arc::new(checked.graph));
                 self.apply_graph();
             }

@@ -99,7 +99,10 @@ impl Viewer {
         ComboBox::from_id_salt("tier").selected_text(shown).width(82.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut tier, None, "no tier");
             for name in self.model.tiers() {
-                ui.selectable_value(&mut tier, Some(name.clone()), name);
+                let entry = ui.selectable_value(&mut tier, Some(name.clone()), name);
+                if let Some((_, claim)) = self.model.claims().iter().find(|(of, _)| of == name) {
+                    entry.on_hover_text(claim.to_string());
+                }
             }
         });
         self.model.set_tier(tier);
