@@ -80,7 +80,7 @@ pub mod host {
     pub use afterimage_graph::image::Size;
     pub use afterimage_graph::node::{BlockData, Camera, Matrix, NodeKind, Registry, RegistryError};
     pub use afterimage_graph::value::{Param, ParamType, Type, Value};
-    pub use afterimage_graph::{check, diagnostic, document, image, value};
+    pub use afterimage_graph::{check, color, diagnostic, document, image, value};
     /// The types of parameters of built-in kinds, such as `Curve`.
     pub use afterimage_nodes as kinds;
     pub use afterimage_pipelines::{PIPELINES, TABLES};

@@ -20,6 +20,7 @@
 
 mod device;
 mod numbers;
+#[doc(hidden)] // For the program.
 pub mod quantize;
 
 use afterimage_gpu::{FrameStep, Gpu, Session};
