@@ -16,10 +16,14 @@ struct Taa {
     has_exposure: f32,
     moving: f32,
     keep_above: f32,
+    size: f32,             // pixels of the result for one of the source, along a side: 1 or 2
+    texel: f32,            // and its inverse
 }
 
 // How fast a sample counts less that lies this far from the middle of the pixel: the square of the distance in pixels.
 const TAA_SHARPNESS: f32 = 2.29;
+// The mean of all weights of samples that are two pixels apart: pi / (4 * TAA_SHARPNESS).
+const TAA_SPARSE: f32 = 0.343;
 
 fn taa_brightness(light: vec3f) -> f32 {
     return 0.25 * light.r + 0.5 * light.g + 0.25 * light.b;
@@ -50,6 +54,7 @@ struct TaaAround {
     above: vec3f,
     brightest: f32,
     keep_above: f32,
+    nearness: f32,  // how much the samples of this frame say about the pixel, 1 on average
 }
 
 fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
@@ -67,7 +72,7 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
             let light = texel(source, p + vec2i(x, y)).rgb;
             brightest = max(brightest, taa_brightness(light));
             let color = taa_packed(taa_without_lamps(light, params), params.white);
-            let away = vec2f(f32(x), f32(y)) + jitter;
+            let away = params.size * (vec2f(f32(x), f32(y)) + jitter);
             let weight = exp(-TAA_SHARPNESS * dot(away, away));
             sum += weight * color;
             total += weight;
@@ -81,7 +86,9 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     let most = params.variance * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
     mean += middle;
     let below = min(mean.xyz - least, most);
-    return TaaAround(sum / total, mean, below, min(greatest - mean.xyz, most), brightest, params.keep_above);
+    let above = min(greatest - mean.xyz, most);
+    let nearness = select(1.0, total / TAA_SPARSE, params.size > 1.0);
+    return TaaAround(sum / max(total, 1e-7), mean, below, above, brightest, params.keep_above, nearness);
 }
 
 // Whether a bright light is wide, as a sky is: whether three of the eight pixels at this distance show it, too.
@@ -236,14 +243,26 @@ fn taa_lamps(source: texture_2d<f32>, p: vec2i, jitter: vec2f, old: vec3f, share
         let step = vec2i(i % 3 - 1, i / 3 - 1);
         let light = texel(source, p + step).rgb;
         let lamps = light - taa_without_lamps(light, params);
-        let away = vec2f(step) + jitter;
+        let away = params.size * (vec2f(step) + jitter);
         let weight = exp(-TAA_SHARPNESS * dot(away, away));
         sum += weight * lamps;
         total += weight;
         least = min(least, lamps);
         greatest = max(greatest, lamps);
     }
-    return between3(clamp(old, least, greatest), sum / total, share);
+    return between3(clamp(old, least, greatest), sum / max(total, 1e-7), share);
+}
+
+// The pixel of the source under a pixel of the result, and the way from there to its sample, in pixels of the source.
+struct TaaPlace {
+    pixel: vec2i,
+    jitter: vec2f,
+}
+
+fn taa_place(at: Point, jitter: vec2f, params: Taa) -> TaaPlace {
+    let middle = (vec2f(at.pixel) + 0.5) * params.texel;
+    let pixel = floor(middle);
+    return TaaPlace(vec2i(pixel), jitter + (pixel + 0.5 - middle));
 }
 
 // What a pixel gets: the new frame, and the old light if the history has a meaning there.
@@ -255,21 +274,21 @@ fn taa_mixed(
     is_seen: bool,
     there: vec2f,
     ratio: f32,
-    jitter: vec2f,
+    place: TaaPlace,
     at: Point,
     params: Taa,
 ) -> vec4f {
-    let share = select(1.0, taa_share(there, at.size, params), is_seen);
+    let share = select(1.0, min(taa_share(there, at.size, params) * around.nearness, 1.0), is_seen);
     var light = old;
     var lamps = vec3f();
     if around.brightest > around.keep_above {
         let split = taa_split(history, there, ratio, params);
         light = split.light;
-        lamps = taa_lamps(source, at.pixel, jitter, split.lamps, share, params);
+        lamps = taa_lamps(source, place.pixel, place.jitter, split.lamps, share, params);
     }
     let packed = taa_limited(taa_packed(light, params.white), around);
     let mixed = taa_unpacked(between(packed, around.color, share));
-    return vec4f(bounded_scene(mixed + lamps), texel(source, at.pixel).a);
+    return vec4f(bounded_scene(mixed + lamps), texel(source, place.pixel).a);
 }
 
 // Whether the frame before has a meaning at a place.
@@ -301,13 +320,14 @@ fn taa(
     frame: Frame,
     params: Taa,
 ) -> vec4f {
-    let around = taa_seen(source, at.pixel, camera.jitter, params);
-    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
-    let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
+    let place = taa_place(at, camera.jitter, params);
+    let around = taa_seen(source, place.pixel, place.jitter, params);
+    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, place.pixel), params);
+    let was_seen = taa_was_seen(depth, previous_depth, camera, place.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let ratio = taa_ratio(meter, previous_exposure, params);
     let old = bounded_scene(taa_bicubic(history, there) * ratio);
-    return taa_mixed(source, history, old, around, is_seen, there, ratio, camera.jitter, at, params);
+    return taa_mixed(source, history, old, around, is_seen, there, ratio, place, at, params);
 }
 
 // The same with a filter of four texels.
@@ -325,11 +345,12 @@ fn taa_bilinear(
     frame: Frame,
     params: Taa,
 ) -> vec4f {
-    let around = taa_seen(source, at.pixel, camera.jitter, params);
-    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, at.pixel), params);
-    let was_seen = taa_was_seen(depth, previous_depth, camera, at.pixel, there, params);
+    let place = taa_place(at, camera.jitter, params);
+    let around = taa_seen(source, place.pixel, place.jitter, params);
+    let there = at.uv - taa_motion(depth, motion, camera, taa_nearest(depth, place.pixel), params);
+    let was_seen = taa_was_seen(depth, previous_depth, camera, place.pixel, there, params);
     let is_seen = taa_inside(there, frame) && (was_seen || params.has_depth < 0.5);
     let ratio = taa_ratio(meter, previous_exposure, params);
     let old = bounded_scene(tap(history, history_sampler, there).rgb * ratio);
-    return taa_mixed(source, history, old, around, is_seen, there, ratio, camera.jitter, at, params);
+    return taa_mixed(source, history, old, around, is_seen, there, ratio, place, at, params);
 }

@@ -33,6 +33,9 @@ params! {
     /// before (`meter: "metered", previous_exposure: "taa.exposure@previous"`), and the history is as bright as the new
     /// frame when the exposure changes. A light `Sharpen` or `Cas` after it gives back what the filter takes. Alpha is
     /// that of the new frame.
+    ///
+    /// With `double`, the result is twice as large as the source: temporal upscaling. A frame then says more about some
+    /// of the four pixels than about others, and counts by that; jitter should have at least 16 places.
     pub struct Taa {
         /// The share of the new frame. 1 uses no history.
         pub blend: f32 = 0.08 => within(0.01..=1.0), usually(0.04..=0.2);
@@ -55,6 +58,8 @@ params! {
         /// The filter that reads the frame before.
         pub filtering: HistoryFilter = HistoryFilter::Bicubic
             => quality(HistoryFilter::Bicubic, [HistoryFilter::Bilinear]);
+        /// The result is twice as large as the source.
+        pub double: bool = false;
         /// The unit of the motion.
         pub unit: MotionUnit = MotionUnit::Uv;
     }
@@ -122,7 +127,9 @@ impl Node for Taa {
         let call = call.read("depth", depth).read("previous_depth", before).read("motion", motion);
         let call = call.set("scale", scale).set("has_motion", has_motion).set("has_depth", has_depth);
         let call = call.read("previous_exposure", exposure).set("has_exposure", f64::from(u8::from(has_exposure)));
-        call.write("result", ImageDesc::new(size));
+        let larger = if self.double { 2 } else { 1 };
+        let call = call.set("size", f64::from(larger)).set("texel", 1.0 / f64::from(larger));
+        call.write("result", ImageDesc::new(Size::new(larger * size.width, larger * size.height)));
         if pass.is_output_used("exposure") {
             let desc = ImageDesc::new(Size::new(1, 1)).format(Format::R32Float);
             pass.function(&SHADER, "taa_exposure").write("exposure", desc);

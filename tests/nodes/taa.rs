@@ -119,8 +119,13 @@ fn text(room: &DemoScene) -> String {
 impl Drawn {
     /// The same moment with many samples.
     fn reference(&self) -> Picture {
-        let room = DemoScene { samples: 64, jitter: [0.0, 0.0], ..self.room.clone() };
-        scene("result", &text(&room), SIZE)
+        self.drawn(64, SIZE)
+    }
+
+    /// The same moment with this many samples in the middle of pixels, in any size.
+    fn drawn(&self, samples: u32, size: Size) -> Picture {
+        let room = DemoScene { samples, jitter: [0.0, 0.0], ..self.room.clone() };
+        scene("result", &text(&room), size)
     }
 }
 
@@ -204,6 +209,38 @@ fn a_walk_past_moving_objects_is_smooth_and_has_no_ghosts() {
     let count = (0..masks[0].len()).filter(|index| uncovered(*index)).count();
     println!("whole: one sample {all:.4}, smoothed {smooth:.4}; {count} pixels of trails: {one:.4}, {trail:.4}");
     assert!(smooth < 0.7 * all && count > 40 && trail < one, "{all}, {smooth}, {count}, {one}, {trail}");
+}
+
+/// A picture in twice the size, by the mean of the nearest four pixels.
+fn doubled(picture: &Picture) -> Picture {
+    let source = image(picture);
+    let [width, height] = [picture.width, picture.height].map(|side| 2 * side);
+    let wide = Image::from_uv(width as usize, height as usize, |uv| source.tap(uv));
+    Picture::new(width, height, |x, y| wide.texel(i64::from(x), i64::from(y)).map(|light| light as f32))
+}
+
+/// Errors against many samples in twice the size: of the last frame enlarged, of `Taa` enlarged, of `Taa` that doubles,
+/// and of one sample in each pixel of the double size.
+fn errors_of_doubling(shot: &[Drawn]) -> [f64; 4] {
+    let last = shot.last().expect("there are frames");
+    let large = Size::new(2 * SIZE.width, 2 * SIZE.height);
+    let wanted = last.drawn(64, large);
+    let double = NODE.replace("white: 1.0", "white: 1.0, double: true");
+    let found = [doubled(&last.light), doubled(&smoothed(NODE, shot)), smoothed(&double, shot), last.drawn(1, large)];
+    found.map(|picture| error(&picture, &wanted, |_| true))
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+#[expect(clippy::print_stdout, reason = "the figures are in graph/docs/measurements/depth.md")]
+fn frames_of_half_the_size_come_to_the_supersampled_whole() {
+    let still = errors_of_doubling(&shot(16, (0.1, 0.0), 0.0, SIZE));
+    let walk = errors_of_doubling(&shot(16, (0.1, 0.002), 1.0 / 24.0, SIZE));
+    println!("enlarged frame, enlarged Taa, doubling Taa, one sample of the double size: {still:.4?}, {walk:.4?}");
+    let [enlarged, smooth, double, aliased] = still;
+    assert!(double < 0.8 * smooth && double < 0.7 * enlarged && double < aliased, "{still:.4?}");
+    let [enlarged, smooth, double, _] = walk;
+    assert!(double < smooth && double < 0.9 * enlarged, "{walk:.4?}");
 }
 
 /// One frame after another history, with the depths of both frames.
