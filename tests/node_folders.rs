@@ -3,6 +3,8 @@
 
 /// Kinds that grade.
 mod grading;
+/// Light that surfaces scatter.
+mod indirect;
 /// The models of lenses.
 mod lens;
 /// Masks, and what is limited to them.
@@ -27,7 +29,7 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
 /// The kinds of `nodes/folders` that tests here hold.
-pub const TESTED: [&str; 21] = [
+pub const TESTED: [&str; 22] = [
     "ChannelMixer",
     "ColorKey",
     "Crt",
@@ -47,6 +49,7 @@ pub const TESTED: [&str; 21] = [
     "Rcas",
     "ShapeMask",
     "SplitToning",
+    "Ssgi",
     "Ssr",
     "Transform",
 ];

@@ -44,5 +44,6 @@ folder!(PIXELATE, "Pixelate", "pixelate");
 folder!(RCAS, "Rcas", "rcas");
 folder!(SHAPE_MASK, "ShapeMask", "shape_mask");
 folder!(SPLIT_TONING, "SplitToning", "split_toning");
+folder!(SSGI, "Ssgi", "ssgi");
 folder!(SSR, "Ssr", "ssr");
 folder!(TRANSFORM, "Transform", "transform");

@@ -244,6 +244,7 @@ pub const ALL: &[NodeKind] = &[
     NodeKind::of::<Smaa>(),
     NodeKind::embedded(&folders::SPLIT_TONING),
     NodeKind::of::<Ssao>(),
+    NodeKind::embedded(&folders::SSGI),
     NodeKind::embedded(&folders::SSR),
     NodeKind::of::<Streaks>(),
     NodeKind::of::<Taa>(),

@@ -26,6 +26,8 @@ pub(super) fn page() -> Page {
     let hues = "hue_orange: -30.0, saturation_orange: 1.3, saturation_cyan: 2.5, lightness_blue: -1.0";
     let shafts = "light: (0.45, 0.2), strength: 0.1, limit: 4.0, color: (1.0, 0.85, 0.65)";
     let surfaces = "depth: \"room.depth\", camera: \"camera\", normal: \"room.normal\",";
+    let lit = "depth: \"room.depth\", camera: \"camera\", normal: \"room.normal\", albedo: \"room.albedo\",";
+    let sepia = "red: (0.393, 0.769, 0.189), green: (0.349, 0.686, 0.168), blue: (0.272, 0.534, 0.131)";
     let polish = "roughness: 0.12, reflectance: (0.15, 0.15, 0.15), steps: 256";
     let panels = vec![
         Panel::display(("Curves", curves), "room", 0.5, whole),
@@ -40,6 +42,8 @@ pub(super) fn page() -> Page {
         Panel::encoded(("FilmGrain", "amount: 0.3"), "room", 0.5, Crop::new(0, 180, 160)),
         Panel::encoded(("Palette", "dot: 2"), "room", 0.5, Crop::new(640, 100, 640)),
         Panel::light(("Ssr", polish), ("room", surfaces), 0.5, Crop::new(640, 0, 640)),
+        Panel::light(("Ssgi", ""), ("room", lit), 0.5, Crop::new(480, 300, 640)),
+        Panel::display(("ChannelMixer", sepia), "room", 0.5, whole),
     ];
     let camera = DemoScene { walk: 0.15, ..DemoScene::default() }.camera(size(1280));
     Page {
