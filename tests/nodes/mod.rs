@@ -3,6 +3,7 @@
 mod bloom;
 mod camera;
 mod color;
+mod definitions;
 mod extremes;
 mod gallery;
 mod laws;
