@@ -74,7 +74,7 @@ fn room(sun: f32) -> Picture {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_lens_flares_only_in_a_sun() {
     let flares = |sun: f32| {
-        let [with, without] = ["128.0", "65504.0"].map(|threshold| {
+        let [with, without] = ["384.0", "65504.0"].map(|threshold| {
             let graph = changed("cinematic.ron", None, &[("flare.threshold", threshold)]);
             Run::new(&graph).frame(&[("scene", &room(sun))]).remove(0).pixels
         });
