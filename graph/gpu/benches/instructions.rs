@@ -1,9 +1,10 @@
 //! Frames of each kind of change, each in a function of its own, for a profiler that counts instructions.
 //!
 //! The times of `host.rs` depend on the clock and the load of a machine; instructions hardly do. With Valgrind, and the
-//! path that `cargo bench -p afterimage-gpu --bench instructions --no-run` prints:
+//! path of the newest `target/release/deps/instructions-*`:
 //!
 //! ```text
+//! cargo rustc -p afterimage-gpu --profile bench --bench instructions -- -C strip=none
 //! valgrind --tool=callgrind --callgrind-out-file=frames.out PATH caracal
 //! callgrind_annotate --inclusive=yes frames.out | grep 'instructions::in_which'
 //! ```
