@@ -2,7 +2,7 @@
 //! and which nodes become one.
 
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, Gpu, Session, Texels, input_image};
+use afterimage_gpu::{Frame, Gpu, Session, TableErrors, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Bake, NodeKind, folder_kind_of};
 use afterimage_plan::{Fault, Options, Plan, verify};
@@ -282,8 +282,20 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
         let options = Options { bake: Some(Bake::Size(size)), ..Options::default() };
         let mut session = Session::new(&gpu, graph.clone(), Facts::default(), options);
         let all = session.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
-        let [errors] = all.as_slice() else { panic!("one table and not {}", all.len()) };
-        shares(errors).map(|error| 255.0 * error)
+        let [TableErrors { colors, grays }] = all.as_slice() else { panic!("one table and not {}", all.len()) };
+        assert_eq!((colors.len(), grays.len()), (1 << 20, 1 << 16));
+        // The published curve, with light at which middle gray is that of the others; and a ramp without a fall.
+        let curve = |at: usize| {
+            let x = 0.726 * (22.0 * at as f32 / 65536.0 - 14.0).exp2();
+            let shown = (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0);
+            if shown <= 0.0031308 { 12.92 * shown } else { 1.055 * shown.powf(1.0 / 2.4) - 0.055 }
+        };
+        for (at, [exact, shown]) in grays.iter().enumerate().step_by(997) {
+            assert!((exact - curve(at)).abs() < 2e-3, "gray {at}: {exact} and not {}", curve(at));
+            assert!((exact - shown).abs() < 0.3 / 255.0, "gray {at}: {shown} and not {exact}");
+        }
+        assert!(grays.windows(2).all(|pair| pair[1][1] > pair[0][1] - 1e-6), "{size}: a ramp falls");
+        shares(colors).map(|error| 255.0 * error)
     };
     for size in [33, 64] {
         let [exact, table] = [Bake::Off, Bake::Size(size)].map(|bake| shown(&graph, Some(bake), &colors(12)));
@@ -295,7 +307,7 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
 }
 
 /// The parts of random chains: what they take, and what they give.
-const PARTS: [(&str, &str, &str); 12] = [
+const PARTS: [(&str, &str, &str); 13] = [
     ("Exposed", "Exposed", "WhiteBalance(mode: Temperature, temperature: 5200.0,"),
     ("Exposed", "Exposed", "Saturation(amount: 1.3,"),
     ("Exposed", "Exposed", "Contrast(amount: 1.1,"),
@@ -304,6 +316,7 @@ const PARTS: [(&str, &str, &str); 12] = [
     ("Exposed", "Display", "ToneMap(curve: Reinhard,"),
     ("Display", "Display", "LiftGammaGain(gamma: (1.1, 1.0, 0.95),"),
     ("Display", "Display", "Saturation(amount: 0.8,"),
+    ("Display", "Display", "Fade(meter: \"meter\", bake: 33,"),
     ("Exposed", "Exposed", "Cdl(slope: (1.6, 0.6, 0.8), offset: (-0.08, -0.18, -0.13),"),
     ("Display", "Encoded", "Encode("),
     ("Encoded", "Encoded", "Brightness(amount: 0.02,"),
@@ -318,7 +331,7 @@ fn chain(seed: u64) -> String {
         let fitting: Vec<_> = PARTS.iter().filter(|(takes, ..)| *takes == state).collect();
         let (_, gives, text) = fitting[rng.below(fitting.len())];
         // What stands before the curve is not asked for.
-        let bake = if *gives == "Exposed" { "" } else { "bake: Auto" };
+        let bake = if *gives == "Exposed" || text.contains("bake") { "" } else { "bake: Auto" };
         nodes += &format!("\"node{number}\": {text} source: \"{before}\", {bake}), ");
         (state, before) = (gives, format!("node{number}"));
         if state == "Encoded" && rng.per_cent(50) {
@@ -331,7 +344,11 @@ fn chain(seed: u64) -> String {
             (state, before) = (to, to.to_owned());
         }
     }
-    nodes + &format!(r#""result": Brightness(source: "{before}", amount: 0.001, format: Rgba32Float, bake: Auto)"#)
+    nodes
+        + &format!(
+            r#""result": Brightness(source: "{before}", amount: 0.001, format: Rgba32Float, bake: Auto),
+        "bins": Histogram(source: "in"), "meter": AutoExposure(histogram: "bins")"#
+        )
 }
 
 /// Sizes of tables, and the errors that 99 and 99.9 % of random colors stay below in a random chain, in codes of 255.
@@ -340,10 +357,16 @@ const SIZES: [(u32, [f32; 2]); 3] = [(64, [0.8, 3.5]), (48, [1.3, 5.0]), (33, [2
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn random_chains_with_and_without_a_table_agree() {
-    for seed in 0..12 {
+    let fade = kind(FADE, ("fade.wgsl", FADE_SHADER));
+    let mut metered = 0;
+    for seed in 0..16 {
         let text = pipeline(&chain(seed));
-        let graph = graph(&text);
-        assert_eq!(plan(&graph, None).baked.len(), usize::from(!text.contains("Cdl")), "{text}");
+        let graph = graph_with(&text, std::slice::from_ref(&fade));
+        let baked = plan(&graph, None).baked;
+        let is_metered = baked.iter().any(|baked| baked.in_every_frame);
+        assert_eq!(baked.len(), usize::from(!text.contains("Cdl")), "{text}");
+        assert_eq!(is_metered, !baked.is_empty() && text.contains("Fade"), "{text}");
+        metered += usize::from(is_metered);
         let (colors, extremes) = (colors(100 + seed), extremes());
         let [exact, at_ends] = [&colors, &extremes].map(|picture| shown(&graph, Some(Bake::Off), picture));
         let numbers = || exact.pixels.iter().chain(&at_ends.pixels).flat_map(|pixel| &pixel[..3]).copied();
@@ -360,6 +383,82 @@ fn random_chains_with_and_without_a_table_agree() {
                 let error = (0..3).map(|c| 255.0 * (shown[c] - exact[c]).abs()).fold(0.0, f32::max);
                 assert!(!is_gray || error < 0.5, "{size}: {color:?} is {shown:?} and not {exact:?} in {text}");
             }
+        }
+    }
+    assert!(metered > 1, "{metered}");
+}
+
+/// Fades an image toward gray by an exposure that the device knows.
+const FADE: &str = r#"Kind(
+    name: "Fade", doc: "Fades an image toward gray where it is dark.", of_color: true,
+    inputs: {
+        "source": Image(doc: "An image.", accepts: [Exposed, DisplayLinear]),
+        "meter": Value(doc: "Stops.", content: "exposure"),
+    },
+    outputs: { "result": Image(doc: "The image.", state: Same("source")) },
+)"#;
+const FADE_SHADER: &str = "fn fade(source: vec4f, meter: f32) -> vec4f {
+    let gray = max(dot(source.rgb, vec3f(0.2126, 0.7152, 0.0722)), 0.0);
+    return vec4f(mix(source.rgb, vec3f(gray), 0.4 / (1.0 + exp2(meter))), source.a);
+}";
+
+fn kind(declaration: &str, shader: (&str, &str)) -> NodeKind {
+    folder_kind_of(("node.ron", declaration), &[shader]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The light changes, and what a meter has of it changes in the frames after: a table with a meter in it is that of
+/// each frame. It is filled in the turns of what is held, and the frames may be recorded before one is submitted.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_table_with_a_meter_in_it_is_that_of_the_frame() {
+    let fade = kind(FADE, ("fade.wgsl", FADE_SHADER));
+    let colors = colors(21);
+    let lights = [1.0, 16.0, 16.0, 16.0, 0.05, 0.05, 0.05, 0.05, 0.05];
+    let pictures = lights.map(|light| {
+        let at = |pixel: [f32; 4]| [light * pixel[0], light * pixel[1], light * pixel[2], pixel[3]];
+        Picture { pixels: colors.pixels.iter().copied().map(at).collect(), ..colors.clone() }
+    });
+    for (bins, result) in [("", ""), ("every: 2", ""), ("", "every: 3")] {
+        let text = pipeline(&format!(
+            r#""bins": Histogram(source: "in", {bins}), "meter": AutoExposure(histogram: "bins"),
+            "dim": Fade(source: "in", meter: "meter", bake: 48), "mapped": ToneMap(source: "dim", bake: Auto),
+            "faded": Fade(source: "mapped", meter: "meter", bake: 33),
+            "result": Encode(source: "faded", format: Rgba32Float, {result})"#
+        ));
+        let graph = graph_with(&text, std::slice::from_ref(&fade));
+        // Each frame alone, and two recorded before they are submitted.
+        let frames = |bake: Option<Bake>, recorded: usize| {
+            let mut player = Player::new();
+            let mut run = Run::new(&graph);
+            run.options.bake = bake;
+            let plan = player.load(&run, &[("in", &pictures[0])]);
+            assert_eq!(verify(&plan), Ok(()));
+            let found: Vec<_> = plan.baked.iter().map(|baked| (baked.size, baked.in_every_frame)).collect();
+            assert_eq!(found, if bake.is_none() { vec![(48, true)] } else { vec![] }, "{}", plan.to_text());
+            let mut shown = Vec::new();
+            for pictures in pictures.chunks(recorded) {
+                let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
+                for picture in pictures {
+                    let view = player.upload(picture);
+                    let frame = Frame { inputs: &[("in", &view)], dt: 0.3, ..Frame::default() };
+                    player.executor.encode(&mut encoder, &frame).expect("a frame");
+                }
+                player.gpu.queue.submit([encoder.finish()]);
+                shown.push(player.output("out"));
+            }
+            assert!(!player.executor.has_filled_tables(), "no table outlives a frame");
+            shown
+        };
+        let (exact, tables, by_threes) = (frames(Some(Bake::Off), 1), frames(None, 1), frames(None, 3));
+        for (at, (exact, table)) in exact.iter().zip(&tables).enumerate() {
+            let found = shares(&errors(exact, table));
+            assert!(found[0] < 1.5 && found[1] < 3.0 && found[0] > 1e-3, "{bins} {result} {at}: {found:?}");
+        }
+        assert!(by_threes.iter().zip(tables.iter().skip(2).step_by(3)).all(|(a, b)| a == b), "{bins} {result}");
+        // The light stays, the meter moves: the table of the frame before would be seen.
+        if result.is_empty() {
+            let moved = shares(&errors(&exact[5], &exact[8]))[0];
+            assert!(moved > 3.0, "{bins}: {moved}");
         }
     }
 }
@@ -385,17 +484,14 @@ fn tint(source: vec4f, params: Tint) -> vec4f {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_kind_in_a_folder_is_part_of_a_run_if_it_says_so() {
-    let kind = |text: &str| -> NodeKind {
-        folder_kind_of(("node.ron", text), &[("tint.wgsl", SHADER)]).unwrap_or_else(|errors| panic!("{errors}"))
-    };
     let text = pipeline(&format!(
         r#""before": ToneMap(source: "in", bake: Auto), "mapped": Tint(source: "before"), {ENCODE}"#
     ));
     let [says_so, does_not] = [KIND.to_owned(), KIND.replace(" of_color: true,", "")];
-    let with = graph_with(&text, &[kind(&says_so)]);
+    let with = graph_with(&text, &[kind(&says_so, ("tint.wgsl", SHADER))]);
     let nodes = |graph: &Graph| plan(graph, None).baked.iter().map(|baked| baked.nodes.join(" ")).collect::<Vec<_>>();
     assert_eq!(nodes(&with), ["before mapped result"]);
-    assert_eq!(nodes(&graph_with(&text, &[kind(&does_not)])), ["before"]);
+    assert_eq!(nodes(&graph_with(&text, &[kind(&does_not, ("tint.wgsl", SHADER))])), ["before"]);
     let colors = colors(5);
     let [exact, table] = [Some(Bake::Off), None].map(|bake| shown(&with, bake, &colors));
     let found = shares(&errors(&exact, &table));

@@ -54,9 +54,14 @@ fn table_errors(registry: &Registry, graph: Graph, args: &PlanArgs) -> Result<St
     let gpu = Gpu::open(&Opening::default())?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let options = BenchOptions { size: Size::new(256, 144), samples: 1, finite: true, facts, options };
-    let mut text = "\ntables against their nodes, codes of 8 bits of random colors: 99 %, 99.9 %, all\n".to_owned();
-    for TableError { nodes, codes: [most, nearly_all, all] } in bench::table_errors(&gpu, registry, graph, &options)? {
-        text += &format!("  {}  {most:.2}  {nearly_all:.2}  {all:.2}\n", nodes.join(" + "));
+    let mut text =
+        "\ntables against their nodes, in codes of 8 bits: what 99 %, 99.9 % and all of 1048576 random colors \
+        stay below; grays; reversals of their ramp\n"
+            .to_owned();
+    for error in bench::table_errors(&gpu, registry, graph, &options)? {
+        let TableError { nodes, size, codes: [most, nearly_all, all], gray, reversals } = error;
+        let nodes = nodes.join(" + ");
+        text += &format!("  {nodes}  size {size}  {most:.2}  {nearly_all:.2}  {all:.2}  {gray:.2}  {reversals}\n");
     }
     Ok(text)
 }

@@ -90,6 +90,42 @@ fn what_all_nodes_are_told_replaces_what_they_ask_for_but_off() {
     assert_eq!(planned(sizes).baked.iter().map(|baked| baked.size).collect::<Vec<_>>(), [48], "the largest one");
 }
 
+/// A meter fills its table in every frame, so a size asks for it and `Auto` does not.
+#[test]
+fn a_value_of_the_device_enters_a_run_that_has_been_given_a_size() {
+    let table = [
+        // What the meter's node and the curve ask for, what replaces it, and the tables.
+        ("", "Auto", None, vec![("b out", 64, false)]),
+        ("bake: Auto", "Auto", None, vec![("b out", 64, false)]),
+        ("bake: 33", "Auto", None, vec![("a b out", 33, true)]),
+        ("bake: 33", "48", None, vec![("a b out", 48, true)]),
+        ("bake: 33", "Off", None, vec![("a", 33, true), ("out", 64, false)]),
+        ("bake: 33", "Auto", Some(Bake::Auto), vec![("b out", 64, false)]),
+        ("bake: 33", "Auto", Some(Bake::Size(48)), vec![("a b out", 48, true)]),
+        ("bake: 33", "Auto", Some(Bake::Off), vec![]),
+    ];
+    for (meter, curve, replaced, expected) in table {
+        let nodes = format!(
+            r#""bins": Histogram(source: "in"), "meter": AutoExposure(histogram: "bins"),
+               "a": Exposure(source: "in", meter: "meter", {meter}), "b": ToneMap(source: "a", bake: {curve}),
+               "out": Encode(source: "b", bake: Auto)"#
+        );
+        let plan = planned_with(&nodes, all_formats(), Options { bake: replaced, ..Options::default() });
+        let baked = plan.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size, baked.in_every_frame));
+        let expected: Vec<_> = expected.into_iter().map(|(nodes, size, each)| (nodes.to_owned(), size, each)).collect();
+        assert_eq!(baked.collect::<Vec<_>>(), expected, "{meter} {curve} {replaced:?}");
+        for (baked, (nodes, ..)) in plan.baked.iter().zip(&expected) {
+            let fills = |pass: &&Pass| pass.label.starts_with("fill table") && pass.nodes.join(" ") == *nodes;
+            let fill = plan.work().find(fills).expect("a pass fills the table");
+            let table = plan.image(fill.function_result().expect("it writes it"));
+            // What each frame fills is an image of the frame, whose bytes count.
+            let origin = if baked.in_every_frame { Origin::Transient } else { Origin::Baked };
+            assert_eq!((table.origin.clone(), table.desc.bytes()), (origin, baked.bytes));
+            assert_eq!(plan.to_text().contains("filled in every frame"), expected.iter().any(|(.., each)| *each));
+        }
+    }
+}
+
 /// The passes that fill a table and that read it.
 fn passes(plan: &Plan) -> (&Pass, &Pass) {
     let fills = |at: &usize| plan.fills_table(*at);

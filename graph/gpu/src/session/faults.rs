@@ -7,6 +7,18 @@ use super::{FrameStep, InputImage, Session};
 use crate::kernel_faults::KernelFaults;
 use crate::post::PostError;
 
+/// How far a table of colors is from the nodes in whose place it is.
+pub struct TableErrors {
+    /// The largest difference of a channel for each of 2^20 random colors, in ascending order.
+    pub colors: Vec<f32>,
+    /// The green of nodes and of the table for each of 2^16 grays, from dark to bright.
+    pub grays: Vec<[f32; 2]>,
+}
+
+impl TableErrors {
+    const GRAYS: usize = 1 << 16;
+}
+
 impl Session {
     /// What functions of kinds in folders do wrong in a frame that starts histories; nothing if there are none. The
     /// frame is rendered once more, by a plan in which each such function runs twice; this session does not change.
@@ -29,13 +41,12 @@ impl Session {
         Ok(found)
     }
 
-    /// The errors of each table of colors, in the order of [`Plan::baked`](afterimage_plan::Plan::baked): the largest
-    /// difference from its nodes for each of 2^18 random colors, in ascending order. A frame is rendered once more, and
-    /// this session does not change.
+    /// How far each table of colors is from its nodes, in the order of [`Plan::baked`](afterimage_plan::Plan::baked). A
+    /// frame is rendered once more, and this session does not change.
     ///
     /// # Errors
     /// As [`render`](Session::render).
-    pub fn table_errors(&mut self, size: Size, images: &[InputImage]) -> Result<Vec<Vec<f32>>, PostError> {
+    pub fn table_errors(&mut self, size: Size, images: &[InputImage]) -> Result<Vec<TableErrors>, PostError> {
         if self.load(size, images)?.baked.is_empty() {
             return Ok(Vec::new());
         }
@@ -43,10 +54,11 @@ impl Session {
         let baked = probing.plan().baked.clone();
         let mut all = Vec::new();
         for output in baked.iter().filter_map(|baked| baked.error.as_deref()) {
-            let pixels = probing.output(output)?.to_floats();
-            let mut errors: Vec<f32> = pixels.iter().map(|pixel| pixel[0]).collect();
-            errors.sort_by(f32::total_cmp);
-            all.push(errors);
+            let mut pixels = probing.output(output)?.to_floats();
+            let grays = pixels.split_off(pixels.len() - TableErrors::GRAYS);
+            let mut colors: Vec<f32> = pixels.iter().map(|pixel| pixel[0]).collect();
+            colors.sort_by(f32::total_cmp);
+            all.push(TableErrors { colors, grays: grays.iter().map(|pixel| [pixel[1], pixel[2]]).collect() });
         }
         Ok(all)
     }

@@ -6,7 +6,7 @@ mod report;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, TableErrors, median};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
@@ -53,11 +53,31 @@ pub fn bench<E: From<LabError>>(
     Ok(Bench { gpu, session, images, frames: 0, options }.report(name, first_frame)?)
 }
 
-/// A table of colors next to the nodes in whose place it is.
+/// A table of colors next to the nodes in whose place it is, in codes of 8 bits.
 pub struct TableError {
     pub nodes: Vec<String>,
-    /// What 99 % and 99.9 % of random colors stay below, and the largest error, in codes of 8 bits.
+    pub size: u32,
+    /// What 99 % and 99.9 % of random colors stay below, and the largest error.
     pub codes: [f32; 3],
+    /// The largest error of grays.
+    pub gray: f32,
+    /// Steps of a ramp of grays at which the table falls, and the nodes do not.
+    pub reversals: usize,
+}
+
+impl TableError {
+    fn new(baked: &Baked, errors: &TableErrors) -> Self {
+        let (colors, grays) = (&errors.colors, &errors.grays);
+        let last = colors.len() - 1;
+        let codes = [last - last / 100, last - last / 1000, last].map(|at| 255.0 * colors[at]);
+        let gray = grays.iter().map(|[exact, shown]| (exact - shown).abs()).fold(0.0, f32::max);
+        let falls = |pair: &&[[f32; 2]]| {
+            let [exact, shown] = [0, 1].map(|side: usize| pair[0][side] - pair[1][side]);
+            255.0 * (shown - exact.max(0.0)) > 1e-3
+        };
+        let reversals = grays.windows(2).filter(falls).count();
+        Self { nodes: baked.nodes.clone(), size: baked.size, codes, gray: 255.0 * gray, reversals }
+    }
 }
 
 /// Compares the tables of a pipeline with their nodes, on the device.
@@ -73,13 +93,8 @@ pub fn table_errors(
     let images = scene::still(gpu, registry, &graph, options.size)?;
     let mut session = Session::new(gpu, graph, options.facts.clone(), options.options);
     let errors = session.table_errors(options.size, &images)?;
-    let baked = session.plan().baked.iter().zip(errors);
-    let of_table = |(baked, errors): (&Baked, Vec<f32>)| {
-        let last = errors.len() - 1;
-        let codes = [last - last / 100, last - last / 1000, last].map(|at| 255.0 * errors[at]);
-        TableError { nodes: baked.nodes.clone(), codes }
-    };
-    Ok(baked.map(of_table).collect())
+    let baked = &session.plan().baked;
+    Ok(baked.iter().zip(&errors).map(|(baked, errors)| TableError::new(baked, errors)).collect())
 }
 
 /// From the text to the first frame, without the driver's pipelines and with them; the second session is returned.

@@ -119,23 +119,32 @@ fn bake(source: vec4f, table: texture_2d<f32>, linear: sampler, params: Bake) ->
     return vec4f(max(shown, vec3f(params.lowest)), source.a);
 }
 
-// A random color for each pixel, of all levels of light from 2^-10 to 2^`top` and of all saturations.
-fn bake_random(at: Point, top: f32) -> vec4f {
+// The rows of random colors, and the grays below them.
+const BAKE_RANDOM_ROWS: i32 = 1024;
+const BAKE_GRAYS: f32 = 65536.0;
+
+// A random color for each pixel, of all levels of light from 2^-10 to 2^`top` and of all saturations; below them grays
+// from 2^-14.
+fn bake_probe(at: Point, top: f32) -> vec4f {
+    if at.pixel.y >= BAKE_RANDOM_ROWS {
+        let gray = f32((at.pixel.y - BAKE_RANDOM_ROWS) * 1024 + at.pixel.x);
+        return vec4f(vec3f(exp2(mix(-14.0, top, gray / BAKE_GRAYS))), 1.0);
+    }
     let numbers = vec3f(hash3(vec3u(vec2u(at.pixel), 1u)) >> vec3u(8u)) / 16777216.0;
     return vec4f(exp2(mix(-10.0, top, hash_cell(at.pixel))) * numbers, 1.0);
 }
 
 // The light of an exposed scene, and that of a display.
-fn bake_random_exposed(at: Point) -> vec4f {
-    return bake_random(at, 8.0);
+fn bake_probe_exposed(at: Point) -> vec4f {
+    return bake_probe(at, 8.0);
 }
 
-fn bake_random_display(at: Point) -> vec4f {
-    return bake_random(at, 0.0);
+fn bake_probe_display(at: Point) -> vec4f {
+    return bake_probe(at, 0.0);
 }
 
-// The largest difference of the channels.
+// The largest difference of the channels, and both greens.
 fn bake_error(exact: vec4f, shown: vec4f) -> vec4f {
     let error = abs(exact.rgb - shown.rgb);
-    return vec4f(max(error.r, max(error.g, error.b)), 0.0, 0.0, 1.0);
+    return vec4f(max(error.r, max(error.g, error.b)), exact.g, shown.g, 1.0);
 }

@@ -1,7 +1,7 @@
 //! Baking: runs of point functions of one color become a table of colors, which the same functions fill.
 //!
 //! A run is replaced by one function that looks a color up. A pass fills the table that it reads, in the first frame of
-//! a plan and when its uniforms have changed.
+//! a plan and when its uniforms have changed; in every frame if the run depends on a value that passes make.
 
 mod run;
 mod table;
@@ -65,7 +65,7 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
         builder.outputs.push(PlanOutput { name: name.clone(), image, state, colorimetry, in_rectangle: false });
         name
     });
-    builder.baked.push(Baked { nodes, size: run.size, bytes, error });
+    builder.baked.push(Baked { nodes, size: run.size, bytes, in_every_frame: run.reads_value, error });
     passes
 }
 

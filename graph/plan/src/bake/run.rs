@@ -23,6 +23,8 @@ pub(super) struct Run {
     pub(super) size: u32,
     /// Whether it begins with light of an exposed scene, and not of a display.
     pub(super) is_exposed: bool,
+    /// Whether a node in it reads a value that passes make: then every frame fills the table.
+    pub(super) reads_value: bool,
 }
 
 /// A pass that may be part of a run.
@@ -34,6 +36,7 @@ struct Link {
     bake: Option<Bake>,
     /// Whether the file asks for a table at this node.
     is_asked: bool,
+    reads_value: bool,
 }
 
 impl Run {
@@ -94,17 +97,22 @@ fn run(chain: Vec<(usize, Link)>) -> Option<Run> {
     let asked = chain.iter().position(|(_, link)| link.is_asked).unwrap_or(0);
     let can_begin = |at: &usize| matches!(chain[*at].1.reads, Some(ColorState::Exposed | ColorState::DisplayLinear));
     let first = (0..=asked).rev().find(can_begin).or_else(|| (asked..chain.len()).find(can_begin))?;
-    let size = chain[first..].iter().filter_map(|(_, link)| link.bake?.size()).max()?;
+    let reads_value = chain[first..].iter().any(|(_, link)| link.reads_value);
+    // The size that a table of every frame has been given is its price, which `Auto` does not raise.
+    let asked = chain[first..].iter().filter_map(|(_, link)| link.bake);
+    let size = asked.filter(|bake| !reads_value || *bake != Bake::Auto).filter_map(Bake::size).max()?;
     Some(Run {
         passes: chain[first..].iter().map(|(number, _)| *number).collect(),
         source: chain[first].1.source,
         result: chain.last()?.1.result,
         size,
         is_exposed: chain[first].1.reads == Some(ColorState::Exposed),
+        reads_value,
     })
 }
 
-/// The pass as a part of a run, if its result is a function of one color.
+/// The pass as a part of a run, if its result is a function of one color. One that reads a value, such as that of a
+/// meter, is none for `Auto`: to fill a table in every frame can cost more than its nodes do.
 fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake>) -> Option<Link> {
     let (PassKind::Point | PassKind::Gather, [kernel], [result]) = (&pass.kind, &*pass.kernels, &*pass.results) else {
         return None;
@@ -116,6 +124,10 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
         (written, replaced) => replaced.or(written),
     };
     let (port, source) = node.instance.promises().of_color.then(|| color_of(builder, kernel))??;
+    let reads_value = kernel.args.iter().any(|arg| matches!(arg.value, Arg::Value(..)));
+    if reads_value && !matches!(bake, Some(Bake::Size(_))) {
+        return None;
+    }
     let [of_source, of_result] = [source, result.image].map(|image| builder.recording.image(image).desc.size);
     let reads = state_of(graph, node, port);
     (of_source == of_result).then_some(Link {
@@ -124,6 +136,7 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
         reads,
         bake,
         is_asked: node.bake.is_some(),
+        reads_value,
     })
 }
 
@@ -136,14 +149,14 @@ fn state_of(graph: &Graph, node: &GraphNode, port: &str) -> Option<ColorState> {
     }
 }
 
-/// The argument and the image of which the kernel reads one pixel, if all else that it reads is constant.
+/// The argument and the image of which the kernel reads one pixel, if nothing else that it reads depends on the pixel.
 fn color_of<'k>(builder: &PlanBuilder, kernel: &'k KernelCall) -> Option<(&'k str, ImageId)> {
     let mut source = None;
     for arg in &kernel.args {
         match arg.value {
             Arg::Pixel(image) if source.is_none() => source = Some((arg.name.as_str(), image)),
             Arg::Texture(image) if matches!(builder.recording.image(image).origin, Origin::Constant(_)) => {}
-            Arg::Params | Arg::Zero(_) | Arg::Sampler => {}
+            Arg::Params | Arg::Zero(_) | Arg::Sampler | Arg::Value(..) => {}
             _ => return None,
         }
     }

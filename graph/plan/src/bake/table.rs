@@ -14,8 +14,8 @@ static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("ba
 /// bits.
 const MIN_WIDTH: u32 = 4096;
 
-/// Random colors for which a table is compared with its nodes.
-const PROBED: Size = Size { width: 512, height: 512, depth: 1 };
+/// Random colors for which a table is compared with its nodes, and below them the grays.
+const PROBED: Size = Size { width: 1024, height: 1024 + 64, depth: 1 };
 
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
@@ -70,7 +70,11 @@ impl Table {
         let node = nodes.first().map_or("", String::as_str);
         let result = recording.image(run.result);
         let signedness = result.signedness;
-        let table = self.image(recording, format!("{node}.table"), self.texels(), signedness);
+        // What each frame fills is like any image of a frame.
+        let origin = if run.reads_value { Origin::Transient } else { Origin::Baked };
+        let desc = ImageDesc::new(self.texels()).format(Format::Rgba16Float);
+        let label = format!("{node}.table");
+        let table = recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness });
         let uniform = self.uniform(signedness);
         let call = |function: &'static str, args: &[(&str, Arg)]| KernelCall {
             uniform: uniform.clone(),
@@ -96,7 +100,7 @@ impl Table {
             });
             let plain =
                 |function: &'static str, args: &[(&str, Arg)]| KernelCall::function(node, &SHADER, function, args);
-            let colors = if run.is_exposed { "bake_random_exposed" } else { "bake_random_display" };
+            let colors = if run.is_exposed { "bake_probe_exposed" } else { "bake_probe_display" };
             let mut compare = [vec![plain(colors, &[("at", Arg::Point)])], kernels.clone()].concat();
             compare.push(look_up(Arg::Kernel(0)));
             let last = kernels.len();
@@ -107,11 +111,6 @@ impl Table {
         passes.insert(0, of_nodes("fill table", [vec![colors], kernels].concat(), table));
         passes.push(of_nodes("look up", vec![look_up(Arg::Pixel(run.source))], run.result));
         passes
-    }
-
-    fn image(self, recording: &mut Recording, label: String, size: Size, signedness: Signedness) -> ImageId {
-        let desc = ImageDesc::new(size).format(Format::Rgba16Float);
-        recording.add_image(VirtualImage { label, desc, origin: Origin::Baked, finite: true, signedness })
     }
 
     fn uniform(self, signedness: Signedness) -> Vec<u8> {

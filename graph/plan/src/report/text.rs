@@ -19,7 +19,8 @@ impl Plan {
         let fused = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
         let shared = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
         let baked = self.baked.iter().map(|baked| {
-            let size = format!("size {}", baked.size);
+            let when = if baked.in_every_frame { ", filled in every frame" } else { "" };
+            let size = format!("size {}{when}", baked.size);
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
         let held = self.held.iter().map(|held| {
