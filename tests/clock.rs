@@ -19,7 +19,7 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
         inputs: Vec::new(),
         charts: false,
         scene: true,
-        size: SIZE,
+        sizes: vec![SIZE],
         walk: 1,
         frames: None,
         fps: 24.0,

@@ -118,9 +118,10 @@ fn every_variant_is_compared_with_the_reference() {
     assert_eq!(number(reference, "ssim"), 1.0);
     assert!(reference["psnr"].is_null(), "equal pictures have an infinite PSNR");
     let (written, same, cheap) = (row(report, "as written"), row(report, "tier same"), row(report, "tier cheap"));
-    for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved"] {
+    for name in ["max", "p999", "psnr", "ssim", "ciede2000_mean", "flip", "bytes", "bytes_moved", "gpu_ms"] {
         assert_eq!(number(written, name), number(same, name), "{name}");
     }
+    assert!(same["same_as"] == "as written" && cheap["same_as"].is_null() && written["same_as"].is_null());
     // Half floats are off by a fraction of a code, the cheap filters by several.
     assert!((0.0..0.5).contains(&number(written, "p999")) && number(written, "max") > 0.0);
     for name in ["max", "p999", "ciede2000_mean", "flip"] {
@@ -307,6 +308,52 @@ fn a_tuned_tier_holds_what_the_command_line_and_another_tier_change() {
     assert!(!text.contains("mips.filter"), "the most accurate filter is the file's: {text}");
     assert!(tune(&folder, &["--set", "exposed.stops=-1.5", "--error", "0.5", "-o", &out]));
     assert!(!tune(&folder, &["--tier", "film", "--error", "1000"]), "another pipeline");
+}
+
+/// Tables in the place of nodes are switches of a file that has them.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn tables_are_measured_and_chosen() {
+    let folder = Folder::new("tables");
+    folder.picture("in.exr", 0);
+    let text = PIPELINE.replace("curve: AcesNarkowicz)", "curve: AcesNarkowicz, bake: Auto)");
+    assert_ne!(text, PIPELINE);
+    std::fs::write(folder.file("glow.ron"), text).unwrap();
+    let report = report(&folder, "in.exr", &[]);
+    let errors = ["mapped.bake=Off", "as written", "mapped.bake=33"].map(|name| number(row(&report, name), "p999"));
+    assert!(errors.is_sorted() && errors[0] < errors[2], "{errors:?}");
+    assert!(number(row(&report, "mapped.bake=48"), "p999") > errors[0]);
+    let out = folder.arg("tuned.ron");
+    assert!(tune(&folder, &["--budget", "10000ms", "-o", &out]));
+    assert!(folder.text("tuned.ron").contains("\"mapped.bake\": Off"), "{}", folder.text("tuned.ron"));
+}
+
+/// Errors of filters that read one another do not add up: such a pair is measured.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn random_choices_have_predicted_and_measured_errors() {
+    let folder = Folder::new("random");
+    folder.picture("in.exr", 0);
+    assert!(tune(&folder, &["--random", "40", "-o", &folder.arg("out.csv")]));
+    let text = folder.text("out.csv");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("choice,image,predicted,measured"));
+    let mut pairs = 0;
+    let mut choices = std::collections::BTreeSet::new();
+    for line in lines {
+        let (choice, figures) = line.strip_prefix('"').unwrap().split_once("\",\"in\",").expect(line);
+        let (predicted, measured) = figures.split_once(',').unwrap();
+        let (predicted, measured): (f64, f64) = (predicted.parse().unwrap(), measured.parse().unwrap());
+        let names: Vec<&str> = choice.split(' ').map(|word| word.split_once('=').unwrap().0).collect();
+        assert!(names.len() > 1 && choices.insert(choice.to_owned()), "{line}");
+        assert!((0.5..2.0).contains(&(predicted / measured)), "{line}");
+        if names == ["mips.filter", "bloom.filter"] {
+            pairs += 1;
+            assert!((predicted / measured - 1.0).abs() < 0.002, "{line}");
+        }
+    }
+    assert!(pairs > 0 && choices.len() > 20, "{pairs} of {}", choices.len());
+    assert!(!tune(&folder, &["--random", "2", "--error", "1"]), "one goal");
 }
 
 #[test]

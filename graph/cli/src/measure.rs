@@ -40,7 +40,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
         inputs,
         scene: args.scene,
         charts: args.charts,
-        size: Size::new(args.size.0, args.size.1),
+        sizes: args.sizes.iter().map(|(width, height)| Size::new(*width, *height)).collect(),
         walk: args.walk,
         frames: args.frames.clone(),
         fps: args.fps,

@@ -58,17 +58,28 @@ impl Bar {
             let share = 100.0 * done as f64 / all.max(1) as f64;
             say(&format!("openjd_progress: {share:.1}\nopenjd_status: {name}, {done} of {all} {}", self.what));
         }
+        if done < all {
+            self.note(name);
+        }
+    }
+
+    /// Writes a line where standard error is no terminal, if the last one is some time ago.
+    fn note(&self, name: &str) {
         let Some(written) = &self.written else { return };
         let mut written = written.lock().expect("no thread panics with the lock");
-        if done < all && written.elapsed() >= PAUSE {
+        if written.elapsed() >= PAUSE {
             *written = Instant::now();
+            let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
             note(&format!("{name}: {}", line(done, all, self.what, self.start.elapsed())));
         }
     }
 }
 
-/// `12 of 96 frames, 3.1 a second, 0:27 left`.
+/// `12 of 96 frames, 3.1 a second, 0:27 left`; before the first one there is no rate.
 fn line(done: u64, all: u64, what: &str, elapsed: Duration) -> String {
+    if done == 0 {
+        return format!("{done} of {all} {what}");
+    }
     let rate = done as f64 / elapsed.as_secs_f64().max(1e-3);
     let left = ((all - done) as f64 / rate).round() as u64;
     let (hours, minutes, seconds) = (left / 3600, left / 60 % 60, left % 60);
@@ -84,6 +95,11 @@ impl Progress for Bar {
 
     fn begin(&self, step: &str) {
         self.bar.set_message(visible(step));
+    }
+
+    fn reach(&self, place: &str) {
+        self.bar.set_message(visible(place));
+        self.note(place);
     }
 
     fn end(&self) {
@@ -106,6 +122,7 @@ mod tests {
         let told = |done, seconds| line(done, 96, "frames", Duration::from_secs(seconds));
         assert_eq!(told(12, 4), "12 of 96 frames, 3.0 a second, 0:28 left");
         assert_eq!(told(1, 90), "1 of 96 frames, 90.0 s each, 2:22:30 left");
+        assert_eq!(told(0, 7), "0 of 96 frames");
         assert_eq!(told(95, 95), "95 of 96 frames, 1.0 a second, 0:01 left");
     }
 }

@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::tune::{Prediction, TunePipeline, TuneTarget, changes, tune};
+use afterimage_lab::tune::{PredictedError, Prediction, TunePipeline, TuneTarget, changes, random_errors, tune};
 use afterimage_media::write_atomic;
 
 use crate::args::PipelineOptions;
@@ -34,13 +34,14 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips)?;
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
+    if let Some(count) = args.goal.random {
+        let errors = random_errors(&gpu, &registry, &tuned, &options, count, &Bar::new(0))?;
+        return write(args, &csv(&errors));
+    }
     let (goal, state) = (goal(&args.goal), args.state.as_deref());
     let tuned = tune(&gpu, &registry, &tuned, &options, goal, state, &Bar::new(0))?;
     let text = tier_file::text(args, &registry, &changes(&plain, &tuned.graph), &tuned)?;
-    match &args.out {
-        Some(path) => write_atomic(path, text.as_bytes())?,
-        None => say(&text),
-    }
+    write(args, &text)?;
     if let Some(folder) = tier_file::foreign_folder(args) {
         note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }
@@ -49,6 +50,26 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     }
     note(&format!("{}; {} choices were compared", tier_file::figures(&tuned.measured), tuned.choices));
     Ok(())
+}
+
+fn write(args: &TuneArgs, text: &str) -> Result<(), Failure> {
+    match &args.out {
+        Some(path) => Ok(write_atomic(path, text.as_bytes())?),
+        None => {
+            say(text);
+            Ok(())
+        }
+    }
+}
+
+/// Errors in codes, a line for each choice and image.
+fn csv(errors: &[PredictedError]) -> String {
+    let mut lines = vec!["choice,image,predicted,measured".to_owned()];
+    for PredictedError { choice, image, predicted, measured } in errors {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+        lines.push(format!("{},{},{predicted:.4},{measured:.4}", quoted(choice), quoted(image)));
+    }
+    lines.join("\n") + "\n"
 }
 
 fn goal(args: &GoalArgs) -> TuneTarget {

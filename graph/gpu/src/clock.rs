@@ -82,6 +82,18 @@ impl FrameTime {
         self
     }
 
+    /// The time of both measurements of the same work: the mean of the medians, and all that either interval holds. So
+    /// a clock that drifts in between is seen.
+    pub fn joined(mut self, other: Self) -> Self {
+        let (a, b) = (self.estimate, other.estimate);
+        self.estimate = MedianEstimate {
+            median: 0.5 * (a.median + b.median),
+            interval: [a.interval[0].min(b.interval[0]), a.interval[1].max(b.interval[1])],
+        };
+        self.samples += other.samples;
+        self
+    }
+
     /// What measured it.
     pub fn source(&self) -> ClockSource {
         self.source

@@ -7,6 +7,9 @@ pub trait Progress {
 
     fn begin(&self, _step: &str) {}
 
+    /// The step that has begun has come so far.
+    fn reach(&self, _place: &str) {}
+
     fn end(&self) {}
 }
 

@@ -16,7 +16,7 @@ pub(crate) fn report(look: &Offline, images: Vec<String>, tiers_only: bool, fram
             inputs: Vec::new(),
             scene: false,
             charts: false,
-            size: Size::new(1280, 720),
+            sizes: vec![Size::new(1280, 720)],
             walk: frames,
             frames: None,
             fps: 24.0,

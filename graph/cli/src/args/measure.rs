@@ -40,9 +40,9 @@ pub(crate) struct ClipArgs {
     /// black, night
     #[arg(long)]
     pub(crate) charts: bool,
-    /// Pixels of the built-in scene
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
-    pub(crate) size: (u32, u32),
+    /// Pixels of the built-in scene; can be repeated, and each size is measured
+    #[arg(long = "size", value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
+    pub(crate) sizes: Vec<(u32, u32)>,
     /// Frames of the walk through the built-in scene, and of a still image in a pipeline with histories
     #[arg(long, value_name = "FRAMES", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) walk: u32,
@@ -87,7 +87,7 @@ pub(crate) struct MeasureArgs {
     pub(crate) error_image: Option<PathBuf>,
 }
 
-/// The limit that a tuned pipeline must keep.
+/// The limit that a tuned pipeline must keep, or what is written in the place of one.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub(crate) struct GoalArgs {
@@ -97,6 +97,9 @@ pub(crate) struct GoalArgs {
     /// The largest error (99.9th percentile, in 8-bit codes): searches the fastest pipeline within it
     #[arg(long, value_name = "CODES", value_parser = parse_error)]
     pub(crate) error: Option<f64>,
+    /// Searches nothing: writes the errors of this many random choices as CSV, predicted and measured
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) random: Option<u32>,
 }
 
 #[derive(Debug, Args)]

@@ -24,8 +24,8 @@ pub struct ClipOptions {
     pub scene: bool,
     /// Whether the pictures that break meters and halvings are clips, too.
     pub charts: bool,
-    /// Pixels of the built-in scene.
-    pub size: Size,
+    /// Pixels of the built-in scene: each is a clip of its own.
+    pub sizes: Vec<Size>,
     /// Frames of the walk, and of a still image in a pipeline with histories.
     pub walk: u32,
     /// Frames of sequences, as `--frames` takes them.
@@ -87,8 +87,11 @@ pub(crate) enum ClipSource {
         name: String,
         inputs: Vec<(String, sequence::Input)>,
     },
-    /// A walk through the built-in scene.
-    Scene,
+    /// A walk through the built-in scene, with these pixels.
+    Scene {
+        name: String,
+        size: Size,
+    },
     /// A picture for the pipeline's first input, by its name.
     Chart {
         name: &'static str,
@@ -115,7 +118,10 @@ pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSo
         clips.push(ClipSource::Chart { name, input: first_input(graph, name, &others)? });
     }
     if options.scene || clips.is_empty() {
-        clips.push(ClipSource::Scene);
+        for size in &options.sizes {
+            let name = if options.sizes.len() == 1 { SCENE.to_owned() } else { format!("{SCENE} {size}") };
+            clips.push(ClipSource::Scene { name, size: *size });
+        }
     }
     Ok(clips)
 }
@@ -182,9 +188,15 @@ impl ClipSource {
     /// A name for progress and messages.
     pub(crate) fn name(&self) -> &str {
         match self {
-            Self::Files { name, .. } => name,
-            Self::Scene => SCENE,
+            Self::Files { name, .. } | Self::Scene { name, .. } => name,
             Self::Chart { name, .. } => name,
+        }
+    }
+
+    fn size(&self) -> Option<Size> {
+        match self {
+            Self::Scene { size, .. } => Some(*size),
+            _ => None,
         }
     }
 
@@ -201,9 +213,11 @@ impl ClipSource {
                 let picture = charts::picture(name);
                 vec![vec![input_image(gpu, input, picture.desc, &picture.bytes)?]]
             }
-            Self::Scene => scene::walk(gpu, registry, &graph.inputs, options.size, options.walk, options.fps)?,
+            Self::Scene { size, .. } => scene::walk(gpu, registry, &graph.inputs, *size, options.walk, options.fps)?,
         };
-        let size = images[0].first().map_or(options.size, |image| image.desc.size);
+        let given = images[0].first().map(|image| image.desc.size);
+        // A pipeline without inputs has the size of the scene.
+        let size = given.or(self.size()).expect("a file gives an image");
         let steps = steps(images.len(), options.fps);
         Ok(Clip { name: self.name().to_owned(), size, images, steps })
     }

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::reference::Figures;
-use super::report::{ClipInfo, MeasureReport, Row};
+use super::report::{ClipInfo, MeasureReport};
 
 /// The whole report. An infinite number, such as the PSNR of equal images, is `null`.
 pub fn json(report: &MeasureReport) -> Value {
@@ -21,16 +21,18 @@ pub fn json(report: &MeasureReport) -> Value {
         "error_unit": report.unit(),
         "images": clips,
         "without_effect": report.without_effect,
-        "rows": report.rows.iter().map(|row| json_row(report, row)).collect::<Vec<Value>>(),
+        "rows": (0..report.rows.len()).map(|at| json_row(report, at)).collect::<Vec<Value>>(),
     })
 }
 
-fn json_row(report: &MeasureReport, row: &Row) -> Value {
+fn json_row(report: &MeasureReport, at: usize) -> Value {
+    let row = &report.rows[at];
     let mut object = Map::new();
     object.insert("variant".into(), json!(row.variant));
     object.insert("kind".into(), json!(row.kind.name()));
     object.insert("pareto".into(), json!(row.pareto));
     object.insert("clock".into(), json!(report.clock.name()));
+    object.insert("same_as".into(), json!(report.same_as(at).map(|row| &row.variant)));
     object.extend(figures(report, &row.worst()));
     if let Some(others) = row.p999_without_worst() {
         object.insert("worst_image".into(), json!(report.clips[row.worst_clip()].name));

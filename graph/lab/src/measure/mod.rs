@@ -86,6 +86,9 @@ pub fn measure(
     Ok(report)
 }
 
+/// How often the time of each variant is measured, with a part of the samples.
+const ROUNDS: u32 = 2;
+
 /// The state of a measurement.
 struct Measurement<'a> {
     pipeline: &'a Pipeline,
@@ -106,7 +109,7 @@ impl Measurement<'_> {
             if clips.is_empty() {
                 (all, without_effect) = with_effect(all, &mut self.player, &clip)?;
                 rows = all.iter().map(|variant| Row::new(&variant.name, variant.kind)).collect();
-                self.progress.expect(2 * (all.len() * sources.len()) as u64);
+                self.progress.expect((1 + u64::from(self.rounds())) * (all.len() * sources.len()) as u64);
             }
             self.clip(&all, &clip, &mut rows)?;
             clips.push(info(&clip));
@@ -124,31 +127,72 @@ impl Measurement<'_> {
         })
     }
 
-    /// Measures all variants on one clip; the first is the reference. Times come last, so that the GPU stays warm
-    /// between them.
+    /// Measures all variants on one clip; the first is the reference. Equal plans are measured once. Times come last,
+    /// so that the GPU stays warm between them, in two rounds of opposite order, so that a drift is not taken for a
+    /// difference.
     fn clip(&mut self, variants: &[Variant], clip: &Clip, rows: &mut [Row]) -> Result<(), LabError> {
+        let measured_as = self.equal_plans(variants, clip)?;
         let mut reference: Option<Reference> = None;
-        let mut errors = Vec::new();
-        for variant in variants {
+        let mut errors: Vec<Errors> = Vec::new();
+        for (at, variant) in variants.iter().enumerate() {
             self.progress.begin(&format!("{}: errors of {}", clip.name, variant.name));
-            let graph = reference::before_quantization(&variant.graph, self.output);
-            self.player.load(&graph, clip, variant.is_exact())?;
             errors.push(match &reference {
-                Some(reference) => self.errors(reference, variant, clip)?,
+                Some(_) if measured_as[at] < at => errors[measured_as[at]],
+                Some(reference) => {
+                    self.load_compared(variant, clip)?;
+                    self.errors(reference, variant, clip)?
+                }
                 None => {
+                    self.load_compared(variant, clip)?;
                     reference = Some(Reference::render(&mut self.player, clip, self.view, self.output)?);
                     Errors::none(clip.len())
                 }
             });
             self.progress.end();
         }
-        for ((variant, row), errors) in variants.iter().zip(rows).zip(errors) {
-            self.progress.begin(&format!("{}: time of {}", clip.name, variant.name));
-            self.player.load(&variant.graph, clip, variant.is_exact())?;
-            row.clips.push(Figures { cost: self.player.cost(clip)?, errors });
-            self.progress.end();
+        let mut costs: Vec<Option<Cost>> = vec![None; variants.len()];
+        for round in 0..self.rounds() {
+            for step in 0..variants.len() {
+                let at = if round % 2 == 0 { step } else { variants.len() - 1 - step };
+                self.progress.begin(&format!("{}: time of {}", clip.name, variants[at].name));
+                if measured_as[at] == at {
+                    self.player.load(&variants[at].graph, clip, variants[at].is_exact())?;
+                    // Together they are all samples.
+                    let samples = (self.player.samples() + round) / self.rounds();
+                    let cost = self.player.cost(clip, samples)?;
+                    costs[at] = Some(costs[at].map_or(cost, |before| before.joined(cost)));
+                }
+                self.progress.end();
+            }
+        }
+        for (at, row) in rows.iter_mut().enumerate() {
+            let cost = costs[measured_as[at]].expect("the first of equal plans is measured");
+            row.clips.push(Figures { cost, errors: errors[at] });
+            row.measured_as.push(measured_as[at]);
         }
         Ok(())
+    }
+
+    fn rounds(&self) -> u32 {
+        ROUNDS.min(self.player.samples())
+    }
+
+    /// For each variant the first one with the same plan. The reference is compared with none.
+    fn equal_plans(&mut self, variants: &[Variant], clip: &Clip) -> Result<Vec<usize>, LabError> {
+        let (mut plans, mut first): (Vec<Arc<Plan>>, Vec<usize>) = (Vec::new(), Vec::new());
+        for (at, variant) in variants.iter().enumerate() {
+            let plan = self.player.plan(&variant.graph, clip, variant.is_exact())?;
+            let known = (1..at).find(|known| player::run_alike(&plans[*known], &plan));
+            first.push(known.unwrap_or(at));
+            plans.push(plan);
+        }
+        Ok(first)
+    }
+
+    /// Loads a variant whose output is compared before it is quantized.
+    fn load_compared(&mut self, variant: &Variant, clip: &Clip) -> Result<(), LabError> {
+        let graph = reference::before_quantization(&variant.graph, self.output);
+        self.player.load(&graph, clip, variant.is_exact()).map(drop)
     }
 
     fn errors(&mut self, reference: &Reference, variant: &Variant, clip: &Clip) -> Result<Errors, LabError> {

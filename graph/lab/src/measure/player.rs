@@ -27,6 +27,11 @@ pub struct Cost {
 }
 
 impl Cost {
+    /// The cost with the times of both measurements.
+    pub(crate) fn joined(self, other: Self) -> Self {
+        Self { time: self.time.joined(other.time), ..self }
+    }
+
     /// The larger of each figure.
     pub(crate) fn worst(self, other: Self) -> Self {
         Self {
@@ -98,8 +103,8 @@ impl Player {
     }
 
     /// What a frame with the first images of the clip costs with the loaded plan.
-    pub(crate) fn cost(&mut self, clip: &Clip) -> Result<Cost, LabError> {
-        let time = frame_time(&self.session, &self.clock, self.samples(), clip.images(0))?;
+    pub(crate) fn cost(&mut self, clip: &Clip, samples: u32) -> Result<Cost, LabError> {
+        let time = frame_time(&self.session, &self.clock, samples, clip.images(0))?;
         let plan = self.session.plan();
         Ok(Cost {
             time,

@@ -45,13 +45,15 @@ pub struct Row {
     pub kind: VariantKind,
     /// On each clip, in the order of the report.
     pub clips: Vec<Figures>,
+    /// On each clip the first row with the same plan, whose figures these are: this one if there is no earlier one.
+    pub measured_as: Vec<usize>,
     /// Whether no other variant is better in time and error (Pareto-optimal).
     pub pareto: bool,
 }
 
 impl Row {
     pub(crate) fn new(variant: &str, kind: VariantKind) -> Self {
-        Self { variant: variant.to_owned(), kind, clips: Vec::new(), pareto: false }
+        Self { variant: variant.to_owned(), kind, clips: Vec::new(), measured_as: Vec::new(), pareto: false }
     }
 
     /// The worst over the clips.
@@ -100,14 +102,28 @@ impl MeasureReport {
         format!("{}; {images}; output `{}`", self.adapter, self.output)
     }
 
-    /// Marks the variants that no other one beats, the reference aside.
+    /// The earlier row that has the same plan on all clips.
+    pub fn same_as(&self, row: usize) -> Option<&Row> {
+        let mut first = self.rows[row].measured_as.iter();
+        let at = *first.next()?;
+        (at < row && first.all(|other| *other == at)).then(|| &self.rows[at])
+    }
+
+    /// Marks the variants that no other one outdoes, the reference aside.
     pub(crate) fn mark_pareto(&mut self) {
-        let points: Vec<Option<(f64, f64)>> =
-            self.rows.iter().map(|row| (row.kind != VariantKind::Reference).then(|| row.point())).collect();
-        for (row, own) in self.rows.iter_mut().zip(&points) {
-            row.pareto = own.is_some_and(|own| !points.iter().flatten().any(|other| beats(*other, own)));
+        let figures: Vec<Option<Figures>> =
+            self.rows.iter().map(|row| (row.kind != VariantKind::Reference).then(|| row.worst())).collect();
+        for (row, own) in self.rows.iter_mut().zip(&figures) {
+            row.pareto = own.is_some_and(|own| !figures.iter().flatten().any(|other| outdoes(other, &own)));
         }
     }
+}
+
+/// Whether `a` is as good as `b` in time and error, and better in one. Times differ if their intervals do not overlap.
+fn outdoes(a: &Figures, b: &Figures) -> bool {
+    let ([a_least, a_most], [b_least, b_most]) = (a.cost.time.interval(), b.cost.time.interval());
+    let (error, other) = (a.errors.p999, b.errors.p999);
+    a_least <= b_most && error <= other && (a_most < b_least || error < other)
 }
 
 /// Whether `a` is as good as `b` in both time and error, and better in one.

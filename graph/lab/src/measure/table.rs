@@ -1,6 +1,6 @@
 //! The report as a text table.
 
-use afterimage_gpu::ClockSource;
+use afterimage_gpu::{ClockSource, FrameTime};
 use comfy_table::presets::NOTHING;
 use comfy_table::{Attribute, Cell, CellAlignment, Color, Table};
 
@@ -13,8 +13,14 @@ pub fn table(report: &MeasureReport) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING).enforce_styling();
     table.set_header(headings(report).into_iter().map(|heading| Cell::new(heading).add_attribute(Attribute::Bold)));
-    for row in &report.rows {
-        table.add_row(cells(report, row));
+    for (_, row) in report.rows.iter().enumerate().filter(|(at, _)| report.same_as(*at).is_none()) {
+        let mut names = row.variant.clone();
+        for (other, same) in report.rows.iter().enumerate() {
+            if report.same_as(other).is_some_and(|first| std::ptr::eq(first, row)) {
+                names += &format!(", {}", same.variant);
+            }
+        }
+        table.add_row(cells(report, row, names));
     }
     for column in 2..table.column_count() {
         if let Some(column) = table.column_mut(column) {
@@ -42,15 +48,15 @@ fn has_flicker(report: &MeasureReport) -> bool {
     report.rows.iter().any(|row| row.worst().errors.flicker.is_some())
 }
 
-fn cells(report: &MeasureReport, row: &Row) -> Vec<Cell> {
+fn cells(report: &MeasureReport, row: &Row, names: String) -> Vec<Cell> {
     let worst = row.worst();
     let errors = worst.errors;
     let mebibytes = |bytes: u64| format!("{:.1}", bytes as f64 / f64::from(1 << 20));
     let mark = if row.pareto { "●" } else { "" };
     let mut texts = vec![
         mark.to_owned(),
-        row.variant.clone(),
-        significant(worst.cost.time.ms()),
+        names,
+        time(worst.cost.time),
         mebibytes(worst.cost.bytes),
         mebibytes(worst.cost.bytes_moved),
         significant(errors.max),
@@ -79,6 +85,14 @@ fn styled(row: &Row, text: String) -> Cell {
     }
 }
 
+/// The median, and how far from it the interval reaches.
+fn time(time: FrameTime) -> String {
+    let [least, most] = time.interval();
+    let spread = 0.5 * (most - least) / time.ms();
+    let median = significant(time.ms());
+    if spread > 0.0 { format!("{median} ±{:.0} %", 100.0 * spread) } else { median }
+}
+
 /// Three significant digits; small numbers have four decimal places.
 pub(crate) fn significant(number: f64) -> String {
     match number.abs() {
@@ -97,8 +111,10 @@ fn legend(report: &MeasureReport) -> String {
         ClockSource::Gpu => format!("time on the GPU, the median of {} frames", report.samples),
         ClockSource::Host => format!("time on the host, the median of {} frames", report.samples),
     };
-    let mut text =
-        format!("\n● no other variant is both faster and more accurate; errors in {}; {time}", report.unit());
+    let mut text = format!(
+        "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; {time}",
+        report.unit()
+    );
     if report.clips.len() > 1 {
         let more = report.clips.len() + 1;
         text += "\nwithout it: the p99.9 of the other images; ";

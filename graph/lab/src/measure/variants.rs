@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::{Graph, GraphNode};
 use afterimage_graph::image::{ColorState, Format};
-use afterimage_graph::node::PortType;
+use afterimage_graph::node::{Bake, PortType};
 use afterimage_graph::value::Value;
 
 use crate::LabError;
@@ -77,6 +77,8 @@ pub(crate) enum SwitchTarget {
     Format,
     /// In one of how many frames the node runs.
     Every,
+    /// The table that the node becomes.
+    Bake,
 }
 
 /// A value that a switch can have.
@@ -87,6 +89,7 @@ pub(crate) enum SwitchValue {
     /// Of the format; `None` is the format that the node chooses.
     Format(Option<Format>),
     Every(u32),
+    Bake(Bake),
 }
 
 /// A quality switch of a pipeline, with the values to try.
@@ -110,6 +113,7 @@ impl SwitchValue {
             Self::Value(value) => Some(value.to_string()),
             Self::Format(format) => format.map(|format| format.name().to_owned()),
             Self::Every(every) => Some(every.to_string()),
+            Self::Bake(bake) => Some(bake.to_string()),
         }
     }
 }
@@ -127,6 +131,7 @@ impl Switch {
             (SwitchTarget::Parameter(at), SwitchValue::Value(value)) => drop(node.instance.set(at, value.clone())),
             (SwitchTarget::Format, SwitchValue::Format(format)) => node.format = *format,
             (SwitchTarget::Every, SwitchValue::Every(every)) => node.every = *every,
+            (SwitchTarget::Bake, SwitchValue::Bake(bake)) => node.bake = Some(*bake),
             _ => unreachable!("the choices of a switch are of its target"),
         }
     }
@@ -138,6 +143,7 @@ pub(crate) fn switches(graph: &Graph) -> Vec<Switch> {
     for (index, node) in graph.nodes.iter().enumerate().filter(|(_, node)| !node.off) {
         all.extend(parameter_switches(index, node));
         all.extend(frame_switch(index, node));
+        all.extend(table_switch(index, node));
         all.extend(format_switch(graph, index));
     }
     all
@@ -175,6 +181,16 @@ fn frame_switch(index: usize, node: &GraphNode) -> Option<Switch> {
         choices: vec![SwitchValue::Every(1), written.clone()],
         written,
     })
+}
+
+/// The switch of a node that the file makes a table of.
+fn table_switch(index: usize, node: &GraphNode) -> Option<Switch> {
+    let written = SwitchValue::Bake(node.bake?);
+    let mut choices = [Bake::Off, Bake::Auto, Bake::Size(48), Bake::Size(33)].map(SwitchValue::Bake).to_vec();
+    if !choices.contains(&written) {
+        choices.insert(1, written.clone());
+    }
+    Some(Switch { node: index, target: SwitchTarget::Bake, key: format!("{}.bake", node.name), choices, written })
 }
 
 /// The format switch of a node whose images are not outputs.
@@ -223,6 +239,9 @@ fn node_changes(from: &GraphNode, to: &GraphNode) -> Vec<String> {
     }
     if from.format != to.format {
         set("format", to.format.map(|format| format.name().to_owned()));
+    }
+    if from.bake != to.bake {
+        set("bake", to.bake.map(|bake| bake.to_string()));
     }
     if from.every != to.every {
         set("every", Some(to.every.to_string()));

@@ -8,6 +8,7 @@ use super::render::{OutputPixels, Renderer};
 use super::report::Tally;
 use super::subject::{Overrides, Subject};
 use super::verdicts::{finite, in_range};
+use crate::Progress;
 
 /// Which cases are run, and how.
 #[derive(Clone, Debug)]
@@ -38,6 +39,7 @@ pub(crate) struct CaseRunner<'a> {
     pub(crate) registry: &'a Registry,
     pub(crate) subject: &'a Subject,
     pub(crate) options: &'a StressOptions,
+    pub(crate) progress: &'a dyn Progress,
     pub(crate) tally: Tally,
     /// Whether frames need many texels.
     pub(crate) is_heavy: bool,
@@ -47,6 +49,7 @@ impl CaseRunner<'_> {
     /// Adds a case with what is wrong with it.
     pub(crate) fn count(&mut self, overrides: &Overrides, size: Size, case: &str, wrong: Vec<String>) {
         self.tally.count(self.subject, overrides, size, case, wrong);
+        self.progress.reach(&format!("{}, {} cases", self.tally.title, self.tally.cases));
     }
 }
 

@@ -94,7 +94,7 @@ pub fn stress(
     let mut report = StressReport::default();
     for subject in subjects {
         progress.begin(&subject.title);
-        report.tallies.push(run::stress(&mut renderer, registry, subject, options));
+        report.tallies.push(run::stress(&mut renderer, registry, subject, options, progress));
         progress.end();
     }
     report

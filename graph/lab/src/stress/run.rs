@@ -14,6 +14,7 @@ use super::subject::{Overrides, Subject};
 use super::verdicts::{Tolerance, different, finite, promised};
 use super::wiring::NODE;
 use super::{motion, time, variants};
+use crate::Progress;
 
 /// The size at which parameters are swept: both sides are odd and not close to a power of two.
 const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
@@ -90,9 +91,11 @@ pub(crate) fn stress(
     registry: &Registry,
     subject: &Subject,
     options: &StressOptions,
+    progress: &dyn Progress,
 ) -> Tally {
     let subject = &subject.with_words(if options.unsanitized { " --unsanitized" } else { "" });
-    let mut runner = CaseRunner { renderer, registry, subject, options, tally: Tally::new(subject), is_heavy: false };
+    let tally = Tally::new(subject);
+    let mut runner = CaseRunner { renderer, registry, subject, options, progress, tally, is_heavy: false };
     match subject.graph(registry, &Overrides::new()) {
         Ok(graph) => runner.all(&graph),
         Err(diagnostics) => {

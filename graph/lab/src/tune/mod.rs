@@ -1,6 +1,7 @@
 //! The choice of quality switches with the smallest error within a time, or the shortest time within an error.
 
 mod prediction;
+mod random;
 mod search;
 mod space;
 mod state;
@@ -13,6 +14,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::node::Registry;
 
 pub use crate::measure::variants::changes;
+pub use random::{PredictedError, random_errors};
 pub use search::{Measured, TuneTarget};
 
 use prediction::SignedErrors;
@@ -213,7 +215,7 @@ impl<'a> ClipMeasurer<'a> {
         let mut worst: Option<Measured> = None;
         for ((clip, _), (p999, max)) in self.clips.iter().zip(errors) {
             self.player.load(&graph, clip, false)?;
-            let cost = self.player.cost(clip)?;
+            let cost = self.player.cost(clip, self.player.samples())?;
             let (ms, bytes) = (cost.time.ms(), cost.bytes);
             let here = Measured { ms, p999, p999_without_worst: None, max, bytes, is_predicted };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
@@ -242,7 +244,8 @@ impl<'a> ClipMeasurer<'a> {
         Ok(measured)
     }
 
-    /// The 99.9th percentile and the largest error of each clip. The images of a choice of one switch are kept.
+    /// The 99.9th percentile and the largest error of each clip. The images that predictions
+    /// add are kept.
     fn measured_errors(&mut self, space: &Space, choice: &[usize]) -> Result<Vec<(f64, f64)>, LabError> {
         let graph = space.graph(self.written, choice);
         let (mut figures, mut images) = (Vec::new(), Vec::new());
@@ -259,7 +262,7 @@ impl<'a> ClipMeasurer<'a> {
             figures.push(worst);
             images.push(frames);
         }
-        if singles(choice).len() < 2 {
+        if singles(choice).len() < 2 || is_pair(space, self.written, choice) {
             self.errors.insert(choice.to_vec(), SignedErrors::new(&images));
         }
         Ok(figures)
@@ -267,14 +270,15 @@ impl<'a> ClipMeasurer<'a> {
 
     /// The same for a choice of several switches, from the sum of their signed errors.
     fn predicted_errors(&mut self, space: &Space, choice: &[usize]) -> Result<Vec<(f64, f64)>, LabError> {
-        let (exact, parts) = (space.most_accurate(), singles(choice));
-        for single in parts.iter().chain([&exact]) {
+        let (exact, parts) = (space.most_accurate(), parts(space, self.written, choice));
+        for part in parts.keys().chain([&exact]) {
             // A search that goes on has the figures of its state, and no images.
-            if !self.errors.contains_key(single) {
-                self.measured_errors(space, single)?;
+            if !self.errors.contains_key(part) {
+                self.measured_errors(space, part)?;
             }
         }
-        let parts: Vec<&SignedErrors> = parts.iter().map(|single| &self.errors[single]).collect();
+        let parts: Vec<(&SignedErrors, f32)> =
+            parts.iter().map(|(part, factor)| (&self.errors[part], *factor)).collect();
         Ok(SignedErrors::of_sum(&self.errors[&exact], &parts))
     }
 
@@ -289,11 +293,38 @@ impl<'a> ClipMeasurer<'a> {
 
 /// The choices of one switch that make up a choice.
 fn singles(choice: &[usize]) -> Vec<Vec<usize>> {
-    let mut singles = Vec::new();
-    for (switch, at) in choice.iter().enumerate().filter(|(_, at)| **at > 0) {
-        let mut single = vec![0; choice.len()];
-        single[switch] = *at;
-        singles.push(single);
+    changed(choice).into_iter().map(|switch| only(choice, &[switch])).collect()
+}
+
+/// The choices whose errors are added for one, and the factor of each. The error of a pair that interacts takes the
+/// place of the sum of both.
+fn parts(space: &Space, graph: &Graph, choice: &[usize]) -> BTreeMap<Vec<usize>, f32> {
+    let changed = changed(choice);
+    let mut parts: BTreeMap<Vec<usize>, f32> = BTreeMap::new();
+    for (at, a) in changed.iter().enumerate() {
+        *parts.entry(only(choice, &[*a])).or_default() += 1.0;
+        for b in changed[at + 1..].iter().filter(|b| space.interact(graph, *a, **b)) {
+            *parts.entry(only(choice, &[*a, *b])).or_default() += 1.0;
+            for switch in [a, b] {
+                *parts.entry(only(choice, &[*switch])).or_default() -= 1.0;
+            }
+        }
     }
-    singles
+    parts.retain(|_, factor| *factor != 0.0);
+    parts
+}
+
+/// Whether a choice changes two switches that interact.
+fn is_pair(space: &Space, graph: &Graph, choice: &[usize]) -> bool {
+    matches!(changed(choice)[..], [a, b] if space.interact(graph, a, b))
+}
+
+/// The switches that are not at their most accurate.
+fn changed(choice: &[usize]) -> Vec<usize> {
+    (0..choice.len()).filter(|switch| choice[*switch] > 0).collect()
+}
+
+/// The choice with all other switches at their most accurate.
+fn only(choice: &[usize], switches: &[usize]) -> Vec<usize> {
+    (0..choice.len()).map(|switch| if switches.contains(&switch) { choice[switch] } else { 0 }).collect()
 }

@@ -1,6 +1,7 @@
 //! The error of a choice, predicted from those of its switches.
 //!
-//! Errors have signs, and some cancel: so signed images are added, and the figures are those of the sum.
+//! Errors have signs, and some cancel: so signed images are added, and the figures are those of the sum. Two filters,
+//! one of which reads what the other makes, are measured as a pair.
 
 use half::f16;
 
@@ -27,8 +28,8 @@ impl SignedErrors {
     }
 
     /// The 99.9th percentile and the largest error of each clip, of a choice of several switches. `exact` is the error
-    /// of the most accurate choice, which that of each switch in `parts` contains.
-    pub(super) fn of_sum(exact: &Self, parts: &[&Self]) -> Vec<(f64, f64)> {
+    /// of the most accurate choice, which each of `parts` contains; what it adds to that counts by its factor.
+    pub(super) fn of_sum(exact: &Self, parts: &[(&Self, f32)]) -> Vec<(f64, f64)> {
         let mut clips = Vec::with_capacity(exact.0.len());
         for (clip, frames) in exact.0.iter().enumerate() {
             let mut worst = (0.0_f64, 0.0_f64);
@@ -37,10 +38,10 @@ impl SignedErrors {
                 for (pixel, base) in frame.iter().enumerate() {
                     let base = base.map(f32::from);
                     let mut sum = base;
-                    for part in parts {
+                    for (part, factor) in parts {
                         let part = part.0[clip][number][pixel];
                         for (channel, sum) in sum.iter_mut().enumerate() {
-                            *sum += f32::from(part[channel]) - base[channel];
+                            *sum += factor * (f32::from(part[channel]) - base[channel]);
                         }
                     }
                     sums.push(sum.map(f32::abs).into_iter().fold(0.0, f32::max));
@@ -70,8 +71,9 @@ mod tests {
     #[test]
     fn errors_of_opposite_signs_cancel_and_others_add_up() {
         let (exact, up, down) = (flat(0.25), flat(2.25), flat(-1.75));
-        assert_eq!(SignedErrors::of_sum(&exact, &[&up, &down]), [(0.25, 0.25)]);
-        assert_eq!(SignedErrors::of_sum(&exact, &[&up, &up]), [(4.25, 4.25)]);
+        assert_eq!(SignedErrors::of_sum(&exact, &[(&up, 1.0), (&down, 1.0)]), [(0.25, 0.25)]);
+        assert_eq!(SignedErrors::of_sum(&exact, &[(&up, 1.0), (&up, 1.0)]), [(4.25, 4.25)]);
+        assert_eq!(SignedErrors::of_sum(&exact, &[(&up, 3.0), (&down, -1.0)]), [(8.25, 8.25)]);
         assert_eq!(SignedErrors::of_sum(&exact, &[]), [(0.25, 0.25)]);
     }
 

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Graph, Source};
 use afterimage_plan::Plan;
 
 use crate::LabError;
 use crate::measure::player::run_alike;
-use crate::measure::variants::{Switch, switches, verify};
+use crate::measure::variants::{Switch, SwitchTarget, switches, verify};
 
 /// The switches that change the plan, each with at least two choices. A choice is an index for each switch.
 pub(crate) struct Space {
@@ -56,6 +56,18 @@ impl Space {
             switch.apply(&mut graph, *at);
         }
         graph
+    }
+
+    /// Whether the errors of two switches may not add up: one changes how its node makes what the node of the other
+    /// reads. Formats only round.
+    pub(super) fn interact(&self, graph: &Graph, a: usize, b: usize) -> bool {
+        let (a, b) = (&self.switches[a], &self.switches[b]);
+        let reads = |from: &Switch, to: &Switch| {
+            let mut wires = graph.nodes[to.node].wires.iter().flatten();
+            wires.any(|wire| matches!(wire, Source::Node { node, previous: 0, .. } if *node == from.node))
+        };
+        let are_parameters = [a, b].iter().all(|switch| matches!(switch.target, SwitchTarget::Parameter(_)));
+        are_parameters && (reads(a, b) || reads(b, a))
     }
 
     /// The choice as text: the switches that are not at their most accurate.
