@@ -83,7 +83,8 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
             greatest = max(greatest, color.xyz);
         }
     }
-    let most = params.variance * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
+    // A frame that is doubled shows less of what is around.
+    let most = params.variance * params.size * sqrt(max(square - mean.xyz * mean.xyz, vec3f(0.0)));
     mean += middle;
     let below = min(mean.xyz - least, most);
     let above = min(greatest - mean.xyz, most);

@@ -35,8 +35,8 @@ params! {
     /// that of the new frame.
     ///
     /// With `double`, the result is twice as large as the source: temporal upscaling. A frame then says more about some
-    /// of the four pixels than about others, and counts by that; jitter should have at least 16 places. With a `blend`
-    /// of 0.12 to 0.2 it settles in eight frames.
+    /// of the four pixels than about others, and counts by that; jitter should have at least 16 places, and
+    /// textures be filtered for the larger size. With a `blend` of 0.12 to 0.2 it settles in eight frames.
     pub struct Taa {
         /// The share of the new frame. 1 uses no history.
         pub blend: f32 = 0.08 => within(0.01..=1.0), usually(0.04..=0.2);
@@ -45,7 +45,7 @@ params! {
         /// in motion. What stands still has `blend`.
         pub moving: f32 = 0.5 => within(0.0..=1.0), neutral(0.0);
         /// How many standard deviations of the pixels around the history may lie from their mean: less has no ghosts
-        /// and shimmers more.
+        /// and shimmers more. With `double` it is twice as many.
         pub variance: f32 = 1.25 => within(0.0..=8.0), usually(0.75..=2.0);
         /// The difference of depths, as a share, beyond which a surface was not seen in the frame before.
         pub depth_threshold: f32 = 0.05 => within(0.001..=1.0), usually(0.01..=0.2);
