@@ -2,8 +2,9 @@
 """How well `tune` predicts errors: tests/predictions.py PLOT.svg TABLE.csv...
 
 The tables are those of `afterimage tune PIPELINE IN... --random COUNT`. Draws predicted against measured errors, a dot
-for each choice and image, and prints for all and for the worst image of each choice: the RMS of the factor between both,
-its range, the share of predictions below the measurement, and below it by more than a fifth, which `tune` allows.
+for each choice and image, and prints those of the worst image of each choice as CSV. On standard error, for all and for
+the worst images: the RMS of the factor between both, its range, the share of predictions below the measurement, and
+below it by more than a fifth, which `tune` allows.
 """
 
 import csv
@@ -47,7 +48,7 @@ def plot(pairs):
     def text(x, y, words, anchor="middle"):
         return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="#6b7480">{words}</text>'
 
-    width, height = LEFT + SIDE + 30, TOP + SIDE + 60
+    width, height = LEFT + SIDE + 30, TOP + SIDE + 70
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}"',
         ' font-family="sans-serif" font-size="13">',
@@ -60,16 +61,19 @@ def plot(pairs):
         mark = f"{2.0**power:g}"
         parts += [text(LEFT + at, TOP + SIDE + 20, mark), text(LEFT - 8, TOP + SIDE - at + 4, mark, "end")]
     parts.append(f'<path d="M{LEFT} {TOP + SIDE}l{SIDE} {-SIDE}" stroke="#1c2128"/>')
-    for _, predicted, measured in pairs:
-        x, y = LEFT + place(measured), TOP + SIDE - place(predicted)
-        parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2" fill="#3563c9" fill-opacity="0.5"/>')
-    parts.append(text(LEFT, height - 14, f"choices and images, {figures(pairs)}", "start"))
+    dots = [f"M{LEFT + place(measured):.0f} {TOP + SIDE - place(predicted):.0f}h0" for _, predicted, measured in pairs]
+    parts.append(f'<path d="{"".join(dots)}" stroke="#3563c9" stroke-width="4" stroke-linecap="round" opacity="0.5"/>')
+    spread, below = figures(pairs).split("; ")
+    parts += [text(LEFT, height - 26, f"choices and images, {spread}", "start"), text(LEFT, height - 8, below, "start")]
     return "\n".join([*parts, "</svg>", ""])
 
 
 plot_path, *tables = sys.argv[1:]
 pairs = [pair for table in tables for pair in rows(table)]
-print(f"choices and images, {figures(pairs)}")
-print(f"worst images, {figures(of_worst(pairs))}")
+worst = of_worst(pairs)
+print(f"choices and images, {figures(pairs)}\nworst images, {figures(worst)}", file=sys.stderr)
+print("choice,predicted,measured")
+for choice, predicted, measured in worst:
+    print(f"{choice},{predicted:.3f},{measured:.3f}")
 with open(plot_path, "w") as file:
     file.write(plot(pairs))
