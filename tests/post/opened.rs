@@ -132,6 +132,10 @@ fn a_tier_is_set_by_its_name_and_an_unknown_one_lists_those_that_there_are() {
     post.unset(strength.control()).unwrap();
     post.set_tier(None).unwrap();
     assert_same(&shown(&gpu, &mut post), &fresh("caracal.ron", None, &[]));
+    // A budget begins with what the file claims.
+    post.govern(4.0, &["low", "ultra"]).unwrap();
+    let costs = post.governor().map(|governor| [governor.cost(0), governor.cost(1)].map(Some));
+    assert_eq!(costs, Some([low.ms, ultra.ms]));
 }
 
 #[test]
