@@ -1,5 +1,6 @@
 //! The program as a user runs it: arguments in; pictures, words and an exit status out.
 
+mod bands;
 #[cfg(target_os = "linux")]
 mod bombs;
 mod broken;

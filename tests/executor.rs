@@ -2,6 +2,7 @@
 
 mod alike;
 mod any_plan;
+mod bands;
 mod changes;
 mod feeds;
 mod hazards;

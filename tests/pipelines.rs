@@ -9,7 +9,7 @@ use crate::support::layer;
 use crate::support::sweep;
 
 /// The files in the folder: a new one is tested without being named here.
-fn files() -> Vec<String> {
+pub fn files() -> Vec<String> {
     let entries = std::fs::read_dir(pipelines()).expect("the repository has pipelines");
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())

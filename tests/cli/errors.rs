@@ -296,9 +296,7 @@ fn the_memory_of_a_plan_is_limited_before_it_runs() {
     folder.with("p.ron", br#"Pipeline(inputs: { "scene": Encoded }, nodes: {}, outputs: { "display": "scene" })"#);
     save(&folder.file("room.exr"), &room(64, 64));
     let line = "render p.ron room.exr -o out.png --gpu-memory";
-    folder
-        .run(&format!("{line} 16K"))
-        .fails_saying(1, &["may take at most 0.0 MiB", "`--gpu-memory SIZE` allows more"]);
+    folder.run(&format!("{line} 1K")).fails_saying(1, &["may take at most 0.0 MiB", "`--gpu-memory SIZE` allows more"]);
     assert!(!folder.file("out.png").exists());
     folder.run(&format!("{line} 16M")).good();
 }

@@ -24,8 +24,8 @@ use view::ViewArgs;
 
 pub(crate) use files::OUTPUT_SPACE;
 pub(crate) use options::{
-    DeviceOptions, ImageOptions, KindOptions, NODES, NoAlias, PipelineOptions, PlanOptions, parse_fps, parse_share,
-    parse_size,
+    Crop, DeviceOptions, ImageOptions, KindOptions, NODES, NoAlias, PipelineOptions, PlanOptions, parse_crop,
+    parse_fps, parse_share, parse_size,
 };
 
 /// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
@@ -211,6 +211,10 @@ pub(crate) struct RenderArgs {
     /// Pixels to render, for a pipeline without an input image
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
+    /// Write these columns and rows of the picture only, from the corner `X,Y`: their pixels are those of the whole
+    /// picture. Meters see all of it
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "X,Y,WxH", value_parser = parse_crop)]
+    pub(crate) crop: Option<Crop>,
     /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; by default the first of them, and 16
     /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`
     #[arg(help_heading = OUTPUT_FILES, long)]

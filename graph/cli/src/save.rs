@@ -91,6 +91,11 @@ impl SaveOptions {
         PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), color: Some(color) }
     }
 
+    /// How a PNG is written row by row; `None` for other formats.
+    pub(crate) fn png_rows(&self, color: Colorimetry, frame: u32) -> Option<PngOptions> {
+        (self.format == FileFormat::Png).then(|| self.png(color, frame))
+    }
+
     fn jpeg(&self, color: Colorimetry, frame: u32) -> JpegOptions {
         let default = JpegOptions::default();
         let quality = self.quality.unwrap_or(default.quality);

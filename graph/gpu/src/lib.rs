@@ -61,7 +61,9 @@ pub use post::{
     Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, TierGraph, Watch,
 };
 #[cfg(not(target_family = "wasm"))]
-pub use session::{FrameInputs, FrameStep, InputImage, Session, StateBytes, TableErrors, input_image};
+pub use session::{
+    BandFiles, BandsMade, FrameInputs, FrameStep, InputImage, Session, StateBytes, TableErrors, input_image,
+};
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};
 pub use transfer::{Texels, upload, upload_bytes};

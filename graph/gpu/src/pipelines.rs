@@ -217,18 +217,20 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }
 
+/// The module of a text, with bounds checks or without.
+pub(crate) fn shader_module(device: &wgpu::Device, label: &str, source: &str, checked: bool) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source };
+    if checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) }
+}
+
 fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: &PipelineRequest) -> Built {
     let entries = &request.entries;
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries });
     if request.key.drawing.as_ref().is_some_and(|state| !state.has_geometry()) {
         return Built { pipeline: Pipeline::None, layout };
     }
-    let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(&request.label),
-        source: wgpu::ShaderSource::Wgsl(request.key.source.as_str().into()),
-    };
-    let module =
-        if request.key.checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) };
+    let module = shader_module(device, &request.label, &request.key.source, request.key.checked);
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(&request.label),
         bind_group_layouts: &[Some(&layout)],

@@ -88,9 +88,19 @@ pub(crate) fn upload(
     desc: ImageDesc,
     bytes: &[u8],
 ) -> Result<(), GpuError> {
+    upload_part(queue, texture.as_image_copy(), desc, bytes)
+}
+
+/// Fills a part of a texture, which has that description, from tightly packed texels.
+pub(crate) fn upload_part(
+    queue: &wgpu::Queue,
+    to: wgpu::TexelCopyTextureInfo<'_>,
+    desc: ImageDesc,
+    bytes: &[u8],
+) -> Result<(), GpuError> {
     let write = || {
         queue.write_texture(
-            texture.as_image_copy(),
+            to,
             bytes,
             wgpu::TexelCopyBufferLayout {
                 offset: 0,

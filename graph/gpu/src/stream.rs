@@ -156,6 +156,21 @@ impl Readback {
         Ok(Texels { desc: ImageDesc { volume, ..ImageDesc::new(size).format(format) }, bytes })
     }
 
+    /// The texels of some rows of a texture, as [`download`](Self::download) gives them.
+    pub(crate) fn rows(&mut self, texture: &wgpu::Texture, rows: std::ops::Range<u32>) -> Result<Vec<u8>, GpuError> {
+        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
+        let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
+        let size = Size::new(texture.width(), rows.end - rows.start);
+        let (row, pitch) = row_and_pitch(size, format);
+        let mut bytes = Vec::with_capacity(row * size.height as usize);
+        for (mut origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
+            origin.y += rows.start;
+            let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
+            self.read(part, extent, row, pitch, &mut bytes)?;
+        }
+        Ok(bytes)
+    }
+
     /// Appends the texels of a part of a texture.
     fn read(
         &mut self,

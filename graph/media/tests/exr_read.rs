@@ -203,8 +203,15 @@ fn tiles_and_levels_give_the_largest_level() {
     let layer = Layer::new((width, height), LayerAttributes::default(), encoding, channels);
     let path = folder.file("mip.exr");
     Image::from_layer(layer).write().to_file(&path).unwrap();
-    let picture = read(&Source::file(path)).unwrap();
+    let picture = read(&Source::file(&path)).unwrap();
     assert_eq!((picture.width, picture.height), (37, 21));
+    for [first, count] in [[0, 1], [7, 9], [20, 1], [5, 16]] {
+        let rows = ReadOptions { rows: Some([first, count]), ..Budget(1 << 30).into() };
+        let part = read_within(&Source::file(&path), rows).unwrap();
+        assert_eq!((part.width, part.height, part.whole_height()), (37, count, 21));
+        let is_same = |y| (0..37).all(|x| part.pixel(x, y) == picture.pixel(x, first + y));
+        assert!((0..count).all(is_same), "{first}, {count}");
+    }
     for (x, y) in [(0, 0), (36, 0), (17, 9), (36, 20)] {
         assert_eq!(picture.pixel(x, y)[0], (y * 37 + x) as f32);
     }

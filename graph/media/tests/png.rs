@@ -77,6 +77,40 @@ fn dither_keeps_the_mean_and_leaves_the_ends_solid() {
     }
 }
 
+/// A file that is read while it is written.
+#[derive(Clone, Default)]
+struct Shared(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+
+impl std::io::Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn rows_in_pieces_have_the_codes_of_the_whole() {
+    let (width, height) = (13, 40);
+    let values: Vec<f32> = (0..4 * width * height).map(|i| (i as f32 * 0.618).fract()).collect();
+    for (depth, alpha) in [(PngDepth::Eight, Alpha::Drop), (PngDepth::Sixteen, Alpha::Keep)] {
+        let options = PngOptions { depth, alpha, dither: Some(5), ..PngOptions::default() };
+        assert!(PngRows::<Shared>::can_write(&options));
+        let file = Shared::default();
+        let size = (width as u32, height as u32);
+        let mut rows = PngRows::new(file.clone(), size, &options).unwrap();
+        for piece in [0..7, 7..8, 8..33, 33..40] {
+            rows.write(EncodedPixels::Float(&values[4 * width * piece.start..4 * width * piece.end])).unwrap();
+        }
+        rows.finish().unwrap();
+        let whole = encoded(size, EncodedPixels::Float(&values), &options);
+        assert_eq!(codes(&file.0.lock().unwrap()), codes(&whole));
+    }
+    assert!(!PngRows::<Shared>::can_write(&PngOptions { alpha: Alpha::WhereNeeded, ..PngOptions::default() }));
+}
+
 #[test]
 fn a_seed_decides_the_noise() {
     let gray = [0.5_f32; 64 * 64 * 4];

@@ -64,6 +64,13 @@ pub enum PlanError {
     /// [`Caps`]: afterimage_base::caps::Caps
     #[error("the images of a frame take {}, but may take at most {}", bytes_text(*.bytes), bytes_text(*.limit))]
     TooMuchMemory { bytes: u64, limit: u64 },
+    /// The picture must be made in bands, and a pass cannot be.
+    #[error("the picture is larger than the device, and node `{node}` cannot be made band by band: {why}")]
+    NoBands {
+        /// The nodes of the pass.
+        node: String,
+        why: String,
+    },
     /// A pass binds more uniform buffers than the device allows.
     #[error("pass `{label}` has {count} uniform buffers, but this device allows at most {limit}")]
     TooManyUniformBuffers {

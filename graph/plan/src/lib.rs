@@ -27,6 +27,7 @@
 
 mod amounts;
 mod bake;
+mod bands;
 mod barriers;
 mod builder;
 pub mod codegen;
@@ -58,6 +59,7 @@ mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;
+pub use bands::{Band, BandLimits, BandPass, BandedSize, Banding, Reach, Sweep, UPLOADED};
 pub use contract::{contract, modules};
 pub use dynamic::{DynamicNodes, NeedsPlan};
 pub use error::{NodeShaderError, PlanError};

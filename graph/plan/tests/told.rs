@@ -128,6 +128,10 @@ fn other_errors_name_the_node_and_the_limit() {
     let table = [
         (PlanError::TooMuchMemory { bytes: 3 << 30, limit: (1 << 30) - (1 << 20) }, "take 3.0 GiB, but may"),
         (PlanError::TooMuchMemory { bytes: 3 << 30, limit: (1 << 30) - (1 << 20) }, "at most 1023.0 MiB"),
+        (
+            PlanError::NoBands { node: node(), why: "it draws geometry".into() },
+            "node `soft` cannot be made band by band: it draws geometry",
+        ),
         (PlanError::NothingToShow(node()), "output `soft` comes from a node that is off and has no fallback"),
         (PlanError::UnstableHistory(node()), "the size of `soft@previous` grows from frame to frame"),
         (PlanError::TooManyPasses(node()), "the nodes up to `soft` have more than 16384 passes"),

@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "no host uses this crate, and authors of nodes only `Shader` and `Library` of it")]
 
 mod arithmetic;
+mod banded;
 mod barriers;
 mod direct_reads;
 mod entry;
@@ -23,6 +24,7 @@ mod validate;
 mod walk;
 
 pub use arithmetic::{Effort, Work};
+pub use banded::{BandedModule, banded};
 pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::{Place, ShaderError, ShaderLabel};
 pub use library::{Library, Source};

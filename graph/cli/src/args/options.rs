@@ -93,7 +93,7 @@ pub(crate) struct DeviceOptions {
     #[arg(long, env = "AFTERIMAGE_REQUIRE_GPU", value_parser = FalseyValueParser::new())]
     pub(crate) require_gpu: bool,
     /// Memory that the images of a frame may take, such as `2G`; by default three quarters of a card's memory,
-    /// or half of the system's
+    /// or half of the system's. `render` makes larger pictures in bands, with the same pixels
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes, env = "AFTERIMAGE_GPU_MEMORY")]
     pub(crate) gpu_memory: Option<Budget>,
 }
@@ -102,7 +102,8 @@ pub(crate) struct DeviceOptions {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Machine")]
 pub(crate) struct ImageOptions {
-    /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default
+    /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default.
+    /// `render` reads larger EXR images in bands
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes, env = "AFTERIMAGE_MEMORY")]
     memory: Option<Budget>,
 }
@@ -155,6 +156,25 @@ pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// A part of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Crop {
+    /// The first column and row.
+    pub(crate) corner: (u32, u32),
+    /// Columns and rows.
+    pub(crate) size: (u32, u32),
+}
+
+/// `100,50,640x360`.
+pub(crate) fn parse_crop(text: &str) -> Result<Crop, String> {
+    let mut parts = text.splitn(3, ',');
+    let mut number = || parts.next().and_then(|number| number.trim().parse().ok());
+    let corner: Option<(u32, u32)> = number().zip(number());
+    let size = parts.next().and_then(|size| parse_size(size).ok());
+    let crop = corner.zip(size).map(|(corner, size)| Crop { corner, size });
+    crop.ok_or_else(|| "a part is its corner and its size, such as 100,50,640x360".into())
+}
+
 /// Frames per second, above 0 and finite.
 pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
     let fps = text.parse().ok().filter(|fps: &f32| fps.is_normal() && *fps > 0.0);
@@ -170,6 +190,14 @@ pub(crate) fn parse_share(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_are_a_corner_and_a_size() {
+        assert_eq!(parse_crop("3, 4,5x6"), Ok(Crop { corner: (3, 4), size: (5, 6) }));
+        for text in ["", "3,4", "3,4,5", "3,4,0x6", "-3,4,5x6", "5x6"] {
+            assert!(parse_crop(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn sizes_of_memory_have_binary_units() {

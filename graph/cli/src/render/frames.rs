@@ -5,10 +5,11 @@ use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
 use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
-use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_media::Alpha;
 use afterimage_plan::{Plan, PlanOutput};
 
+use super::bands;
 use super::metered::unmetered;
 use super::read::{Cameras, InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters};
@@ -100,10 +101,15 @@ impl Frames<'_> {
         let job = &self.request.jobs[index];
         self.say_notes(&pictures);
         let start = Instant::now();
-        let images = feed(&mut self.session.session, &pictures)?;
-        let size = size(self.request, &images);
+        let size = size(self.request, pictures.iter().map(|input| input.desc));
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
+        let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
+        let is_streamed = pictures.iter().any(|input| input.streamed.is_some());
+        if is_streamed || self.request.args.crop.is_some() || self.session.session.needs_bands(size, &given)? {
+            return self.render_in_bands(index, size, &pictures, start);
+        }
+        let images = feed(&mut self.session.session, &pictures)?;
         if !self.has_begun {
             self.begin(size, &images)?;
         }
@@ -118,7 +124,7 @@ impl Frames<'_> {
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
-            Ok(Rendered { texels, output, meta: meta.clone(), index, target })
+            Ok(Rendered { texels: Some(texels), output, meta: meta.clone(), index, target })
         });
         let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
         let taken = start.elapsed();
@@ -134,6 +140,35 @@ impl Frames<'_> {
             self.times.passes = self.time_passes(&images)?;
         }
         Ok(rendered)
+    }
+
+    /// The same for a picture that is larger than the device.
+    fn render_in_bands(
+        &mut self,
+        index: usize,
+        size: Size,
+        pictures: &[InputPicture],
+        start: Instant,
+    ) -> Result<Vec<Rendered>, Failure> {
+        let job = &self.request.jobs[index];
+        let session = &mut self.session.session;
+        let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
+        let plan = session.plan_in_bands(size, &given)?;
+        self.report.plan = Some(plan.hash().to_string());
+        let bands::Made { outputs, repairs, exposure } =
+            bands::render(self.request, session, &plan, job, pictures, &self.meters)?;
+        let taken = start.elapsed();
+        self.times.render += taken;
+        let names = pictures.iter().map(|input| input.name.clone());
+        let report = FrameReport::without_picture(job, Outcome::Unwritten, None);
+        let repaired = names.zip(repairs).collect();
+        let report = FrameReport { seconds: taken.as_secs_f64(), exposure, repaired, ..report };
+        self.report.frames.insert(index, report);
+        let meta = pictures.first().map(|input| input.picture.meta.clone());
+        let rendered = outputs.into_iter().enumerate();
+        let rendered =
+            rendered.map(|(target, (output, texels))| Rendered { texels, output, meta: meta.clone(), index, target });
+        Ok(rendered.collect())
     }
 
     /// Before the first frame: it continues from a state, or the user learns which state begins with it.
@@ -277,10 +312,9 @@ pub(super) fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<V
 }
 
 /// The size of the first image that is no volume; that of the command line without images.
-pub(super) fn size(request: &Request<'_>, images: &[InputImage]) -> Size {
+pub(super) fn size(request: &Request<'_>, mut images: impl Iterator<Item = ImageDesc>) -> Size {
     let (width, height) = request.args.size.unwrap_or((1920, 1080));
-    let first = images.iter().find(|image| !image.desc.volume);
-    first.map_or(Size::new(width, height), |image| image.desc.size)
+    images.find(|desc| !desc.volume).map_or(Size::new(width, height), |desc| desc.size)
 }
 
 /// The output for the file, and its texels.

@@ -87,6 +87,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         json: None,
         fps: given.fps,
         size: given.size,
+        crop: None,
         depth: None,
         no_dither: false,
         alpha: AlphaChoice::Auto,
@@ -120,7 +121,7 @@ impl Measuring<'_> {
         let Inputs { pictures, blocks, .. } = inputs;
         let session = &mut self.session.session;
         let images = feed(session, &pictures)?;
-        let size = size(self.request, &images);
+        let size = size(self.request, images.iter().map(|image| image.desc));
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| session.set_block(&name, data));
         let plan = session.load(size, &images)?.clone();

@@ -1,5 +1,6 @@
 //! `afterimage render`: images through a pipeline.
 
+mod bands;
 mod frames;
 mod jobs;
 mod meter;

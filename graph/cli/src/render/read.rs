@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use afterimage_graph::image::{ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_media::{Picture, Pixels, ReadOptions, Source, read_within};
+use afterimage_media::{ErrorKind, Picture, Pixels, ReadOptions, Source, read_within};
 
 use super::jobs::Job;
 use super::repairs::{Repairs, is_opaque};
@@ -25,6 +25,10 @@ pub(super) struct InputPicture {
     pub(super) desc: ImageDesc,
     /// The pixels that the graph repairs.
     pub(super) repairs: Repairs,
+    /// The file and how it is read, if it does not fit into memory and is read in bands: then `picture` is its first
+    /// row.
+    pub(super) streamed: Option<(Source, ReadOptions)>,
+    pub(super) signedness: Signedness,
     /// Whether the input needs an alpha that the image does not have.
     pub(super) lacks_alpha: bool,
 }
@@ -112,7 +116,16 @@ fn read_input(
     sizes: &mut Sizes,
 ) -> Result<InputPicture, Failure> {
     let input = request.inputs.iter().find(|input| input.name == name);
-    let mut picture = read_within(source, read_options(request, name)).map_err(|error| {
+    let options = read_options(request, name);
+    let (read, streamed) = match read_within(source, options) {
+        Err(error) if error.kind == ErrorKind::TooLarge && can_stream(request, name) => {
+            // Of other formats, and of an EXR file that is refused for another reason, the error is the same again.
+            let read = read_within(source, ReadOptions { rows: Some([0, 1]), ..options });
+            (read, Some((source.clone(), options)))
+        }
+        read => (read, None),
+    };
+    let mut picture = read.map_err(|error| {
         let is_pipeline = source.path.is_file() && source.path.extension().is_some_and(|ending| ending == "ron");
         match is_pipeline {
             true => Failure::user(format!("`{}` is a pipeline, not an image", source.path.display()))
@@ -127,18 +140,31 @@ fn read_input(
     if is_missing && request.args.reading.missing == MissingFrames::Black {
         picture = black(&picture);
     }
-    let size = *sizes.entry(name.to_owned()).or_insert((picture.width, picture.height));
-    if size != (picture.width, picture.height) {
+    let own = (picture.width, streamed.as_ref().map_or(picture.height, |_| picture.whole_height()));
+    let size = *sizes.entry(name.to_owned()).or_insert(own);
+    if size != own {
         picture = in_size(source, &picture, size, request.args.reading.resize)?;
     }
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
-    let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && is_opaque(&picture);
-    let repairs = Repairs::of(&picture, signedness);
+    let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && streamed.is_none() && is_opaque(&picture);
+    let repairs = if streamed.is_none() { Repairs::of(&picture, signedness) } else { Repairs::default() };
     let desc = match input.is_some_and(|input| input.volume) {
         true => volume(name, picture.desc(), request.args.slices)?,
+        false if streamed.is_some() => picture.desc().sized(Size::new(own.0, own.1)),
         false => picture.desc(),
     };
-    Ok(InputPicture { name: name.to_owned(), file: source.path.clone(), picture, desc, repairs, lacks_alpha })
+    let (name, file) = (name.to_owned(), source.path.clone());
+    Ok(InputPicture { name, file, picture, desc, repairs, streamed, signedness, lacks_alpha })
+}
+
+/// Whether the image of an input may be read in bands: it stays as the file has it.
+fn can_stream(request: &Request<'_>, name: &str) -> bool {
+    let input = request.inputs.iter().find(|input| input.name == name);
+    #[cfg(feature = "ocio")]
+    if input.is_some_and(|input| request.args.reading.config_space_of(input).is_some()) {
+        return false;
+    }
+    request.jobs.len() == 1 && input.is_some_and(|input| !input.volume) && !request.is_measuring()
 }
 
 /// A black picture of the same size.

@@ -176,11 +176,20 @@ pub(crate) fn meters(graph: &Graph) -> Vec<String> {
 pub(crate) fn read_meters(session: &Session, meters: &[String]) -> Result<Vec<Reading>, Failure> {
     let mut readings = Vec::new();
     for meter in meters {
-        if let Some([stops, mean, lux, 1.0]) = session.value(&format!("{meter}.result"))? {
-            readings.push(Reading { meter: meter.clone(), stops, ev100: mean + EV100_OF_LUMINANCE, lux });
-        }
+        readings.extend(reading(meter, session.value(&value_of(meter))?));
     }
     Ok(readings)
+}
+
+/// The name of the value of a meter.
+pub(crate) fn value_of(meter: &str) -> String {
+    format!("{meter}.result")
+}
+
+/// The reading of a meter with that value; `None` before it is valid.
+pub(crate) fn reading(meter: &str, value: Option<[f32; 4]>) -> Option<Reading> {
+    let Some([stops, mean, lux, 1.0]) = value else { return None };
+    Some(Reading { meter: meter.to_owned(), stops, ev100: mean + EV100_OF_LUMINANCE, lux })
 }
 
 /// A line for each meter and for each input with repaired pixels.

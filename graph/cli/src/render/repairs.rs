@@ -18,9 +18,18 @@ pub(crate) struct Repairs {
 impl Repairs {
     /// Counts the pixels of a picture for an input of this signedness.
     pub(crate) fn of(picture: &Picture, signedness: Signedness) -> Self {
+        Self::below(picture, 0, signedness)
+    }
+
+    /// Counts the pixels of a picture from a row on.
+    pub(crate) fn below(picture: &Picture, row: u32, signedness: Signedness) -> Self {
         let mut repairs = Self::default();
+        let mut left = u64::from(row) * u64::from(picture.width);
         all_pixels(picture, |pixel| {
-            repairs.count(pixel, signedness);
+            match left {
+                0 => repairs.count(pixel, signedness),
+                _ => left -= 1,
+            }
             true
         });
         repairs

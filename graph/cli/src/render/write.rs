@@ -20,7 +20,8 @@ use crate::terminal::note;
 
 /// A rendered image.
 pub(super) struct Rendered {
-    pub(super) texels: Texels,
+    /// `None` if its file is written already.
+    pub(super) texels: Option<Texels>,
     pub(super) output: PlanOutput,
     pub(super) meta: Option<Metadata>,
     /// Of its job.
@@ -85,7 +86,8 @@ pub(super) fn write_all(
         let frame = request.jobs[rendered.index].frame.unwrap_or(0);
         let original = original(request, &request.jobs[rendered.index]);
         let stated = Stated { meta: rendered.meta, frame, original, ..Stated::of(&rendered.output) };
-        let saved = save(path, &rendered.texels, stated, &request.targets[rendered.target].saving);
+        let saving = &request.targets[rendered.target].saving;
+        let saved = rendered.texels.map_or(Ok(Vec::new()), |texels| save(path, &texels, stated, saving));
         let saved = saved.map(|notes| queue.say(&notes));
         let error = saved.as_ref().err().map(Failure::message);
         written.lock().expect("no writer panics with the lock").push((rendered.index, error));

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::{ParamType, Value};
-use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanError};
+use afterimage_plan::{Alias, Caps, HostInputs, NeedsPlan, Options, Plan, PlanError, PlanRequest, plan};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::device::caps;
@@ -392,6 +392,17 @@ impl Post {
     /// The graph cannot be planned for them.
     pub fn plan_for(&mut self, inputs: HostInputs) -> Result<Arc<Plan>, PlanError> {
         Ok(self.graph.plan(&self.executor, inputs)?.plan.clone())
+    }
+
+    /// The plan for these inputs of the host, whatever the device has for images: to be made in bands.
+    pub(crate) fn plan_in_bands(&self, inputs: HostInputs) -> Result<Plan, PlanError> {
+        self.graph.plan_request(&self.executor, inputs).with(|request| {
+            let (given, facts, dynamic) = (request.given.clone(), request.facts.clone(), request.dynamic.clone());
+            let caps = Caps { max_side: u32::MAX, max_memory: u64::MAX, ..request.caps.clone() };
+            let options = Options { alias: Alias::None, ..request.options };
+            let requirement = request.requirement;
+            plan(self.graph.graph(), &PlanRequest { given, facts, caps, options, dynamic, requirement })
+        })
     }
 
     /// Starts to create the queued plan on a worker, unless the active one is the same.

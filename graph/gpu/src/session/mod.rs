@@ -1,6 +1,7 @@
 //! A pipeline on a device of our own, for the program, for measurements and for tests: [`Session`] adds the [`Gpu`],
 //! uploads and read-back to [`Post`].
 
+mod bands;
 mod faults;
 mod frame;
 mod metering;
@@ -16,6 +17,7 @@ use afterimage_graph::node::BlockData;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
+pub use bands::{BandFiles, BandsMade};
 pub use faults::TableErrors;
 pub use frame::{FrameStep, InputImage};
 pub use state::StateBytes;

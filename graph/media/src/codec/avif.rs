@@ -48,7 +48,7 @@ pub fn encode_avif(size: (u32, u32), pixels: EncodedPixels<'_>, options: &AvifOp
     check_size((size.0.into(), size.1.into()), 2)?;
     let color = &options.color;
     let codes = Codes::of(color)?;
-    let rgb = Quantizer { bits: BITS, dither: options.dither, channels: 3 }.codes(size, pixels)?;
+    let rgb = Quantizer { bits: BITS, dither: options.dither, channels: 3, first_row: 0 }.codes(size, pixels)?;
     let level = LightLevel::of(&rgb, 3, BITS, color);
     let payload = encode(size, &rgb, &codes, options)?;
     let mut file = Aviffy::new();

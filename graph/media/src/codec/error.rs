@@ -53,6 +53,15 @@ impl CodecError {
         }
     }
 
+    pub(crate) fn writing(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+                Self::new(ErrorKind::Machine, "the disk is full").hint("make room; no file was left half written")
+            }
+            _ => Self::new(ErrorKind::Machine, format!("writing failed: {error}")),
+        }
+    }
+
     pub(crate) fn cut_short() -> Self {
         Self::new(ErrorKind::Broken, "the file ends too early")
             .hint("it was cut short or is still being written; copy or render it again")

@@ -52,7 +52,7 @@ pub(crate) fn check_size(size: (u64, u64), bytes: u64) -> Result<(), CodecError>
     Ok(())
 }
 
-fn check_sides((width, height): (u64, u64)) -> Result<(), CodecError> {
+pub(crate) fn check_sides((width, height): (u64, u64)) -> Result<(), CodecError> {
     if width == 0 || height == 0 {
         return Err(CodecError::broken(format!("its header says {width}×{height} pixels")));
     }

@@ -42,7 +42,7 @@ pub use jpeg::{JpegOptions, encode_jpeg};
 pub use limits::Budget;
 pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
-pub use png::{Alpha, PngDepth, PngOptions, encode_png, png_codes};
+pub use png::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes};
 pub use quantize::EncodedPixels;
 pub use reading::ReadOptions;
 pub use space::ColorSpace;

@@ -90,6 +90,11 @@ impl Picture {
         }
     }
 
+    /// The rows of the picture in its file, of which this one may have some.
+    pub fn whole_height(&self) -> u32 {
+        self.meta.data_size.map_or(self.meta.image.display_window.size.1 as u32, |(_, height)| height)
+    }
+
     /// The texels as bytes, rows without gaps.
     pub fn bytes(&self) -> &[u8] {
         match &self.pixels {

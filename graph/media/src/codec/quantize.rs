@@ -60,10 +60,12 @@ pub(crate) struct Quantizer {
     pub(crate) dither: Option<u32>,
     /// 3 for RGB, 4 for RGBA.
     pub(crate) channels: usize,
+    /// The row of the image that the first one is.
+    pub(crate) first_row: u32,
 }
 
 impl Quantizer {
-    /// The codes of an image of `size`, rows without gaps.
+    /// The codes of rows of `size`, without gaps.
     pub(crate) fn codes(self, size: (u32, u32), pixels: EncodedPixels<'_>) -> Result<Vec<u16>, CodecError> {
         let (width, height) = (size.0 as usize, size.1 as usize);
         assert_eq!(pixels.len(), width * height * 4, "four numbers for a pixel");
@@ -75,7 +77,7 @@ impl Quantizer {
             |scratch, (y, out)| {
                 let row = pixels.row(y * width * 4..(y + 1) * width * 4, scratch);
                 match dither {
-                    Some(seed) => self.dithered_row(row, y as u32, seed, out),
+                    Some(seed) => self.dithered_row(row, self.first_row + y as u32, seed, out),
                     None => self.rounded_row(row, out),
                 }
             },

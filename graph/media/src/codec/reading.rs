@@ -12,10 +12,13 @@ pub struct ReadOptions {
     /// Whether the picture of an EXR file is its data window, which may be larger than the display window (overscan) or
     /// a part of it. Otherwise it is the display window, with zeros where the file has no pixels.
     pub data_window: bool,
+    /// The first row that is read of the picture of an EXR file, and how many: only the blocks that show them are
+    /// decoded. Other formats are read whole, and so is an EXR file without it.
+    pub rows: Option<[u32; 2]>,
 }
 
 impl From<Budget> for ReadOptions {
     fn from(budget: Budget) -> Self {
-        Self { budget, space: None, data_window: false }
+        Self { budget, space: None, data_window: false, rows: None }
     }
 }

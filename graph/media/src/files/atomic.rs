@@ -21,12 +21,72 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 }
 
 fn write_with_io_errors(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    match fs::metadata(path) {
-        Ok(meta) if meta.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
-        Ok(meta) if !meta.is_file() => File::options().write(true).open(path)?.write_all(bytes),
-        Ok(meta) => replace(&fs::canonicalize(path)?, bytes, Some(&meta)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => replace(&behind_links(path)?, bytes, None),
-        Err(error) => Err(error),
+    let mut file = AtomicFile::open(path)?;
+    file.file.write_all(bytes)?;
+    file.replace()
+}
+
+/// A file that is written in parts, as [`write_atomic`] writes one at once. It is at its place when it is
+/// [finished](Self::finish); dropped before, it leaves nothing.
+pub struct AtomicFile {
+    file: File,
+    /// `None` for what cannot be replaced.
+    temporary: Option<Temporary>,
+    to: PathBuf,
+    old: Option<Metadata>,
+}
+
+impl AtomicFile {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// As [`write_atomic`].
+    pub fn create(path: &Path) -> Result<Self, FileError> {
+        Self::open(path).map_err(|error| FileError::writing(path, &error))
+    }
+
+    fn open(path: &Path) -> io::Result<Self> {
+        let (to, old) = match fs::metadata(path) {
+            Ok(meta) if meta.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+            Ok(meta) if !meta.is_file() => {
+                let file = File::options().write(true).open(path)?;
+                return Ok(Self { file, temporary: None, to: path.to_owned(), old: None });
+            }
+            Ok(meta) => (fs::canonicalize(path)?, Some(meta)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => (behind_links(path)?, None),
+            Err(error) => return Err(error),
+        };
+        remove_leftovers(&to);
+        let (temporary, file) = Temporary::beside(&to, old.as_ref())?;
+        Ok(Self { file, temporary: Some(temporary), to, old })
+    }
+
+    /// The file, to be written.
+    ///
+    /// # Errors
+    /// The system has no handle for it.
+    pub fn handle(&self) -> Result<File, FileError> {
+        self.file.try_clone().map_err(|error| FileError::writing(&self.to, &error))
+    }
+
+    /// Puts the file at its place.
+    ///
+    /// # Errors
+    /// As [`write_atomic`].
+    pub fn finish(self) -> Result<(), FileError> {
+        let to = self.to.clone();
+        self.replace().map_err(|error| FileError::writing(&to, &error))
+    }
+
+    fn replace(self) -> io::Result<()> {
+        let Some(temporary) = self.temporary else { return Ok(()) };
+        if let Some(old) = &self.old {
+            keep_rights(&self.file, old);
+        }
+        // Network file systems report a full disk only now.
+        self.file.sync_data()?;
+        temporary.rename(&self.to)
+        // The lock of the file ends here, when nobody can take it for a leftover any more.
     }
 }
 
@@ -54,19 +114,6 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(folder.join(path.file_name().ok_or(io::ErrorKind::IsADirectory)?)),
         }
     }
-}
-
-fn replace(path: &Path, bytes: &[u8], old: Option<&Metadata>) -> io::Result<()> {
-    remove_leftovers(path);
-    let (temporary, mut file) = Temporary::beside(path, old)?;
-    file.write_all(bytes)?;
-    if let Some(old) = old {
-        keep_rights(&file, old);
-    }
-    // Network file systems report a full disk only now.
-    file.sync_data()?;
-    temporary.rename(path)
-    // The lock of the file ends here, when nobody can take it for a leftover any more.
 }
 
 /// A file that is removed when dropped, unless it was renamed.

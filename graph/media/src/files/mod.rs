@@ -12,10 +12,11 @@ pub mod sequence;
 #[cfg(not(target_family = "wasm"))]
 mod watch;
 
+use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-pub use atomic::{real_output_path, write_atomic};
+pub use atomic::{AtomicFile, real_output_path, write_atomic};
 pub use error::FileError;
 pub use folder::images_in;
 pub use memory::{address_space_limit, default_budget};
@@ -24,8 +25,9 @@ pub use regular::{read_bytes, read_text, real_path};
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions,
-    StatedCamera, decode, decode_camera, describe, encode_exr, encode_exr_beside, encode_jpeg, encode_png, measure,
+    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, PngRows,
+    ReadOptions, StatedCamera, decode, decode_camera, describe, encode_exr, encode_exr_beside, encode_jpeg, encode_png,
+    measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -144,6 +146,45 @@ pub fn write_png(
     options: &PngOptions,
 ) -> Result<(), FileError> {
     write_atomic(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+}
+
+/// A PNG file that is written from the top to the bottom, atomically.
+pub struct PngFile {
+    file: AtomicFile,
+    path: PathBuf,
+    rows: PngRows<File>,
+}
+
+impl PngFile {
+    /// Begins a PNG of `size` (width, height).
+    ///
+    /// # Errors
+    /// See [`PngRows::new`] and [`write_atomic`].
+    ///
+    /// # Panics
+    /// As [`PngRows::new`].
+    pub fn begin(path: &Path, size: (u32, u32), options: &PngOptions) -> Result<Self, FileError> {
+        let file = AtomicFile::create(path)?;
+        let rows = PngRows::new(file.handle()?, size, options).map_err(|error| FileError::at(path, error))?;
+        Ok(Self { file, path: path.to_owned(), rows })
+    }
+
+    /// Writes the next rows.
+    ///
+    /// # Errors
+    /// See [`PngRows::write`].
+    pub fn write(&mut self, pixels: EncodedPixels<'_>) -> Result<(), FileError> {
+        self.rows.write(pixels).map_err(|error| FileError::at(&self.path, error))
+    }
+
+    /// Puts the file at its place.
+    ///
+    /// # Errors
+    /// See [`PngRows::finish`] and [`write_atomic`].
+    pub fn finish(self) -> Result<(), FileError> {
+        self.rows.finish().map_err(|error| FileError::at(&self.path, error))?;
+        self.file.finish()
+    }
 }
 
 /// Writes a JPEG of `size` (width, height), atomically.

@@ -54,6 +54,14 @@ fn overscan_and_parts_pass_through() {
         let shown = read(&first, false);
         assert_eq!((shown.width as usize, shown.height as usize), (display.size.0, display.size.1));
     }
+    for data_window in [true, false] {
+        let first = file(Vec2(-2, -2), bounds(0, 0, 12, 9));
+        let whole = read(&first, data_window);
+        let rows = ReadOptions { data_window, rows: Some([2, 4]), ..Budget(1 << 30).into() };
+        let part = decode(Cursor::new(&first), None, rows).unwrap();
+        assert_eq!((part.width, part.height, part.whole_height()), (whole.width, 4, whole.height));
+        assert!((0..4).all(|y| (0..part.width).all(|x| part.pixel(x, y) == whole.pixel(x, y + 2))));
+    }
     let overscan = read(&file(Vec2(-2, -2), bounds(0, 0, 4, 2)), false);
     assert_eq!(overscan.pixel(0, 0)[0], (2 * 8 + 2) as f32);
     assert_eq!(overscan.notes, ["pixels outside the display window are left out"]);

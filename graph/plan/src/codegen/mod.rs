@@ -22,6 +22,7 @@ pub(crate) use functions::functions_cover;
 pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
 pub(crate) use uniforms::blocks;
+pub(crate) use workgroups::rows_of_workgroup;
 
 /// The passes with their workgroups and uniforms.
 pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage]) -> Vec<PlannedPass> {

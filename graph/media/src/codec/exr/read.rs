@@ -33,7 +33,8 @@ pub(crate) fn decode(
     };
     let color = primaries.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
     let data = header.data_window();
-    let display = if options.data_window { data } else { header.shared_attributes.display_window };
+    let whole = if options.data_window { data } else { header.shared_attributes.display_window };
+    let display = options.rows.map_or(whole, |rows| part(whole, rows));
     let pixel_type = pixel_type(&header, &choice);
     let sample_bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
     options.budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
@@ -43,11 +44,19 @@ pub(crate) fn decode(
         _ => Pixels::Float(decode_blocks(reader, &placement)?),
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
-    let notes = notes(&header, &placement.choice, display);
+    let notes = notes(&header, &placement.choice, whole);
     let mut meta = metadata(&header, &choice, primaries.as_ref());
-    meta.data_size = options.data_window.then_some((width, height));
+    meta.data_size = options.data_window.then_some((width, whole.size.1 as u32));
     let stated = primaries.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
+}
+
+/// These rows of a window, or those of them that it has, and the first at least.
+fn part(window: IntegerBounds, [first, count]: [u32; 2]) -> IntegerBounds {
+    let rows = window.size.1;
+    let first = (first as usize).min(rows.saturating_sub(1));
+    let position = Vec2(window.position.0, window.position.1.saturating_add(first as i32));
+    IntegerBounds { position, size: Vec2(window.size.0, (count as usize).clamp(1, (rows - first).max(1))) }
 }
 
 /// Reads the headers and refuses what would exhaust memory later.

@@ -35,7 +35,7 @@ pub fn encode_jpeg(size: (u32, u32), pixels: EncodedPixels<'_>, options: &JpegOp
     };
     check_size((size.0.into(), size.1.into()), 1)?;
     let profile = options.color.map(profile).transpose()?;
-    let codes = Quantizer { bits: 8, dither: options.dither, channels: 3 }.codes(size, pixels)?;
+    let codes = Quantizer { bits: 8, dither: options.dither, channels: 3, first_row: 0 }.codes(size, pixels)?;
     let bytes: Vec<u8> = codes.iter().map(|code| *code as u8).collect();
     pack((width, height), &bytes, profile.as_deref(), options.quality)
         .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the JPEG failed: {error}")))

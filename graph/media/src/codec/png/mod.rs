@@ -7,4 +7,4 @@ mod read;
 mod write;
 
 pub(crate) use read::{MAGIC, decode, describe};
-pub use write::{Alpha, PngDepth, PngOptions, encode_png, png_codes};
+pub use write::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes};

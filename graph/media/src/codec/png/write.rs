@@ -1,12 +1,14 @@
 //! Encoded pixels to PNG. Rows are converted on all cores; the packing is the fast kind.
 
 use afterimage_base::color::Colorimetry;
+use std::io::Write;
+
 use png::chunk::ChunkType;
-use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Info};
+use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Info, StreamWriter, Writer};
 
 use super::label::Label;
 use crate::codec::light_level::LightLevel;
-use crate::codec::limits::check_size;
+use crate::codec::limits::{check_sides, check_size};
 use crate::codec::quantize::Quantizer;
 use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 
@@ -74,13 +76,9 @@ pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOpti
     let (codes, channels) = png_codes(size, pixels, options)?;
     let level = options.color.and_then(|color| LightLevel::of(&codes, channels, bits, &color));
     let label = options.color.map(|color| Label::new(&color, level)).transpose()?;
-    let bytes = match options.depth {
-        PngDepth::Eight => codes.iter().map(|code| *code as u8).collect(),
-        PngDepth::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>(),
-    };
+    let bytes = bytes(&codes, options.depth);
     drop(codes);
-    pack(info(size, channels, options.depth), &bytes, label)
-        .map_err(|error| CodecError::new(ErrorKind::Machine, format!("packing the PNG failed: {error}")))
+    pack(info(size, channels, options.depth), &bytes, label).map_err(|error| failed(&error))
 }
 
 /// The codes that a PNG with these options holds, rows without gaps, and the number of channels: 3 or 4.
@@ -100,7 +98,7 @@ pub fn png_codes(
     };
     let channels = if keeps_alpha { 4 } else { 3 };
     let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
-    Ok((Quantizer { bits, dither, channels }.codes(size, pixels)?, channels))
+    Ok((Quantizer { bits, dither, channels, first_row: 0 }.codes(size, pixels)?, channels))
 }
 
 fn info((width, height): (u32, u32), channels: usize, depth: PngDepth) -> Info<'static> {
@@ -113,18 +111,92 @@ fn info((width, height): (u32, u32), channels: usize, depth: PngDepth) -> Info<'
     info
 }
 
-fn pack(mut info: Info<'_>, bytes: &[u8], label: Option<Label>) -> Result<Vec<u8>, EncodingError> {
+fn pack(info: Info<'_>, bytes: &[u8], label: Option<Label>) -> Result<Vec<u8>, EncodingError> {
+    let mut file = Vec::new();
+    let mut writer = begin(&mut file, info, label)?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(file)
+}
+
+/// Writes all chunks before the pixels.
+fn begin<W: Write>(to: W, mut info: Info<'_>, label: Option<Label>) -> Result<Writer<W>, EncodingError> {
     if let Some(label) = &label {
         label.state(&mut info);
     }
-    let mut file = Vec::new();
-    let mut encoder = Encoder::with_info(&mut file, info)?;
+    let mut encoder = Encoder::with_info(to, info)?;
     encoder.set_compression(Compression::Fast);
     let mut writer = encoder.write_header()?;
     for (name, data) in label.iter().flat_map(|label| &label.newer) {
         writer.write_chunk(ChunkType(*name), data)?;
     }
-    writer.write_image_data(bytes)?;
-    writer.finish()?;
-    Ok(file)
+    Ok(writer)
+}
+
+/// A PNG that is written from the top to the bottom, so that no more than some rows are in memory. Its pixels are those
+/// of [`encode_png`]; the packed bytes may differ.
+pub struct PngRows<W: Write + 'static> {
+    writer: StreamWriter<'static, W>,
+    width: u32,
+    options: PngOptions,
+    quantizer: Quantizer,
+}
+
+impl<W: Write + 'static> PngRows<W> {
+    /// Whether these options need no pixel before the first row is written: an HDR file states the light of all of them
+    /// at its beginning, and [`Alpha::WhereNeeded`] depends on all.
+    pub fn can_write(options: &PngOptions) -> bool {
+        options.alpha != Alpha::WhereNeeded && !options.color.is_some_and(|color| color.is_hdr())
+    }
+
+    /// Writes what comes before the rows of a PNG of `size`.
+    ///
+    /// # Errors
+    /// A side that is too long, and what writing to `to` reports.
+    ///
+    /// # Panics
+    /// If the options are not [those](Self::can_write) of rows.
+    pub fn new(to: W, size: (u32, u32), options: &PngOptions) -> Result<Self, CodecError> {
+        assert!(Self::can_write(options), "the first bytes depend on all pixels");
+        check_sides((size.0.into(), size.1.into()))?;
+        let channels = if options.alpha == Alpha::Keep { 4 } else { 3 };
+        let label = options.color.map(|color| Label::new(&color, None)).transpose()?;
+        let writer = begin(to, info(size, channels, options.depth), label).and_then(Writer::into_stream_writer);
+        let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
+        let quantizer = Quantizer { bits: options.depth.bits(), dither, channels, first_row: 0 };
+        Ok(Self { writer: writer.map_err(|error| failed(&error))?, width: size.0, options: *options, quantizer })
+    }
+
+    /// Writes the next rows.
+    ///
+    /// # Errors
+    /// What writing reports, and no memory for the codes.
+    pub fn write(&mut self, pixels: EncodedPixels<'_>) -> Result<(), CodecError> {
+        let rows = (pixels.len() / 4 / self.width as usize) as u32;
+        let codes = self.quantizer.codes((self.width, rows), pixels)?;
+        self.quantizer.first_row += rows;
+        self.writer.write_all(&bytes(&codes, self.options.depth)).map_err(|error| CodecError::writing(&error))
+    }
+
+    /// Writes what comes after the last row.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write); rows are missing.
+    pub fn finish(self) -> Result<(), CodecError> {
+        self.writer.finish().map_err(|error| failed(&error))
+    }
+}
+
+fn failed(error: &EncodingError) -> CodecError {
+    match error {
+        EncodingError::IoError(error) => CodecError::writing(error),
+        error => CodecError::new(ErrorKind::Machine, format!("packing the PNG failed: {error}")),
+    }
+}
+
+fn bytes(codes: &[u16], depth: PngDepth) -> Vec<u8> {
+    match depth {
+        PngDepth::Eight => codes.iter().map(|code| *code as u8).collect(),
+        PngDepth::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
+    }
 }

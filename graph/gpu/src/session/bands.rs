@@ -1,0 +1,593 @@
+//! Pictures that are larger than the device, band by band: see [`Plan::banding`].
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use afterimage_graph::image::{ImageDesc, Size};
+use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
+use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind, compose_pass};
+use afterimage_plan::{Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, Reach, Stage, UPLOADED};
+use afterimage_wgsl::{BandedModule, banded};
+use wgpu::{BindGroupEntry, BindingResource, BufferUsages, ShaderStages};
+
+use super::{FrameStep, Session};
+use crate::buffer::{buffer, filled_buffer};
+use crate::device::texture_format;
+use crate::frame_constants::{self, FrameConstants};
+use crate::full_screen::FullScreenPipeline;
+use crate::layout::{Pipeline, layout_entries, manual_filtering, sampler};
+use crate::pipelines::shader_module;
+use crate::platform::{submit, wait, watched};
+use crate::post::PostError;
+use crate::store::{self, Stored};
+use crate::{Gpu, GpuError, Readback};
+
+/// Where the rows of pictures come from and go to.
+pub trait BandFiles {
+    /// The errors of files.
+    type Error: From<PostError>;
+
+    /// The texels of some rows of the image of an input, without gaps. They are asked for from the top to the bottom,
+    /// with some rows again, and in several sweeps.
+    ///
+    /// # Errors
+    /// The rows cannot be read.
+    fn read(&mut self, input: &str, rows: Range<u32>) -> Result<Cow<'_, [u8]>, Self::Error>;
+
+    /// Takes the texels of some rows of an output, without gaps, from the top to the bottom. The first row comes again
+    /// where the picture is begun anew.
+    ///
+    /// # Errors
+    /// The rows cannot be kept.
+    fn write(&mut self, output: &str, rows: Range<u32>, texels: &[u8]) -> Result<(), Self::Error>;
+}
+
+/// How a picture was made in bands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BandsMade {
+    /// Times that the picture was gone over.
+    pub sweeps: usize,
+    /// The bands of all sweeps.
+    pub bands: usize,
+    /// Times that the picture was begun.
+    pub starts: usize,
+    /// Bytes of images and buffers on the device.
+    pub bytes: u64,
+    /// The values that were asked for; `None` for one that the plan does not have.
+    pub values: Vec<Option<[f32; 4]>>,
+}
+
+impl Session {
+    /// Whether the device has no memory for a frame of these images as a whole, or for one of them.
+    ///
+    /// # Errors
+    /// The graph cannot be planned for another reason.
+    pub fn needs_bands(&mut self, size: Size, inputs: &[(&str, ImageDesc)]) -> Result<bool, PostError> {
+        match self.post.plan_for(self.described(size, inputs)) {
+            Err(PlanError::TooLarge { .. } | PlanError::TooMuchMemory { .. }) => Ok(true),
+            planned => {
+                planned?;
+                Ok(inputs.iter().any(|(_, desc)| self.gpu.check_fits(*desc).is_err()))
+            }
+        }
+    }
+
+    fn described(&self, size: Size, inputs: &[(&str, ImageDesc)]) -> HostInputs {
+        let image = |(name, desc): &(&str, ImageDesc)| (name.to_string(), GivenImage { desc: *desc, finite: false });
+        let blocks = self.blocks.keys().cloned().collect();
+        HostInputs { inputs: inputs.iter().map(image).collect(), blocks, ..HostInputs::nothing(size) }
+    }
+
+    /// The plan for images of any size, to be made in bands.
+    ///
+    /// # Errors
+    /// The graph cannot be planned for these images.
+    pub fn plan_in_bands(&self, size: Size, inputs: &[(&str, ImageDesc)]) -> Result<Plan, PostError> {
+        Ok(self.post.plan_in_bands(self.described(size, inputs))?)
+    }
+
+    /// Renders one picture in bands, with a plan of [`plan_in_bands`](Self::plan_in_bands): bit for bit what the plan
+    /// makes of whole images. Histories are black, as in a first frame.
+    /// `values` are those of nodes after the frame, by `node.port`.
+    ///
+    /// # Errors
+    /// A node cannot be made in bands, no band is small enough, or the device or the files fail.
+    pub fn render_in_bands<F: BandFiles>(
+        &mut self,
+        plan: &Plan,
+        limits: BandLimits,
+        step: FrameStep,
+        number: u32,
+        values: &[String],
+        files: &mut F,
+    ) -> Result<BandsMade, F::Error> {
+        let mut reach = Reach::default();
+        let mut compiled = BTreeMap::new();
+        let limits = BandLimits { side: limits.side.min(self.gpu.device.limits().max_texture_dimension_2d), ..limits };
+        for starts in 1.. {
+            let banding = plan.banding(limits, &reach).map_err(PostError::from)?;
+            compile(&self.gpu.device, plan, &banding, &mut compiled)?;
+            let constants = FrameConstants::new(step.time, step.dt, number, true);
+            let picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
+            match picture.render(files)? {
+                Some(missing) => {
+                    for (pass, place, missing) in missing {
+                        reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, missing);
+                    }
+                }
+                None => {
+                    let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
+                    let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
+                    let values = picture.values(values, &self.readback)?;
+                    return Ok(BandsMade { sweeps, bands, starts, bytes: banding.bytes, values });
+                }
+            }
+        }
+        unreachable!("in the end the bands are the whole picture")
+    }
+}
+
+/// Rows that a pass lacks, above and below, in images of a size.
+type Missing = (usize, usize, [u32; 2]);
+
+/// A pass that is compiled.
+struct Compiled {
+    composed: Composed,
+    pipeline: Pipeline,
+    /// The layout of its first bind group.
+    layout: wgpu::BindGroupLayout,
+}
+
+/// What bind groups are made of, besides images.
+struct Bindings {
+    frame: wgpu::Buffer,
+    samplers: [wgpu::Sampler; 2],
+    windows: wgpu::BindGroupLayout,
+}
+
+/// A picture that is made in bands.
+struct Picture<'a> {
+    gpu: &'a Gpu,
+    plan: &'a Plan,
+    banding: &'a Banding,
+    images: Vec<Option<Stored>>,
+    buffers: Vec<wgpu::Buffer>,
+    compiled: &'a BTreeMap<usize, Compiled>,
+    /// The bind groups of the passes.
+    groups: BTreeMap<usize, Vec<wgpu::BindGroup>>,
+    /// Where the bands of the passes begin, one region for each pass.
+    windows: wgpu::Buffer,
+    missing: wgpu::Buffer,
+    uniforms: wgpu::Buffer,
+}
+
+/// A pass, its workgroups, and the rows of the texture of its result that a draw makes: all without any.
+type Run = (usize, [u32; 3], Option<Range<u32>>);
+
+const STORAGE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
+const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
+
+impl<'a> Picture<'a> {
+    fn new(
+        gpu: &'a Gpu,
+        plan: &'a Plan,
+        banding: &'a Banding,
+        compiled: &'a BTreeMap<usize, Compiled>,
+        constants: &FrameConstants,
+        blocks: &BTreeMap<String, BlockData>,
+    ) -> Result<Self, PostError> {
+        let device = &gpu.device;
+        let made = watched(device, "a picture in bands", || {
+            let missing_bytes = 8 * (plan.passes.len() * banding.sizes.len()).max(1) as u64;
+            let mut picture = Self {
+                gpu,
+                plan,
+                banding,
+                images: Vec::new(),
+                buffers: Vec::new(),
+                compiled,
+                groups: BTreeMap::new(),
+                windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORM),
+                missing: buffer(device, "missing rows", missing_bytes, STORAGE),
+                uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORM)?,
+            };
+            picture.images = picture.textures()?;
+            picture.buffers = picture.buffers()?;
+            let bindings = Bindings {
+                frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
+                samplers: [sampler(device, true), sampler(device, false)],
+                windows: window_layout(device),
+            };
+            for (pass, in_bands) in running(banding) {
+                let groups = picture.bind(pass, in_bands, &bindings);
+                picture.groups.insert(pass, groups);
+            }
+            Ok(picture)
+        });
+        Ok(made?)
+    }
+
+    fn textures(&self) -> Result<Vec<Option<Stored>>, GpuError> {
+        let mut textures = Vec::new();
+        for (image, place) in self.plan.images.iter().zip(&self.banding.images) {
+            if image.lifetime.is_none() {
+                textures.push(None);
+                continue;
+            }
+            let rows = place.map_or(image.desc.size.height, |_| self.banding.rows[textures.len()]);
+            let desc = ImageDesc { size: Size { height: rows, ..image.desc.size }, ..image.desc };
+            let stored = store::create(&self.gpu.device, desc, &image.label);
+            if let Origin::Constant(bytes) = &image.origin {
+                store::upload(&self.gpu.queue, &stored.texture, desc, bytes)?;
+            }
+            textures.push(Some(stored));
+        }
+        Ok(textures)
+    }
+
+    fn buffers(&self) -> Result<Vec<wgpu::Buffer>, GpuError> {
+        let mut buffers = Vec::new();
+        for described in &self.plan.buffers {
+            let bytes = described.bytes.next_multiple_of(16);
+            buffers.push(match &described.life {
+                BufferLife::Constant(bytes) => filled_buffer(&self.gpu.device, &described.label, bytes, STORAGE)?,
+                _ => buffer(&self.gpu.device, &described.label, bytes, STORAGE),
+            });
+        }
+        Ok(buffers)
+    }
+
+    fn image(&self, image: usize) -> &Stored {
+        self.images[image].as_ref().expect("what a pass uses has a texture")
+    }
+
+    /// The place of the size of an image in bands.
+    fn place(&self, resource: Resource) -> Option<usize> {
+        self.banding.images[resource.image()?.0 as usize]
+    }
+
+    fn part<'b>(&self, buffer: &'b wgpu::Buffer, offset: u64, bytes: u64) -> BindingResource<'b> {
+        BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: std::num::NonZeroU64::new(bytes) })
+    }
+
+    fn bind(&self, pass: usize, in_bands: bool, bindings: &Bindings) -> Vec<wgpu::BindGroup> {
+        let Compiled { composed, layout, .. } = &self.compiled[&pass];
+        let planned = &self.plan.passes[pass];
+        let uniform = &planned.uniform;
+        let levels: Vec<_> = composed
+            .slots
+            .iter()
+            .map(|slot| match slot.kind {
+                SlotKind::Level(part) => {
+                    Some(store::part_view(&self.image(part.image.0 as usize).texture, part.level, part.layer))
+                }
+                _ => None,
+            })
+            .collect();
+        let is_bound = |kind: SlotKind| planned.stage == Stage::Compute || !matches!(kind, SlotKind::Storage(_));
+        let slots = composed.slots.iter().zip(&levels).filter(|(slot, _)| is_bound(slot.kind));
+        let entries = slots.map(|(slot, level)| {
+            let resource = match slot.kind {
+                SlotKind::Frame => self.part(&bindings.frame, 0, u64::from(frame_constants::BYTES)),
+                SlotKind::Block(block) => {
+                    let planned = self.plan.block(block);
+                    self.part(&self.uniforms, planned.offset, planned.block.bytes() as u64)
+                }
+                SlotKind::Params => self.part(&self.uniforms, uniform.offset, uniform.bytes.len() as u64),
+                SlotKind::Extent => {
+                    self.part(&self.uniforms, uniform.extent_offset, size_of_val(&uniform.extent) as u64)
+                }
+                SlotKind::Sampler => {
+                    BindingResource::Sampler(&bindings.samplers[usize::from(manual_filtering(composed))])
+                }
+                SlotKind::Texture(image) | SlotKind::Storage(image) => {
+                    BindingResource::TextureView(&self.image(image.0 as usize).view)
+                }
+                SlotKind::Level(_) => BindingResource::TextureView(level.as_ref().expect("it has a view")),
+                SlotKind::Buffer(buffer, _) => self.buffers[buffer.0 as usize].as_entire_binding(),
+            };
+            BindGroupEntry { binding: slot.binding, resource }
+        });
+        let group = |layout, entries: &[BindGroupEntry<'_>]| {
+            self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+        };
+        let mut groups = vec![group(layout, &entries.collect::<Vec<_>>())];
+        if in_bands {
+            let bytes = region(self.banding);
+            let windows = self.part(&self.windows, bytes * pass as u64, bytes);
+            let entries = [(0, windows), (1, self.missing.as_entire_binding())];
+            let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
+            groups.push(group(&bindings.windows, &entries));
+        }
+        groups
+    }
+
+    fn values(&self, labels: &[String], readback: &Readback) -> Result<Vec<Option<[f32; 4]>>, PostError> {
+        let place = |label: &String| self.plan.buffers.iter().position(|buffer| buffer.label == *label);
+        let value = |label| Ok(place(label).map(|index| readback.value(&self.buffers[index])).transpose()?);
+        labels.iter().map(value).collect()
+    }
+
+    /// Makes the picture; what passes lack, if they have read beyond their bands.
+    fn render<F: BandFiles>(&self, files: &mut F) -> Result<Option<Vec<Missing>>, F::Error> {
+        for (name, image) in &self.plan.inputs {
+            let index = image.0 as usize;
+            if self.banding.images[index].is_none() && self.images[index].is_some() {
+                self.upload(files, name, index, 0..self.plan.image(*image).desc.size.height, 0)?;
+            }
+        }
+        let mut readback = Readback::new(&self.gpu.device, &self.gpu.queue);
+        for sweep in &self.banding.sweeps {
+            self.run(sweep.before.iter().map(|pass| (*pass, self.plan.passes[*pass].workgroups, None)))?;
+            for band in &sweep.bands {
+                if let Some(missing) = self.band(band, &mut readback, files)? {
+                    return Ok(Some(missing));
+                }
+            }
+        }
+        for output in self.plan.outputs.iter().filter(|output| self.place(Resource::Image(output.image)).is_none()) {
+            let stored = self.image(output.image.0 as usize);
+            let texels = readback.download(&stored.texture).map_err(PostError::from)?;
+            files.write(&output.name, 0..stored.desc.size.height, &texels.bytes)?;
+        }
+        Ok(None)
+    }
+
+    fn band<F: BandFiles>(
+        &self,
+        band: &Band,
+        readback: &mut Readback,
+        files: &mut F,
+    ) -> Result<Option<Vec<Missing>>, F::Error> {
+        for (image, rows) in &band.inputs {
+            let index = image.0 as usize;
+            let (name, _) = self.plan.inputs.iter().find(|(_, input)| input == image).expect("it is an input");
+            let first = band.first[self.banding.images[index].expect("it is in bands")];
+            self.upload(files, name, index, rows.clone(), first)?;
+        }
+        for running in &band.passes {
+            let mut numbers = vec![running.groups.start as i32, 0, 0, 0];
+            for ((size, first), known) in self.banding.sizes.iter().zip(&band.first).zip(&running.known) {
+                numbers.extend([*first, known.start, known.end, size.rows].map(|number| number as i32));
+            }
+            let offset = region(self.banding) * running.pass as u64;
+            self.gpu.queue.write_buffer(&self.windows, offset, bytemuck::cast_slice(&numbers));
+        }
+        let mut runs = Vec::new();
+        for running in &band.passes {
+            let planned = &self.plan.passes[running.pass];
+            let place = planned.pass.results.first().and_then(|result| self.place(Resource::Image(result.image)));
+            let first = place.map_or(0, |place| band.first[place]);
+            if planned.stage == Stage::Fragment {
+                let origin = [0.0, -(first as f32)];
+                let offset = planned.uniform.extent_offset + size_of_val(&origin) as u64;
+                self.gpu.queue.write_buffer(&self.uniforms, offset, bytemuck::cast_slice(&origin));
+            }
+            let groups = [planned.workgroups[0], running.groups.end - running.groups.start, planned.workgroups[2]];
+            runs.push((running.pass, groups, Some(running.rows.start - first..running.rows.end - first)));
+        }
+        self.run(runs.into_iter())?;
+        let bytes = readback.bytes(&self.missing, self.missing.size()).map_err(PostError::from)?;
+        let missing: &[u32] = &bytemuck::pod_collect_to_vec(&bytes);
+        if missing.iter().any(|rows| *rows != 0) {
+            let count = self.banding.sizes.len();
+            let pairs = missing.as_chunks::<2>().0.iter().enumerate();
+            return Ok(Some(pairs.map(|(index, pair)| (index / count, index % count, *pair)).collect()));
+        }
+        for (output, rows) in &band.outputs {
+            let output = &self.plan.outputs[*output];
+            let index = output.image.0 as usize;
+            let first = band.first[self.banding.images[index].expect("it is in bands")];
+            let texels = readback.rows(&self.image(index).texture, rows.start - first..rows.end - first);
+            files.write(&output.name, rows.clone(), &texels.map_err(PostError::from)?)?;
+        }
+        Ok(None)
+    }
+
+    fn run(&self, passes: impl Iterator<Item = Run>) -> Result<(), PostError> {
+        submit(&self.gpu.device, &self.gpu.queue, "a band", |encoder| {
+            for (index, [x, y, z], rows) in passes {
+                let Compiled { composed, pipeline, .. } = &self.compiled[&index];
+                let groups = &self.groups[&index];
+                let has_frame = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
+                let offsets = |group: usize| if group == 0 && has_frame { &[0_u32][..] } else { &[] };
+                if let Pipeline::Compute(pipeline) = pipeline {
+                    let mut pass = encoder.begin_compute_pass(&Default::default());
+                    pass.set_pipeline(pipeline);
+                    for (index, group) in groups.iter().enumerate() {
+                        pass.set_bind_group(index as u32, group, offsets(index));
+                    }
+                    pass.dispatch_workgroups(x, y, z);
+                }
+                if let Pipeline::Render(pipeline) = pipeline {
+                    let image = self.plan.passes[index].pass.written_image().expect("a draw has a result");
+                    let stored = self.image(image.0 as usize);
+                    let load = rows.as_ref().map_or(wgpu::LoadOp::Clear(Default::default()), |_| wgpu::LoadOp::Load);
+                    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                            view: &stored.view,
+                            depth_slice: None,
+                            resolve_target: None,
+                            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+                        })],
+                        ..Default::default()
+                    });
+                    if let Some(rows) = rows {
+                        pass.set_scissor_rect(0, rows.start, stored.desc.size.width, rows.end - rows.start);
+                    }
+                    pass.set_pipeline(pipeline);
+                    for (index, group) in groups.iter().enumerate() {
+                        pass.set_bind_group(index as u32, group, offsets(index));
+                    }
+                    pass.draw(0..3, 0..1);
+                }
+            }
+            Ok::<(), PostError>(())
+        })
+    }
+
+    /// Uploads rows of the image of an input into its texture, whose first row is `first`.
+    fn upload<F: BandFiles>(
+        &self,
+        files: &mut F,
+        name: &str,
+        image: usize,
+        rows: Range<u32>,
+        first: u32,
+    ) -> Result<(), F::Error> {
+        let stored = self.image(image);
+        let row = u64::from(stored.desc.size.width) * stored.desc.format.bytes();
+        let texels = files.read(name, rows.clone())?;
+        let most = (UPLOADED / row).max(1) as usize;
+        for (index, piece) in texels.chunks(most * row as usize).enumerate() {
+            let y = rows.start - first + (index * most) as u32;
+            let to = wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y, z: 0 },
+                ..stored.texture.as_image_copy()
+            };
+            let size = Size { height: (piece.len() as u64 / row) as u32, ..stored.desc.size };
+            let part = ImageDesc { size, ..stored.desc };
+            store::upload_part(&self.gpu.queue, to, part, piece).map_err(PostError::from)?;
+            // What wgpu keeps for the copy is freed when it has run.
+            submit(&self.gpu.device, &self.gpu.queue, "rows of an image", |_| Ok::<(), PostError>(()))?;
+            wait(&self.gpu.device, None).map_err(PostError::from)?;
+        }
+        Ok(())
+    }
+}
+
+/// The passes that run, and whether in bands.
+fn running(banding: &Banding) -> BTreeMap<usize, bool> {
+    let whole = banding.sweeps.iter().flat_map(|sweep| &sweep.before).map(|pass| (*pass, false));
+    let bands = banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.passes);
+    whole.chain(bands.map(|band| (band.pass, true))).collect()
+}
+
+/// Compiles the passes that run; those that have the same text stay.
+fn compile(
+    device: &wgpu::Device,
+    plan: &Plan,
+    banding: &Banding,
+    compiled: &mut BTreeMap<usize, Compiled>,
+) -> Result<(), PostError> {
+    for (pass, in_bands) in running(banding) {
+        let composed = compose(plan, banding, pass, in_bands)?;
+        if compiled.get(&pass).is_none_or(|known| known.composed.source != composed.source) {
+            let label = plan.passes[pass].pass.label.as_str();
+            let made = watched(device, label, || Ok(compile_pass(device, plan, pass, in_bands, composed)));
+            compiled.insert(pass, made?);
+        }
+    }
+    Ok(())
+}
+
+/// The module of a pass.
+fn compose(plan: &Plan, banding: &Banding, pass: usize, in_bands: bool) -> Result<Composed, PostError> {
+    let planned = &plan.passes[pass];
+    let desc_of = |image| plan.image(image).desc;
+    let sample_mode_of = |image| plan.image(image).sample_mode;
+    // The first row of a drawn band is an origin above the texture.
+    let code = CodeOptions { immediates: false, in_rectangle: in_bands && planned.stage == Stage::Fragment };
+    let composed = compose_pass(&planned.pass, &desc_of, &sample_mode_of, code);
+    let composed = composed.map_err(|error| GpuError::Shader(error.into()))?;
+    if !in_bands {
+        return Ok(composed);
+    }
+    let sizes: Vec<[u32; 2]> = banding.sizes.iter().map(|size| size.size).collect();
+    let stored = composed.slots.iter().filter_map(|slot| match slot.kind {
+        SlotKind::Storage(image) if planned.stage == Stage::Compute => {
+            Some((slot.binding, banding.images[image.0 as usize]?))
+        }
+        _ => None,
+    });
+    let module = BandedModule {
+        entry: &composed.compute,
+        sizes: &sizes,
+        stored: &stored.collect::<Vec<_>>(),
+        workgroups: planned.workgroups,
+        rows: composed.workgroup[1],
+        first_counter: 2 * pass * sizes.len(),
+    };
+    let source = banded(&composed.source, &module).map_err(|why| {
+        let node = planned.pass.nodes.join(" + ");
+        PlanError::NoBands { node, why: format!("its shader {why}") }
+    })?;
+    Ok(Composed { source, ..composed })
+}
+
+fn compile_pass(device: &wgpu::Device, plan: &Plan, pass: usize, in_bands: bool, composed: Composed) -> Compiled {
+    let planned = &plan.passes[pass];
+    let label = planned.pass.label.as_str();
+    let entries = layout_entries(plan, &composed, planned.stage);
+    let own = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+    let windows = in_bands.then(|| window_layout(device));
+    let layouts: Vec<_> = [Some(&own), windows.as_ref()].into_iter().filter(Option::is_some).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    let is_checked = plan.options.bounds_checks || !composed.unchecked;
+    let module = &shader_module(device, label, &composed.source, is_checked);
+    let drawn = planned.pass.written_image().filter(|_| planned.stage == Stage::Fragment);
+    let pipeline = match (&composed.draw, drawn) {
+        (Some(draw), Some(image)) => {
+            let pipeline = FullScreenPipeline {
+                label,
+                module,
+                vertex: &draw.vertex,
+                fragment: draw.fragment.as_deref().expect("a draw has a fragment entry point"),
+                layout: Some(&layout),
+                format: texture_format(plan.image(image).desc.format),
+                samples: 1,
+                cache: None,
+            };
+            Pipeline::Render(pipeline.create(device))
+        }
+        _ => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(label),
+            layout: Some(&layout),
+            module,
+            entry_point: Some(&composed.compute),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: composed.zero_workgroup_memory,
+                ..Default::default()
+            },
+            cache: None,
+        })),
+    };
+    Compiled { composed, pipeline, layout: own }
+}
+
+/// Bytes of the uniform that says where the bands of a pass begin.
+fn region(banding: &Banding) -> u64 {
+    (16 * (1 + banding.sizes.len() as u64)).next_multiple_of(256)
+}
+
+/// The layout of the second bind group of a pass in bands.
+fn window_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entries = [wgpu::BufferBindingType::Uniform, wgpu::BufferBindingType::Storage { read_only: false }];
+    let entries: Vec<_> = entries
+        .into_iter()
+        .enumerate()
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+            binding: binding as u32,
+            visibility: ShaderStages::COMPUTE | ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("bands"), entries: &entries })
+}
+
+/// The uniforms of the plan, with the host's blocks.
+fn uniforms(plan: &Plan, blocks: &BTreeMap<String, BlockData>) -> Vec<u8> {
+    let mut bytes = plan.uniform_buffer();
+    for planned in &plan.blocks {
+        if let Some(data) = blocks.get(&planned.name) {
+            bytes[planned.offset as usize..][..data.bytes().len()].copy_from_slice(data.bytes());
+        }
+    }
+    bytes
+}

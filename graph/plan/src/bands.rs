@@ -1,0 +1,584 @@
+//! Pictures that are larger than a device: a plan that runs band by band.
+//!
+//! Of the largest images, textures hold a band of rows. A sweep goes over the picture from the top to the bottom, and
+//! its passes make some rows of workgroups for each band: exactly those that one dispatch would make, so that each
+//! number stays the same, bit by bit, also where workgroups add to a buffer. Passes that reduce the picture to
+//! something small, as meters, grids and levels of pyramids are, end a sweep; what follows from their results is
+//! made in the next one, and an image of rows that several sweeps need is made in each of them.
+//!
+//! How far a pass reads around its pixels is not stated by its kernels, but noticed by its
+//! [module](afterimage_wgsl::banded): [`Reach`] learns it.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use afterimage_graph::node::{Arg, ImageId, Origin, Pass, PassKind, Resource};
+use afterimage_wgsl::{GlobalKind, SampleMode};
+
+use crate::codegen::rows_of_workgroup;
+use crate::error::PlanError;
+use crate::plan::{Plan, PlannedImage, Stage};
+
+/// What a device has for a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BandLimits {
+    /// Bytes of all images and buffers, and of the rows on their way from and to the host.
+    pub bytes: u64,
+    /// The longest side of a texture.
+    pub side: u32,
+    /// Whether images that a sampler filters may be in bands, as they may on the processor. That of a card rounds
+    /// places in a texture of fewer rows in other ways.
+    pub filters: bool,
+    /// The least number of bands of a sweep: more than one for tests.
+    pub least: u32,
+    /// The first row that outputs are made of, and the one after the last; all of them without. Passes that make
+    /// something whole see the whole picture all the same.
+    pub rows: Option<[u32; 2]>,
+}
+
+/// How many rows passes read above and below those that they make, in images of each size.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reach(BTreeMap<(usize, [u32; 2]), [u32; 2]>);
+
+/// A plan in bands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Banding {
+    /// The sizes of the images of which textures hold a band.
+    pub sizes: Vec<BandedSize>,
+    /// For each image the place of its size, if its texture holds a band.
+    pub images: Vec<Option<usize>>,
+    /// The rows of the texture of each such image: fewer than those of the size for one that no pass reads.
+    pub rows: Vec<u32>,
+    /// The sweeps in their order.
+    pub sweeps: Vec<Sweep>,
+    /// Bytes on the device.
+    pub bytes: u64,
+}
+
+/// Images of one size that are in textures band by band.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BandedSize {
+    /// Width and height of the images.
+    pub size: [u32; 2],
+    /// Rows of the textures that passes read.
+    pub rows: u32,
+}
+
+/// One way over the picture.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sweep {
+    /// The passes that run before it, over whole images.
+    pub before: Vec<usize>,
+    pub bands: Vec<Band>,
+}
+
+/// One step of a sweep.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Band {
+    /// For each size, the row that is the first of the textures.
+    pub first: Vec<u32>,
+    /// The rows of host images that it needs.
+    pub inputs: Vec<(ImageId, Range<u32>)>,
+    /// What runs, in order.
+    pub passes: Vec<BandPass>,
+    /// The rows of images of the host that it makes, by the places of the outputs.
+    pub outputs: Vec<(usize, Range<u32>)>,
+}
+
+/// A pass in a band.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BandPass {
+    pub pass: usize,
+    /// Rows of workgroups.
+    pub groups: Range<u32>,
+    /// Rows of its first result; of no meaning for one that is not made row by row.
+    pub rows: Range<u32>,
+    /// For each size, the rows that all images which it reads have texels for.
+    pub known: Vec<Range<u32>>,
+}
+
+impl Reach {
+    /// Adds what a pass has read beyond the rows that it was given. Returns whether it was anything.
+    pub fn learn(&mut self, pass: &Pass, index: usize, size: [u32; 2], missing: [u32; 2]) -> bool {
+        let known = self.of(pass, index, size);
+        let more = |side: usize| if missing[side] == 0 { known[side] } else { known[side] + 2 * missing[side] };
+        self.0.insert((index, size), [more(0), more(1)]);
+        missing != [0; 2]
+    }
+
+    fn of(&self, pass: &Pass, index: usize, size: [u32; 2]) -> [u32; 2] {
+        let first = match pass.kind {
+            PassKind::RowDownsample(_) => 6,
+            PassKind::Compute | PassKind::CellReduce(_) => 1,
+            _ => 4,
+        };
+        self.0.get(&(index, size)).copied().unwrap_or([first; 2])
+    }
+}
+
+/// The most bytes of an image that a host uploads at a time, unless a row has more.
+pub const UPLOADED: u64 = 16 << 20;
+
+/// How a pass takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    /// It has whole images only.
+    Whole,
+    /// It makes bands, as often as they are needed.
+    Band,
+    /// It makes something whole from bands, each part once.
+    Sweep,
+}
+
+/// A plan with some sizes in bands.
+struct Sizes<'a> {
+    plan: &'a Plan,
+    reach: &'a Reach,
+    rows: Option<[u32; 2]>,
+    sizes: Vec<[u32; 2]>,
+    images: Vec<Option<usize>>,
+    roles: Vec<Role>,
+    /// The sweep of each pass that is no part of bands alone; those that are whole run before it.
+    sweeps: Vec<u32>,
+}
+
+impl Plan {
+    /// The plan in bands: with as few sizes in bands as possible, and as few bands.
+    ///
+    /// # Errors
+    /// A pass cannot be made in bands, or no band is small enough.
+    pub fn banding(&self, limits: BandLimits, reach: &Reach) -> Result<Banding, PlanError> {
+        let is_too_wide = |image: &&PlannedImage| image.lifetime.is_some() && image.desc.size.width > limits.side;
+        if let Some(PlannedImage { label, desc, .. }) = self.images.iter().find(is_too_wide) {
+            return Err(PlanError::TooLarge { label: label.clone(), size: desc.size, limit: limits.side });
+        }
+        let mut sizes: Vec<[u32; 2]> = Vec::new();
+        for image in (0..self.images.len()).filter(|image| self.can_be_banded(*image)) {
+            let size = self.size_of(image);
+            if !sizes.contains(&size) {
+                sizes.push(size);
+            }
+        }
+        sizes.sort_by_key(|[width, height]| std::cmp::Reverse(u64::from(*width) * u64::from(*height)));
+        let mut least = u64::MAX;
+        let mut refused = None;
+        for count in 1..=sizes.len() {
+            let sizes = match Sizes::new(self, reach, limits, sizes[..count].to_vec()) {
+                Ok(sizes) => sizes,
+                Err(error) => {
+                    refused = Some(error);
+                    break;
+                }
+            };
+            let most = sizes.targets().map(|pass| self.passes[pass].workgroups[1]).max().unwrap_or(1);
+            let whole = sizes.whole_bytes();
+            if whole > limits.bytes || sizes.longest_whole() > limits.side {
+                least = least.min(whole);
+                continue;
+            }
+            let counts = std::iter::successors(Some(limits.least.max(1)), |count| count.checked_mul(2));
+            for count in counts.take_while(|count| *count < 2 * most.max(limits.least)) {
+                let banding = sizes.banding(count);
+                let is_short = banding.sizes.iter().all(|size| size.size[0].max(size.rows) <= limits.side);
+                if is_short && banding.bytes <= limits.bytes {
+                    return Ok(banding);
+                }
+                least = least.min(banding.bytes);
+            }
+        }
+        let bytes = least.max(limits.bytes.saturating_add(1));
+        Err(refused.unwrap_or(PlanError::TooMuchMemory { bytes, limit: limits.bytes }))
+    }
+
+    fn can_be_banded(&self, image: usize) -> bool {
+        let planned = &self.images[image];
+        let desc = planned.desc;
+        let is_plain = desc.samples == 1 && desc.levels == 1 && desc.layers == 1 && !desc.volume;
+        let is_made = !matches!(planned.origin, Origin::Constant(_) | Origin::Baked);
+        is_plain && is_made && !desc.format.is_depth() && planned.lifetime.is_some()
+    }
+
+    fn size_of(&self, image: usize) -> [u32; 2] {
+        let size = self.images[image].desc.size;
+        [size.width, size.height]
+    }
+
+    /// Whether a pass reads an image through a sampler that filters.
+    fn is_filtered(&self, image: usize) -> bool {
+        (0..self.passes.len()).any(|index| {
+            let pass = &self.passes[index].pass;
+            let has_sampler = pass.kernels.iter().any(|kernel| match kernel.shader.reflect() {
+                Ok(known) if pass.results.is_empty() => {
+                    known.globals.iter().any(|global| global.kind == GlobalKind::Sampler)
+                }
+                _ => kernel.args.iter().any(|arg| arg.value == Arg::Sampler),
+            });
+            let reads = pass.args().any(|arg| arg == Arg::Texture(ImageId(image as u32)));
+            has_sampler && reads && self.sample_mode(index) == SampleMode::Plain
+        })
+    }
+
+    /// The strictest way in which a pass samples.
+    fn sample_mode(&self, pass: usize) -> SampleMode {
+        let images = self.passes[pass].pass.kernels.iter().flat_map(|kernel| kernel.textures());
+        images.map(|image| self.image(image).sample_mode).max().unwrap_or_default()
+    }
+}
+
+fn images(resources: Vec<Resource>) -> impl Iterator<Item = usize> {
+    resources.into_iter().filter_map(Resource::image).map(|image| image.0 as usize)
+}
+
+/// The range that holds both.
+fn joined(one: Option<Range<u32>>, other: Range<u32>) -> Range<u32> {
+    one.map_or(other.clone(), |one| one.start.min(other.start)..one.end.max(other.end))
+}
+
+/// That part of a number of steps: the `index`th of `count` parts.
+fn part(steps: u32, index: u32, count: u32) -> Range<u32> {
+    let place = |index: u32| (u64::from(steps) * u64::from(index) / u64::from(count)) as u32;
+    place(index)..place(index + 1)
+}
+
+impl<'a> Sizes<'a> {
+    fn new(plan: &'a Plan, reach: &'a Reach, limits: BandLimits, sizes: Vec<[u32; 2]>) -> Result<Self, PlanError> {
+        let place = |image: usize| {
+            let found = sizes.iter().position(|size| *size == plan.size_of(image));
+            found.filter(|_| plan.can_be_banded(image) && (limits.filters || !plan.is_filtered(image)))
+        };
+        let images: Vec<Option<usize>> = (0..plan.images.len()).map(place).collect();
+        let mut banded = Self { plan, reach, rows: limits.rows, sizes, images, roles: Vec::new(), sweeps: Vec::new() };
+        for pass in 0..plan.passes.len() {
+            banded.roles.push(banded.role(pass)?);
+        }
+        banded.order()?;
+        Ok(banded)
+    }
+
+    fn pass(&self, pass: usize) -> &'a Pass {
+        &self.plan.passes[pass].pass
+    }
+
+    fn refusal(&self, pass: usize, why: &str) -> PlanError {
+        PlanError::NoBands { node: self.pass(pass).nodes.join(" + "), why: why.to_owned() }
+    }
+
+    /// The images in bands among these resources.
+    fn banded(&self, resources: Vec<Resource>) -> impl Iterator<Item = usize> + '_ {
+        images(resources).filter(|image| self.images[*image].is_some())
+    }
+
+    fn is_banded(&self, resource: Resource) -> bool {
+        resource.image().is_some_and(|image| self.images[image.0 as usize].is_some())
+    }
+
+    fn role(&self, index: usize) -> Result<Role, PlanError> {
+        let pass = self.pass(index);
+        let reads_bands = self.banded(pass.reads()).next().is_some();
+        let written = pass.writes();
+        let bands = written.iter().filter(|resource| self.is_banded(**resource)).count();
+        let makes_in_order = !matches!(pass.kind, PassKind::Compute | PassKind::CellReduce(_));
+        match (bands, reads_bands) {
+            (0, false) if self.plan.passes[index].stage != Stage::Drawing => Ok(Role::Whole),
+            _ if self.plan.passes[index].stage == Stage::Drawing => Err(self.refusal(index, "it draws geometry")),
+            (0, _) => Ok(Role::Sweep),
+            _ if !makes_in_order => Err(self.refusal(index, "its kernel makes the rows of an image in its own order")),
+            (bands, _) if bands == written.len() => Ok(Role::Band),
+            _ => Ok(Role::Sweep),
+        }
+    }
+
+    /// Finds the sweep of each pass.
+    fn order(&mut self) -> Result<(), PlanError> {
+        let mut ready: BTreeMap<Resource, u32> = BTreeMap::new();
+        // When nothing reads it any more; never, if bands are made of it whenever they are needed.
+        let mut free: BTreeMap<Resource, Option<u32>> = BTreeMap::new();
+        for index in 0..self.roles.len() {
+            let (pass, role) = (self.pass(index), self.roles[index]);
+            let (reads, writes) = (pass.reads(), pass.writes());
+            let known = reads.iter().chain(&writes).filter_map(|resource| ready.get(resource));
+            let mut sweep = known.copied().max().unwrap_or(0);
+            for written in &writes {
+                match free.get(written) {
+                    Some(None) => return Err(self.refusal(index, "it overwrites what bands are made of")),
+                    Some(Some(after)) => sweep = sweep.max(*after),
+                    None => {}
+                }
+                if role == Role::Sweep && self.is_banded(*written) && self.is_read(*written) {
+                    return Err(self.refusal(index, "it makes images of several sizes at once"));
+                }
+            }
+            let after = sweep + u32::from(role == Role::Sweep);
+            ready.extend(writes.iter().map(|resource| (*resource, after)));
+            for read in reads.iter().filter(|read| !self.is_banded(**read)) {
+                let until = if role == Role::Band { None } else { Some(after) };
+                let known = free.entry(*read).or_insert(until);
+                *known = known.zip(until).map(|(known, until)| known.max(until));
+            }
+            self.sweeps.push(sweep);
+        }
+        Ok(())
+    }
+
+    /// Whether a pass reads it, or the host does.
+    fn is_read(&self, resource: Resource) -> bool {
+        let is_output = self.plan.outputs.iter().any(|output| Resource::Image(output.image) == resource);
+        is_output || self.plan.work().any(|pass| pass.reads().contains(&resource))
+    }
+
+    /// The outputs that a pass makes in bands.
+    fn outputs(&self, pass: usize) -> impl Iterator<Item = usize> + '_ {
+        let outputs = self.plan.outputs.iter().enumerate();
+        let written = self.pass(pass).writes();
+        let made = outputs.filter(move |(_, output)| written.contains(&Resource::Image(output.image)));
+        made.map(|(index, _)| index).filter(move |_| self.roles[pass] == Role::Band)
+    }
+
+    /// The passes that sweeps are for.
+    fn targets(&self) -> impl Iterator<Item = usize> + '_ {
+        let passes = 0..self.roles.len();
+        passes.filter(|pass| self.roles[*pass] == Role::Sweep || self.outputs(*pass).next().is_some())
+    }
+
+    fn lives(&self, image: usize) -> bool {
+        self.plan.images[image].lifetime.is_some()
+    }
+
+    fn whole(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.images.len()).filter(|image| self.images[*image].is_none() && self.lives(*image))
+    }
+
+    fn whole_bytes(&self) -> u64 {
+        let images = self.whole().map(|image| self.plan.images[image].desc.bytes());
+        images.chain(self.plan.buffers.iter().map(|buffer| buffer.bytes)).sum()
+    }
+
+    fn longest_whole(&self) -> u32 {
+        let flat = self.whole().filter(|image| !self.plan.images[*image].desc.volume);
+        flat.flat_map(|image| self.plan.size_of(image)).max().unwrap_or(0)
+    }
+
+    fn steps(&self, pass: usize) -> u32 {
+        self.plan.passes[pass].workgroups[1]
+    }
+
+    /// The steps of a pass that a sweep is for.
+    fn wanted(&self, pass: usize) -> Range<u32> {
+        let mut images = self.outputs(pass).map(|output| self.plan.outputs[output].image.0 as usize);
+        match (self.rows, images.next()) {
+            (Some([first, end]), Some(image)) => {
+                let end = end.min(self.plan.size_of(image)[1]).max(1);
+                self.making(pass, image, &(first.min(end - 1)..end))
+            }
+            _ => 0..self.steps(pass),
+        }
+    }
+
+    /// Whether workgroups begin at the bottom of the image.
+    fn is_upward(&self, pass: usize) -> bool {
+        matches!(self.pass(pass).kind, PassKind::Point | PassKind::Gather)
+    }
+
+    /// The rows of an image that these steps of a pass from the top to the bottom make.
+    fn made(&self, pass: usize, image: usize, steps: &Range<u32>) -> Range<u32> {
+        let (count, height) = (self.steps(pass), self.plan.size_of(image)[1]);
+        let rows = rows_of_workgroup(self.pass(pass), &self.plan.images).unwrap_or(height);
+        let end = |step: u32| match self.is_upward(pass) {
+            true => height.saturating_sub((count - step) * rows),
+            false if step == count => height,
+            false => height.min(step * rows),
+        };
+        end(steps.start)..end(steps.end)
+    }
+
+    /// The steps of a pass that make these rows of an image.
+    fn making(&self, pass: usize, image: usize, rows: &Range<u32>) -> Range<u32> {
+        let (count, height) = (self.steps(pass), self.plan.size_of(image)[1]);
+        let own = rows_of_workgroup(self.pass(pass), &self.plan.images).unwrap_or(height);
+        let step = |row: u32| match self.is_upward(pass) {
+            true => count - 1 - (height - 1 - row) / own,
+            false => (row / own).min(count - 1),
+        };
+        step(rows.start)..step(rows.end - 1) + 1
+    }
+
+    /// The rows of workgroups of these steps; and the steps of rows of workgroups.
+    fn groups(&self, pass: usize, steps: &Range<u32>) -> Range<u32> {
+        let count = self.steps(pass);
+        if self.is_upward(pass) { count - steps.end..count - steps.start } else { steps.clone() }
+    }
+
+    /// The rows of an image that a pass reads for these steps.
+    fn read(&self, pass: usize, image: usize, steps: &Range<u32>) -> Range<u32> {
+        let result = self.pass(pass).results.first().map(|result| result.image.0 as usize);
+        let (made, of) = match result {
+            Some(result) => (self.made(pass, result, steps), self.plan.size_of(result)[1]),
+            None => (steps.clone(), self.steps(pass)),
+        };
+        let size = self.plan.size_of(image);
+        let place = |row: u32, rounded: u32| {
+            ((u64::from(row) * u64::from(size[1]) + u64::from(rounded)) / u64::from(of)) as u32
+        };
+        let [above, below] = self.reach.of(self.pass(pass), pass, size);
+        place(made.start, 0).saturating_sub(above)..place(made.end, of - 1).saturating_add(below).min(size[1])
+    }
+
+    /// All sweeps in so many bands.
+    fn banding(&self, count: u32) -> Banding {
+        let mut sweeps = vec![Sweep::default(); self.sweeps.iter().max().map_or(0, |last| *last as usize + 1)];
+        for pass in (0..self.roles.len()).filter(|pass| self.roles[*pass] == Role::Whole) {
+            sweeps[self.sweeps[pass] as usize].before.push(pass);
+        }
+        let mut tallest = vec![0; self.sizes.len()];
+        let (mut moved, mut ends) = (0, Vec::new());
+        for (number, sweep) in sweeps.iter_mut().enumerate() {
+            let targets: Vec<usize> = self.targets().filter(|pass| self.sweeps[*pass] as usize == number).collect();
+            for index in 0..count {
+                let (band, covered) = self.band(&targets, index, count);
+                if band.passes.is_empty() {
+                    continue;
+                }
+                for (tallest, covered) in tallest.iter_mut().zip(&covered) {
+                    *tallest = (*tallest).max(covered.end - covered.start);
+                }
+                moved = moved.max(self.moved(&band));
+                ends.push(covered);
+                sweep.bands.push(band);
+            }
+        }
+        let sizes: Vec<BandedSize> = (0..self.sizes.len()).map(|size| self.textures(size, tallest[size])).collect();
+        let filtered: Vec<bool> = (0..self.sizes.len()).map(|size| self.is_filtered(size)).collect();
+        for (band, covered) in sweeps.iter_mut().flat_map(|sweep| &mut sweep.bands).zip(ends) {
+            // A sampler clamps to the last row of the texture, which must be that of the image.
+            let first = covered.iter().enumerate().map(|(size, covered)| match filtered[size] {
+                true => covered.start.min(sizes[size].size[1] - sizes[size].rows),
+                false => covered.start,
+            });
+            band.first = first.collect();
+        }
+        let rows = self.rows(&sizes, &sweeps);
+        let banded = (0..self.images.len()).filter(|image| self.images[*image].is_some() && self.lives(*image));
+        let banded = banded.map(|image| {
+            let desc = self.plan.images[image].desc;
+            u64::from(desc.size.width) * u64::from(rows[image]) * desc.format.bytes()
+        });
+        let bytes = self.whole_bytes() + banded.sum::<u64>() + moved;
+        Banding { sizes, images: self.images.clone(), rows, sweeps, bytes }
+    }
+
+    /// The rows of the textures of all images in bands: of one that no pass reads, those that a band makes.
+    fn rows(&self, sizes: &[BandedSize], sweeps: &[Sweep]) -> Vec<u32> {
+        let mut rows: Vec<u32> = self.images.iter().map(|size| size.map_or(0, |size| sizes[size].rows)).collect();
+        for (image, rows) in rows.iter_mut().enumerate() {
+            let Some(size) = self.images[image] else { continue };
+            let resource = Resource::Image(ImageId(image as u32));
+            if self.plan.work().any(|pass| pass.reads().contains(&resource)) {
+                continue;
+            }
+            let ends = sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| {
+                let own = band.passes.iter().filter(|run| self.pass(run.pass).writes().contains(&resource));
+                own.map(|run| {
+                    let steps = self.groups(run.pass, &run.groups);
+                    self.made(run.pass, image, &steps).end.saturating_sub(band.first[size])
+                })
+            });
+            *rows = ends.max().unwrap_or(1).clamp(1, *rows);
+        }
+        rows
+    }
+
+    /// A band of a sweep for these passes, and the rows of each size that it has.
+    fn band(&self, targets: &[usize], index: u32, count: u32) -> (Band, Vec<Range<u32>>) {
+        let mut needed: Vec<Option<Range<u32>>> = vec![None; self.images.len()];
+        let mut running: BTreeMap<usize, Range<u32>> = BTreeMap::new();
+        let mut band = Band::default();
+        for pass in (0..self.roles.len()).rev() {
+            let mut steps = None;
+            if targets.contains(&pass) {
+                let all = self.wanted(pass);
+                let own = part(all.end - all.start, index, count);
+                steps = Some(all.start + own.start..all.start + own.end).filter(|steps| !steps.is_empty());
+                for output in self.outputs(pass).filter(|_| steps.is_some()) {
+                    let image = self.plan.outputs[output].image.0 as usize;
+                    let made = self.made(pass, image, steps.as_ref().expect("it has steps"));
+                    let [first, end] = self.rows.unwrap_or([0, u32::MAX]);
+                    band.outputs.push((output, made.start.max(first)..made.end.min(end)));
+                }
+            }
+            if self.roles[pass] == Role::Band {
+                for image in self.banded(self.pass(pass).writes()) {
+                    if let Some(rows) = &needed[image] {
+                        steps = Some(joined(steps, self.making(pass, image, rows)));
+                    }
+                }
+            }
+            let Some(steps) = steps else { continue };
+            for image in self.banded(self.pass(pass).reads()) {
+                needed[image] = Some(joined(needed[image].take(), self.read(pass, image, &steps)));
+            }
+            running.insert(pass, steps);
+        }
+        let mut known = needed;
+        for (pass, steps) in &running {
+            for image in self.banded(self.pass(*pass).writes()) {
+                known[image] = Some(self.made(*pass, image, steps));
+            }
+        }
+        let mut covered: Vec<Option<Range<u32>>> = vec![None; self.sizes.len()];
+        for (image, rows) in known.iter_mut().enumerate() {
+            let (Some(size), Some(own)) = (self.images[image], rows.clone()) else { continue };
+            match &self.plan.images[image].origin {
+                Origin::Input(_) => band.inputs.push((ImageId(image as u32), own.clone())),
+                // It is black everywhere.
+                Origin::Previous { .. } => {
+                    *rows = Some(0..self.sizes[size][1]);
+                    continue;
+                }
+                _ => {}
+            }
+            covered[size] = Some(joined(covered[size].take(), own));
+        }
+        for (pass, steps) in running {
+            let mut rows: Vec<Range<u32>> = self.sizes.iter().map(|[_, height]| 0..*height).collect();
+            for image in self.banded(self.pass(pass).reads()) {
+                let own = known[image].clone().expect("what a pass reads is needed");
+                let all = &mut rows[self.images[image].expect("it is banded")];
+                *all = all.start.max(own.start)..all.end.min(own.end);
+            }
+            let result = self.pass(pass).results.first().map(|result| result.image.0 as usize);
+            let made = result.map_or(0..0, |image| self.made(pass, image, &steps));
+            band.passes.push(BandPass { pass, groups: self.groups(pass, &steps), rows: made, known: rows });
+        }
+        (band, covered.into_iter().map(Option::unwrap_or_default).collect())
+    }
+
+    fn is_filtered(&self, size: usize) -> bool {
+        let banded = self.images.iter().enumerate().filter(|(_, own)| **own == Some(size));
+        banded.map(|(image, _)| image).any(|image| self.plan.is_filtered(image))
+    }
+
+    /// The textures of a size whose bands have that many rows at most.
+    fn textures(&self, size: usize, tallest: u32) -> BandedSize {
+        let [width, height] = self.sizes[size];
+        let is_filtered = self.is_filtered(size);
+        let is_taken = |rows: u32| self.whole().any(|image| self.plan.size_of(image) == [width, rows]);
+        // A sampler finds the same places in textures whose rows are a power of two.
+        let mut rows = if is_filtered { tallest.next_power_of_two() } else { tallest.max(1) };
+        while rows < height && (is_taken(rows) || self.sizes.contains(&[width, rows])) {
+            rows = if is_filtered { 2 * rows } else { rows + 1 };
+        }
+        BandedSize { size: [width, height], rows: rows.min(height) }
+    }
+
+    /// Bytes on their way from and to the host.
+    fn moved(&self, band: &Band) -> u64 {
+        let bytes = |image: usize, rows: &Range<u32>| {
+            let desc = self.plan.images[image].desc;
+            u64::from(desc.size.width) * u64::from(rows.end - rows.start) * desc.format.bytes()
+        };
+        let inputs = band.inputs.iter().map(|(image, rows)| bytes(image.0 as usize, rows).min(UPLOADED));
+        let outputs = band.outputs.iter();
+        let outputs = outputs.map(|(output, rows)| bytes(self.plan.outputs[*output].image.0 as usize, rows));
+        inputs.chain(outputs).sum()
+    }
+}

@@ -1,0 +1,31 @@
+//! Pictures that are larger than the device, or than the memory for them.
+
+use afterimage_media::{ExrOptions, Source, read, write_exr};
+
+use super::{Folder, room};
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_picture_has_the_same_pixels_in_bands() {
+    let folder = Folder::new("bands");
+    write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");
+    let picture = |name: &str| read(&Source::file(folder.file(name))).expect("it is a picture").pixels;
+    folder.run("render tsushima tall.exr -o whole.png").good();
+    let notes = folder.run("render tsushima tall.exr -o banded.png --gpu-memory 28M").notes();
+    assert!(notes.contains("it is made in") && notes.contains("bands of 3 sweeps"), "{notes}");
+    assert_eq!(picture("banded.png"), picture("whole.png"));
+    // Neither the file nor the picture fits: both are read and written row by row.
+    let line = "render tsushima tall.exr -o streamed.png --gpu-memory 28M --memory 50M --json report.json";
+    folder.run(line).good();
+    assert_eq!(picture("streamed.png"), picture("whole.png"));
+    let report = std::fs::read_to_string(folder.file("report.json")).expect("it is written");
+    assert!(report.contains("\"outcome\": \"good\""), "{report}");
+    folder.run("render tsushima tall.exr -o part.png --crop 11,600,40x77").good();
+    let part = read(&Source::file(folder.file("part.png"))).expect("it is a picture");
+    let whole = read(&Source::file(folder.file("whole.png"))).expect("it is a picture");
+    assert_eq!((part.width, part.height), (40, 77));
+    assert!((0..77).all(|y| (0..40).all(|x| part.pixel(x, y) == whole.pixel(x + 11, y + 600))));
+    let beyond = folder.run("render tsushima tall.exr -o part.png --crop 11,600,193x77");
+    beyond.fails_saying(1, &["`--crop` is a part beyond the 203x3001 pixels of the picture"]);
+    folder.run("render tsushima tall.exr -o none.png --gpu-memory 1M").fails_saying(1, &["may take at most 1.0 MiB"]);
+}

@@ -1,0 +1,215 @@
+//! Pictures in bands: bit for bit what the device makes of whole images.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use afterimage_gpu::{BandFiles, BandsMade, FrameStep, PostError, Texels};
+
+use afterimage_graph::check::Facts;
+use afterimage_graph::image::{Format, ImageDesc, Size};
+use afterimage_plan::{
+    Alias, BandLimits, Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Reach, Requirement, When,
+    plan_without_tables,
+};
+use afterimage_wgsl::{BandedModule, banded};
+
+use crate::support::gpu::{Picture, Run, built_in, gpu, graph};
+use crate::support::sweep;
+
+/// Pictures in memory.
+#[derive(Default)]
+struct InMemory {
+    inputs: BTreeMap<String, Texels>,
+    outputs: BTreeMap<String, Vec<u8>>,
+    first_row: u32,
+}
+
+impl BandFiles for InMemory {
+    type Error = PostError;
+
+    fn read(&mut self, input: &str, rows: Range<u32>) -> Result<Cow<'_, [u8]>, PostError> {
+        let Texels { desc, bytes } = &self.inputs[input];
+        let row = desc.size.width as usize * desc.format.bytes() as usize;
+        Ok(Cow::Borrowed(&bytes[rows.start as usize * row..rows.end as usize * row]))
+    }
+
+    fn write(&mut self, output: &str, rows: Range<u32>, texels: &[u8]) -> Result<(), PostError> {
+        let bytes = self.outputs.entry(output.to_owned()).or_default();
+        if rows.start == self.first_row {
+            bytes.clear();
+        }
+        bytes.extend_from_slice(texels);
+        Ok(())
+    }
+}
+
+/// A picture with edges, lights, and pixels that are no numbers.
+fn scene(width: u32, height: u32) -> Picture {
+    Picture::new(width, height, |x, y| {
+        let (u, v) = (x as f32 / width as f32, y as f32 / height as f32);
+        let light = if (x * 7 + y * 13) % 97 == 0 { 60.0 } else { 0.3 + u * v };
+        match (x, y) {
+            (5, _) if y % 11 == 3 => [f32::NAN, 0.2, 0.1, 1.0],
+            (9, _) if y % 17 == 7 => [f32::INFINITY; 4],
+            _ => [light * (0.4 + u), light * (0.6 + 0.4 * (40.0 * v).sin()), light * (1.2 - u), 1.0],
+        }
+    })
+}
+
+/// Renders a picture whole and in bands, and compares all bytes.
+fn compare(name: &str, run: &Run<'_>, picture: &Picture, limits: BandLimits) -> Result<BandsMade, PostError> {
+    let gpu = gpu();
+    let limits = BandLimits { filters: gpu.is_processor(), ..limits };
+    let mut session = run.session(&gpu);
+    let texels = Texels::from_floats_as_half(picture.width, picture.height, &picture.pixels);
+    let required: Vec<&str> =
+        run.graph.inputs.iter().filter(|input| !input.optional).map(|input| input.name.as_str()).collect();
+    let mut images = Vec::new();
+    let first_row = limits.rows.map_or(0, |[first, _]| first);
+    let mut files = InMemory { first_row, ..InMemory::default() };
+    for name in &required {
+        images.push(session.feed(name, texels.desc, &texels.bytes)?);
+        files.inputs.insert((*name).to_owned(), texels.clone());
+    }
+    session.restart();
+    session.render(texels.desc.size, &images, FrameStep::FIRST)?;
+    let given: Vec<_> = required.iter().map(|name| (*name, texels.desc)).collect();
+    let plan = session.plan_in_bands(texels.desc.size, &given)?;
+    let made = session.render_in_bands(&plan, limits, FrameStep::FIRST, 0, &[], &mut files)?;
+    for output in &plan.outputs {
+        let mut whole = session.output(&output.name)?;
+        let row = whole.bytes.len() / whole.desc.size.height as usize;
+        if let Some([first, end]) = limits.rows {
+            whole.bytes = whole.bytes[first as usize * row..end as usize * row].to_vec();
+        }
+        let banded = &files.outputs[&output.name];
+        assert_eq!(whole.bytes.len(), banded.len(), "{name}: `{}` has other bytes", output.name);
+        let texel = whole.desc.format.bytes() as usize * whole.desc.size.width as usize;
+        let differing = whole.bytes.chunks(texel).zip(banded.chunks(texel)).enumerate().filter(|(_, (a, b))| a != b);
+        let rows: Vec<usize> = differing.map(|(row, _)| row).collect();
+        assert!(rows.is_empty(), "{name}, {limits:?}, {made:?}: `{}` differs in the rows {rows:?}", output.name);
+    }
+    Ok(made)
+}
+
+const UNLIMITED: BandLimits = BandLimits { bytes: u64::MAX, side: u32::MAX, filters: true, least: 1, rows: None };
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn built_in_pipelines_have_the_same_bits_in_bands() {
+    let is_chosen = |name: &str| sweep::is_whole() || ["exposure.ron", "tsushima.ron", "lynx.ron"].contains(&name);
+    for name in crate::pipelines::files().into_iter().filter(|name| is_chosen(name)) {
+        let graph = built_in(&name, None);
+        for (size, least, prefer_fragment) in
+            [((157, 1023), 8, false), ((157, 1023), 3, true), ((61, 35), 64, false), ((1, 1), 1, false)]
+        {
+            let mut run = Run::new(&graph);
+            run.prefer_fragment = prefer_fragment;
+            let made = compare(&name, &run, &scene(size.0, size.1), BandLimits { least, ..UNLIMITED });
+            let made = made.unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!(made.bands as u32 >= least.min(size.1 / 16), "{name}: {made:?}");
+        }
+        let rows = BandLimits { rows: Some([411, 440]), ..UNLIMITED };
+        compare(&name, &Run::new(&graph), &scene(157, 1023), rows).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn less_and_less_memory_makes_the_same_bits() {
+    // Halvings by rows, taps of the device's filter, a kernel that reads the picture it has made, and two outputs.
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "counted": Histogram(source: "scene"),
+            "metered": AutoExposure(histogram: "counted"),
+            "exposed": Exposure(source: "scene", meter: "metered"),
+            "mips": Downsample(source: "exposed", levels: 6, filter: Tap13),
+            "bloom": Upsample(source: "mips", blend: Add, filter: Tent),
+            "lit": Composite(base: "exposed", bloom: "bloom", blend: Add, strength: 0.05, filter: Tent),
+            "mapped": ToneMap(source: "lit"),
+            "encoded": Encode(source: "mapped", transfer: Srgb),
+            "sharp": Cas(source: "encoded"),
+            "display": Dither(source: "sharp", bits: 8, format: Rgba8Unorm),
+        },
+        outputs: { "display": "display", "light": "lit" },
+    )"#;
+    let graph = graph(text);
+    for row_downsample in [When::Never, When::Always] {
+        let mut run = Run::new(&graph);
+        run.options.row_downsample = row_downsample;
+        let picture = scene(203, 1501);
+        let mut bytes = u64::MAX;
+        let mut limits = Vec::new();
+        loop {
+            match compare("bloom", &run, &picture, BandLimits { bytes, ..UNLIMITED }) {
+                Ok(made) => {
+                    assert!(made.bytes <= bytes, "{made:?}");
+                    limits.push(made.bytes);
+                    bytes = made.bytes / 2;
+                }
+                Err(PostError::Plan(PlanError::TooMuchMemory { .. })) => break,
+                Err(error) => panic!("{error}"),
+            }
+        }
+        let [first, .., last] = limits[..] else { panic!("{limits:?}") };
+        assert!(last * 6 < first, "{limits:?}");
+    }
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn what_cannot_be_made_in_bands_is_told() {
+    let gathers = "fn gathers(source: texture_2d<f32>, s: sampler, uv: vec2f) -> vec4f {
+        return textureGather(0, source, s, uv);
+    }";
+    let module = BandedModule {
+        entry: "compute",
+        sizes: &[[64, 64]],
+        stored: &[],
+        workgroups: [1, 64, 1],
+        rows: 1,
+        first_counter: 0,
+    };
+    assert_eq!(banded(gathers, &module), Err("calls `textureGather`".to_owned()));
+    let graph = built_in("tsushima.ron", None);
+    let few = BandLimits { bytes: 1 << 20, ..UNLIMITED };
+    let error = compare("tsushima", &Run::new(&graph), &scene(64, 64), few).expect_err("the table alone is larger");
+    assert!(error.to_string().contains("may take at most 1.0 MiB"), "{error}");
+}
+
+/// The plan of a built-in pipeline for a picture of one gigapixel, on a graphics card.
+fn gigapixel(name: &str) -> Plan {
+    let graph = built_in(name, None);
+    let size = Size::new(32768, 32768);
+    let image = GivenImage { desc: ImageDesc::new(size), finite: false };
+    let (storage, max_side) = (Format::ALL.into(), u32::MAX);
+    let request = PlanRequest {
+        given: HostInputs::everything(size, graph.inputs.iter().filter(|input| !input.optional), image),
+        facts: Facts::default(),
+        caps: Caps { storage, max_side, fast_workgroup_memory: true, ..Caps::default() },
+        options: Options { alias: Alias::None, ..Options::default() },
+        dynamic: BTreeSet::new(),
+        requirement: &Requirement::typical,
+    };
+    plan_without_tables(&graph, &request).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_gigapixel_fits_into_half_a_gibibyte() {
+    // Those that a card's sampler filters are whole.
+    let limits = BandLimits { bytes: 512 << 20, side: 32768, filters: false, ..UNLIMITED };
+    for name in ["tsushima.ron", "exposure.ron"] {
+        let plan = gigapixel(name);
+        let banding = plan.banding(limits, &Reach::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(banding.bytes <= limits.bytes);
+        // Each output row is made once, from the top to the bottom.
+        let made = banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.outputs);
+        let end = made.fold(0, |end, (_, rows)| {
+            assert_eq!(rows.start, end, "{name}");
+            rows.end
+        });
+        assert_eq!(end, 32768, "{name}");
+    }
+}
