@@ -28,7 +28,8 @@ struct Palette {
 const PALETTE_WEIGHTS: vec3f = vec3f(0.299, 0.587, 0.114);
 
 fn palette(source: vec4f, at: Point, params: Palette) -> vec4f {
-    let colors = array<vec3f, 16>(
+    // A variable: of a value, each index would copy all of it.
+    var colors = array<vec3f, 16>(
         params.color_1,
         params.color_2,
         params.color_3,
