@@ -24,6 +24,7 @@ impl Executor {
             let mut other = Self::with_caps(&compiler.device, &queue, caps);
             other.compiler.pipelines = compiler.pipelines;
             other.compiler.compiled = compiler.compiled;
+            other.compiler.tables = compiler.tables;
             other.compiler.pool = compiler.pool;
             other.labeled = labeled;
             other

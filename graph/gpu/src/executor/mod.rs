@@ -108,6 +108,7 @@ impl Executor {
                 binder: binder.expect("it is made above"),
                 pipelines: Arc::default(),
                 compiled: Arc::default(),
+                tables: Arc::default(),
                 pool: None,
                 immediates: frame_constants::has_immediates(device),
                 broken: made.err(),
@@ -129,7 +130,8 @@ impl Executor {
     }
 
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
-    /// compiled, so that a plan which one has loaded needs only memory in the other.
+    /// compiled, so that a plan which one has loaded needs only memory in the other, and the tables of colors that are
+    /// equal and hold no dynamic parameter.
     pub fn clone_for_view(&self) -> Self {
         self.other()()
     }

@@ -12,6 +12,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, Residency, ring_place};
+use crate::executor::loaded::shared_tables::{SharedTable, SharedTables};
 use crate::heap::Placed;
 use crate::platform::caught;
 use crate::store::{self, Stored};
@@ -20,6 +21,7 @@ use crate::store::{self, Stored};
 pub(crate) struct ResidencyBuilder<'a> {
     pub(crate) device: &'a Device,
     pub(crate) queue: &'a Queue,
+    pub(crate) tables: &'a SharedTables,
     /// The previous plan, which may render meanwhile.
     pub(crate) old: Option<(&'a Plan, &'a Residency)>,
     /// The number of the next frame, where it matters: see [`Residency::keeps_places`].
@@ -37,11 +39,14 @@ pub(crate) struct NewResidency {
 struct Memory<'a> {
     device: &'a Device,
     queue: &'a Queue,
+    shared: &'a SharedTables,
     frame: u32,
     /// Textures of the old plan that the new one may take.
     spare: Vec<Stored>,
     /// Constant images of both plans.
     constants: Vec<(&'a [u8], Stored)>,
+    /// The tables that other executors may share.
+    tables: Vec<(ImageId, Arc<SharedTable>)>,
     uninitialized: Vec<Resource>,
 }
 
@@ -53,15 +58,17 @@ impl<'a> ResidencyBuilder<'a> {
         placement: HeapPlacement,
         placed: Option<Placed>,
     ) -> Result<NewResidency, GpuError> {
-        let Self { device, queue, old, frame } = self;
-        let mut memory =
-            Memory { device, queue, frame, spare: Vec::new(), constants: Vec::new(), uninitialized: Vec::new() };
+        let Self { device, queue, tables: shared, old, frame } = self;
+        let (spare, constants, tables, uninitialized) = Default::default();
+        let mut memory = Memory { device, queue, shared, frame, spare, constants, tables, uninitialized };
         let rings = old.map_or_else(FxHashMap::default, |(plan, old)| memory.retire(plan, old));
         let buffers = memory.buffers(plan, old)?;
         let bindings = memory.bind_images(plan, &placement, placed.as_ref(), rings)?;
         let inputs = plan.inputs.len();
-        let residency = Residency { placement, placed, bindings, buffers, ring_length: ring_length(plan), inputs };
-        Ok(NewResidency { residency: Arc::new(residency), uninitialized: memory.uninitialized })
+        let Memory { tables, uninitialized, .. } = memory;
+        let residency =
+            Residency { placement, placed, bindings, tables, buffers, ring_length: ring_length(plan), inputs };
+        Ok(NewResidency { residency: Arc::new(residency), uninitialized })
     }
 }
 
@@ -69,7 +76,10 @@ impl<'a> Memory<'a> {
     /// Offers the old plan's textures, and returns those of its histories by the names of their images.
     fn retire(&mut self, plan: &'a Plan, old: &'a Residency) -> FxHashMap<&'a str, &'a [Stored]> {
         let mut rings = FxHashMap::default();
-        let is_placed = |stored: &Stored| old.heap_textures().any(|texture| *texture == stored.texture);
+        let is_kept = |stored: &Stored| {
+            let tables = old.tables.iter().map(|(_, table)| &table.stored.texture);
+            old.heap_textures().chain(tables).any(|texture| *texture == stored.texture)
+        };
         for (image, binding) in plan.images.iter().zip(&old.bindings) {
             match (binding, &image.origin) {
                 (ImageBinding::Ring(ring, 0), _) => {
@@ -79,7 +89,7 @@ impl<'a> Memory<'a> {
                 (ImageBinding::Fixed(stored), Origin::Constant(bytes)) => {
                     self.constants.push((bytes, stored.clone()));
                 }
-                (ImageBinding::Fixed(stored), _) if !is_placed(stored) => self.offer(stored),
+                (ImageBinding::Fixed(stored), _) if !is_kept(stored) => self.offer(stored),
                 _ => {}
             }
         }
@@ -149,7 +159,8 @@ impl<'a> Memory<'a> {
                     ImageBinding::Ring(self.ring(plan, id, known.unwrap_or_default()), 0)
                 }
                 (None, Some(output)) => ImageBinding::Output(output, self.take(image.desc, &image.label)),
-                (None, None) if matches!(image.origin, Origin::Baked | Origin::Held) => {
+                (None, None) if image.origin == Origin::Baked => ImageBinding::Fixed(self.table(plan, id)),
+                (None, None) if image.origin == Origin::Held => {
                     ImageBinding::Fixed(self.take(image.desc, &image.label))
                 }
                 (None, None) => {
@@ -176,6 +187,19 @@ impl<'a> Memory<'a> {
             Origin::Constant(bytes) => Some(ImageBinding::Fixed(self.constant(image.desc, bytes)?)),
             Origin::Transient | Origin::Baked | Origin::Held => None,
         })
+    }
+
+    /// The texture of a table, which other executors may have.
+    fn table(&mut self, plan: &Plan, id: ImageId) -> Stored {
+        let (shared, image) = (self.shared, plan.image(id));
+        match shared.get(plan, id, || self.take(image.desc, &image.label)) {
+            Some(table) => {
+                let stored = table.stored.clone();
+                self.tables.push((id, table));
+                stored
+            }
+            None => self.take(image.desc, &image.label),
+        }
     }
 
     /// The texture with these constant texels, of either plan; or a new one.

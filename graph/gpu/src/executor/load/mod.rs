@@ -20,6 +20,7 @@ use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::residency::Residency;
+use crate::executor::loaded::shared_tables::SharedTables;
 use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::turns::Turns;
 use crate::executor::loaded::uniforms::Uniforms;
@@ -76,6 +77,7 @@ pub(crate) struct PlanCompiler {
     pub(crate) binder: Binder,
     pub(crate) pipelines: Arc<Pipelines>,
     pub(crate) compiled: Arc<CompiledPasses>,
+    pub(crate) tables: Arc<SharedTables>,
     /// The host's threads, if it has a pool.
     pub(crate) pool: Option<TaskPool>,
     /// Whether passes take the frame constants from immediates.
@@ -99,7 +101,10 @@ impl PlanCompiler {
         if let Some(error) = &self.broken {
             return Err(error.clone());
         }
-        if let Some((old, _)) = before.plan.as_ref().filter(|(old, _)| old.differs_in_uniforms_only(&plan)) {
+        let can_stay = |(old, residency): &&(Arc<Plan>, Arc<Residency>)| {
+            old.differs_in_uniforms_only(&plan) && self.tables.may_change(&residency.tables, &plan)
+        };
+        if let Some((old, _)) = before.plan.as_ref().filter(can_stay) {
             return Ok(PreparedPlan { plan, uniforms, memory: PreparedMemory::UniformsOnly(old.clone()) });
         }
         let passes = self.passes(&plan, before, threads)?;
@@ -145,7 +150,7 @@ impl PlanCompiler {
         let tables = Tables::new(&plan, uniforms, |pass| plan.fills_table(pass));
         let turns = Turns::new(&plan, uniforms);
         let uniforms = Uniforms::new(&self.device, uniforms)?;
-        let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
+        let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, tables: &self.tables, old, frame };
         let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
         let is_drawn = passes.iter().map(|pass| {
             pass.built.pipeline.stage() != Stage::Compute || before.format_of(&plan, pass.writes_image).is_some()

@@ -5,6 +5,7 @@ pub(crate) mod bind_groups;
 pub(crate) mod explicit_transitions;
 pub(crate) mod previous;
 pub(crate) mod residency;
+pub(crate) mod shared_tables;
 pub(crate) mod tables;
 pub(crate) mod turns;
 pub(crate) mod uniforms;

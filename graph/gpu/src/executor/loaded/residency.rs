@@ -1,9 +1,12 @@
 //! Residency: the textures and buffers that a plan runs on.
 
+use std::sync::Arc;
+
 use afterimage_graph::node::ImageId;
 use afterimage_plan::HeapPlacement;
 use wgpu::{Buffer, TextureView};
 
+use crate::executor::loaded::shared_tables::SharedTable;
 use crate::heap::Placed;
 use crate::store::Stored;
 
@@ -29,6 +32,8 @@ pub(crate) struct Residency {
     /// The images in the heap, if the device can place them.
     pub(crate) placed: Option<Placed>,
     pub(crate) bindings: Vec<ImageBinding>,
+    /// The tables among them that other executors may share.
+    pub(crate) tables: Vec<(ImageId, Arc<SharedTable>)>,
     pub(crate) buffers: Vec<Buffer>,
     /// Textures in each ring: one for this frame and one for each that is remembered. It is the same for all rings, so
     /// that one ring index is valid for all.
