@@ -196,6 +196,11 @@ fn shown(player: &Player, executor: &mut Executor, picture: &Picture) -> Picture
     player.read(executor.output("shown").expect("it keeps a texture"))
 }
 
+/// The same by an executor that shares nothing.
+fn by_itself(player: &Player, white: f32, picture: &Picture) -> Picture {
+    shown(player, &mut player.spare(baked(player, white, picture)), picture)
+}
+
 /// Two views of different sizes have one table. When a number in that of one of them changes, both show what they would
 /// show alone; when one is left, it changes its table where it is, and nobody else gets that.
 #[test]
@@ -204,10 +209,8 @@ fn views_share_a_table_until_a_number_in_it_changes() {
     let (instance, player) = alone(|_| {});
     let picture = |width, height| Picture::new(width, height, |x, y| [0.3 * x as f32, 0.1 * y as f32, 0.5, 1.0]);
     let (small, large) = (picture(40, 30), picture(64, 36));
-    let alone =
-        |white: f32, picture: &Picture| shown(&player, &mut player.spare(baked(&player, white, picture)), picture);
     let [four, eight, two] =
-        [(4.0, &small), (8.0, &large), (2.0, &large)].map(|(white, picture)| by_itself(white, picture));
+        [(4.0, &small), (8.0, &large), (2.0, &large)].map(|(white, picture)| by_itself(&player, white, picture));
     let textures_of = |executor: &mut Executor, white: f32, picture: &Picture| {
         let before = held(&instance).0;
         executor.load(baked(&player, white, picture)).expect("it can be loaded");
@@ -216,7 +219,10 @@ fn views_share_a_table_until_a_number_in_it_changes() {
     let [mut left, mut right, mut third] = [0; 3].map(|_| player.executor.clone_for_view());
     let own = textures_of(&mut left, 4.0, &small);
     assert_eq!(textures_of(&mut right, 4.0, &large), own - 1, "the table is that of the other view");
-    assert!(shown(&player, &mut right, &large) == by_itself(4.0, &large), "it is filled by who reads it first");
+    assert!(
+        shown(&player, &mut right, &large) == by_itself(&player, 4.0, &large),
+        "it is filled by who reads it first"
+    );
     assert!(shown(&player, &mut left, &small) == four);
 
     right.load(baked(&player, 8.0, &large)).expect("it can be loaded");
