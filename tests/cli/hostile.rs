@@ -32,7 +32,6 @@ fn every_broken_image_has_its_words() {
         ("header.exr", cut(&exr(), 150), SHORT.into()),
         ("pixels.exr", cut(&exr(), 900), SHORT.into()),
         ("huge.exr", window("dataWindow", [0, 0, 999_999_999, 999_999_999]), "the image is too large: a data window has 1000000000×1000000000 pixels\n  hint: a side may have at most 65536 pixels".into()),
-        ("heavy.exr", window("displayWindow", [0, 0, 29_999, 39_999]), "the image is too large: 30000×40000 pixels need 9.0 GiB\n  hint: decoding may take 4.0 GiB; `--memory SIZE` changes the limit".into()),
         ("wide.exr", window("dataWindow", [0, 0, 70_000, 16]), "the image is too large: a data window has 70001×17 pixels\n  hint: a side may have at most 65536 pixels".into()),
         ("tall.exr", window("dataWindow", [0, 0, 32, 60_000]), SHORT.into()),
         ("backwards.exr", window("dataWindow", [0, 0, -5, -5]), damaged("compressed ZIP16 data (invalid: zlib-compressed data malformed)")),
@@ -76,5 +75,9 @@ fn an_image_larger_than_the_device_names_the_limit() {
     write_exr(&folder.file("long.exr"), &picture, &ExrOptions::default()).expect("a picture of a test can be written");
     let outcome = folder.run("render {glare} long.exr -o out.png");
     outcome.fails_saying(1, &[".exr: the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
-    assert_eq!(folder.names(), ["long.exr"]);
+    // Larger than memory, too: its rows would be read one after another.
+    folder.with("heavy.exr", &window("displayWindow", [0, 0, 29_999, 39_999]));
+    let outcome = folder.run("render {glare} heavy.exr -o out.png --memory 4G");
+    outcome.fails_saying(1, &["heavy.exr: the image is 30000x40000, but `", "pixels a side", "hint: scale it down"]);
+    assert_eq!(folder.names(), ["heavy.exr", "long.exr"]);
 }

@@ -212,7 +212,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<(u32, u32)>,
     /// Write these columns and rows of the picture only, from the corner `X,Y`: their pixels are those of the whole
-    /// picture. Meters see all of it
+    /// picture, before the noise of 8 bits. Meters see all of it
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "X,Y,WxH", value_parser = parse_crop)]
     pub(crate) crop: Option<Crop>,
     /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; by default the first of them, and 16

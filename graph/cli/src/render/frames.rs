@@ -100,6 +100,7 @@ impl Frames<'_> {
         let Inputs { pictures, blocks, cameras } = inputs;
         let job = &self.request.jobs[index];
         self.say_notes(&pictures);
+        check_rows(&self.session.session, &pictures)?;
         let start = Instant::now();
         let size = size(self.request, pictures.iter().map(|input| input.desc));
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
@@ -298,6 +299,17 @@ fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<Str
         "note: `{output}` is opaque: the alpha of `{input}` may be a mask. `--alpha keep` writes alpha, and so does \
          `alpha: Coverage` of an output"
     ))
+}
+
+/// Refuses images of which the device cannot even hold a row, which bands do not help.
+fn check_rows(session: &Session, pictures: &[InputPicture]) -> Result<(), Failure> {
+    for InputPicture { file, desc, .. } in pictures {
+        let row = desc.sized(Size { height: 1, ..desc.size });
+        if session.gpu().check_fits(row).is_err() {
+            session.gpu().check_fits(*desc).map_err(|error| Failure::from(error).at(file))?;
+        }
+    }
+    Ok(())
 }
 
 /// Uploads the images of a frame.
