@@ -66,10 +66,14 @@ fn write(args: &TuneArgs, text: &str) -> Result<(), Failure> {
 fn csv(errors: &[PredictedError]) -> String {
     let mut lines = vec!["choice,image,predicted,measured".to_owned()];
     for PredictedError { choice, image, predicted, measured } in errors {
-        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
         lines.push(format!("{},{},{predicted:.4},{measured:.4}", quoted(choice), quoted(image)));
     }
     lines.join("\n") + "\n"
+}
+
+/// A text as a cell of CSV.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 fn goal(args: &GoalArgs) -> TuneTarget {

@@ -167,12 +167,14 @@ pub(crate) struct Crop {
 
 /// `100,50,640x360`.
 pub(crate) fn parse_crop(text: &str) -> Result<Crop, String> {
-    let mut parts = text.splitn(3, ',');
-    let mut number = || parts.next().and_then(|number| number.trim().parse().ok());
-    let corner: Option<(u32, u32)> = number().zip(number());
-    let size = parts.next().and_then(|size| parse_size(size).ok());
-    let crop = corner.zip(size).map(|(corner, size)| Crop { corner, size });
-    crop.ok_or_else(|| "a part is its corner and its size, such as 100,50,640x360".into())
+    part(text).ok_or_else(|| "a part is its corner and its size, such as 100,50,640x360".into())
+}
+
+fn part(text: &str) -> Option<Crop> {
+    let (x, rest) = text.split_once(',')?;
+    let (y, size) = rest.split_once(',')?;
+    let corner = (x.trim().parse().ok()?, y.trim().parse().ok()?);
+    Some(Crop { corner, size: parse_size(size).ok()? })
 }
 
 /// Frames per second, above 0 and finite.

@@ -32,7 +32,7 @@ fn json_row(report: &MeasureReport, at: usize) -> Value {
     object.insert("kind".into(), json!(row.kind.name()));
     object.insert("pareto".into(), json!(row.pareto));
     object.insert("clock".into(), json!(report.clock.name()));
-    object.insert("same_as".into(), json!(report.same_as(at).map(|row| &row.variant)));
+    object.insert("same_as".into(), json!(report.same_as(at).map(|first| &report.rows[first].variant)));
     object.extend(figures(report, &row.worst()));
     if let Some(others) = row.p999_without_worst() {
         object.insert("worst_image".into(), json!(report.clips[row.worst_clip()].name));

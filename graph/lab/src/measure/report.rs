@@ -102,11 +102,11 @@ impl MeasureReport {
         format!("{}; {images}; output `{}`", self.adapter, self.output)
     }
 
-    /// The earlier row that has the same plan on all clips.
-    pub fn same_as(&self, row: usize) -> Option<&Row> {
+    /// The place of the earlier row that has the same plan on all clips.
+    pub fn same_as(&self, row: usize) -> Option<usize> {
         let mut first = self.rows[row].measured_as.iter();
         let at = *first.next()?;
-        (at < row && first.all(|other| *other == at)).then(|| &self.rows[at])
+        (at < row && first.all(|other| *other == at)).then_some(at)
     }
 
     /// Marks the variants that no other one outdoes, the reference aside.

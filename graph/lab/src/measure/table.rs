@@ -13,10 +13,10 @@ pub fn table(report: &MeasureReport) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING).enforce_styling();
     table.set_header(headings(report).into_iter().map(|heading| Cell::new(heading).add_attribute(Attribute::Bold)));
-    for (_, row) in report.rows.iter().enumerate().filter(|(at, _)| report.same_as(*at).is_none()) {
+    for (at, row) in report.rows.iter().enumerate().filter(|(at, _)| report.same_as(*at).is_none()) {
         let mut names = row.variant.clone();
         for (other, same) in report.rows.iter().enumerate() {
-            if report.same_as(other).is_some_and(|first| std::ptr::eq(first, row)) {
+            if report.same_as(other) == Some(at) {
                 names += &format!(", {}", same.variant);
             }
         }
