@@ -79,12 +79,14 @@ fn tone_map_from_lms(lms: vec3f, params: ToneMap) -> vec3f {
 
 // Colors of all shares of this chroma at one lightness.
 fn tone_map_line(lightness: f32, chroma: vec2f, params: ToneMap) -> OklabLine {
-    let k = oklab_deviation(chroma) / max(lightness, 1e-6);
+    let of_lightness = chroma / max(lightness, 1e-6);
+    let k = oklab_deviation(of_lightness);
     let k2 = k * k;
-    return OklabLine(
+    return oklab_line(
         3.0 * tone_map_from_lms(k, params),
         3.0 * tone_map_from_lms(k2, params),
         tone_map_from_lms(k2 * k, params),
+        length(of_lightness),
     );
 }
 

@@ -43,20 +43,42 @@ struct OklabLine {
     c1: vec3f,
     c2: vec3f,
     c3: vec3f,
+    least: vec3f,  // of the channels, in the gamut
+    end: f32,      // the largest share in the gamut for which red is the reason
 }
 
 fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
     return 1.0 + t * (line.c1 + t * (line.c2 + t * line.c3));
 }
 
-// Channels may be below 0 by this much, in units of the gray, and become 0. Without it, the gamut of Rec.709 has a dent
-// next to its blue.
+// Channels may be below 0 by this much, in units of the gray, and become 0.
 const OKLAB_SLACK: f32 = 0.01;
+// The gamuts of Rec.709 and Rec.2020 have a dent next to their blue: with more chroma, red falls to 0, or a little below
+// it, and rises again. Where it begins to fall below, the border would jump, by ten codes of 8 bits. There red may be
+// lower, and from where it falls by less than this for a chroma of the lightness on, it is taken to fall by this. The
+// blue primaries stay within.
+const OKLAB_DENT_SLACK: f32 = 0.06;
+const OKLAB_DENT_SLOPE: f32 = 0.4;
+// How much of the additional slack is lost where red is below 0 there.
+const OKLAB_DENT_LOSS: f32 = 0.1;
 
-// Whether all channels are between 0 and `top`.
+// The line through a color with this share of chroma to lightness, from the coefficients of its channels.
+fn oklab_line(c1: vec3f, c2: vec3f, c3: vec3f, chroma: f32) -> OklabLine {
+    let slope = OKLAB_DENT_SLOPE * chroma;
+    let first = c1.r + slope;
+    let second = c2.r + sqrt(max(c2.r * c2.r - 3.0 * c3.r * first, 0.0));
+    if first >= 0.0 || second <= 0.0 { return OklabLine(c1, c2, c3, vec3f(-OKLAB_SLACK), 1e30); }
+    let bend = -first / second;
+    let red = 1.0 + bend * (c1.r + bend * (c2.r + bend * c3.r));
+    let slack = max(OKLAB_DENT_SLACK + OKLAB_DENT_LOSS * min(red, 0.0), OKLAB_SLACK);
+    let end = bend + max(red + slack, 0.0) / slope;
+    return OklabLine(c1, c2, c3, vec3f(-slack, -OKLAB_SLACK, -OKLAB_SLACK), end);
+}
+
+// Whether all channels are at least as large as they must be and at most `top`.
 fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
     let v = oklab_at(line, vec3f(t));
-    return min(v.r, min(v.g, v.b)) >= -OKLAB_SLACK && max(v.r, max(v.g, v.b)) <= top;
+    return t <= line.end && all(v >= line.least) && max(v.r, max(v.g, v.b)) <= top;
 }
 
 // The share of the chroma at which the line leaves the gamut, between two shares of which the second is outside. A step
@@ -64,16 +86,15 @@ fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
 fn oklab_crossing(line: OklabLine, inside: f32, outside: f32, top: f32) -> f32 {
     let near = oklab_at(line, vec3f(inside));
     let far = oklab_at(line, vec3f(outside));
-    let least = vec3f(-OKLAB_SLACK);
-    let goal = select(vec3f(top), least, far < least);
-    let is_out = (far < least) | (far > vec3f(top));
+    let goal = select(vec3f(top), line.least, far < line.least);
+    let is_out = (far < line.least) | (far > vec3f(top));
     let width = outside - inside;
     let share = clamp((goal - near) / select(far - near, vec3f(1.0), far == near), vec3f(0.0), vec3f(1.0));
     let chord = inside + width * share;
     let slope = line.c1 + chord * (2.0 * line.c2 + 3.0 * chord * line.c3);
     let step = (goal - oklab_at(line, chord)) / select(slope, vec3f(1.0), slope == vec3f(0.0));
     let crossing = select(vec3f(outside), clamp(chord + step, vec3f(inside), vec3f(outside)), is_out);
-    return min(crossing.x, min(crossing.y, crossing.z));
+    return min(min(crossing.x, line.end), min(crossing.y, crossing.z));
 }
 
 // The share of the chroma at which the line leaves the gamut. The variable u has finer steps near a share of 1. Eight

@@ -7,6 +7,7 @@ use crate::reference::color::{
 use crate::reference::curves::*;
 use crate::reference::math::{Rgb, largest, transform};
 use crate::reference::oklab::{chroma, fitted, hue, hue_of_light, oklab, with_hue};
+use crate::reference::transfer::srgb_encode;
 use crate::support::gpu::Picture;
 use crate::support::harness::{Tolerance, assert_close, image};
 use afterimage_graph::check::NoFiles;
@@ -211,6 +212,29 @@ fn deep_blue_has_no_contour() {
     let step = |pair: &[Rgb]| largest([0, 1, 2].map(|c| (pair[0][c] - pair[1][c]).abs()));
     let most = colors.windows(2).map(step).fold(0.0, f64::max);
     assert!(most < 1e-3, "a step of {most}");
+}
+
+/// Near the blue of a display, where its gamut has a dent, a small change of light is a small change of codes: a step
+/// here is a sixth of a cell of a table with 64 levels.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn blues_have_no_contour() {
+    for node in ["ToneMap()", "ToneMap(curve: AcesNarkowicz)", "ToneMap(curve: KhronosNeutral)"] {
+        for light in [0.05, 0.12, 0.25, 0.5] {
+            let plane = Picture::new(160, 240, |x, y| {
+                let [red, green] = [x, y].map(|at| light * (at as f32 / 480.0).powi(2));
+                [red, green, light, 1.0]
+            });
+            let shown = run("Exposed", node, &NoFiles, &plane);
+            let codes: Vec<Rgb> =
+                shown.pixels.iter().map(|pixel| rgb(*pixel).map(|x| 255.0 * srgb_encode(x))).collect();
+            let step = |from: Rgb, to: Rgb| largest([0, 1, 2].map(|c| (from[c] - to[c]).abs()));
+            let across = codes.chunks(160).flat_map(|row| row.windows(2)).map(|pair| step(pair[0], pair[1]));
+            let down = codes.iter().zip(&codes[160..]).map(|(from, to)| step(*from, *to));
+            let most = across.chain(down).fold(0.0, f64::max);
+            assert!(most < 2.0, "{node} at {light}: {most} codes");
+        }
+    }
 }
 
 /// Colors of constant hue for observers, in linear Rec.709: at a quarter, a half, three quarters and all of the chroma.
