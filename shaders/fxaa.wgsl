@@ -9,12 +9,12 @@ struct Fxaa {
     floor: f32,
 }
 
-// Distances of the reads along an edge, in pixels, and last the distance of an edge without an end: presets 39, 25 and
-// 12. The last ones are far apart.
-const FXAA_LONG = array<f32, 12>(1.0, 2.0, 3.0, 4.0, 5.0, 6.5, 8.5, 10.5, 12.5, 14.5, 18.5, 26.5);
-const FXAA_MEDIUM = array<f32, 8>(1.0, 2.5, 4.5, 6.5, 8.5, 10.5, 14.5, 22.5);
-const FXAA_SHORT = array<f32, 5>(1.0, 2.5, 4.5, 8.5, 20.5);
-const FXAA_LAST = array<u32, 3>(11u, 7u, 4u);
+// The reads along an edge, from one pixel on. An array that a loop indexes would be copied at each read.
+struct FxaaReads {
+    singles: u32,  // steps of one pixel; then one of 1.5, and steps of two
+    last: u32,     // the number of steps, of which the last but one has four pixels
+    far: f32,      // the last step, to the distance of an edge without an end
+}
 
 // The brightness of the square around a pixel: rows from the top.
 struct FxaaSquare {
@@ -106,10 +106,17 @@ fn fxaa_edge(square: FxaaSquare) -> FxaaEdge {
     return FxaaEdge(along, across, 0.5 * (other + center), 0.25 * abs(other - center));
 }
 
-fn fxaa_distance(index: u32, quality: u32) -> f32 {
-    if quality == 1u { return FXAA_MEDIUM[index]; }
-    if quality == 2u { return FXAA_SHORT[index]; }
-    return FXAA_LONG[index];
+// The distances of presets 39, 25 and 12.
+fn fxaa_reads(quality: u32) -> FxaaReads {
+    if quality == 1u { return FxaaReads(0u, 7u, 8.0); }
+    if quality == 2u { return FxaaReads(0u, 4u, 12.0); }
+    return FxaaReads(4u, 11u, 8.0);
+}
+
+fn fxaa_step(number: u32, reads: FxaaReads) -> f32 {
+    if number + 1u == reads.last { return reads.far; }
+    if number + 2u == reads.last { return 4.0; }
+    return select(select(1.0, 1.5, number == reads.singles), 2.0, number > reads.singles);
 }
 
 // The distance at which an edge ends in one direction, and the brightness of the last read less that of the edge.
@@ -122,14 +129,15 @@ fn fxaa_end(
     quality: u32,
     is_light: bool,
 ) -> vec2f {
-    let last = FXAA_LAST[quality];
+    let reads = fxaa_reads(quality);
+    var distance = 1.0;
     var difference = 0.0;
-    for (var i = 0u; i < last; i++) {
-        let distance = fxaa_distance(i, quality);
+    for (var i = 0u; i < reads.last; i++) {
         difference = fxaa_brightness(tap(source, s, uv + distance * step), is_light) - edge.middle;
-        if abs(difference) >= edge.contrast { return vec2f(distance, difference); }
+        if abs(difference) >= edge.contrast { break; }
+        distance += fxaa_step(i, reads);
     }
-    return vec2f(fxaa_distance(last, quality), difference);
+    return vec2f(distance, difference);
 }
 
 // How far a pixel beside an edge moves across it: half a pixel at the end of the edge, nothing from its middle on, and
