@@ -322,6 +322,13 @@ impl Executor {
         self.has_filled_tables
     }
 
+    /// Lets the next frame fill the tables of the plan, as after a change of a number in them.
+    pub(crate) fn forget_tables(&mut self) {
+        if let Some(loaded) = &mut self.loaded {
+            loaded.tables.forget();
+        }
+    }
+
     /// Records one frame. Frames are submitted in the order in which they are recorded, each once.
     ///
     /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading

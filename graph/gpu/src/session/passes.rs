@@ -9,7 +9,8 @@ impl Session {
     /// Median milliseconds of each pass of the loaded plan: by timestamps between the passes, or, where timestamps
     /// cannot be trusted, of each pass submitted alone.
     ///
-    /// The sum is more than [`frame_time`](Self::frame_time), because passes of one batch do not overlap here.
+    /// The sum is more than [`frame_time`](Self::frame_time), because passes of one batch do not overlap here, and each
+    /// frame fills the tables.
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Clock::medians`].
@@ -25,6 +26,7 @@ impl Session {
         }
         let mut all = vec![Vec::new(); self.plan().passes.len()];
         for _ in 0..samples {
+            self.executor().forget_tables();
             let times = self.one(images, steps())?;
             all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
         }

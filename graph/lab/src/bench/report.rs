@@ -93,6 +93,8 @@ pub struct PassReport {
     /// `compute` or `fragment`.
     pub stage: &'static str,
     pub ms: f64,
+    /// Whether it fills a table of colors, in a frame before which a number in it has changed.
+    pub fills_table: bool,
     /// Bytes that it reads and writes.
     pub bytes: u64,
     /// Its bytes per time, as a share of the copy bandwidth.
@@ -120,10 +122,16 @@ pub(super) fn megabytes(bytes: u64) -> String {
 impl BenchReport {
     fn passes(&self) -> Table {
         let row = |pass: &PassReport| {
-            let name = if pass.stage == "fragment" { format!("{} (drawn)", pass.name) } else { pass.name.clone() };
-            vec![name, format!("{:.4}", pass.ms), megabytes(pass.bytes), percent(pass.share)]
+            let drawn = if pass.stage == "fragment" { " (drawn)" } else { "" };
+            let seldom = if pass.fills_table { " (after a change)" } else { "" };
+            vec![
+                format!("{}{drawn}{seldom}", pass.name),
+                format!("{:.4}", pass.ms),
+                megabytes(pass.bytes),
+                percent(pass.share),
+            ]
         };
-        let sum: f64 = self.passes.iter().map(|pass| pass.ms).sum();
+        let sum: f64 = self.passes.iter().filter(|pass| !pass.fills_table).map(|pass| pass.ms).sum();
         let all = vec!["sum, without overlap".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }

@@ -36,6 +36,11 @@ impl Tables {
         }
     }
 
+    /// Lets the next frame fill the tables, whatever they hold.
+    pub(crate) fn forget(&mut self) {
+        self.is_filled = false;
+    }
+
     /// Whether the next frame must fill the tables.
     pub(crate) fn are_stale(&self) -> bool {
         !self.uniforms.is_empty() && !self.is_filled
