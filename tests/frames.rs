@@ -217,6 +217,69 @@ fn what_keeps_a_state_is_not_held() {
     assert!(held.held[0].results.is_empty(), "{}", held.to_text());
 }
 
+/// With what it meters shown, a meter runs in every frame, and its own `hold` keeps the exposure.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_exposure_that_stays_meters_the_first_frame_alone() {
+    for metered in ["hold: true", "rate_dark: 0.0, rate_bright: 0.0"] {
+        let text = format!(
+            "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ \"counted\": Histogram(source: \"scene\", every: 2), \
+             \"metered\": AutoExposure(histogram: \"counted\", {metered}), \
+             \"lit\": Exposure(source: \"scene\", meter: \"metered\") }}, outputs: {{ \"lit\": \"lit\" }})"
+        );
+        let settled = checked(&text, &NoFiles);
+        let shown = meter("", metered);
+        for size in [[1, 1], [37, 23]] {
+            let (mut one, mut other) = (Film::new(&settled), Film::new(&shown));
+            for frame in 0..9 {
+                // A cut begins anew.
+                let (picture, reset) = (moving(size, frame), frame == 5);
+                let [one, other] = [&mut one, &mut other].map(|film| film.frame(frame, &picture, 0.1, reset));
+                assert!(one[0] == other[0], "{metered}, {size:?}: frame {frame}");
+            }
+        }
+        let plan = plan(&settled);
+        assert!(plan.to_text().contains("metered  runs where a sequence begins, because its state stays"));
+        let every_frame: Vec<&str> = running(&plan).collect();
+        assert_eq!(every_frame, ["lit"], "{}", plan.to_text());
+        assert!(running(&self::plan(&shown)).any(|node| node == "counted"));
+    }
+}
+
+/// The nodes of the passes that run in every frame.
+fn running(plan: &Plan) -> impl Iterator<Item = &str> {
+    let passes = plan.passes.iter().zip(plan.turns()).filter(|(_, turns)| turns.is_empty());
+    passes.flat_map(|(pass, _)| &pass.pass.nodes).map(String::as_str)
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn every_pipeline_with_a_meter_can_do_without() {
+    let fixed = &[("min_ev", "3.0"), ("max_ev", "3.0")];
+    let standing = &[("rate_dark", "0.0"), ("rate_bright", "0.0")];
+    for (name, bins, metered, needs_range) in [
+        ("tsushima.ron", "counted", "metered", true),
+        ("cinematic.ron", "counted", "metered", true),
+        ("exposure.ron", "bins", "meter", false),
+        ("hdr.ron", "bins", "meter", false),
+        ("matinee.ron", "bins", "meter", false),
+        ("cookbook.ron", "mean", "metered", false),
+    ] {
+        for tier in [None, Some("low")] {
+            for sets in [&[("hold", "true")][..], fixed, standing] {
+                let sets: Vec<(String, &str)> =
+                    sets.iter().map(|(set, to)| (format!("{metered}.{set}"), *to)).collect();
+                let sets: Vec<(&str, &str)> = sets.iter().map(|(set, to)| (set.as_str(), *to)).collect();
+                let plan = plan(&changed(name, tier, &sets));
+                // Local tone mapping follows the range of the scene, whatever the exposure.
+                let meters = needs_range && sets[0].0.ends_with("min_ev");
+                let runs = running(&plan).any(|node| node == bins);
+                assert_eq!(runs, meters && tier.is_none(), "{name} {tier:?} {sets:?}: {}", plan.to_text());
+            }
+        }
+    }
+}
+
 /// The state of one session continues in another, in the middle of a turn.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, is_settled, wanted_before};
 
 static SHADER: Shader = shader!("adapt");
 
@@ -28,9 +28,9 @@ params! {
         pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
         /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
         pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
-        /// Holds the exposure: it stays as it is, from the next metered frame on if there is none yet. The metered mean
-        /// and lux still follow the scene.
-        pub hold: bool = false => live(), neutral(false);
+        /// Holds the exposure: it stays as it is, or as the first frame sets it. Where mean and lux are read, they still
+        /// follow the scene; otherwise nothing is metered, which rates of 0 do, too.
+        pub hold: bool = false => neutral(false);
     }
 }
 
@@ -49,6 +49,9 @@ impl Node for Adapt {
     fn record(&self, pass: &mut Recorder<'_>) {
         if give_fixed(pass, [self.min_ev, self.max_ev], self.key, &["min_ev", "max_ev"]) {
             return;
+        }
+        if is_settled(pass, self.hold, [self.rate_dark, self.rate_bright]) {
+            pass.settle_state();
         }
         let result = pass.output_value("result", BufferLife::Persistent);
         let before = wanted_before(pass);

@@ -2,7 +2,7 @@
 
 use afterimage_graph::prelude::*;
 
-use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, wanted_before};
+use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, give_fixed, is_settled, wanted_before};
 
 static SHADER: Shader = shader!("auto_exposure");
 
@@ -72,9 +72,9 @@ params! {
         pub rate_dark: f32 = 1.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
         /// Adaptation speed when the scene gets brighter. The eye is faster in this direction.
         pub rate_bright: f32 = 3.0 => within(0.0..=1000.0), usually(0.1..=10.0), unit("1/s");
-        /// Holds the exposure: it stays as it is, from the next metered frame on if there is none yet. The metered mean
-        /// and lux still follow the scene.
-        pub hold: bool = false => live(), neutral(false);
+        /// Holds the exposure: it stays as it is, or as the first frame sets it. Where mean and lux are read, they still
+        /// follow the scene; otherwise nothing is metered, which rates of 0 do, too.
+        pub hold: bool = false => neutral(false);
         /// How bright lights affect the exposure.
         pub highlights: AutoExposureHighlights = AutoExposureHighlights::Ignore;
         /// For `highlights: Protect`: the exposed luminance that the percentile `high` must not exceed. 1 is display
@@ -123,6 +123,9 @@ impl Node for AutoExposure {
             && give_fixed(pass, [self.min_ev, self.max_ev], self.key, &decisive)
         {
             return;
+        }
+        if is_settled(pass, self.hold, [self.rate_dark, self.rate_bright]) {
+            pass.settle_state();
         }
         let result = pass.output_value("result", BufferLife::Persistent);
         let range = pass.output_value("range", BufferLife::Persistent);

@@ -8,13 +8,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, InputValue, Origin, Pass, Recording, Resource};
 
 use crate::builder::PlanBuilder;
-use crate::plan::{Held, made_for};
+use crate::plan::{Held, Turn, made_for};
 
-/// What a node makes that can be held: images and buffers of its own. Nothing if it keeps a state of its own. The
-/// recording had these numbers of images and buffers before it.
-pub(crate) fn results(recording: &Recording, made: &[InputValue], [images, buffers]: [usize; 2]) -> Vec<Resource> {
-    let own_buffers = &recording.buffers[buffers..];
-    if own_buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent) {
+/// What a node makes that can be held: images and buffers of its own. Nothing if it keeps a state of its own, unless
+/// that stays as it is. The recording had these numbers of images and buffers before it.
+pub(crate) fn results(
+    recording: &Recording,
+    made: &[InputValue],
+    [images, buffers]: [usize; 2],
+    every: u32,
+) -> Vec<Resource> {
+    let own_buffers = recording.buffers.iter().zip(0..).skip(buffers);
+    let state = own_buffers.filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
+    let state: Vec<Resource> = state.map(|(_, id)| Resource::Buffer(BufferId(id))).collect();
+    if !state.is_empty() && every != Turn::FIRST {
         return Vec::new();
     }
     let all = made.iter().flat_map(|value| match value {
@@ -30,7 +37,7 @@ pub(crate) fn results(recording: &Recording, made: &[InputValue], [images, buffe
             buffer.0 as usize >= buffers && !matches!(life, Some(BufferLife::Constant(_)))
         }
     };
-    all.filter(is_own).collect::<BTreeSet<_>>().into_iter().collect()
+    all.filter(is_own).chain(state).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// A node of which an earlier result is read makes it in every frame.
@@ -60,6 +67,14 @@ pub(crate) fn hold(builder: &mut PlanBuilder) {
     }
     let nodes: BTreeSet<&str> = writers.into_values().flatten().collect();
     held.retain(|held| nodes.contains(held.node.as_str()));
+    // What only states that stay are made from is not held: it is made with them.
+    let settled: BTreeSet<&str> = recording.settled.iter().map(String::as_str).collect();
+    let is_for_settled = |held: &Held| {
+        let reads = |pass: &&Pass| pass.reads().iter().any(|resource| held.results.contains(resource));
+        let mut readers = recording.passes.iter().filter(reads).peekable();
+        readers.peek().is_some() && readers.all(|pass| pass.nodes.iter().all(|node| settled.contains(node.as_str())))
+    };
+    held.retain(|held| held.turn.every == Turn::FIRST || !is_for_settled(held));
     let images: Vec<ImageId> = held.iter().flat_map(|held| &held.results).filter_map(|result| result.image()).collect();
     images.into_iter().for_each(|image| recording.images[image.0 as usize].origin = Origin::Held);
     follow_turns(builder);
@@ -83,7 +98,8 @@ fn follow_turns(builder: &mut PlanBuilder) {
         let mut lasting = lasting(builder);
         lasting.remove(&image);
         let reader = only_user(builder, &lasting, |pass| pass.reads().contains(&past_image));
-        let Some(at) = reader.filter(|_| is_once && !is_read && !is_shown) else { continue };
+        let in_turns = |at: &usize| builder.held[*at].turn.every != Turn::FIRST;
+        let Some(at) = reader.filter(in_turns).filter(|_| is_once && !is_read && !is_shown) else { continue };
         builder.held[at].results.push(image);
         if only_user(builder, &lasting, |pass| pass.writes().contains(&image)) == Some(at) {
             let frames = frames * builder.held[at].turn.every;
@@ -138,6 +154,6 @@ fn stagger(builder: &mut PlanBuilder) {
         let next = numbers.len() as u32;
         let number = *numbers.entry(groups[at]).or_insert(next);
         let turn = &mut builder.held[at].turn;
-        turn.phase = number % turn.every;
+        turn.phase = if turn.every == Turn::FIRST { 0 } else { number % turn.every };
     }
 }

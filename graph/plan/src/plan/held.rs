@@ -36,7 +36,8 @@ impl Plan {
 
     /// Frames after which the turns of passes come again, but at most 16: the time of a frame is a mean over so many.
     pub fn round(&self) -> u32 {
-        let turns: BTreeSet<u32> = self.held_results().values().map(|turn| turn.every).collect();
+        let turns = self.held_results().into_values().map(|turn| turn.every);
+        let turns: BTreeSet<u32> = turns.filter(|every| *every != Turn::FIRST).collect();
         (1..16).find(|frames| turns.iter().all(|every| frames % every == 0)).unwrap_or(16)
     }
 

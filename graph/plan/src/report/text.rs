@@ -27,6 +27,7 @@ impl Plan {
             let Held { node, turn: Turn { every, phase }, results } = held;
             let when = match results.is_empty() {
                 true => "runs in every frame, because it keeps a state".to_owned(),
+                false if *every == Turn::FIRST => "runs where a sequence begins, because its state stays".to_owned(),
                 false => format!("runs in one of {every} frames, where the number leaves {phase}"),
             };
             vec![format!("  {node}"), when]

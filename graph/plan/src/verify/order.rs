@@ -38,7 +38,10 @@ fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
                 let is_new_in_turns = is_read_in_turns(walk, &turns, image, own);
                 outputs.contains(&resource) || remembered.contains(&image) && !is_new_in_turns
             }
-            Resource::Buffer(buffer) => plan.buffers[buffer.0 as usize].life == BufferLife::Persistent,
+            Resource::Buffer(buffer) => {
+                let stays = held.get(&resource).is_some_and(|turn| turn.every == Turn::FIRST);
+                plan.buffers[buffer.0 as usize].life == BufferLife::Persistent && !stays
+            }
         };
         let is_missed = match held.get(&resource) {
             Some(turn) => !own.iter().eq([turn]),

@@ -192,6 +192,12 @@ impl<'a> Recorder<'a> {
         index.map_or(OutputUse::Unused, |index| self.used_outputs[index])
     }
 
+    /// Declares that the state of this node stays as the first frame of a sequence makes it: in other frames its passes,
+    /// and those that nobody else needs, do not run.
+    pub fn settle_state(&mut self) {
+        self.recording.settled.insert(self.node.to_owned());
+    }
+
     /// Whether the host changes the parameter while the plan runs. Then the passes must be the same at all its values,
     /// but for their uniforms.
     pub fn is_dynamic(&self, parameter: &str) -> bool {

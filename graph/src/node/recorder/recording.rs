@@ -1,6 +1,6 @@
 //! What nodes have recorded.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::node::kernel::{Arg, KernelCall};
@@ -21,6 +21,8 @@ pub struct Recording {
     /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
     /// all zeros, and whoever sets the limit does not run the recording.
     pub most_computed: Option<u64>,
+    /// The nodes whose state stays as it is once it is made.
+    pub settled: BTreeSet<String>,
 }
 
 /// A pixel of an image that has another size than the result of the function that takes it.
