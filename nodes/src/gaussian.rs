@@ -2,6 +2,8 @@
 
 use afterimage_graph::prelude::*;
 
+use crate::downsample::octaves;
+
 static SHADER: Shader = shader!("gaussian");
 
 choices! {
@@ -48,13 +50,17 @@ macro_rules! blur {
         }
 
         impl $kind {
-            /// The blur with a kernel that is so many times as wide.
-            fn blur(&self, scale: f32) -> Blur {
+            /// The blur with a kernel that is so many times as wide, together with what has this variance beside it.
+            fn blur(&self, scale: f32, filtered: f32) -> Blur {
                 let (sigma, reach) = match self.kernel {
                     GaussianKernel::Course33 => COURSE,
-                    _ => (self.sigma, self.reach),
+                    GaussianKernel::Caracal9 => CARACAL,
+                    GaussianKernel::Sigma => (self.sigma, self.reach),
                 };
-                Blur::new(self.kernel, self.taps, (scale * sigma).min(MAX_SIGMA), reach)
+                let kernel = if scale == 1.0 { self.kernel } else { GaussianKernel::Sigma };
+                let variance = scale * scale * (sigma * sigma + filtered) - filtered;
+                let sigma = if scale == 1.0 { sigma } else { variance.max(0.0).sqrt() };
+                Blur::new(kernel, self.taps, sigma.min(MAX_SIGMA), reach)
             }
         }
     };
@@ -67,7 +73,7 @@ blur! {
     /// blurred like color.
     Gaussian {
         /// Height of the source for which the kernel is meant: others get one of the same share of the picture, of a
-        /// sigma of 64 texels at most. With 0, it is meant for every source. `Caracal9` has one width.
+        /// sigma of 64 texels at most. With 0, it is meant for every source.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
     }
 }
@@ -79,7 +85,12 @@ blur! {
     ///
     /// The weights sum to 1, so a constant image stays the same. Reads beyond the border return the border. Alpha is
     /// blurred like color.
-    GaussianPyramid {}
+    GaussianPyramid {
+        /// Height of the frame for which the sigma is meant, as the `lines` of the pyramid: in frames between its
+        /// halvings, levels are blurred by less, so that each keeps its share of the picture. With 0, it is meant for
+        /// every frame.
+        pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+    }
 }
 
 /// At this sigma and below, all but 4e-6 of the weight is at the center.
@@ -88,6 +99,13 @@ const NO_BLUR: f32 = 0.2;
 const MAX_SIGMA: f32 = 64.0;
 /// Sigma of the kernel `Course33`, and the sigmas at which it ends: 16 texels.
 const COURSE: (f32, f32) = (3.5119, 4.555);
+
+/// The same of `Caracal9`: 4 texels.
+const CARACAL: (f32, f32) = (1.69, 2.36);
+
+/// The variance of what `Tap4` halvings and bilinear enlargements blur, in texels of a level: 0.31 + 0.17, and a quarter
+/// of that for each finer level.
+const FILTERED: f32 = 0.64;
 
 /// The shader's parameters for one blur.
 pub(crate) struct Blur {
@@ -147,7 +165,7 @@ impl Node for Gaussian {
     const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
-        inputs.is_zero("source") || self.blur(1.0).changes_nothing()
+        inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -155,7 +173,7 @@ impl Node for Gaussian {
         let desc = ImageDesc::new(pass.desc(source).size);
         let result = pass.output("result", desc);
         let scale = if self.lines == 0 { 1.0 } else { desc.size.height as f32 / self.lines as f32 };
-        self.blur(scale).record(pass, source, result);
+        self.blur(scale, 0.0).record(pass, source, result);
     }
 }
 
@@ -167,14 +185,16 @@ impl Node for GaussianPyramid {
     const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
-        inputs.is_zero("source") || self.blur(1.0).changes_nothing()
+        inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
+        let octaves = octaves(pass.frame_size(), self.lines);
+        let scale = (octaves - octaves.ceil()).exp2() as f32;
         for (index, source) in pass.pyramid("source").iter().enumerate() {
             let desc = ImageDesc::new(pass.desc(*source).size);
             let level = pass.level(format_args!("result.{index}"), desc);
-            self.blur(1.0).record(pass, *source, level);
+            self.blur(scale, FILTERED).record(pass, *source, level);
             pass.give_level("result", level);
         }
     }

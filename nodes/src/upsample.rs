@@ -48,6 +48,9 @@ params! {
         /// Height of the frame for which the weights are meant, as the `lines` of the pyramid. With 0, they hold for
         /// every frame.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
+        /// Whether a level fades in over the frames between two halvings of `lines`. A `GaussianPyramid` with `lines` has
+        /// levels of the same share of the picture in all of them, which keep their weights.
+        pub fade: bool = true;
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
@@ -115,6 +118,7 @@ impl Node for Upsample {
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
         let octaves = octaves(pass.frame_size(), self.lines);
+        let octaves = if self.fade { octaves } else { octaves.ceil() };
         let weights = self.weights(levels.len(), octaves);
         // Levels that are finer than the finest in a frame of `lines` have no weight: the result is smaller.
         let finest = (octaves.max(0.0) as usize).min(levels.len() - 1);
