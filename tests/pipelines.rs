@@ -210,6 +210,30 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
     assert_eq!(measured, known, "run tests/tiers.sh, and then tests/tiers.py claims");
 }
 
+/// A time cannot be tested, but what was timed can: a row is stale when its plan costs more or less than it did then.
+#[test]
+fn the_times_of_tiers_are_of_their_plans() {
+    let prices = include_str!("../graph/plan/tests/golden/prices.txt");
+    let price = |name: &str| -> Option<[f64; 2]> {
+        let figures = prices.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '))?;
+        let figures: Vec<f64> = figures.split_whitespace().map(|figure| figure.parse().ok()).collect::<Option<_>>()?;
+        let [megabytes, _, _, operations, _] = *figures else { return None };
+        Some([megabytes, operations])
+    };
+    for line in include_str!("../graph/docs/measurements/tiers.csv").lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [pipeline, tier, .., megabytes, operations] = *fields else { panic!("{line}") };
+        let name = format!("{pipeline} {tier}");
+        let now = price(&name).unwrap_or_else(|| panic!("prices.txt has no `{name}`"));
+        let timed = [megabytes, operations].map(|figure| figure.parse::<f64>().expect("a number"));
+        let is_as_timed = now.iter().zip(timed).all(|(now, timed)| (now - timed).abs() <= (0.02 * timed).max(0.051));
+        assert!(
+            is_as_timed,
+            "`{name}` had {timed:?} MB and operations when it was timed, and has {now:?}: time it again"
+        );
+    }
+}
+
 /// A second Vulkan, with small limits: four bind groups, 256 invocations.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -7,6 +7,7 @@ import re
 import sys
 from pathlib import Path
 
+ROOT = Path(__file__).parent.parent
 
 def tiers(measured):
     """The variants of a measurement that are tiers, and the pipeline as it is written, with their rows."""
@@ -20,8 +21,19 @@ def milliseconds(folder, name, tier, size):
     return json.loads((folder / f"{stem}.{size}.json").read_text())["gpu_ms"]
 
 
+def prices():
+    """Megabytes and operations of each pipeline and tier: what the times are of."""
+    known = {}
+    for line in (ROOT / "graph/plan/tests/golden/prices.txt").read_text().splitlines():
+        if not line.startswith("#"):
+            *name, megabytes, _, _, operations, _ = line.split()
+            known[" ".join(name)] = f"{megabytes},{operations}"
+    return known
+
+
 def table(folder):
-    print("pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving")
+    print("pipeline,tier,ms_4k,ms_1080p,p999,flip,worst_on,p999_moving,mb_4k,operations")
+    price = prices()
     for path in sorted(folder.glob("*.json")):
         if "." in path.stem:
             continue
@@ -31,18 +43,18 @@ def table(folder):
             times = [milliseconds(folder, path.stem, tier, size) for size in ("3840x2160", "1920x1080")]
             figures = f"{times[0]:.3f},{times[1]:.3f},{row['p999']:.2f},{row['flip']:.3f}"
             worst = max(row["images"], key=lambda image: image["p999"])
-            print(f"{path.stem},{tier},{figures},{worst['image']},{moving[tier]['p999']:.2f}")
+            moves = f"{moving[tier]['p999']:.2f}"
+            print(f"{path.stem},{tier},{figures},{worst['image']},{moves},{price[f'{path.stem} {tier}']}")
 
 
 def claims(where):
-    root = Path(__file__).parent.parent
     sections = {}
-    for row in csv.DictReader((root / "graph/docs/measurements/tiers.csv").open()):
+    for row in csv.DictReader((ROOT / "graph/docs/measurements/tiers.csv").open()):
         if row["tier"] != "as written":
             figures = f"ms: {row['ms_4k']}, p999: {row['p999']}, flip: {row['flip']}, on: {json.dumps(where)}"
             sections[row["pipeline"]] = sections.get(row["pipeline"], "") + f'        "{row["tier"]}": Claim({figures}),\n'
     for name, section in sections.items():
-        file = root / f"pipelines/{name}.ron"
+        file = ROOT / f"pipelines/{name}.ron"
         text = re.sub(r"    claims: \{\n(?:        .*\n)*    \},\n", "", file.read_text())
         file.write_text(text.removesuffix(")\n") + f"    claims: {{\n{section}    }},\n)\n")
 
