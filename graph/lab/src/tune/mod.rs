@@ -12,6 +12,7 @@ use std::path::Path;
 use afterimage_gpu::{ClockSource, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::Registry;
+use afterimage_plan::PlanHash;
 
 pub use crate::measure::variants::changes;
 pub use random::{PredictedError, random_errors};
@@ -132,6 +133,8 @@ struct ClipMeasurer<'a> {
     measured: u64,
     /// Whether errors of several switches are predicted.
     predicts: bool,
+    /// The time and the bytes of each plan, by its hash: images of one size and equal choices share them.
+    costs: BTreeMap<PlanHash, (f64, u64)>,
     /// The errors of the most accurate choice and of choices of one switch.
     errors: BTreeMap<Vec<usize>, SignedErrors>,
 }
@@ -164,6 +167,7 @@ impl<'a> ClipMeasurer<'a> {
             adapter: gpu.name(),
             measured: 0,
             predicts: true,
+            costs: BTreeMap::new(),
             errors: BTreeMap::new(),
         })
     }
@@ -214,9 +218,14 @@ impl<'a> ClipMeasurer<'a> {
         let graph = space.graph(self.written, choice);
         let mut worst: Option<Measured> = None;
         for ((clip, _), (p999, max)) in self.clips.iter().zip(errors) {
-            self.player.load(&graph, clip, false)?;
-            let cost = self.player.cost(clip, self.player.samples())?;
-            let (ms, bytes) = (cost.time.ms(), cost.bytes);
+            let plan = self.player.load(&graph, clip, false)?.hash();
+            let (ms, bytes) = match self.costs.get(&plan) {
+                Some(known) => *known,
+                None => {
+                    let cost = self.player.cost(clip, self.player.samples())?;
+                    *self.costs.entry(plan).or_insert((cost.time.ms(), cost.bytes))
+                }
+            };
             let here = Measured { ms, p999, p999_without_worst: None, max, bytes, is_predicted };
             worst = Some(worst.map_or(here, |worst| worst.worst(here)));
         }
