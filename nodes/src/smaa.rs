@@ -53,6 +53,8 @@ impl SmaaSearch {
 impl Node for Smaa {
     const INPUTS: &'static [Input] = antialiasing::INPUTS;
     const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
+    // Where staircases cross, as on a chessboard, the first that is found counts.
+    const PROMISES: Promises = Promises { symmetric: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
