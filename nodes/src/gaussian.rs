@@ -103,8 +103,8 @@ const COURSE: (f32, f32) = (3.5119, 4.555);
 /// The same of `Caracal9`: 4 texels.
 const CARACAL: (f32, f32) = (1.69, 2.36);
 
-/// The variance of what `Tap4` halvings and bilinear enlargements blur, in texels of a level: 0.31 + 0.17, and a quarter
-/// of that for each finer level.
+/// The variance of what `Tap4` halvings and bilinear enlargements blur, in texels of a level: 0.31 + 0.17, and a
+/// quarter of that for each finer level.
 const FILTERED: f32 = 0.64;
 
 /// The shader's parameters for one blur.

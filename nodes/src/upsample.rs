@@ -48,8 +48,8 @@ params! {
         /// Height of the frame for which the weights are meant, as the `lines` of the pyramid. With 0, they hold for
         /// every frame.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
-        /// Whether a level fades in over the frames between two halvings of `lines`. A `GaussianPyramid` with `lines` has
-        /// levels of the same share of the picture in all of them, which keep their weights.
+        /// Whether a level fades in over the frames between two halvings of `lines`. A `GaussianPyramid` with `lines`
+        /// has levels of the same share of the picture in all of them, which keep their weights.
         pub fade: bool = true;
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);

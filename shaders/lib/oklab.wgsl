@@ -53,10 +53,10 @@ fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
 
 // Channels may be below 0 by this much, in units of the gray, and become 0.
 const OKLAB_SLACK: f32 = 0.01;
-// The gamuts of Rec.709 and Rec.2020 have a dent next to their blue: with more chroma, red falls to 0, or a little below
-// it, and rises again. Where it begins to fall below, the border would jump, by ten codes of 8 bits. There red may be
-// lower, and from where it falls by less than this for a chroma of the lightness on, it is taken to fall by this. The
-// blue primaries stay within.
+// The gamuts of Rec.709 and Rec.2020 have a dent next to their blue: with more chroma, red falls to 0, or a little
+// below it, and rises again. Where it begins to fall below, the border would jump, by ten codes of 8 bits. There red
+// may be lower, and from where it falls by less than this for a chroma of the lightness on, it is taken to fall by
+// this. The blue primaries stay within.
 const OKLAB_DENT_SLACK: f32 = 0.06;
 const OKLAB_DENT_SLOPE: f32 = 0.4;
 // How much of the additional slack is lost where red is below 0 there.

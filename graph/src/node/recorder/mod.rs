@@ -192,8 +192,8 @@ impl<'a> Recorder<'a> {
         index.map_or(OutputUse::Unused, |index| self.used_outputs[index])
     }
 
-    /// Declares that the state of this node stays as the first frame of a sequence makes it: in other frames its passes,
-    /// and those that nobody else needs, do not run.
+    /// Declares that the state of this node stays as the first frame of a sequence makes it: in other frames its
+    /// passes, and those that nobody else needs, do not run.
     pub fn settle_state(&mut self) {
         self.recording.settled.insert(self.node.to_owned());
     }
