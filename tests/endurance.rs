@@ -70,7 +70,7 @@ struct Program {
 
 impl Program {
     fn open() -> Self {
-        let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+        let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
         let gpu = Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"));
         let session = Session::new(&gpu, edited(0), Facts::default(), options());
         Self { gpu, session, edit: 0, resized: 0 }

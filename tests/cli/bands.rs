@@ -6,6 +6,20 @@ use super::{Folder, room};
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_share_of_the_size_is_the_picture_of_scaled_images() {
+    let folder = Folder::new("scale");
+    let picture = room(91, 50);
+    write_exr(&folder.file("in.exr"), &picture, &ExrOptions::default()).expect("it can be written");
+    write_exr(&folder.file("small.exr"), &picture.scaled(23, 13), &ExrOptions::default()).expect("it can be written");
+    folder.run("render tsushima in.exr -o share.png --scale 25%").good();
+    folder.run("render tsushima small.exr -o small.png").good();
+    let bytes = |name: &str| std::fs::read(folder.file(name)).expect("it is written");
+    assert!(bytes("share.png") == bytes("small.png"));
+    folder.run("render tsushima in.exr -o share.png --scale 2").fails_saying(2, &["at most 1, such as 0.5 or 25%"]);
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_picture_has_the_same_pixels_in_bands() {
     let folder = Folder::new("bands");
     write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");

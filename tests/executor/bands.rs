@@ -1,10 +1,9 @@
 //! Pictures in bands: bit for bit what the device makes of whole images.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use afterimage_gpu::{BandFiles, BandsMade, FrameStep, PostError, Texels};
+use afterimage_gpu::{BandReader, BandWriter, BandsMade, FrameStep, PostError, Texels};
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
@@ -19,27 +18,35 @@ use crate::support::sweep;
 
 /// Pictures in memory.
 #[derive(Default)]
-struct InMemory {
-    inputs: BTreeMap<String, Texels>,
-    outputs: BTreeMap<String, Vec<u8>>,
+struct Inputs(BTreeMap<String, Texels>);
+
+impl BandReader for Inputs {
+    type Error = PostError;
+
+    fn read(&mut self, input: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), PostError> {
+        let Texels { desc, bytes } = &self.0[input];
+        let row = desc.size.width as usize * desc.format.bytes() as usize;
+        texels.clear();
+        texels.extend_from_slice(&bytes[rows.start as usize * row..rows.end as usize * row]);
+        Ok(())
+    }
+}
+
+#[derive(Default)]
+struct Outputs {
+    bytes: BTreeMap<String, Vec<u8>>,
     first_row: u32,
 }
 
-impl BandFiles for InMemory {
+impl BandWriter for Outputs {
     type Error = PostError;
 
-    fn read(&mut self, input: &str, rows: Range<u32>) -> Result<Cow<'_, [u8]>, PostError> {
-        let Texels { desc, bytes } = &self.inputs[input];
-        let row = desc.size.width as usize * desc.format.bytes() as usize;
-        Ok(Cow::Borrowed(&bytes[rows.start as usize * row..rows.end as usize * row]))
-    }
-
-    fn write(&mut self, output: &str, rows: Range<u32>, texels: &[u8]) -> Result<(), PostError> {
-        let bytes = self.outputs.entry(output.to_owned()).or_default();
+    fn write(&mut self, output: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), PostError> {
+        let bytes = self.bytes.entry(output.to_owned()).or_default();
         if rows.start == self.first_row {
             bytes.clear();
         }
-        bytes.extend_from_slice(texels);
+        bytes.append(texels);
         Ok(())
     }
 }
@@ -67,23 +74,23 @@ fn compare(name: &str, run: &Run<'_>, picture: &Picture, limits: BandLimits) -> 
         run.graph.inputs.iter().filter(|input| !input.optional).map(|input| input.name.as_str()).collect();
     let mut images = Vec::new();
     let first_row = limits.rows.map_or(0, |[first, _]| first);
-    let mut files = InMemory { first_row, ..InMemory::default() };
+    let (mut inputs, mut outputs) = (Inputs::default(), Outputs { first_row, ..Outputs::default() });
     for name in &required {
         images.push(session.feed(name, texels.desc, &texels.bytes)?);
-        files.inputs.insert((*name).to_owned(), texels.clone());
+        inputs.0.insert((*name).to_owned(), texels.clone());
     }
     session.restart();
     session.render(texels.desc.size, &images, FrameStep::FIRST)?;
     let given: Vec<_> = required.iter().map(|name| (*name, texels.desc)).collect();
     let plan = session.plan_in_bands(texels.desc.size, &given)?;
-    let made = session.render_in_bands(&plan, limits, FrameStep::FIRST, 0, &[], &mut files)?;
+    let made = session.render_in_bands(&plan, limits, FrameStep::FIRST, 0, &[], (&mut inputs, &mut outputs))?;
     for output in &plan.outputs {
         let mut whole = session.output(&output.name)?;
         let row = whole.bytes.len() / whole.desc.size.height as usize;
         if let Some([first, end]) = limits.rows {
             whole.bytes = whole.bytes[first as usize * row..end as usize * row].to_vec();
         }
-        let banded = &files.outputs[&output.name];
+        let banded = &outputs.bytes[&output.name];
         assert_eq!(whole.bytes.len(), banded.len(), "{name}: `{}` has other bytes", output.name);
         let texel = whole.desc.format.bytes() as usize * whole.desc.size.width as usize;
         let differing = whole.bytes.chunks(texel).zip(banded.chunks(texel)).enumerate().filter(|(_, (a, b))| a != b);

@@ -15,7 +15,7 @@ const TWO: &str = r#"Pipeline(
 )"#;
 
 fn open() -> Gpu {
-    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
     Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -285,7 +285,7 @@ fn a_texture_that_no_pass_can_write_is_an_error() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_adapter_that_is_not_there_is_reported_with_those_that_are() {
-    let opening = Opening { adapter: Some("voodoo 2".into()), validation: false };
+    let opening = Opening { adapter: Some("voodoo 2".into()), ..Opening::default() };
     let Err(error) = Gpu::open(&opening) else { panic!("there is no such adapter") };
     let name = crate::support::gpu::gpu().name();
     let text = error.to_string();

@@ -7,7 +7,7 @@ use crate::support::gpu::{Run, built_in};
 use crate::support::player::Player;
 
 fn open() -> Player {
-    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
     Player::on(Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}")))
 }
 

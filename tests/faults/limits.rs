@@ -43,7 +43,7 @@ fn frame(session: &mut Session, picture: &Picture) -> Result<Texels, PostError> 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_a_device_refuses_is_an_error_and_the_old_plan_runs_on() {
-    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
     let whole = Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"));
     let graph = built_in("exposure.ron", None);
     let session = |gpu: &Gpu| Session::new(gpu, graph.clone(), Facts::default(), Options::default());
@@ -74,7 +74,7 @@ fn what_a_device_refuses_is_an_error_and_the_old_plan_runs_on() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn an_executor_that_could_not_be_made_says_so_for_every_plan() {
-    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
     let whole = Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"));
     let gpu = open(&whole, |limits| limits.max_buffer_size = 4);
     let picture = Picture::new(4, 2, |x, y| [x as f32, y as f32, 0.5, 1.0]);

@@ -74,7 +74,11 @@ impl Drop for Shared {
 pub fn gpu() -> Shared {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     super::layer::listen();
-    let open = || match Gpu::open(&Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: true }) {
+    let open = || match Gpu::open(&Opening {
+        adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(),
+        validation: true,
+        ..Opening::default()
+    }) {
         Ok(gpu) => gpu,
         Err(error) => panic!("GPU tests need an adapter: {error}; AFTERIMAGE_NO_GPU=1 reports them as ignored"),
     };

@@ -18,16 +18,14 @@ const MAX_BYTES: u64 = 64 << 20;
 
 /// Opens the device that the command line names.
 pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
-    let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), validation: false })?;
+    let max_memory = options.gpu_memory.map(|Budget(bytes)| bytes);
+    let mut gpu = Gpu::open(&Opening { adapter: options.adapter.clone(), max_memory, ..Opening::default() })?;
     if options.require_gpu && gpu.is_processor() {
         return Err(Failure::machine(format!("`--require-gpu`: the only adapter is the processor, `{}`", gpu.name()))
             .hint("install a driver of a graphics card, or leave the option out"));
     }
     // On lavapipe whole pipelines are a third faster with draws.
     gpu.caps.prefer_fragment = gpu.is_processor();
-    if let Some(Budget(bytes)) = options.gpu_memory {
-        gpu.caps.max_memory = bytes;
-    }
     Ok(gpu)
 }
 

@@ -33,11 +33,17 @@ pub struct Opening {
     pub adapter: Option<String>,
     /// Whether the Khronos validation layer is enabled.
     pub validation: bool,
+    /// Bytes that the images of a frame may take; by default three quarters of a card's memory, or half of the
+    /// system's. With it, what is allocated is little more than what is in use.
+    pub max_memory: Option<u64>,
 }
 
 /// The hint for a machine without an adapter.
 const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debian or Ubuntu `apt-get install \
                       mesa-vulkan-drivers` installs one that runs on the processor";
+
+/// Bytes of a block of device memory; those of host memory have half of them.
+const SMALL: u64 = 8 << 20;
 
 /// Optional features that make plans faster; each is requested where the adapter has it.
 const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
@@ -74,7 +80,14 @@ impl Gpu {
         let flags = if opening.validation { validated } else { wgpu::InstanceFlags::empty() };
         // Ranges of draws that kernels write are not trusted: those beyond the buffers draw nothing.
         descriptor.flags = flags | wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
-        Self::open_on(&wgpu::Instance::new(descriptor), opening.adapter.as_deref()).await
+        let hints = match opening.max_memory {
+            // The smallest blocks that wgpu shares between small images: larger ones have memory of their own.
+            Some(_) => wgpu::MemoryHints::Manual { suballocated_device_memory_block_size: SMALL..SMALL },
+            None => wgpu::MemoryHints::Performance,
+        };
+        let mut gpu = Self::open_with(&wgpu::Instance::new(descriptor), opening.adapter.as_deref(), hints).await?;
+        gpu.caps.max_memory = opening.max_memory.unwrap_or(gpu.caps.max_memory);
+        Ok(gpu)
     }
 
     /// Opens a device of an instance that the program has made, on the adapter that `wanted` names as
@@ -83,13 +96,21 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::NoAdapter`] and [`GpuError::NoDevice`].
     pub async fn open_on(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<Self, GpuError> {
+        Self::open_with(instance, wanted, wgpu::MemoryHints::Performance).await
+    }
+
+    async fn open_with(
+        instance: &wgpu::Instance,
+        wanted: Option<&str>,
+        memory_hints: wgpu::MemoryHints,
+    ) -> Result<Self, GpuError> {
         let adapter = adapter(instance, wanted).await?;
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("afterimage"),
             required_features: wanted_features(&adapter),
             required_limits: adapter.limits(),
-            memory_hints: wgpu::MemoryHints::Performance,
+            memory_hints,
             ..Default::default()
         };
         let opened = caught("the device", || adapter.request_device(&descriptor))?.await;

@@ -6,7 +6,7 @@ use afterimage_graph::image::{Format, ImageDesc, Size};
 use crate::buffer::buffer;
 use crate::device::texture_format;
 use crate::platform::{scoped, submit, wait, watched};
-use crate::{GpuError, Texels, store};
+use crate::{Gpu, GpuError, Texels, store};
 
 /// A texture that receives one image after another, as an input of a pipeline. The texture stays the same, so bind
 /// groups stay valid.
@@ -80,17 +80,60 @@ impl Feed {
                 watched(&self.device, WHAT_FED, new)?
             }
         };
-        map(&self.device, &staging, wgpu::MapMode::Write)?;
-        let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
-        if row == pitch {
-            mapped.slice(..).copy_from_slice(bytes);
-        } else {
-            let lines = bytes.chunks_exact(row).enumerate();
-            lines.for_each(|(y, line)| mapped.slice(y * pitch..y * pitch + row).copy_from_slice(line));
-        }
-        drop(mapped);
-        staging.unmap();
+        put(&self.device, &staging, bytes, row, pitch)?;
         Ok(staging)
+    }
+}
+
+/// Puts rows into a buffer, and pads them. Waits for the GPU.
+fn put(device: &wgpu::Device, staging: &wgpu::Buffer, bytes: &[u8], row: usize, pitch: usize) -> Result<(), GpuError> {
+    map(device, staging, wgpu::MapMode::Write)?;
+    let mut mapped = staging.slice(..).get_mapped_range_mut().map_err(|error| GpuError::lost(&error))?;
+    if row == pitch {
+        mapped.slice(..bytes.len()).copy_from_slice(bytes);
+    } else {
+        let lines = bytes.chunks_exact(row).enumerate();
+        lines.for_each(|(y, line)| mapped.slice(y * pitch..y * pitch + row).copy_from_slice(line));
+    }
+    drop(mapped);
+    staging.unmap();
+    Ok(())
+}
+
+/// Uploads rows of textures through one buffer.
+pub(crate) struct RowUpload {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    staging: wgpu::Buffer,
+}
+
+impl RowUpload {
+    /// Through a buffer of that size, or of that of the longest row of these images.
+    pub(crate) fn new(gpu: &Gpu, bytes: u64, images: impl Iterator<Item = ImageDesc>) -> Self {
+        let all = images.map(|desc| (row_and_pitch(desc.size, desc.format).1 as u64, u64::from(desc.size.height)));
+        let needed = all.map(|(pitch, rows)| pitch * rows.min(bytes / pitch).max(1));
+        let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+        let staging = buffer(&gpu.device, "upload", needed.max().unwrap_or(4), usage);
+        Self { device: gpu.device.clone(), queue: gpu.queue.clone(), staging }
+    }
+
+    /// Uploads rows without gaps, to those of a texture that begin with `first`.
+    pub(crate) fn rows(&self, to: &store::Stored, first: u32, texels: &[u8]) -> Result<(), GpuError> {
+        let (row, pitch) = row_and_pitch(to.desc.size, to.desc.format);
+        let most = (self.staging.size() as usize / pitch).max(1);
+        for (index, piece) in texels.chunks(most * row).enumerate() {
+            put(&self.device, &self.staging, piece, row, pitch)?;
+            let size = Size { height: (piece.len() / row) as u32, ..to.desc.size };
+            let origin = wgpu::Origin3d { x: 0, y: first + (index * most) as u32, z: 0 };
+            submit(&self.device, &self.queue, "rows of an image", |encoder| {
+                let from = wgpu::TexelCopyBufferInfo { buffer: &self.staging, layout: layout(size, pitch) };
+                let to = wgpu::TexelCopyTextureInfo { origin, ..to.texture.as_image_copy() };
+                let extent = wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 };
+                encoder.copy_buffer_to_texture(from, to, extent);
+                Ok::<(), GpuError>(())
+            })?;
+        }
+        Ok(())
     }
 }
 
@@ -156,19 +199,25 @@ impl Readback {
         Ok(Texels { desc: ImageDesc { volume, ..ImageDesc::new(size).format(format) }, bytes })
     }
 
-    /// The texels of some rows of a texture, as [`download`](Self::download) gives them.
-    pub(crate) fn rows(&mut self, texture: &wgpu::Texture, rows: std::ops::Range<u32>) -> Result<Vec<u8>, GpuError> {
+    /// Puts the texels of some rows of a texture into `bytes`, as [`download`](Self::download) gives them.
+    pub(crate) fn rows(
+        &mut self,
+        texture: &wgpu::Texture,
+        rows: std::ops::Range<u32>,
+        bytes: &mut Vec<u8>,
+    ) -> Result<(), GpuError> {
         let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
         let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
         let size = Size::new(texture.width(), rows.end - rows.start);
         let (row, pitch) = row_and_pitch(size, format);
-        let mut bytes = Vec::with_capacity(row * size.height as usize);
+        bytes.clear();
+        bytes.reserve(row * size.height as usize);
         for (mut origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
             origin.y += rows.start;
             let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };
-            self.read(part, extent, row, pitch, &mut bytes)?;
+            self.read(part, extent, row, pitch, bytes)?;
         }
-        Ok(bytes)
+        Ok(())
     }
 
     /// Appends the texels of a part of a texture.
@@ -181,7 +230,8 @@ impl Readback {
         bytes: &mut Vec<u8>,
     ) -> Result<(), GpuError> {
         let size = Size::volume(extent.width, extent.height, extent.depth_or_array_layers);
-        let buffer = self.buffer_of((pitch * rows(size)) as u64)?;
+        let length = pitch * rows(size);
+        let buffer = self.buffer_of(length as u64)?;
         let to = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: layout(size, pitch) };
         submit(&self.device, &self.queue, "the copy of a texture", |encoder| {
             encoder.copy_texture_to_buffer(part, to, extent);
@@ -189,7 +239,7 @@ impl Readback {
         })?;
         map(&self.device, &buffer, wgpu::MapMode::Read)?;
         let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-        append_without_padding(bytes, &mapped, row, pitch);
+        append_without_padding(bytes, &mapped[..length], row, pitch);
         drop(mapped);
         buffer.unmap();
         self.buffer = Some(buffer);
@@ -231,9 +281,9 @@ impl Readback {
         Ok(bytes)
     }
 
-    /// The previous buffer if it has this size, otherwise a new one.
+    /// The previous buffer if it has this size at least, otherwise a new one.
     fn buffer_of(&mut self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        let known = self.buffer.take().filter(|buffer| buffer.size() == bytes);
+        let known = self.buffer.take().filter(|buffer| buffer.size() >= bytes);
         known.map_or_else(|| readable(&self.device, "readback", bytes), Ok)
     }
 }

@@ -7,6 +7,7 @@ use afterimage_media::*;
 fn the_same_size_is_the_same_picture() {
     let picture = picture(13, 7);
     assert_eq!(picture.fitted(13, 7).pixels, picture.pixels);
+    assert_eq!(picture.scaled(13, 7).pixels, picture.pixels);
 }
 
 #[test]

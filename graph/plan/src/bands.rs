@@ -98,25 +98,19 @@ pub struct BandPass {
 }
 
 impl Reach {
-    /// Adds what a pass has read beyond the rows that it was given. Returns whether it was anything.
-    pub fn learn(&mut self, pass: &Pass, index: usize, size: [u32; 2], missing: [u32; 2]) -> bool {
+    /// Adds rows, above and below, to those that a pass is given.
+    pub fn learn(&mut self, pass: &Pass, index: usize, size: [u32; 2], more: [u32; 2]) {
         let known = self.of(pass, index, size);
-        let more = |side: usize| if missing[side] == 0 { known[side] } else { known[side] + 2 * missing[side] };
-        self.0.insert((index, size), [more(0), more(1)]);
-        missing != [0; 2]
+        self.0.insert((index, size), [known[0] + more[0], known[1] + more[1]]);
     }
 
     fn of(&self, pass: &Pass, index: usize, size: [u32; 2]) -> [u32; 2] {
-        let first = match pass.kind {
-            PassKind::RowDownsample(_) => 6,
-            PassKind::Compute | PassKind::CellReduce(_) => 1,
-            _ => 4,
-        };
+        let first = if matches!(pass.kind, PassKind::RowDownsample(_)) { 2 } else { 1 };
         self.0.get(&(index, size)).copied().unwrap_or([first; 2])
     }
 }
 
-/// The most bytes of an image that a host uploads at a time, unless a row has more.
+/// The most bytes of an image that a host uploads or reads back at a time, unless a row has more.
 pub const UPLOADED: u64 = 16 << 20;
 
 /// How a pass takes part.
@@ -578,7 +572,8 @@ impl<'a> Sizes<'a> {
         };
         let inputs = band.inputs.iter().map(|(image, rows)| bytes(image.0 as usize, rows).min(UPLOADED));
         let outputs = band.outputs.iter();
-        let outputs = outputs.map(|(output, rows)| bytes(self.plan.outputs[*output].image.0 as usize, rows));
+        let outputs =
+            outputs.map(|(output, rows)| bytes(self.plan.outputs[*output].image.0 as usize, rows).min(UPLOADED));
         inputs.chain(outputs).sum()
     }
 }

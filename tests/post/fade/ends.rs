@@ -160,7 +160,7 @@ fn on(gpu: Gpu) -> Host {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_device_that_is_lost_during_a_fade_is_an_error_and_another_one_goes_on() {
-    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), validation: false };
+    let opening = Opening { adapter: std::env::var("AFTERIMAGE_ADAPTER").ok(), ..Opening::default() };
     let open = || Gpu::open(&opening).unwrap_or_else(|error| panic!("{error}"));
     for lost_before in 0..4 {
         let mut host = on(open());

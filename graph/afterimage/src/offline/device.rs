@@ -13,7 +13,7 @@ pub(super) fn open(adapter: Option<&str>) -> Result<Gpu, GpuError> {
     if let Some((_, gpu)) = known.as_ref().filter(|(name, _)| name.as_deref() == adapter) {
         return Ok(gpu.clone());
     }
-    let mut gpu = Gpu::open(&Opening { adapter: adapter.map(str::to_owned), validation: false })?;
+    let mut gpu = Gpu::open(&Opening { adapter: adapter.map(str::to_owned), ..Opening::default() })?;
     // As the program does: lavapipe runs draws faster.
     gpu.caps.prefer_fragment = gpu.is_processor();
     *known = Some((adapter.map(str::to_owned), gpu.clone()));

@@ -73,10 +73,11 @@ pub fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: bool) -> U
 pub fn with_encoded_pixels<T>(texels: &Texels, write: impl FnOnce(EncodedPixels<'_>) -> T) -> T {
     match texels.desc.format {
         Format::Rgba8Unorm => write(EncodedPixels::Byte(&texels.bytes)),
-        Format::Rgba16Float => {
-            let halves: Vec<f16> = bytemuck::pod_collect_to_vec(&texels.bytes);
-            write(EncodedPixels::Half(&halves))
-        }
+        Format::Rgba16Float => match bytemuck::try_cast_slice(&texels.bytes) {
+            Ok(halves) => write(EncodedPixels::Half(halves)),
+            // They begin at an odd address.
+            Err(_) => write(EncodedPixels::Half(&bytemuck::pod_collect_to_vec::<u8, f16>(&texels.bytes))),
+        },
         _ => write(EncodedPixels::Float(texels.to_floats().as_flattened())),
     }
 }

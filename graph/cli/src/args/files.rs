@@ -7,6 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::headings::{INPUT_FILES, OUTPUT_FILES};
+use super::options::parse_scale;
 
 /// Options of the commands that read sequences for a render.
 #[derive(Clone, Debug, Default, Args)]
@@ -27,6 +28,10 @@ pub(crate) struct ReadArgs {
     /// What becomes of frames whose size is not that of the first one
     #[arg(long, value_enum, default_value_t = OtherSize::Error)]
     pub(crate) resize: OtherSize,
+    /// Render smaller: images are scaled to this share of their width and height, such as `0.5` or `25%`. What
+    /// parameters and images state in pixels stays
+    #[arg(long, value_name = "SHARE", value_parser = parse_scale)]
+    pub(crate) scale: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

@@ -189,9 +189,29 @@ pub(crate) fn parse_share(text: &str) -> Result<f32, String> {
     share.ok_or_else(|| "a share is a number from 0 to 1, such as 0.25".into())
 }
 
+/// `0.5` or `25%`: above 0, and 1 at most.
+pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
+    let (number, whole) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 100.0));
+    let share = number.trim().parse().ok().map(|number: f64| number / whole);
+    share
+        .filter(|share| *share > 0.0 && *share <= 1.0)
+        .ok_or_else(|| "a share of the size is above 0 and at most 1, such as 0.5 or 25%".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_of_a_size_are_numbers_or_percentages() {
+        assert_eq!(
+            ["0.5", "25%", "1", "100 %"].map(|text| parse_scale(text).ok()),
+            [Some(0.5), Some(0.25), Some(1.0), Some(1.0)]
+        );
+        for text in ["", "0", "%", "-0.5", "1.5", "150%", "NaN", "inf"] {
+            assert!(parse_scale(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn parts_are_a_corner_and_a_size() {

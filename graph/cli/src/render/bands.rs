@@ -1,13 +1,15 @@
 //! A picture that is larger than the device, or than the memory for it: rows come from its files and go to its files,
 //! band by band.
 
-use std::borrow::Cow;
+use std::mem;
 use std::ops::Range;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 use afterimage::offline::quantize::with_encoded_pixels;
-use afterimage_gpu::{BandFiles, Session, Texels};
+use afterimage_gpu::{BandReader, BandWriter, Session, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_media::{PngFile, PngOptions, ReadOptions, read_within};
+use afterimage_media::{Budget, PngFile, PngOptions, PngRows, ReadOptions, Source, read_description, read_within};
 use afterimage_plan::{BandLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
@@ -21,12 +23,29 @@ use crate::failure::Failure;
 use crate::save::Stated;
 use crate::terminal::note;
 
-/// The files of a picture.
-pub(super) struct PictureFiles<'a> {
-    pictures: &'a [InputPicture],
-    /// The pixels of each input that are repaired, and the row up to which they are counted.
-    repairs: Vec<(Repairs, u32)>,
+/// The inputs of a picture.
+struct Inputs<'a> {
+    inputs: Vec<InputRows<'a>>,
+    busy: Duration,
+}
+
+/// An input of which rows are read one after another.
+struct InputRows<'a> {
+    input: &'a InputPicture,
+    /// The rows that are decoded, if the file is read in parts, and the first of them.
+    decoded: Vec<u8>,
+    first: u32,
+    /// Rows end at a multiple of this, so that no block of the file is decoded twice.
+    unit: u32,
+    /// The pixels that are repaired, and the row up to which they are counted.
+    repairs: Repairs,
+    counted: u32,
+}
+
+/// The outputs of a picture.
+struct Outputs<'a> {
     outputs: Vec<OutputRows<'a>>,
+    busy: Duration,
 }
 
 /// An output of which rows come one after another.
@@ -36,7 +55,7 @@ struct OutputRows<'a> {
     desc: ImageDesc,
     crop: Crop,
     /// The file that takes them.
-    png: Option<(&'a std::path::Path, PngOptions)>,
+    png: Option<(&'a Path, PngOptions)>,
     open: Option<PngFile>,
     /// Otherwise they are kept.
     bytes: Vec<u8>,
@@ -49,6 +68,9 @@ pub(super) struct Made {
     /// The repaired pixels of each input.
     pub(super) repairs: Vec<Repairs>,
     pub(super) exposure: Vec<Reading>,
+    /// How long files were read and written, while the device worked.
+    pub(super) read: Duration,
+    pub(super) write: Duration,
 }
 
 /// Renders a picture in bands.
@@ -70,18 +92,20 @@ pub(super) fn render(
         let png = target.saving.png_rows(Stated::of(&output).colorimetry, job.frame.unwrap_or(0));
         let is_streamed = pictures.iter().any(|input| input.streamed.is_some());
         let is_large = is_streamed || desc.bytes() > request.args.images.budget().0;
-        let png = png.filter(|options| is_large && afterimage_media::PngRows::<std::fs::File>::can_write(options));
+        let png = png.filter(|options| is_large && PngRows::<std::fs::File>::can_write(options));
         let png = png.map(|options| (file.as_path(), options));
         outputs.push(OutputRows { output, desc, crop, png, open: None, bytes: Vec::new() });
     }
-    let repairs = pictures.iter().map(|input| (input.repairs, 0)).collect();
-    let mut files = PictureFiles { pictures, repairs, outputs };
+    let inputs = pictures.iter().map(InputRows::new).collect::<Result<_, _>>()?;
+    let mut inputs = Inputs { inputs, busy: Duration::ZERO };
+    let mut outputs = Outputs { outputs, busy: Duration::ZERO };
     let rows = request.args.crop.map(|Crop { corner: (_, y), size: (_, height) }| [y, y + height]);
     let (bytes, side) = (session.gpu().caps.max_memory, session.gpu().caps.max_side);
     let limits = BandLimits { bytes, side, filters: session.gpu().is_processor(), least: 1, rows };
     let frame = job.frame.unwrap_or(0);
     let values: Vec<String> = meters.iter().map(|meter| value_of(meter)).collect();
-    let made = session.render_in_bands(plan, limits, request.step(frame, None, true), frame, &values, &mut files)?;
+    let (step, files) = (request.step(frame, None, true), (&mut inputs, &mut outputs));
+    let made = session.render_in_bands(plan, limits, step, frame, &values, files)?;
     if made.bands > made.sweeps {
         note(&format!(
             "note: the picture is larger than the device or `--gpu-memory`: it is made in {} bands of {} sweeps, with \
@@ -91,20 +115,13 @@ pub(super) fn render(
             made.bytes.div_ceil(1 << 20)
         ));
     }
-    let repairs = files.repairs.iter().map(|(repairs, _)| *repairs).collect();
+    let repairs = inputs.inputs.iter().map(|rows| rows.repairs).collect();
     let exposure = meters.iter().zip(made.values).filter_map(|(meter, value)| reading(meter, value)).collect();
-    let mut outputs = Vec::new();
-    for rows in files.outputs {
-        let texels = match rows.open {
-            Some(png) => {
-                png.finish()?;
-                None
-            }
-            None => Some(Texels { desc: rows.desc, bytes: rows.bytes }),
-        };
-        outputs.push((rows.output, texels));
-    }
-    Ok(Made { outputs, repairs, exposure })
+    let (read, mut write) = (inputs.busy, outputs.busy);
+    let start = Instant::now();
+    let finished = outputs.outputs.into_iter().map(OutputRows::finish).collect::<Result<_, _>>()?;
+    write += start.elapsed();
+    Ok(Made { outputs: finished, repairs, exposure, read, write })
 }
 
 /// The part of an output that is written.
@@ -132,60 +149,129 @@ fn check_state(request: &Request<'_>, plan: &Plan) -> Result<(), Failure> {
         .hint("render them whole, with more memory: `--gpu-memory SIZE`"))
 }
 
-impl BandFiles for PictureFiles<'_> {
-    type Error = Failure;
+/// Rows of the tallest block of an EXR file without tiles.
+const SCAN_LINES: u64 = 256;
 
-    fn read(&mut self, input: &str, rows: Range<u32>) -> Result<Cow<'_, [u8]>, Failure> {
-        let index = self.pictures.iter().position(|picture| picture.name == input).expect("the plan has its inputs");
-        let InputPicture { picture, desc, streamed, signedness, .. } = &self.pictures[index];
-        let row = desc.size.width as usize * desc.format.bytes() as usize;
-        let Some((source, options)) = streamed else {
-            return Ok(Cow::Borrowed(&picture.bytes()[rows.start as usize * row..rows.end as usize * row]));
-        };
-        let options = ReadOptions { rows: Some([rows.start, rows.end - rows.start]), ..*options };
-        let part = read_within(source, options)?;
-        if part.bytes().len() != row * (rows.end - rows.start) as usize {
-            return Err(Failure::user(format!("{}: the file has changed", source.path.display())));
-        }
-        let (repairs, counted) = &mut self.repairs[index];
-        if rows.end > *counted {
-            let new = counted.saturating_sub(rows.start);
-            *repairs = repairs.and(Repairs::below(&part, new, *signedness));
-            *counted = rows.end;
-        }
-        Ok(Cow::Owned(part.bytes().to_vec()))
+impl<'a> InputRows<'a> {
+    fn new(input: &'a InputPicture) -> Result<Self, Failure> {
+        let unit = input.streamed.as_ref().map_or(Ok(1), |(source, options)| unit(source, options.budget, input.row()));
+        let repairs = input.repairs;
+        Ok(Self { input, decoded: Vec::new(), first: 0, unit: unit?, repairs, counted: 0 })
     }
 
-    fn write(&mut self, output: &str, rows: Range<u32>, texels: &[u8]) -> Result<(), Failure> {
+    /// Decodes what is missing of these rows, and forgets those before.
+    fn decode(&mut self, (source, options): &(Source, ReadOptions), rows: Range<u32>) -> Result<(), Failure> {
+        let row = self.input.row();
+        let end = self.first + (self.decoded.len() / row) as u32;
+        let kept = (self.first..end).contains(&rows.start);
+        self.decoded.drain(..if kept { (rows.start - self.first) as usize * row } else { self.decoded.len() });
+        self.first = rows.start;
+        let start = if kept { end } else { rows.start };
+        if start >= rows.end {
+            return Ok(());
+        }
+        let end = rows.end.next_multiple_of(self.unit).min(self.input.desc.size.height);
+        let part = read_within(source, ReadOptions { rows: Some([start, end - start]), ..*options })?;
+        if part.bytes().len() != row * (end - start) as usize {
+            return Err(Failure::user(format!("{}: the file has changed", source.path.display())));
+        }
+        if end > self.counted {
+            let new = self.counted.saturating_sub(start);
+            self.repairs = self.repairs.and(Repairs::below(&part, new, self.input.signedness));
+            self.counted = end;
+        }
+        self.decoded.extend_from_slice(part.bytes());
+        Ok(())
+    }
+}
+
+/// The rows of the blocks of a file, unless some of them would take much of the memory.
+fn unit(source: &Source, Budget(bytes): Budget, row: usize) -> Result<u32, Failure> {
+    let description = read_description(source)?;
+    let part = description.picture.map_or(0, |picture| picture.part);
+    let rows = description.parts[part].tiles.map_or(SCAN_LINES, |[_, rows]| rows);
+    let is_small = rows.saturating_mul(8 * row as u64) <= bytes;
+    Ok(u32::try_from(rows).ok().filter(|_| is_small).unwrap_or(1))
+}
+
+impl BandReader for Inputs<'_> {
+    type Error = Failure;
+
+    fn read(&mut self, input: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Failure> {
+        let start = Instant::now();
+        let input = self.inputs.iter_mut().find(|rows| rows.input.name == input).expect("the plan has its inputs");
+        let row = input.input.row();
+        texels.clear();
+        match &input.input.streamed {
+            None => {
+                let bytes = input.input.picture.bytes();
+                texels.extend_from_slice(&bytes[rows.start as usize * row..rows.end as usize * row]);
+            }
+            Some(streamed) => {
+                input.decode(streamed, rows.clone())?;
+                texels.extend_from_slice(&input.decoded[..(rows.end - rows.start) as usize * row]);
+            }
+        }
+        self.busy += start.elapsed();
+        Ok(())
+    }
+}
+
+impl BandWriter for Outputs<'_> {
+    type Error = Failure;
+
+    fn write(&mut self, output: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Failure> {
+        let start = Instant::now();
         let to = self.outputs.iter_mut().find(|rows| rows.output.name == output);
-        let OutputRows { desc, crop, png, open, bytes, .. } = to.expect("the plan has the outputs of targets");
+        to.expect("the plan has the outputs of targets").write(rows, texels)?;
+        self.busy += start.elapsed();
+        Ok(())
+    }
+}
+
+impl OutputRows<'_> {
+    fn write(&mut self, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Failure> {
         let row = texels.len() / (rows.end - rows.start) as usize;
-        let Crop { corner: (x, y), size: (width, height) } = *crop;
+        let Crop { corner: (x, y), size: (width, height) } = self.crop;
         let (first, end) = (rows.start.max(y), rows.end.min(y + height));
         if first >= end {
             return Ok(());
         }
-        let texel = desc.format.bytes() as usize;
-        let texels = &texels[(first - rows.start) as usize * row..(end - rows.start) as usize * row];
+        texels.truncate((end - rows.start) as usize * row);
+        texels.drain(..(first - rows.start) as usize * row);
+        let texel = self.desc.format.bytes() as usize;
         let columns = texel * x as usize..texel * (x + width) as usize;
-        let texels: Cow<'_, [u8]> = match columns.len() == row {
-            true => Cow::Borrowed(texels),
-            false => texels.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect(),
-        };
-        let Some((path, options)) = png else {
+        if columns.len() < row {
+            *texels = texels.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect();
+        }
+        let Some((path, options)) = &self.png else {
             if first == y {
-                bytes.clear();
-                bytes.reserve_exact(desc.bytes() as usize);
+                self.bytes.clear();
+                self.bytes.reserve_exact(self.desc.bytes() as usize);
             }
-            bytes.extend_from_slice(&texels);
+            self.bytes.append(texels);
             return Ok(());
         };
         if first == y {
-            *open = Some(PngFile::begin(path, (desc.size.width, desc.size.height), options)?);
+            self.open = Some(PngFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?);
         }
-        let size = Size { height: end - first, ..desc.size };
-        let texels = Texels { desc: ImageDesc { size, ..*desc }, bytes: texels.into_owned() };
-        let file = open.as_mut().expect("the first row comes first");
-        Ok(with_encoded_pixels(&texels, |pixels| file.write(pixels))?)
+        let size = Size { height: end - first, ..self.desc.size };
+        let part = Texels { desc: ImageDesc { size, ..self.desc }, bytes: mem::take(texels) };
+        let file = self.open.as_mut().expect("the first row comes first");
+        with_encoded_pixels(&part, |pixels| file.write(pixels))?;
+        *texels = part.bytes;
+        Ok(())
+    }
+
+    /// The output, with its texels unless they are in their file.
+    fn finish(self) -> Result<(PlanOutput, Option<Texels>), Failure> {
+        let texels = match self.open {
+            Some(png) => {
+                png.finish()?;
+                None
+            }
+            None => Some(Texels { desc: self.desc, bytes: self.bytes }),
+        };
+        Ok((self.output, texels))
     }
 }

@@ -156,9 +156,11 @@ impl Frames<'_> {
         let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
         let plan = session.plan_in_bands(size, &given)?;
         self.report.plan = Some(plan.hash().to_string());
-        let bands::Made { outputs, repairs, exposure } =
+        let bands::Made { outputs, repairs, exposure, read, write } =
             bands::render(self.request, session, &plan, job, pictures, &self.meters)?;
         let taken = start.elapsed();
+        self.times.read += read;
+        self.times.write += write;
         self.times.render += taken;
         let names = pictures.iter().map(|input| input.name.clone());
         let report = FrameReport::without_picture(job, Outcome::Unwritten, None);

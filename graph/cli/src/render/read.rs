@@ -33,6 +33,13 @@ pub(super) struct InputPicture {
     pub(super) lacks_alpha: bool,
 }
 
+impl InputPicture {
+    /// Bytes of a row of texels.
+    pub(super) fn row(&self) -> usize {
+        self.desc.size.width as usize * self.desc.format.bytes() as usize
+    }
+}
+
 /// What the files of a job hold.
 pub(super) struct Inputs {
     pub(super) pictures: Vec<InputPicture>,
@@ -140,6 +147,11 @@ fn read_input(
     if is_missing && request.args.reading.missing == MissingFrames::Black {
         picture = black(&picture);
     }
+    let is_volume = input.is_some_and(|input| input.volume);
+    if let Some(share) = request.args.reading.scale.filter(|_| !is_volume) {
+        let side = |pixels: u32| (f64::from(pixels) * share).round().max(1.0) as u32;
+        picture = picture.scaled(side(picture.width), side(picture.height));
+    }
     let own = (picture.width, streamed.as_ref().map_or(picture.height, |_| picture.whole_height()));
     let size = *sizes.entry(name.to_owned()).or_insert(own);
     if size != own {
@@ -148,7 +160,7 @@ fn read_input(
     let signedness = input.map_or(Signedness::Unsigned, |input| input.state.signedness());
     let lacks_alpha = input.is_some_and(|input| input.needs_alpha) && streamed.is_none() && is_opaque(&picture);
     let repairs = if streamed.is_none() { Repairs::of(&picture, signedness) } else { Repairs::default() };
-    let desc = match input.is_some_and(|input| input.volume) {
+    let desc = match is_volume {
         true => volume(name, picture.desc(), request.args.slices)?,
         false if streamed.is_some() => picture.desc().sized(Size::new(own.0, own.1)),
         false => picture.desc(),
@@ -164,7 +176,10 @@ fn can_stream(request: &Request<'_>, name: &str) -> bool {
     if input.is_some_and(|input| request.args.reading.config_space_of(input).is_some()) {
         return false;
     }
-    request.jobs.len() == 1 && input.is_some_and(|input| !input.volume) && !request.is_measuring()
+    request.args.reading.scale.is_none()
+        && request.jobs.len() == 1
+        && input.is_some_and(|input| !input.volume)
+        && !request.is_measuring()
 }
 
 /// A black picture of the same size.

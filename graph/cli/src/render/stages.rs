@@ -57,7 +57,10 @@ pub(super) fn run(
         let busy = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
         let busy = busy.collect::<Result<Vec<Duration>, _>>();
         let times = rendered?;
-        Ok::<_, Failure>(Times { start, read, write: busy?.iter().sum(), writers, ..times })
+        let read = times.read + read;
+        // Bands are written by one thread.
+        let write = times.write * writers as u32 + busy?.iter().sum::<Duration>();
+        Ok::<_, Failure>(Times { start, read, write, writers, ..times })
     });
     let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));
     report.note_written(written, request.targets.len());

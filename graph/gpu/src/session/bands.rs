@@ -1,13 +1,15 @@
 //! Pictures that are larger than the device, band by band: see [`Plan::banding`].
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
 use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind, compose_pass};
-use afterimage_plan::{Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, Reach, Stage, UPLOADED};
+use afterimage_plan::{
+    Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, PlanOutput, Reach, Stage, UPLOADED,
+};
 use afterimage_wgsl::{BandedModule, banded};
 use wgpu::{BindGroupEntry, BindingResource, BufferUsages, ShaderStages};
 
@@ -21,26 +23,33 @@ use crate::pipelines::shader_module;
 use crate::platform::{submit, wait, watched};
 use crate::post::PostError;
 use crate::store::{self, Stored};
+use crate::stream::RowUpload;
 use crate::{Gpu, GpuError, Readback};
 
-/// Where the rows of pictures come from and go to.
-pub trait BandFiles {
+/// Where the rows of pictures come from. It is asked on a thread of its own, ahead of the device.
+pub trait BandReader: Send {
     /// The errors of files.
-    type Error: From<PostError>;
+    type Error: From<PostError> + Send;
 
-    /// The texels of some rows of the image of an input, without gaps. They are asked for from the top to the bottom,
-    /// with some rows again, and in several sweeps.
+    /// Puts the texels of some rows of the image of an input, without gaps, into `texels`, which holds those of an
+    /// earlier call. Rows are asked for from the top to the bottom, with some rows again, and in several sweeps.
     ///
     /// # Errors
     /// The rows cannot be read.
-    fn read(&mut self, input: &str, rows: Range<u32>) -> Result<Cow<'_, [u8]>, Self::Error>;
+    fn read(&mut self, input: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Self::Error>;
+}
+
+/// Where the rows of pictures go to, on a thread of its own.
+pub trait BandWriter: Send {
+    /// The errors of files.
+    type Error: Send;
 
     /// Takes the texels of some rows of an output, without gaps, from the top to the bottom. The first row comes again
-    /// where the picture is begun anew.
+    /// where the picture is begun anew. What `texels` is left with does not matter, but its memory is used again.
     ///
     /// # Errors
     /// The rows cannot be kept.
-    fn write(&mut self, output: &str, rows: Range<u32>, texels: &[u8]) -> Result<(), Self::Error>;
+    fn write(&mut self, output: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Self::Error>;
 }
 
 /// How a picture was made in bands.
@@ -57,6 +66,9 @@ pub struct BandsMade {
     /// The values that were asked for; `None` for one that the plan does not have.
     pub values: Vec<Option<[f32; 4]>>,
 }
+
+/// Bands of rows that are ready on each side of the device.
+const AHEAD: usize = 1;
 
 impl Session {
     /// Whether the device has no memory for a frame of these images as a whole, or for one of them.
@@ -93,15 +105,15 @@ impl Session {
     ///
     /// # Errors
     /// A node cannot be made in bands, no band is small enough, or the device or the files fail.
-    pub fn render_in_bands<F: BandFiles>(
+    pub fn render_in_bands<R: BandReader, W: BandWriter<Error = R::Error>>(
         &mut self,
         plan: &Plan,
         limits: BandLimits,
         step: FrameStep,
         number: u32,
         values: &[String],
-        files: &mut F,
-    ) -> Result<BandsMade, F::Error> {
+        (reader, writer): (&mut R, &mut W),
+    ) -> Result<BandsMade, R::Error> {
         let mut reach = Reach::default();
         let mut compiled = BTreeMap::new();
         let limits = BandLimits { side: limits.side.min(self.gpu.device.limits().max_texture_dimension_2d), ..limits };
@@ -110,19 +122,27 @@ impl Session {
             compile(&self.gpu.device, plan, &banding, &mut compiled)?;
             let constants = FrameConstants::new(step.time, step.dt, number, true);
             let picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
-            match picture.render(files)? {
-                Some(missing) => {
-                    for (pass, place, missing) in missing {
-                        reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, missing);
-                    }
+            let mut learn = |missing: Vec<Missing>, more: fn(u32) -> u32| {
+                for (pass, place, missing) in missing {
+                    let more = missing.map(|rows| if rows == 0 { 0 } else { more(rows) });
+                    reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
                 }
-                None => {
-                    let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
-                    let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
-                    let values = picture.values(values, &self.readback)?;
-                    return Ok(BandsMade { sweeps, bands, starts, bytes: banding.bytes, values });
-                }
+            };
+            if let Some(missing) = picture.probe().map_err(PostError::from)? {
+                // Bands elsewhere may begin at another fraction of a row.
+                learn(missing, |rows| rows + 1);
+            } else if let Some(missing) = picture.render(reader, writer)? {
+                // It depends on pixels, and there may be more such pixels.
+                learn(missing, |rows| 2 * rows);
+            } else {
+                let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
+                let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
+                let values = picture.values(values, &self.readback)?;
+                return Ok(BandsMade { sweeps, bands, starts, bytes: banding.bytes, values });
             }
+            // The memory is free before the next start takes its own.
+            drop(picture);
+            wait(&self.gpu.device, None).map_err(PostError::from)?;
         }
         unreachable!("in the end the bands are the whole picture")
     }
@@ -160,6 +180,18 @@ struct Picture<'a> {
     windows: wgpu::Buffer,
     missing: wgpu::Buffer,
     uniforms: wgpu::Buffer,
+    upload: RowUpload,
+}
+
+/// Rows on their way: the name of the input or of the output, its rows, and their texels.
+type Rows<'a> = (&'a str, Range<u32>, Vec<u8>);
+
+/// What threads read ahead and write behind. Memory goes back to them when its rows are done.
+struct Streams<'a, E> {
+    read: Receiver<Result<Vec<u8>, E>>,
+    uploaded: Sender<Vec<u8>>,
+    write: SyncSender<Rows<'a>>,
+    written: Receiver<Vec<u8>>,
 }
 
 /// A pass, its workgroups, and the rows of the texture of its result that a draw makes: all without any.
@@ -191,6 +223,7 @@ impl<'a> Picture<'a> {
                 windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORM),
                 missing: buffer(device, "missing rows", missing_bytes, STORAGE),
                 uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORM)?,
+                upload: RowUpload::new(gpu, UPLOADED, plan.inputs.iter().map(|(_, image)| plan.image(*image).desc)),
             };
             picture.images = picture.textures()?;
             picture.buffers = picture.buffers()?;
@@ -309,43 +342,125 @@ impl<'a> Picture<'a> {
         labels.iter().map(value).collect()
     }
 
-    /// Makes the picture; what passes lack, if they have read beyond their bands.
-    fn render<F: BandFiles>(&self, files: &mut F) -> Result<Option<Vec<Missing>>, F::Error> {
-        for (name, image) in &self.plan.inputs {
-            let index = image.0 as usize;
-            if self.banding.images[index].is_none() && self.images[index].is_some() {
-                self.upload(files, name, index, 0..self.plan.image(*image).desc.size.height, 0)?;
-            }
+    /// The inputs that are whole.
+    fn whole_inputs(&self) -> impl Iterator<Item = (&'a str, usize)> + '_ {
+        let inputs = self.plan.inputs.iter().map(|(name, image)| (name.as_str(), image.0 as usize));
+        inputs.filter(|(_, image)| self.banding.images[*image].is_none() && self.images[*image].is_some())
+    }
+
+    /// All rows of inputs, in the order in which they are needed.
+    fn reads(&self) -> Vec<(&'a str, Range<u32>)> {
+        let whole = self.whole_inputs();
+        let mut reads: Vec<_> =
+            whole.map(|(name, image)| (name, 0..self.plan.images[image].desc.size.height)).collect();
+        for (image, rows) in self.banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.inputs) {
+            let (name, _) = self.plan.inputs.iter().find(|(_, input)| input == image).expect("it is an input");
+            reads.push((name, rows.clone()));
         }
-        let mut readback = Readback::new(&self.gpu.device, &self.gpu.queue);
+        reads
+    }
+
+    /// Makes the picture; what passes lack, if they have read beyond their bands.
+    fn render<R: BandReader, W: BandWriter<Error = R::Error>>(
+        &self,
+        reader: &mut R,
+        writer: &mut W,
+    ) -> Result<Option<Vec<Missing>>, R::Error> {
+        let reads = self.reads();
+        std::thread::scope(|scope| {
+            let (read_to, read) = sync_channel(AHEAD);
+            let (uploaded, used) = channel();
+            scope.spawn(move || {
+                for (name, rows) in reads {
+                    let mut texels = used.try_recv().unwrap_or_default();
+                    let read = reader.read(name, rows, &mut texels).map(|()| texels);
+                    let failed = read.is_err();
+                    // A receiver that is gone needs no more rows.
+                    if read_to.send(read).is_err() || failed {
+                        break;
+                    }
+                }
+            });
+            let (write, write_from) = sync_channel::<Rows<'a>>(AHEAD);
+            let (written_to, written) = channel();
+            let writing = scope.spawn(move || {
+                write_from.iter().try_for_each(|(output, rows, mut texels)| {
+                    writer.write(output, rows, &mut texels)?;
+                    let _ = written_to.send(texels);
+                    Ok(())
+                })
+            });
+            let made = self.sweeps(Streams { read, uploaded, write, written });
+            writing.join().expect("the writer returns its errors").and(made)
+        })
+    }
+
+    fn sweeps<E: From<PostError>>(&self, streams: Streams<'a, E>) -> Result<Option<Vec<Missing>>, E> {
+        for (_, image) in self.whole_inputs() {
+            self.upload(&streams, image, 0)?;
+        }
+        let mut readback = Readback::new(&self.gpu.device, &self.gpu.queue).in_pieces_of(UPLOADED);
         for sweep in &self.banding.sweeps {
             self.run(sweep.before.iter().map(|pass| (*pass, self.plan.passes[*pass].workgroups, None)))?;
             for band in &sweep.bands {
-                if let Some(missing) = self.band(band, &mut readback, files)? {
+                if let Some(missing) = self.band(band, &mut readback, &streams)? {
                     return Ok(Some(missing));
                 }
             }
         }
         for output in self.plan.outputs.iter().filter(|output| self.place(Resource::Image(output.image)).is_none()) {
-            let stored = self.image(output.image.0 as usize);
-            let texels = readback.download(&stored.texture).map_err(PostError::from)?;
-            files.write(&output.name, 0..stored.desc.size.height, &texels.bytes)?;
+            let rows = 0..self.plan.image(output.image).desc.size.height;
+            self.download(&mut readback, &streams, output, rows, 0)?;
         }
         Ok(None)
     }
 
-    fn band<F: BandFiles>(
+    fn band<E: From<PostError>>(
         &self,
         band: &Band,
         readback: &mut Readback,
-        files: &mut F,
-    ) -> Result<Option<Vec<Missing>>, F::Error> {
+        streams: &Streams<'a, E>,
+    ) -> Result<Option<Vec<Missing>>, E> {
         for (image, rows) in &band.inputs {
             let index = image.0 as usize;
-            let (name, _) = self.plan.inputs.iter().find(|(_, input)| input == image).expect("it is an input");
             let first = band.first[self.banding.images[index].expect("it is in bands")];
-            self.upload(files, name, index, rows.clone(), first)?;
+            self.upload(streams, index, rows.start - first)?;
         }
+        if let Some(missing) = self.passes(band, readback)? {
+            return Ok(Some(missing));
+        }
+        for (output, rows) in &band.outputs {
+            let output = &self.plan.outputs[*output];
+            let first = band.first[self.place(Resource::Image(output.image)).expect("it is in bands")];
+            self.download(readback, streams, output, rows.clone(), first)?;
+        }
+        Ok(None)
+    }
+
+    /// Runs a band in the middle of each sweep, on black images: what the passes lack there.
+    fn probe(&self) -> Result<Option<Vec<Missing>>, PostError> {
+        let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
+        for sweep in &self.banding.sweeps {
+            if let Some(band) = sweep.bands.get(sweep.bands.len() / 2)
+                && let Some(missing) = self.passes(band, &readback)?
+            {
+                return Ok(Some(missing));
+            }
+        }
+        // What passes add to begins with zeros.
+        let buffers = self.plan.buffers.iter().zip(&self.buffers);
+        submit(&self.gpu.device, &self.gpu.queue, "buffers of zeros", |encoder| {
+            let kept = |life: &BufferLife| matches!(life, BufferLife::Constant(_));
+            buffers
+                .filter(|(described, _)| !kept(&described.life))
+                .for_each(|(_, buffer)| encoder.clear_buffer(buffer, 0, None));
+            Ok::<(), PostError>(())
+        })?;
+        Ok(None)
+    }
+
+    /// Runs the passes of a band; what they lack.
+    fn passes(&self, band: &Band, readback: &Readback) -> Result<Option<Vec<Missing>>, PostError> {
         for running in &band.passes {
             let mut numbers = vec![running.groups.start as i32, 0, 0, 0];
             for ((size, first), known) in self.banding.sizes.iter().zip(&band.first).zip(&running.known) {
@@ -368,21 +483,41 @@ impl<'a> Picture<'a> {
             runs.push((running.pass, groups, Some(running.rows.start - first..running.rows.end - first)));
         }
         self.run(runs.into_iter())?;
-        let bytes = readback.bytes(&self.missing, self.missing.size()).map_err(PostError::from)?;
+        let bytes = readback.bytes(&self.missing, self.missing.size())?;
         let missing: &[u32] = &bytemuck::pod_collect_to_vec(&bytes);
         if missing.iter().any(|rows| *rows != 0) {
             let count = self.banding.sizes.len();
             let pairs = missing.as_chunks::<2>().0.iter().enumerate();
             return Ok(Some(pairs.map(|(index, pair)| (index / count, index % count, *pair)).collect()));
         }
-        for (output, rows) in &band.outputs {
-            let output = &self.plan.outputs[*output];
-            let index = output.image.0 as usize;
-            let first = band.first[self.banding.images[index].expect("it is in bands")];
-            let texels = readback.rows(&self.image(index).texture, rows.start - first..rows.end - first);
-            files.write(&output.name, rows.clone(), &texels.map_err(PostError::from)?)?;
-        }
         Ok(None)
+    }
+
+    /// Uploads the next rows to those of a texture that begin with `first`.
+    fn upload<E: From<PostError>>(&self, streams: &Streams<'a, E>, image: usize, first: u32) -> Result<(), E> {
+        let texels = streams.read.recv().expect("all rows are read until an error")?;
+        self.upload.rows(self.image(image), first, &texels).map_err(PostError::from)?;
+        // A reader that is done needs no memory.
+        let _ = streams.uploaded.send(texels);
+        Ok(())
+    }
+
+    /// Hands rows of an output, whose texture begins with the row `first`, to the writer.
+    fn download<E: From<PostError>>(
+        &self,
+        readback: &mut Readback,
+        streams: &Streams<'a, E>,
+        output: &'a PlanOutput,
+        rows: Range<u32>,
+        first: u32,
+    ) -> Result<(), E> {
+        let mut texels = streams.written.try_recv().unwrap_or_default();
+        let texture = &self.image(output.image.0 as usize).texture;
+        let own = rows.start - first..rows.end - first;
+        readback.rows(texture, own, &mut texels).map_err(PostError::from)?;
+        // A writer that is gone has failed and reports the error.
+        let _ = streams.write.send((&output.name, rows, texels));
+        Ok(())
     }
 
     fn run(&self, passes: impl Iterator<Item = Run>) -> Result<(), PostError> {
@@ -425,35 +560,6 @@ impl<'a> Picture<'a> {
             }
             Ok::<(), PostError>(())
         })
-    }
-
-    /// Uploads rows of the image of an input into its texture, whose first row is `first`.
-    fn upload<F: BandFiles>(
-        &self,
-        files: &mut F,
-        name: &str,
-        image: usize,
-        rows: Range<u32>,
-        first: u32,
-    ) -> Result<(), F::Error> {
-        let stored = self.image(image);
-        let row = u64::from(stored.desc.size.width) * stored.desc.format.bytes();
-        let texels = files.read(name, rows.clone())?;
-        let most = (UPLOADED / row).max(1) as usize;
-        for (index, piece) in texels.chunks(most * row as usize).enumerate() {
-            let y = rows.start - first + (index * most) as u32;
-            let to = wgpu::TexelCopyTextureInfo {
-                origin: wgpu::Origin3d { x: 0, y, z: 0 },
-                ..stored.texture.as_image_copy()
-            };
-            let size = Size { height: (piece.len() as u64 / row) as u32, ..stored.desc.size };
-            let part = ImageDesc { size, ..stored.desc };
-            store::upload_part(&self.gpu.queue, to, part, piece).map_err(PostError::from)?;
-            // What wgpu keeps for the copy is freed when it has run.
-            submit(&self.gpu.device, &self.gpu.queue, "rows of an image", |_| Ok::<(), PostError>(()))?;
-            wait(&self.gpu.device, None).map_err(PostError::from)?;
-        }
-        Ok(())
     }
 }
 

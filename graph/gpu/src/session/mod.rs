@@ -17,7 +17,7 @@ use afterimage_graph::node::BlockData;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 use wgpu::{CommandEncoder, TextureView};
 
-pub use bands::{BandFiles, BandsMade};
+pub use bands::{BandReader, BandWriter, BandsMade};
 pub use faults::TableErrors;
 pub use frame::{FrameStep, InputImage};
 pub use state::StateBytes;

@@ -13,16 +13,30 @@ impl Picture {
         let scale = (f64::from(width) / f64::from(self.width)).min(f64::from(height) / f64::from(self.height));
         let side = |from: u32, most: u32| ((f64::from(from) * scale).round() as usize).clamp(1, most as usize);
         let (inner_width, inner_height) = (side(self.width, width), side(self.height, height));
-        let values = self.pixels.to_f32();
-        let narrow = scale_rows(values.as_chunks::<4>().0, self.width as usize, inner_width);
-        let scaled = scale_columns(&narrow, inner_width, inner_height);
+        let scaled = self.resampled(inner_width, inner_height);
         let (width, height) = (width as usize, height as usize);
         let (left, top) = ((width - inner_width) / 2, (height - inner_height) / 2);
         let mut out = vec![[0.0_f32; 4]; width * height];
         for (row, pixels) in scaled.chunks_exact(inner_width).enumerate() {
             out[(top + row) * width + left..][..inner_width].copy_from_slice(pixels);
         }
-        let floats = out.into_flattened();
+        self.with_pixels(width as u32, height as u32, out)
+    }
+
+    /// This picture in `width` x `height` pixels, whatever its aspect ratio, with the same filter.
+    pub fn scaled(&self, width: u32, height: u32) -> Self {
+        self.with_pixels(width, height, self.resampled(width as usize, height as usize))
+    }
+
+    fn resampled(&self, width: usize, height: usize) -> Vec<[f32; 4]> {
+        let values = self.pixels.to_f32();
+        let narrow = scale_rows(values.as_chunks::<4>().0, self.width as usize, width);
+        scale_columns(&narrow, width, height)
+    }
+
+    /// What the file states, with other pixels in numbers of the same kind.
+    fn with_pixels(&self, width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Self {
+        let floats = pixels.into_flattened();
         let pixels = match self.pixels {
             Pixels::Half(_) => {
                 let mut halves = vec![f16::ZERO; floats.len()];
@@ -31,8 +45,8 @@ impl Picture {
             }
             Pixels::Float(_) => Pixels::Float(floats),
         };
-        let fitted = Self::new(width as u32, height as u32, pixels);
-        Self { meta: self.meta.clone(), stated: self.stated, notes: self.notes.clone(), ..fitted }
+        let scaled = Self::new(width, height, pixels);
+        Self { meta: self.meta.clone(), stated: self.stated, notes: self.notes.clone(), ..scaled }
     }
 }
 

@@ -98,7 +98,7 @@ pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
         }
         let mut pieces = placement.decode_batch(batch, chunks.meta_data())?;
         seen.extend(pieces.iter().map(|piece| (piece.block.0, piece.block.1)));
-        pieces.sort_by_key(|piece| piece.y);
+        pieces.sort_by_key(|piece| (piece.y, piece.x));
         paste_all(&mut picture, width, &pieces);
     }
     // A table that points twice at one block would leave a hole elsewhere.
@@ -114,37 +114,48 @@ fn batch_size(header: &Header) -> usize {
     (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
 }
 
-/// Puts pieces, sorted by their rows, into place: on all cores if they are bands of whole rows.
+/// Puts pieces, sorted by their rows, into place: on all cores if those that begin in one row are a row of tiles.
 fn paste_all<T: Sample>(picture: &mut [T], width: usize, pieces: &[Piece<T>]) {
-    match bands(picture, width, pieces) {
-        Some(bands) => bands.into_par_iter().zip(pieces).for_each(|(band, piece)| band.copy_from_slice(&piece.values)),
-        None => pieces.iter().for_each(|piece| paste(picture, width, piece)),
+    let groups: Vec<&[Piece<T>]> = pieces.chunk_by(|one, other| one.y == other.y).collect();
+    match bands(picture, width, &groups) {
+        Some(bands) => bands.into_par_iter().zip(groups).for_each(|(band, group)| {
+            let rows = band.par_chunks_exact_mut(width * 4).enumerate();
+            rows.for_each(|(row, to)| group.iter().for_each(|piece| piece.paste(row, to)));
+        }),
+        None => {
+            for piece in pieces {
+                let rows = picture[piece.y * width * 4..].chunks_exact_mut(width * 4).enumerate();
+                rows.take(piece.height()).for_each(|(row, to)| piece.paste(row, to));
+            }
+        }
     }
 }
 
-/// The rows of the picture for each piece; `None` unless every piece is as wide as the picture and begins after the
-/// one before.
-fn bands<'p, T>(picture: &'p mut [T], width: usize, pieces: &[Piece<T>]) -> Option<Vec<&'p mut [T]>> {
+/// The rows of the picture for each group of pieces; `None` unless all pieces of a group have as many rows, and each
+/// group begins after the one before.
+fn bands<'p, T: Copy>(picture: &'p mut [T], width: usize, groups: &[&[Piece<T>]]) -> Option<Vec<&'p mut [T]>> {
     let (mut rest, mut at) = (picture, 0);
-    let mut bands = Vec::with_capacity(pieces.len());
-    for piece in pieces.iter() {
-        let start = piece.y * width * 4;
-        let (_, after) = rest.split_at_mut_checked(start.checked_sub(at).filter(|_| piece.width == width)?)?;
-        let (band, after) = after.split_at_mut_checked(piece.values.len())?;
+    let mut bands = Vec::with_capacity(groups.len());
+    for group in groups {
+        let (first, rows) = (group[0].y, group[0].height());
+        let is_even = group.iter().all(|piece| piece.height() == rows);
+        let (_, after) = rest.split_at_mut_checked(first.checked_sub(at).filter(|_| is_even)? * width * 4)?;
+        let (band, after) = after.split_at_mut_checked(rows * width * 4)?;
         bands.push(band);
-        (rest, at) = (after, start + piece.values.len());
+        (rest, at) = (after, first + rows);
     }
     Some(bands)
 }
 
-fn paste<T: Sample>(picture: &mut [T], width: usize, piece: &Piece<T>) {
-    let row_length = piece.width * 4;
-    if row_length == 0 {
-        return;
+impl<T: Copy> Piece<T> {
+    fn height(&self) -> usize {
+        self.values.len() / (4 * self.width).max(1)
     }
-    for (row, values) in piece.values.chunks_exact(row_length).enumerate() {
-        let start = ((piece.y + row) * width + piece.x) * 4;
-        picture[start..start + row_length].copy_from_slice(values);
+
+    /// Puts one of its rows into that row of the picture.
+    fn paste(&self, row: usize, to: &mut [T]) {
+        let length = self.width * 4;
+        to[self.x * 4..][..length].copy_from_slice(&self.values[row * length..][..length]);
     }
 }
 

@@ -4,6 +4,7 @@
 mod label;
 mod light;
 mod read;
+mod strips;
 mod write;
 
 pub(crate) use read::{MAGIC, decode, describe};

@@ -1,12 +1,13 @@
-//! Encoded pixels to PNG. Rows are converted on all cores; the packing is the fast kind.
+//! Encoded pixels to PNG. Rows are converted and packed on all cores; the packing is the fast kind.
 
 use afterimage_base::color::Colorimetry;
 use std::io::Write;
 
 use png::chunk::ChunkType;
-use png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Info, StreamWriter, Writer};
+use png::{BitDepth, ColorType, Encoder, EncodingError, Info, Writer};
 
 use super::label::Label;
+use super::strips::Strips;
 use crate::codec::light_level::LightLevel;
 use crate::codec::limits::{check_sides, check_size};
 use crate::codec::quantize::Quantizer;
@@ -48,6 +49,17 @@ impl PngDepth {
             Self::Sixteen => 16,
         }
     }
+
+    pub(super) fn bytes(self) -> usize {
+        self.bits() as usize / 8
+    }
+
+    pub(super) fn to_bytes(self, codes: &[u16]) -> Vec<u8> {
+        match self {
+            Self::Eight => codes.iter().map(|code| *code as u8).collect(),
+            Self::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
+        }
+    }
 }
 
 /// Whether the alpha of an image is written.
@@ -76,9 +88,7 @@ pub fn encode_png(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOpti
     let (codes, channels) = png_codes(size, pixels, options)?;
     let level = options.color.and_then(|color| LightLevel::of(&codes, channels, bits, &color));
     let label = options.color.map(|color| Label::new(&color, level)).transpose()?;
-    let bytes = bytes(&codes, options.depth);
-    drop(codes);
-    pack(info(size, channels, options.depth), &bytes, label).map_err(|error| failed(&error))
+    pack(size, channels, options.depth, codes, label).map_err(|error| failed(&error))
 }
 
 /// The codes that a PNG with these options holds, rows without gaps, and the number of channels: 3 or 4.
@@ -111,10 +121,18 @@ fn info((width, height): (u32, u32), channels: usize, depth: PngDepth) -> Info<'
     info
 }
 
-fn pack(info: Info<'_>, bytes: &[u8], label: Option<Label>) -> Result<Vec<u8>, EncodingError> {
+fn pack(
+    size: (u32, u32),
+    channels: usize,
+    depth: PngDepth,
+    codes: Vec<u16>,
+    label: Option<Label>,
+) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
-    let mut writer = begin(&mut file, info, label)?;
-    writer.write_image_data(bytes)?;
+    let mut writer = begin(&mut file, info(size, channels, depth), label)?;
+    let mut strips = Strips::begin(&mut writer, size.0, channels, depth)?;
+    strips.write(&mut writer, codes)?;
+    strips.finish(&mut writer)?;
     writer.finish()?;
     Ok(file)
 }
@@ -124,25 +142,23 @@ fn begin<W: Write>(to: W, mut info: Info<'_>, label: Option<Label>) -> Result<Wr
     if let Some(label) = &label {
         label.state(&mut info);
     }
-    let mut encoder = Encoder::with_info(to, info)?;
-    encoder.set_compression(Compression::Fast);
-    let mut writer = encoder.write_header()?;
+    let mut writer = Encoder::with_info(to, info)?.write_header()?;
     for (name, data) in label.iter().flat_map(|label| &label.newer) {
         writer.write_chunk(ChunkType(*name), data)?;
     }
     Ok(writer)
 }
 
-/// A PNG that is written from the top to the bottom, so that no more than some rows are in memory. Its pixels are those
-/// of [`encode_png`]; the packed bytes may differ.
-pub struct PngRows<W: Write + 'static> {
-    writer: StreamWriter<'static, W>,
+/// A PNG that is written from the top to the bottom, so that no more than some rows are in memory: the bytes of
+/// [`encode_png`].
+pub struct PngRows<W: Write> {
+    writer: Writer<W>,
+    strips: Strips,
     width: u32,
-    options: PngOptions,
     quantizer: Quantizer,
 }
 
-impl<W: Write + 'static> PngRows<W> {
+impl<W: Write> PngRows<W> {
     /// Whether these options need no pixel before the first row is written: an HDR file states the light of all of them
     /// at its beginning, and [`Alpha::WhereNeeded`] depends on all.
     pub fn can_write(options: &PngOptions) -> bool {
@@ -161,10 +177,14 @@ impl<W: Write + 'static> PngRows<W> {
         check_sides((size.0.into(), size.1.into()))?;
         let channels = if options.alpha == Alpha::Keep { 4 } else { 3 };
         let label = options.color.map(|color| Label::new(&color, None)).transpose()?;
-        let writer = begin(to, info(size, channels, options.depth), label).and_then(Writer::into_stream_writer);
+        let begun = begin(to, info(size, channels, options.depth), label).and_then(|mut writer| {
+            let strips = Strips::begin(&mut writer, size.0, channels, options.depth)?;
+            Ok((writer, strips))
+        });
+        let (writer, strips) = begun.map_err(|error| failed(&error))?;
         let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
         let quantizer = Quantizer { bits: options.depth.bits(), dither, channels, first_row: 0 };
-        Ok(Self { writer: writer.map_err(|error| failed(&error))?, width: size.0, options: *options, quantizer })
+        Ok(Self { writer, strips, width: size.0, quantizer })
     }
 
     /// Writes the next rows.
@@ -175,15 +195,16 @@ impl<W: Write + 'static> PngRows<W> {
         let rows = (pixels.len() / 4 / self.width as usize) as u32;
         let codes = self.quantizer.codes((self.width, rows), pixels)?;
         self.quantizer.first_row += rows;
-        self.writer.write_all(&bytes(&codes, self.options.depth)).map_err(|error| CodecError::writing(&error))
+        self.strips.write(&mut self.writer, codes).map_err(|error| failed(&error))
     }
 
     /// Writes what comes after the last row.
     ///
     /// # Errors
-    /// As [`write`](Self::write); rows are missing.
-    pub fn finish(self) -> Result<(), CodecError> {
-        self.writer.finish().map_err(|error| failed(&error))
+    /// As [`write`](Self::write).
+    pub fn finish(mut self) -> Result<(), CodecError> {
+        let finished = self.strips.finish(&mut self.writer).and_then(|()| self.writer.finish());
+        finished.map_err(|error| failed(&error))
     }
 }
 
@@ -191,12 +212,5 @@ fn failed(error: &EncodingError) -> CodecError {
     match error {
         EncodingError::IoError(error) => CodecError::writing(error),
         error => CodecError::new(ErrorKind::Machine, format!("packing the PNG failed: {error}")),
-    }
-}
-
-fn bytes(codes: &[u16], depth: PngDepth) -> Vec<u8> {
-    match depth {
-        PngDepth::Eight => codes.iter().map(|code| *code as u8).collect(),
-        PngDepth::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
     }
 }
