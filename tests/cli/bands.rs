@@ -8,8 +8,8 @@ use super::{Folder, room};
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_share_of_the_size_is_the_picture_of_scaled_images() {
     let folder = Folder::new("scale");
-    let picture = room(91, 50);
-    write_exr(&folder.file("in.exr"), &picture, &ExrOptions::default()).expect("it can be written");
+    write_exr(&folder.file("in.exr"), &room(91, 50), &ExrOptions::default()).expect("it can be written");
+    let picture = read(&Source::file(folder.file("in.exr"))).expect("it is a picture");
     write_exr(&folder.file("small.exr"), &picture.scaled(23, 13), &ExrOptions::default()).expect("it can be written");
     folder.run("render tsushima in.exr -o share.png --scale 25%").good();
     folder.run("render tsushima small.exr -o small.png").good();

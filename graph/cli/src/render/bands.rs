@@ -13,7 +13,7 @@ use afterimage_media::{Budget, PngFile, PngOptions, PngRows, ReadOptions, Source
 use afterimage_plan::{BandLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
-use super::read::InputPicture;
+use super::read::{InputPicture, pool};
 use super::readings::{Reading, reading, value_of};
 use super::repairs::Repairs;
 use super::request::Request;
@@ -26,6 +26,7 @@ use crate::terminal::note;
 /// The inputs of a picture.
 struct Inputs<'a> {
     inputs: Vec<InputRows<'a>>,
+    pool: rayon::ThreadPool,
     busy: Duration,
 }
 
@@ -97,7 +98,7 @@ pub(super) fn render(
         outputs.push(OutputRows { output, desc, crop, png, open: None, bytes: Vec::new() });
     }
     let inputs = pictures.iter().map(InputRows::new).collect::<Result<_, _>>()?;
-    let mut inputs = Inputs { inputs, busy: Duration::ZERO };
+    let mut inputs = Inputs { inputs, pool: pool(), busy: Duration::ZERO };
     let mut outputs = Outputs { outputs, busy: Duration::ZERO };
     let rows = request.args.crop.map(|Crop { corner: (_, y), size: (_, height) }| [y, y + height]);
     let (bytes, side) = (session.gpu().caps.max_memory, session.gpu().caps.max_side);
@@ -112,7 +113,7 @@ pub(super) fn render(
              {} MiB",
             made.bands,
             made.sweeps,
-            made.bytes.div_ceil(1 << 20)
+            made.allocated.unwrap_or(made.bytes).div_ceil(1 << 20)
         ));
     }
     let repairs = inputs.inputs.iter().map(|rows| rows.repairs).collect();
@@ -159,17 +160,17 @@ impl<'a> InputRows<'a> {
         Ok(Self { input, decoded: Vec::new(), first: 0, unit: unit?, repairs, counted: 0 })
     }
 
-    /// Decodes what is missing of these rows, and forgets those before.
+    /// Decodes what is missing of these rows, and then forgets those before.
     fn decode(&mut self, (source, options): &(Source, ReadOptions), rows: Range<u32>) -> Result<(), Failure> {
         let row = self.input.row();
         let end = self.first + (self.decoded.len() / row) as u32;
         let kept = (self.first..end).contains(&rows.start);
+        if kept && rows.end <= end {
+            return Ok(());
+        }
         self.decoded.drain(..if kept { (rows.start - self.first) as usize * row } else { self.decoded.len() });
         self.first = rows.start;
         let start = if kept { end } else { rows.start };
-        if start >= rows.end {
-            return Ok(());
-        }
         let end = rows.end.next_multiple_of(self.unit).min(self.input.desc.size.height);
         let part = read_within(source, ReadOptions { rows: Some([start, end - start]), ..*options })?;
         if part.bytes().len() != row * (end - start) as usize {
@@ -208,8 +209,9 @@ impl BandReader for Inputs<'_> {
                 texels.extend_from_slice(&bytes[rows.start as usize * row..rows.end as usize * row]);
             }
             Some(streamed) => {
-                input.decode(streamed, rows.clone())?;
-                texels.extend_from_slice(&input.decoded[..(rows.end - rows.start) as usize * row]);
+                self.pool.install(|| input.decode(streamed, rows.clone()))?;
+                let place = |place: u32| (place - input.first) as usize * row;
+                texels.extend_from_slice(&input.decoded[place(rows.start)..place(rows.end)]);
             }
         }
         self.busy += start.elapsed();

@@ -2,6 +2,7 @@
 
 use afterimage_graph::image::Signedness;
 use afterimage_media::{Picture, Pixels};
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Numbers of pixels with values that no image can show. Each pixel counts once, for the first that holds.
@@ -23,16 +24,27 @@ impl Repairs {
 
     /// Counts the pixels of a picture from a row on.
     pub(crate) fn below(picture: &Picture, row: u32, signedness: Signedness) -> Self {
-        let mut repairs = Self::default();
-        let mut left = u64::from(row) * u64::from(picture.width);
-        all_pixels(picture, |pixel| {
-            match left {
-                0 => repairs.count(pixel, signedness),
-                _ => left -= 1,
-            }
-            true
+        let first = row as usize * picture.width as usize;
+        // Almost all halves are finite and not negative, which their bits show.
+        let is_usual = |half: &half::f16| half.to_bits() < half::f16::INFINITY.to_bits();
+        match &picture.pixels {
+            Pixels::Half(values) => Self::sum(&values[4 * first..], |pixel, repairs| {
+                if !pixel.iter().all(is_usual) {
+                    repairs.count(pixel.map(half::f16::to_f32), signedness);
+                }
+            }),
+            Pixels::Float(values) => Self::sum(&values[4 * first..], |pixel, repairs| repairs.count(pixel, signedness)),
+        }
+    }
+
+    /// What `count` counts of all pixels, on all cores.
+    fn sum<T: Copy + Sync>(values: &[T], count: impl Fn([T; 4], &mut Self) + Sync) -> Self {
+        let parts = values.as_chunks::<4>().0.par_chunks(1 << 16).map(|pixels| {
+            let mut repairs = Self::default();
+            pixels.iter().for_each(|pixel| count(*pixel, &mut repairs));
+            repairs
         });
-        repairs
+        parts.reduce(Self::default, Self::and)
     }
 
     fn count(&mut self, pixel: [f32; 4], signedness: Signedness) {

@@ -8,7 +8,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_plan::Options;
 
 use super::frames::render_all;
-use super::read::read_all;
+use super::read::{pool, read_all};
 use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
@@ -41,7 +41,7 @@ pub(super) fn run(
     let meters = meters(&graph);
     let written = &Written::default();
     let times = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || read_all(request, &read_to));
+        let reader = scope.spawn(move || pool().install(|| read_all(request, &read_to)));
         let queue = Arc::new(Queue::new(write_from));
         let spawn = |_| {
             let queue = queue.clone();

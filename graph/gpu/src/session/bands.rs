@@ -61,8 +61,11 @@ pub struct BandsMade {
     pub bands: usize,
     /// Times that the picture was begun.
     pub starts: usize,
-    /// Bytes of images and buffers on the device.
+    /// Bytes of images and buffers on the device, as planned.
     pub bytes: u64,
+    /// What is allocated for them and for all else, also in memory of the host that the device reads and writes, if
+    /// the backend knows it.
+    pub allocated: Option<u64>,
     /// The values that were asked for; `None` for one that the plan does not have.
     pub values: Vec<Option<[f32; 4]>>,
 }
@@ -138,7 +141,9 @@ impl Session {
                 let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
                 let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
                 let values = picture.values(values, &self.readback)?;
-                return Ok(BandsMade { sweeps, bands, starts, bytes: banding.bytes, values });
+                let report = self.gpu.device.generate_allocator_report();
+                let allocated = report.map(|report| report.total_reserved_bytes);
+                return Ok(BandsMade { sweeps, bands, starts, bytes: banding.bytes, allocated, values });
             }
             // The memory is free before the next start takes its own.
             drop(picture);

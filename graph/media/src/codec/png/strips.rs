@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::PngDepth;
 
 /// Bytes of a strip before it is packed, at most, unless a row has more.
-const STRIP_BYTES: usize = 1 << 20;
+const STRIP_BYTES: usize = 1 << 18;
+
 /// Rows from the top to the bottom.
 pub(super) struct Strips {
     /// Codes of a row.
