@@ -16,7 +16,9 @@ fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) ->
 
 /// Codes as another reader sees them.
 fn codes(file: &[u8]) -> (ColorType, BitDepth, Vec<u8>) {
-    let mut reader = ::png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+    let mut decoder = ::png::Decoder::new(std::io::Cursor::new(file));
+    decoder.ignore_checksums(false);
+    let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
     bytes.truncate(info.buffer_size());

@@ -8,4 +8,5 @@ mod strips;
 mod write;
 
 pub(crate) use read::{MAGIC, decode, describe};
-pub use write::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes};
+pub use strips::PngDepth;
+pub use write::{Alpha, PngOptions, PngRows, encode_png, png_codes};

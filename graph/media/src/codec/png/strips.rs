@@ -7,7 +7,34 @@ use png::chunk::IDAT;
 use png::{EncodingError, Writer};
 use rayon::prelude::*;
 
-use super::PngDepth;
+/// Bits for each channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PngDepth {
+    /// Codes 0 to 255.
+    Eight,
+    /// Codes 0 to 65535.
+    Sixteen,
+}
+
+impl PngDepth {
+    pub(super) fn bits(self) -> u32 {
+        match self {
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+
+    fn bytes(self) -> usize {
+        self.bits() as usize / 8
+    }
+
+    fn to_bytes(self, codes: &[u16]) -> Vec<u8> {
+        match self {
+            Self::Eight => codes.iter().map(|code| *code as u8).collect(),
+            Self::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
+        }
+    }
+}
 
 /// Bytes of a strip before it is packed, at most, unless a row has more.
 const STRIP_BYTES: usize = 1 << 18;
@@ -171,8 +198,8 @@ fn packed(filtered: &[u8]) -> Packed {
     // What is before the only block; and that block is not the last one.
     blocks.drain(..2);
     blocks[0] &= !1;
-    // The symbol that ends a block of fdeflate ends with a one, and the zeros after it fill the last byte. With three of
-    // them an empty stored block begins there, which ends at a byte.
+    // The symbol that ends a block of fdeflate ends with a one, and the zeros after it fill the last byte. With three
+    // of them an empty stored block begins there, which ends at a byte.
     if blocks.last().is_some_and(|last| last.leading_zeros() < 3) {
         blocks.push(0);
     }

@@ -7,7 +7,7 @@ use png::chunk::ChunkType;
 use png::{BitDepth, ColorType, Encoder, EncodingError, Info, Writer};
 
 use super::label::Label;
-use super::strips::Strips;
+use super::strips::{PngDepth, Strips};
 use crate::codec::light_level::LightLevel;
 use crate::codec::limits::{check_sides, check_size};
 use crate::codec::quantize::Quantizer;
@@ -30,35 +30,6 @@ impl Default for PngOptions {
     /// 8-bit sRGB without alpha, dithered with seed 0.
     fn default() -> Self {
         Self { depth: PngDepth::Eight, alpha: Alpha::Drop, dither: Some(0), color: Some(Colorimetry::SRGB) }
-    }
-}
-
-/// Bits for each channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PngDepth {
-    /// Codes 0 to 255.
-    Eight,
-    /// Codes 0 to 65535.
-    Sixteen,
-}
-
-impl PngDepth {
-    fn bits(self) -> u32 {
-        match self {
-            Self::Eight => 8,
-            Self::Sixteen => 16,
-        }
-    }
-
-    pub(super) fn bytes(self) -> usize {
-        self.bits() as usize / 8
-    }
-
-    pub(super) fn to_bytes(self, codes: &[u16]) -> Vec<u8> {
-        match self {
-            Self::Eight => codes.iter().map(|code| *code as u8).collect(),
-            Self::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
-        }
     }
 }
 
