@@ -131,7 +131,7 @@ impl Session {
                     reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
                 }
             };
-            if let Some(missing) = picture.probe().map_err(PostError::from)? {
+            if let Some(missing) = picture.probe()? {
                 // Bands elsewhere may begin at another fraction of a row.
                 learn(missing, |rows| rows + 1);
             } else if let Some(missing) = picture.render(reader, writer)? {
