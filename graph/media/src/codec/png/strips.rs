@@ -49,6 +49,8 @@ pub(super) struct Strips {
     above: Vec<u16>,
     /// Rows that do not fill a strip yet.
     waiting: Vec<u16>,
+    /// The last packed strip, which is a chunk with what may follow.
+    held: Vec<u8>,
     /// The two sums of Adler-32 so far.
     sums: [u64; 2],
 }
@@ -61,21 +63,17 @@ struct Packed {
     checksum: u32,
 }
 
+/// Deflate with a window of 32 KiB (RFC 1950).
+const HEAD: [u8; 2] = [0x78, 0x01];
+
 /// The modulus of Adler-32 (RFC 1950).
 const ADLER: u64 = 65521;
 
 impl Strips {
     /// Begins a stream.
-    pub(super) fn begin<W: Write>(
-        to: &mut Writer<W>,
-        width: u32,
-        channels: usize,
-        depth: PngDepth,
-    ) -> Result<Self, EncodingError> {
-        // Deflate with a window of 32 KiB (RFC 1950).
-        to.write_chunk(IDAT, &[0x78, 0x01])?;
+    pub(super) fn new(width: u32, channels: usize, depth: PngDepth) -> Self {
         let row = width as usize * channels;
-        Ok(Self { row, channels, depth, above: vec![0; row], waiting: Vec::new(), sums: [1, 0] })
+        Self { row, channels, depth, above: vec![0; row], waiting: Vec::new(), held: HEAD.to_vec(), sums: [1, 0] }
     }
 
     /// Writes the strips that these rows fill.
@@ -92,9 +90,9 @@ impl Strips {
     pub(super) fn finish<W: Write>(mut self, to: &mut Writer<W>) -> Result<(), EncodingError> {
         self.pack(to, self.waiting.len())?;
         // An empty block that is the last one.
-        let mut end = vec![0x03, 0x00];
-        end.extend((self.sums[1] << 16 | self.sums[0]).to_be_bytes()[4..].iter());
-        to.write_chunk(IDAT, &end)
+        self.held.extend([0x03, 0x00]);
+        self.held.extend(&(self.sums[1] << 16 | self.sums[0]).to_be_bytes()[4..]);
+        to.write_chunk(IDAT, &self.held)
     }
 
     /// Codes of a strip.
@@ -116,7 +114,11 @@ impl Strips {
             packed(&self.filtered(codes, above))
         });
         for Packed { blocks, bytes, checksum } in strips.collect::<Vec<_>>() {
-            to.write_chunk(IDAT, &blocks)?;
+            if self.held.len() > HEAD.len() {
+                to.write_chunk(IDAT, &self.held)?;
+                self.held.clear();
+            }
+            self.held.extend(blocks);
             // The sums of a strip begin at 1 and 0, too.
             let [low, high] = [u64::from(checksum & 0xffff), u64::from(checksum >> 16)];
             let before = self.sums[0] + ADLER - 1;

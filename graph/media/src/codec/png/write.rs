@@ -101,7 +101,7 @@ fn pack(
 ) -> Result<Vec<u8>, EncodingError> {
     let mut file = Vec::new();
     let mut writer = begin(&mut file, info(size, channels, depth), label)?;
-    let mut strips = Strips::begin(&mut writer, size.0, channels, depth)?;
+    let mut strips = Strips::new(size.0, channels, depth);
     strips.write(&mut writer, codes)?;
     strips.finish(&mut writer)?;
     writer.finish()?;
@@ -148,11 +148,8 @@ impl<W: Write> PngRows<W> {
         check_sides((size.0.into(), size.1.into()))?;
         let channels = if options.alpha == Alpha::Keep { 4 } else { 3 };
         let label = options.color.map(|color| Label::new(&color, None)).transpose()?;
-        let begun = begin(to, info(size, channels, options.depth), label).and_then(|mut writer| {
-            let strips = Strips::begin(&mut writer, size.0, channels, options.depth)?;
-            Ok((writer, strips))
-        });
-        let (writer, strips) = begun.map_err(|error| failed(&error))?;
+        let writer = begin(to, info(size, channels, options.depth), label).map_err(|error| failed(&error))?;
+        let strips = Strips::new(size.0, channels, options.depth);
         let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
         let quantizer = Quantizer { bits: options.depth.bits(), dither, channels, first_row: 0 };
         Ok(Self { writer, strips, width: size.0, quantizer })
