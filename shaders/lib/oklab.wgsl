@@ -44,7 +44,7 @@ struct OklabLine {
     c2: vec3f,
     c3: vec3f,
     least: vec3f,  // of the channels, in the gamut
-    end: f32,      // the largest share in the gamut for which red is the reason
+    end: f32,      // all larger shares are outside, because of red
 }
 
 fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
@@ -54,9 +54,10 @@ fn oklab_at(line: OklabLine, t: vec3f) -> vec3f {
 // Channels may be below 0 by this much, in units of the gray, and become 0.
 const OKLAB_SLACK: f32 = 0.01;
 // The gamuts of Rec.709 and Rec.2020 have a dent next to their blue: with more chroma, red falls to 0, or a little
-// below it, and rises again. Where it begins to fall below, the border would jump, by ten codes of 8 bits. There red
-// may be lower, and from where it falls by less than this for a chroma of the lightness on, it is taken to fall by
-// this. The blue primaries stay within.
+// below it, and rises again. A border at the first crossing would jump by ten codes of 8 bits, from one hue, whose red
+// stays above the least, to the next. So red may be lower there, by the first number, and where it falls more slowly
+// than the second, in units of the gray for a chroma as large as the lightness, it counts as if it fell so on. The blue
+// primaries stay inside.
 const OKLAB_DENT_SLACK: f32 = 0.06;
 const OKLAB_DENT_SLOPE: f32 = 0.4;
 // How much of the additional slack is lost where red is below 0 there.

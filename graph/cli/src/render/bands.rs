@@ -210,8 +210,9 @@ impl BandReader for Inputs<'_> {
             }
             Some(streamed) => {
                 self.pool.install(|| input.decode(streamed, rows.clone()))?;
-                let place = |place: u32| (place - input.first) as usize * row;
-                texels.extend_from_slice(&input.decoded[place(rows.start)..place(rows.end)]);
+                let start = (rows.start - input.first) as usize * row;
+                let length = (rows.end - rows.start) as usize * row;
+                texels.extend_from_slice(&input.decoded[start..][..length]);
             }
         }
         self.busy += start.elapsed();

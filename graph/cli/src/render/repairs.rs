@@ -2,6 +2,7 @@
 
 use afterimage_graph::image::Signedness;
 use afterimage_media::{Picture, Pixels};
+use half::f16;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -25,12 +26,10 @@ impl Repairs {
     /// Counts the pixels of a picture from a row on.
     pub(crate) fn below(picture: &Picture, row: u32, signedness: Signedness) -> Self {
         let first = row as usize * picture.width as usize;
-        // Almost all halves are finite and not negative, which their bits show.
-        let is_usual = |half: &half::f16| half.to_bits() < half::f16::INFINITY.to_bits();
         match &picture.pixels {
             Pixels::Half(values) => Self::sum(&values[4 * first..], |pixel, repairs| {
-                if !pixel.iter().all(is_usual) {
-                    repairs.count(pixel.map(half::f16::to_f32), signedness);
+                if !pixel.iter().all(needs_no_repair) {
+                    repairs.count(pixel.map(f16::to_f32), signedness);
                 }
             }),
             Pixels::Float(values) => Self::sum(&values[4 * first..], |pixel, repairs| repairs.count(pixel, signedness)),
@@ -98,9 +97,14 @@ pub(crate) fn is_opaque(picture: &Picture) -> bool {
 /// Whether this holds for all pixels; those after the first for which it does not are not visited.
 fn all_pixels(picture: &Picture, mut holds: impl FnMut([f32; 4]) -> bool) -> bool {
     match &picture.pixels {
-        Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(pixel.map(half::f16::to_f32))),
+        Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(pixel.map(f16::to_f32))),
         Pixels::Float(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(*pixel)),
     }
+}
+
+/// Whether a number is finite and not negative, by its bits; almost all are.
+fn needs_no_repair(half: &f16) -> bool {
+    half.to_bits() < f16::INFINITY.to_bits()
 }
 
 #[cfg(test)]
@@ -117,7 +121,7 @@ mod tests {
             [0.5, 0.5, 0.5, -1.0],
         ];
         let floats = pixels.as_flattened().to_vec();
-        let halves = floats.iter().map(|x| half::f16::from_f32(*x)).collect();
+        let halves = floats.iter().map(|x| f16::from_f32(*x)).collect();
         for pixels in [Pixels::Float(floats), Pixels::Half(halves)] {
             let picture = Picture::new(5, 1, pixels);
             let of = |signedness| Repairs::of(&picture, signedness);

@@ -125,18 +125,12 @@ impl Session {
             compile(&self.gpu.device, plan, &banding, &mut compiled)?;
             let constants = FrameConstants::new(step.time, step.dt, number, true);
             let picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
-            let mut learn = |missing: Vec<Missing>, more: fn(u32) -> u32| {
-                for (pass, place, missing) in missing {
-                    let more = missing.map(|rows| if rows == 0 { 0 } else { more(rows) });
-                    reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
-                }
-            };
             if let Some(missing) = picture.probe()? {
                 // Bands elsewhere may begin at another fraction of a row.
-                learn(missing, |rows| rows + 1);
+                widen(&mut reach, plan, &banding, missing, |rows| rows + 1);
             } else if let Some(missing) = picture.render(reader, writer)? {
                 // It depends on pixels, and there may be more such pixels.
-                learn(missing, |rows| 2 * rows);
+                widen(&mut reach, plan, &banding, missing, |rows| 2 * rows);
             } else {
                 let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
                 let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
@@ -565,6 +559,14 @@ impl<'a> Picture<'a> {
             }
             Ok::<(), PostError>(())
         })
+    }
+}
+
+/// Adds to the reach of passes: `more` rows for those that they lack, on each side that lacks any.
+fn widen(reach: &mut Reach, plan: &Plan, banding: &Banding, missing: Vec<Missing>, more: fn(u32) -> u32) {
+    for (pass, place, missing) in missing {
+        let more = missing.map(|rows| if rows == 0 { 0 } else { more(rows) });
+        reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
     }
 }
 

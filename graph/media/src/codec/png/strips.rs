@@ -192,7 +192,7 @@ fn paeth(left: u8, up: u8, corner: u8) -> u8 {
     }
 }
 
-/// Blocks of a stream that goes on after them.
+/// Packs filtered rows into blocks of deflate that end at a byte, of which none is marked as the last.
 fn packed(filtered: &[u8]) -> Packed {
     let mut blocks = fdeflate::compress_to_vec(filtered);
     let checksum = blocks.split_off(blocks.len() - 4);
