@@ -16,12 +16,12 @@ pub(crate) fn results(
     recording: &Recording,
     made: &[InputValue],
     [images, buffers]: [usize; 2],
-    every: u32,
+    turn: Turn,
 ) -> Vec<Resource> {
     let own_buffers = recording.buffers.iter().zip(0..).skip(buffers);
     let state = own_buffers.filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
     let state: Vec<Resource> = state.map(|(_, id)| Resource::Buffer(BufferId(id))).collect();
-    if !state.is_empty() && every != Turn::FIRST {
+    if !state.is_empty() && turn != Turn::First {
         return Vec::new();
     }
     let all = made.iter().flat_map(|value| match value {
@@ -74,7 +74,7 @@ pub(crate) fn hold(builder: &mut PlanBuilder) {
         let mut readers = recording.passes.iter().filter(reads).peekable();
         readers.peek().is_some() && readers.all(|pass| pass.nodes.iter().all(|node| settled.contains(node.as_str())))
     };
-    held.retain(|held| held.turn.every == Turn::FIRST || !is_for_settled(held));
+    held.retain(|held| held.turn == Turn::First || !is_for_settled(held));
     let images: Vec<ImageId> = held.iter().flat_map(|held| &held.results).filter_map(|result| result.image()).collect();
     images.into_iter().for_each(|image| recording.images[image.0 as usize].origin = Origin::Held);
     follow_turns(builder);
@@ -98,11 +98,11 @@ fn follow_turns(builder: &mut PlanBuilder) {
         let mut lasting = lasting(builder);
         lasting.remove(&image);
         let reader = only_user(builder, &lasting, |pass| pass.reads().contains(&past_image));
-        let in_turns = |at: &usize| builder.held[*at].turn.every != Turn::FIRST;
-        let Some(at) = reader.filter(in_turns).filter(|_| is_once && !is_read && !is_shown) else { continue };
+        let Some(at) = reader.filter(|_| is_once && !is_read && !is_shown) else { continue };
+        let Some(every) = builder.held[at].turn.every() else { continue };
         builder.held[at].results.push(image);
         if only_user(builder, &lasting, |pass| pass.writes().contains(&image)) == Some(at) {
-            let frames = frames * builder.held[at].turn.every;
+            let frames = frames * every;
             builder.recording.images[past].origin = Origin::Previous { of, frames };
         } else {
             builder.held[at].results.pop();
@@ -153,7 +153,8 @@ fn stagger(builder: &mut PlanBuilder) {
     for at in by_name {
         let next = numbers.len() as u32;
         let number = *numbers.entry(groups[at]).or_insert(next);
-        let turn = &mut builder.held[at].turn;
-        turn.phase = if turn.every == Turn::FIRST { 0 } else { number % turn.every };
+        if let Turn::OneOf { every, phase } = &mut builder.held[at].turn {
+            *phase = number % *every;
+        }
     }
 }

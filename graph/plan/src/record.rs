@@ -241,10 +241,12 @@ impl<'a> RecordAttempt<'a> {
         let first_buffer = self.builder.recording.buffers.len();
         let first_pass = self.builder.recording.passes.len();
         let (made, errors) = record_node(&self.frame, &node.instance, &context, &mut self.builder.recording);
-        let every = if self.builder.recording.settled.contains(&node.name) { Turn::FIRST } else { node.every };
-        if every > 1 && !self.request.options.exact {
-            let results = hold::results(&self.builder.recording, &made, [first_image, first_buffer], every);
-            let turn = Turn { every, phase: 0 };
+        let turn = match self.builder.recording.settled.contains(&node.name) {
+            true => Some(Turn::First),
+            false => (node.every > 1).then_some(Turn::OneOf { every: node.every, phase: 0 }),
+        };
+        if let Some(turn) = turn.filter(|_| !self.request.options.exact) {
+            let results = hold::results(&self.builder.recording, &made, [first_image, first_buffer], turn);
             self.builder.held.push(Held { node: node.name.clone(), turn, results });
         }
         self.made[index] = made;

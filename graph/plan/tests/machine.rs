@@ -95,7 +95,7 @@ impl<'p> Machine<'p> {
 
     /// Whether the frame is in a turn: the first one is in all.
     fn has(&self, turn: &Turn) -> bool {
-        self.number == 0 || self.number % turn.every == turn.phase
+        self.number == 0 || matches!(turn, Turn::OneOf { every, phase } if self.number % every == *phase)
     }
 
     fn begin(&mut self) {

@@ -113,7 +113,7 @@ fn a_held_result_is_that_of_the_last_turn() {
 #[test]
 fn a_turn_comes_once_in_so_many_numbers() {
     for (every, phase) in [(2, 0), (2, 1), (4, 3), (16, 5)] {
-        let turn = Turn { every, phase };
+        let turn = Turn::OneOf { every, phase };
         for number in (1..100).chain(0xff_ffff..0x100_0040).chain(u32::MAX - 40..=u32::MAX) {
             assert_eq!(turn.is_due(number, number - 1), number % every == phase, "{turn:?} {number}");
             assert!(turn.is_due(number, number.wrapping_sub(every)), "{turn:?} {number}: a step over all");

@@ -36,8 +36,7 @@ impl Plan {
 
     /// Frames after which the turns of passes come again, but at most 16: the time of a frame is a mean over so many.
     pub fn round(&self) -> u32 {
-        let turns = self.held_results().into_values().map(|turn| turn.every);
-        let turns: BTreeSet<u32> = turns.filter(|every| *every != Turn::FIRST).collect();
+        let turns: BTreeSet<u32> = self.held_results().into_values().filter_map(Turn::every).collect();
         (1..16).find(|frames| turns.iter().all(|every| frames % every == 0)).unwrap_or(16)
     }
 

@@ -171,7 +171,8 @@ impl Plan {
     pub fn bytes_moved(&self) -> u64 {
         let turns = self.turns();
         let of_pass = |pass: usize| {
-            let share: f64 = turns[pass].iter().map(|turn| 1.0 / f64::from(turn.every)).sum();
+            let share: f64 =
+                turns[pass].iter().filter_map(|turn| turn.every()).map(|every| 1.0 / f64::from(every)).sum();
             let bytes = self.bytes_moved_by(pass);
             if turns[pass].is_empty() || share >= 1.0 { bytes } else { (share * bytes as f64) as u64 }
         };

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource};
 
-use super::{Plan, PlannedPass, Turn};
+use super::{Plan, PlannedPass};
 
 /// Something that a frame leaves for later frames: a buffer that outlives frames, an image that a later frame reads, or
 /// a result that is held.
@@ -66,8 +66,7 @@ impl Plan {
     pub fn state(&self) -> Vec<StateItem> {
         let mut items = Vec::new();
         let held = self.held_results();
-        let in_turns = |turn: &&Turn| turn.every != Turn::FIRST;
-        let held_for = |resource: Resource| held.get(&resource).filter(in_turns).map(|turn| turn.every - 1);
+        let held_for = |resource: Resource| held.get(&resource)?.every().map(|every| every - 1);
         for (index, (buffer, name)) in self.buffers.iter().zip(self.buffer_names()).enumerate() {
             let id = BufferId(index as u32);
             let frames = held_for(Resource::Buffer(id));

@@ -5,11 +5,11 @@ use serde::Serialize;
 
 /// The frames in which a node runs, beside those in which all begins anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-pub struct Turn {
-    /// One of N frames, or [`Turn::FIRST`].
-    pub every: u32,
-    /// The rest that the numbers of these frames leave.
-    pub phase: u32,
+pub enum Turn {
+    /// No others.
+    First,
+    /// One of `every` frames: those whose numbers leave `phase` as a rest.
+    OneOf { every: u32, phase: u32 },
 }
 
 /// The results of a node that runs in one of several frames. They are kept in between.
@@ -23,13 +23,20 @@ pub struct Held {
 }
 
 impl Turn {
-    /// For `every`: only where all begins anew.
-    pub const FIRST: u32 = u32::MAX;
+    /// Of how many frames it is one; none if only those count in which all begins anew.
+    pub fn every(self) -> Option<u32> {
+        match self {
+            Self::First => None,
+            Self::OneOf { every, .. } => Some(every),
+        }
+    }
 
     /// Whether a frame of that number is one of them, or one lies between it and that of the number `before`: numbers
     /// may have any steps.
-    pub fn is_due(&self, number: u32, before: u32) -> bool {
-        let turn = |number: u32| (u64::from(number) + u64::from(self.every - self.phase)) / u64::from(self.every);
-        self.every != Self::FIRST && turn(number) != turn(before)
+    pub fn is_due(self, number: u32, before: u32) -> bool {
+        let Self::OneOf { every, phase } = self else { return false };
+        let [now, then] =
+            [number, before].map(|number| (u64::from(number) + u64::from(every - phase)) / u64::from(every));
+        now != then
     }
 }

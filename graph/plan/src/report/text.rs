@@ -24,11 +24,13 @@ impl Plan {
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
         let held = self.held.iter().map(|held| {
-            let Held { node, turn: Turn { every, phase }, results } = held;
-            let when = match results.is_empty() {
-                true => "runs in every frame, because it keeps a state".to_owned(),
-                false if *every == Turn::FIRST => "runs where a sequence begins, because its state stays".to_owned(),
-                false => format!("runs in one of {every} frames, where the number leaves {phase}"),
+            let Held { node, turn, results } = held;
+            let when = match turn {
+                _ if results.is_empty() => "runs in every frame, because it keeps a state".to_owned(),
+                Turn::First => "runs where a sequence begins, because its state stays".to_owned(),
+                Turn::OneOf { every, phase } => {
+                    format!("runs in one of {every} frames, where the number leaves {phase}")
+                }
             };
             vec![format!("  {node}"), when]
         });

@@ -39,7 +39,7 @@ fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
                 outputs.contains(&resource) || remembered.contains(&image) && !is_new_in_turns
             }
             Resource::Buffer(buffer) => {
-                let stays = held.get(&resource).is_some_and(|turn| turn.every == Turn::FIRST);
+                let stays = held.get(&resource) == Some(&Turn::First);
                 plan.buffers[buffer.0 as usize].life == BufferLife::Persistent && !stays
             }
         };
@@ -144,12 +144,12 @@ fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
 
 /// Whether an image that is made in one turn is only read in this turn, and what is read was made in an earlier one.
 fn is_read_in_turns(walk: &Walk<'_>, turns: &[BTreeSet<Turn>], image: ImageId, own: &BTreeSet<Turn>) -> bool {
-    let Some(turn) = own.first().filter(|_| own.len() == 1) else { return false };
+    let Some(every) = own.first().filter(|_| own.len() == 1).and_then(|turn| turn.every()) else { return false };
     let histories = walk.histories();
     walk.plan.images.iter().zip(0..).all(|(past, id)| match past.origin {
         Origin::Previous { of, frames } if of == image => {
             let readers = histories.get(&Resource::Image(ImageId(id))).map_or(&[][..], Vec::as_slice);
-            frames % turn.every == 0 && readers.iter().all(|(reader, _)| turns[*reader] == *own)
+            frames % every == 0 && readers.iter().all(|(reader, _)| turns[*reader] == *own)
         }
         _ => true,
     })
