@@ -1,14 +1,21 @@
 #import color
 #import math
+#import oklab
 #import transfer
 
 struct Eetf {
     white_nits: f32,
     source_nits: f32,
-    range: f32,   // PQ of the source's peak
-    top: f32,     // the display's peak, as a share of it
-    bottom: f32,  // the display's black, as a share of it
+    range: f32,        // PQ of the source's peak
+    top: f32,          // the display's peak, as a share of it
+    bottom: f32,       // the display's black, as a share of it
     knee: f32,
+    to_lms0: vec4f,    // rows: the primaries of the light to the cone responses of Oklab
+    to_lms1: vec4f,
+    to_lms2: vec4f,
+    from_lms0: vec4f,  // and back
+    from_lms1: vec4f,
+    from_lms2: vec4f,
 }
 
 // The curve on a share of the range. A lifted black would raise the brightest light above the top.
@@ -29,9 +36,25 @@ fn eetf_light(x: f32, params: Eetf) -> f32 {
     return pq_decode(params.range * eetf_curve(e, params)) / params.white_nits;
 }
 
-fn eetf_channels(source: vec4f, params: Eetf) -> vec4f {
+// The chroma of Oklab in units of the lightness keeps the share of the saturation that the curve leaves between the
+// smallest and the largest channel. Oklab's hue does not depend on brightness, so that the color can then be scaled.
+fn eetf_extremes(source: vec4f, params: Eetf) -> vec4f {
     let v = max(source.rgb, vec3f(0.0));
-    return vec4f(eetf_light(v.r, params), eetf_light(v.g, params), eetf_light(v.b, params), source.a);
+    let most = brightest(v);
+    let least = min(v.r, min(v.g, v.b));
+    let shown = eetf_light(most, params);
+    let kept = (shown - eetf_light(least, params)) * most / max((most - least) * shown, 1e-30);
+    let lms = vec3f(dot(params.to_lms0.xyz, v), dot(params.to_lms1.xyz, v), dot(params.to_lms2.xyz, v));
+    let roots = power3(max(lms, vec3f(0.0)), 1.0 / 3.0);
+    let paler = mix(vec3f(oklab_lightness(roots)), roots, clamp(kept, 0.0, 1.0));
+    let cones = paler * paler * paler;
+    let rgb = vec3f(
+        dot(params.from_lms0.xyz, cones),
+        dot(params.from_lms1.xyz, cones),
+        dot(params.from_lms2.xyz, cones),
+    );
+    let scaled = max(rgb, vec3f(0.0)) * (shown / max(brightest(rgb), 1e-30));
+    return vec4f(select(vec3f(shown), scaled, most > 1e-12), source.a);
 }
 
 // Where the lifted black dominates, light becomes gray.

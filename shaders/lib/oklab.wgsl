@@ -1,11 +1,16 @@
 // Oklab (Ottosson 2020): hue, and a gamut step that keeps it.
 #import math
 
+// The lightness, from the cube roots of the cone responses.
+fn oklab_lightness(roots: vec3f) -> f32 {
+    return dot(roots, vec3f(0.2104542553, 0.7936177850, -0.0040720468));
+}
+
 // The cone responses of Oklab, of any sign, to lightness, a and b.
 fn oklab(lms: vec3f) -> vec3f {
     let roots = sign(lms) * power3(abs(lms), 1.0 / 3.0);
     return vec3f(
-        dot(roots, vec3f(0.2104542553, 0.7936177850, -0.0040720468)),
+        oklab_lightness(roots),
         dot(roots, vec3f(1.9779984951, -2.4285922050, 0.4505937099)),
         dot(roots, vec3f(0.0259040371, 0.7827717662, -0.8086757660)),
     );

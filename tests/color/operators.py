@@ -211,6 +211,12 @@ def oklab(pixels):
     return lab[:, 0], lab[:, 1] + 1j * lab[:, 2]
 
 
+def jzazbz(nits):
+    """az + i bz of cd/m2."""
+    jab = colour.XYZ_to_Jzazbz(nits @ REC709.matrix_RGB_to_XYZ.T)
+    return jab[:, 1] + 1j * jab[:, 2]
+
+
 def hues():
     pixels = light(-6, 1)
     pixels = np.resize(pixels[oklab(pixels)[0] < 0.95], (SIDE * SIDE, 3))
@@ -237,7 +243,7 @@ def tone_curves():
 def eetf():
     """The formula of ITU-R BT.2390, 5.4.1, written once more; PQ is that of color-science."""
     encode, decode = colour.models.eotf_inverse_ST2084, colour.models.eotf_ST2084
-    pixels = (1000 / 203 * unit()).astype(np.float32).astype(float)
+    pixels = (1000 / 203 * np.repeat(unit()[:, :1], 3, 1)).astype(np.float32).astype(float)
     for peak, black in [(600, 0.0), (300, 0.1)]:
         top, bottom, span = encode(peak) / encode(1000), encode(black) / encode(1000), encode(1000)
         knee = 1.5 * top - 0.5
@@ -247,9 +253,14 @@ def eetf():
         bent = np.where(e < knee, e, spline)
         # The node also limits the lifted light to the peak.
         wanted = decode(np.minimum(bent + bottom * (1 - bent) ** 4, top) * span) / 203
-        node = f"Eetf(source_nits: 1000.0, peak_nits: {peak}.0, black_nits: {black}, on: Channels)"
+        node = f"Eetf(source_nits: 1000.0, peak_nits: {peak}.0, black_nits: {black}, on: Extremes)"
         what = "formula of BT.2390, PQ of color-science"
-        yield f"`Eetf`, {peak} cd/m2, black {black}", what, off(run("DisplayLinear", node, pixels), wanted)
+        yield f"`Eetf`, grays, {peak} cd/m2, black {black}", what, off(run("DisplayLinear", node, pixels), wanted)
+    pixels = (1000 / 203 * unit() ** 2).astype(np.float32).astype(float)
+    found = run("DisplayLinear", "Eetf(source_nits: 1000.0, peak_nits: 203.0, on: Extremes)", pixels)
+    wanted_c, found_c = jzazbz(203 * pixels), jzazbz(203 * found)
+    turn = np.abs(np.angle(found_c / wanted_c, deg=True))[np.abs(found_c) > 0.02].max()
+    yield "`Eetf(on: Extremes)`: hue of JzAzBz, in degrees", "color-science", turn
 
 
 def blur():

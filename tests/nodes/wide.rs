@@ -5,7 +5,7 @@ use afterimage_graph::document::parse;
 
 use crate::reference::color::{P3_D65, REC709, REC2020, Space, conversion, luminance, to_xyz};
 use crate::reference::image::rgb;
-use crate::reference::math::{Rgb, dot, transform};
+use crate::reference::math::{Rgb, dot, largest, transform};
 use crate::reference::sanitize::{MAX_HALF, sanitize, sanitize_scene};
 use crate::reference::transfer::{pq_encode, srgb_encode};
 use crate::support::gpu::{Picture, Repository, Run, pipelines, registry, run_exact};
@@ -156,14 +156,36 @@ fn one_curve_for_two_displays_is_fitted_by_the_narrower_encoding() {
     }
 }
 
-/// A color of Rec.709 toward the gray of its luminance, with the knee of `Encode`.
+/// A color of Rec.709 toward the gray of its luminance until no channel is negative, with the knee of `Encode`, and then
+/// darker until no channel is above 1.
 fn compressed(color: Rgb) -> Rgb {
     let (gray, knee) = (luminance(color), 0.8);
-    let reach = color.map(|x| if x > gray { (x - gray) / (1.0 - gray) } else { (gray - x) / gray });
-    let reach = reach.into_iter().fold(0.0, f64::max);
-    let over = reach - knee;
-    let share = (knee + over * (1.0 - knee) / (1.0 - knee + over)) / reach;
-    color.map(|x| gray + share * (x - gray))
+    let reach = color.map(|x| (gray - x) / gray).into_iter().fold(0.0, f64::max);
+    let over = (reach - knee).max(0.0);
+    let share = if over > 0.0 { (knee + over * (1.0 - knee) / (1.0 - knee + over)) / reach } else { 1.0 };
+    let inside = color.map(|x| gray + share * (x - gray));
+    inside.map(|x| x / largest(inside).max(1.0))
+}
+
+/// A gradient of bright yellow has no step in the encoding for a narrower display.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn bright_yellow_has_no_contour_in_a_narrower_display() {
+    let text = r#"Pipeline(inputs: { "scene": Exposed }, outputs: { "narrow": "narrow", "wide": "wide" }, nodes: {
+        "mapped": ToneMap(source: "scene", curve: None, space: Rec2020, gamut: Clip, keep_hue: 0.0, middle_gray: Native),
+        "narrow": Encode(source: "mapped"),
+        "wide": Encode(source: "mapped", primaries: Rec2020) })"#;
+    let to_rec709 = conversion(&REC2020, &REC709);
+    let gradient = Picture::new(257, 1, |x, _| {
+        let share = f64::from(x) / 256.0;
+        let [r, g, b] = transform(&to_rec709, [0.9 + 0.1 * share, 0.98, 0.05 * share]).map(|x| x as f32);
+        [r, g, b, 1.0]
+    });
+    let shown = &run_exact(text, &[("scene", &gradient)])[0];
+    let codes: Vec<Rgb> = shown.pixels.iter().map(|pixel| rgb(pixel.map(|x| 255.0 * f64::from(x)))).collect();
+    let step = |pair: &[Rgb]| (0..3).map(|c| (pair[0][c] - pair[1][c]).abs()).fold(0.0, f64::max);
+    let most = codes.windows(2).map(step).fold(0.0, f64::max);
+    assert!(most < 2.0, "a step of {most} codes");
 }
 
 #[test]

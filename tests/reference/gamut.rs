@@ -2,6 +2,7 @@
 
 use super::color::{AP1, REC709, conversion};
 use super::math::{Rgb, largest, transform};
+use super::oklab::{from_oklab, oklab};
 use super::transfer::{pq_decode, pq_encode};
 
 /// The reference gamut compression (LMT.Academy.ReferenceGamutCompress) of linear Rec.709.
@@ -59,6 +60,20 @@ impl Eetf {
         let shown = self.apply(most);
         let scale = if most > 0.0 { shown.min(most) / most } else { 0.0 };
         nits.map(|x| scale * x + (shown - most).max(0.0))
+    }
+
+    /// On the largest and the smallest channel of linear Rec.709: the hue of Oklab stays, and the chroma in units of the
+    /// lightness keeps as much as the saturation of HSV does between the two.
+    pub(crate) fn on_extremes(&self, nits: Rgb) -> Rgb {
+        let (most, least) = (largest(nits), -largest(nits.map(|x| -x)));
+        let shown = self.apply(most);
+        if most == least {
+            return [shown; 3];
+        }
+        let kept = (1.0 - self.apply(least) / shown) / (1.0 - least / most);
+        let [lightness, a, b] = oklab(nits);
+        let paler = from_oklab([lightness, kept * a, kept * b]).map(|x| x.max(0.0));
+        paler.map(|x| x * shown / largest(paler))
     }
 }
 

@@ -1,9 +1,10 @@
 //! ReferenceGamutCompress and Eetf.
 
 use super::{Numbers, TRANSCENDENTAL, compare, light, picture, rgb, run, tolerance};
-use crate::reference::color::{AP1, REC709, conversion, luminance};
+use crate::reference::color::{AP1, REC709, REC2020, conversion, luminance};
 use crate::reference::gamut::{Eetf, reference_compress};
-use crate::reference::math::{largest, transform};
+use crate::reference::gt7::to_ictcp;
+use crate::reference::math::{Rgb, largest, transform};
 use crate::support::gpu::Picture;
 use crate::support::harness::{assert_close, image};
 use afterimage_graph::check::NoFiles;
@@ -57,9 +58,57 @@ fn bt_2390_matches() {
         let largest = run("DisplayLinear", &format!("Eetf({parameters})"), &NoFiles, &input);
         let expected = image(&input).map_rgb(|rgb| scaled(rgb, &|nits| eetf.on_largest(nits)));
         assert_close(&format!("{eetf:?}, largest"), &largest, &expected, &tolerance);
-        let channels = run("DisplayLinear", &format!("Eetf({parameters}, on: Channels)"), &NoFiles, &input);
-        let expected = image(&input).map_rgb(|rgb| scaled(rgb, &|nits| nits.map(|x| eetf.apply(x))));
-        assert_close(&format!("{eetf:?}, channels"), &channels, &expected, &tolerance);
+        let extremes = run("DisplayLinear", &format!("Eetf({parameters}, on: Extremes)"), &NoFiles, &input);
+        let expected = image(&input).map_rgb(|rgb| scaled(rgb, &|nits| eetf.on_extremes(nits)));
+        assert_close(&format!("{eetf:?}, extremes"), &extremes, &expected, &tolerance);
+    }
+}
+
+/// Display-linear Rec.709 of which the largest channel is 1.
+const BRIGHT: [(&str, Rgb); 8] = [
+    ("skin", [1.0, 0.63, 0.48]),
+    ("dark skin", [1.0, 0.53, 0.33]),
+    ("wax", [1.0, 0.73, 0.35]),
+    ("fire", [1.0, 0.42, 0.05]),
+    ("sunset", [1.0, 0.55, 0.22]),
+    ("sky", [0.25, 0.5, 1.0]),
+    ("leaf", [0.5, 1.0, 0.16]),
+    ("blue lamp", [0.08, 0.1, 1.0]),
+];
+
+/// The hue of light in ICtCp, in degrees, and its distance from gray.
+fn hue_of_nits(nits: Rgb) -> [f64; 2] {
+    let [_, t, p] = to_ictcp(transform(&conversion(&REC709, &REC2020), nits).map(|x| x / 100.0));
+    [p.atan2(t).to_degrees(), p.hypot(t)]
+}
+
+/// The difference of the largest and the smallest channel, as a share of the largest.
+fn saturation(rgb: Rgb) -> f64 {
+    1.0 - rgb.into_iter().fold(f64::INFINITY, f64::min) / largest(rgb)
+}
+
+/// In a space that the node does not use.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn bright_light_becomes_white_in_its_own_hue() {
+    let nits = |step: u32| 1000.0 * (f64::from(step) / 20.0 - 5.0).exp2();
+    for (name, color) in BRIGHT {
+        let ramp = Picture::new(101, 1, |x, _| {
+            let [r, g, b] = color.map(|channel| (channel * nits(x) / 203.0) as f32);
+            [r, g, b, 1.0]
+        });
+        let shown = run("DisplayLinear", "Eetf(peak_nits: 203.0, on: Extremes)", &NoFiles, &ramp);
+        let shown: Vec<Rgb> = shown.pixels.iter().map(|pixel| rgb(*pixel).map(|x| 203.0 * x)).collect();
+        for (pair, step) in shown.windows(2).zip(1..) {
+            assert!(luminance(pair[1]) > luminance(pair[0]) - 1e-3, "{name} is darker: {pair:?}");
+            assert!(saturation(pair[1]) < saturation(pair[0]) + 1e-4, "{name} has more color: {pair:?}");
+            let ([hue, chroma], [wanted, _]) = (hue_of_nits(pair[1]), hue_of_nits(color.map(|x| x * nits(step))));
+            let turn = (hue - wanted + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(turn.abs() < 5.0 || chroma < 0.02, "{name} of {:.0} nits turns by {turn:.1} degrees", nits(step));
+        }
+        let [.., last] = shown[..] else { panic!("a ramp") };
+        assert!((largest(last) - 203.0).abs() < 0.1, "{name}: {last:?}");
+        assert!(saturation(last) < 0.95 * saturation(color), "{name} is as saturated as before: {last:?}");
     }
 }
 
@@ -76,7 +125,7 @@ fn extremes_stay_finite() {
     for (state, node, most) in [
         ("Exposed", "ReferenceGamutCompress()", 2.0 * 65504.0),
         ("DisplayLinear", "Eetf()", 600.1 / 203.0),
-        ("DisplayLinear", "Eetf(peak_nits: 80.0, black_nits: 5.0, on: Channels)", 80.1 / 203.0),
+        ("DisplayLinear", "Eetf(peak_nits: 80.0, black_nits: 5.0, on: Extremes)", 80.1 / 203.0),
     ] {
         let output = run(state, node, &NoFiles, &input);
         let finite = output.pixels.iter().flat_map(|p| &p[..3]).all(|x| x.is_finite() && f64::from(*x) <= most);
