@@ -1,11 +1,13 @@
 // Reflections between the glass surfaces of a lens, from the image itself: ghosts on the line through the center, and a
 // ring. After Chapman, "Pseudo Lens Flare", 2013; ghosts have magnifications, as in Hullin et al., "Physically-Based
 // Real-Time Lens Flare Rendering", 2011.
+#import color
 #import grade
 #import math
 
 struct LensFlare {
     threshold: f32,
+    limit: f32,
     ghosts: i32,
     spacing: f32,
     ghost_strength: f32,
@@ -31,16 +33,28 @@ fn lens_flare_window(uv: vec2f) -> f32 {
     return smooth_step(0.0, LENS_FLARE_FADE, inside.x) * smooth_step(0.0, LENS_FLARE_FADE, inside.y);
 }
 
+// Light in its own color, the same up to half of the limit and below the limit from there on.
+fn lens_flare_limited(light: vec3f, limit: f32) -> vec3f {
+    let most = brightest(light);
+    let knee = 0.5 * limit;
+    let over = max(most, knee);
+    return light * select((limit - knee * knee / over) / over, 1.0, most <= knee);
+}
+
 // The light at a place relative to the center, with red and blue read nearer to it and farther from it.
-fn lens_flare_light(source: texture_2d<f32>, s: sampler, place: vec2f, dispersion: f32, threshold: f32) -> vec3f {
+fn lens_flare_light(
+    source: texture_2d<f32>,
+    s: sampler,
+    place: vec2f,
+    dispersion: f32,
+    params: LensFlare,
+) -> vec3f {
     let red = 0.5 + place * (1.0 - dispersion);
     let green = 0.5 + place;
     let blue = 0.5 + place * (1.0 + dispersion);
-    return vec3f(
-        lens_flare_window(red) * max(tap(source, s, red).r - threshold, 0.0),
-        lens_flare_window(green) * max(tap(source, s, green).g - threshold, 0.0),
-        lens_flare_window(blue) * max(tap(source, s, blue).b - threshold, 0.0),
-    );
+    let light = vec3f(tap(source, s, red).r, tap(source, s, green).g, tap(source, s, blue).b);
+    let window = vec3f(lens_flare_window(red), lens_flare_window(green), lens_flare_window(blue));
+    return window * lens_flare_limited(max(light - params.threshold, vec3f(0.0)), params.limit);
 }
 
 // A ghost is the image with a magnification: -1, 2, -3, 4 and so on times the spacing.
@@ -48,7 +62,7 @@ fn lens_flare_ghosts(source: texture_2d<f32>, s: sampler, place: vec2f, params: 
     var sum = vec3f(0.0);
     for (var i = 0; i < min(params.ghosts, 8); i++) {
         let size = select(1.0, -1.0, (i & 1) == 0) * f32(i + 1) * params.spacing;
-        let light = lens_flare_light(source, s, place / size, params.dispersion, params.threshold);
+        let light = lens_flare_light(source, s, place / size, params.dispersion, params);
         sum += LENS_FLARE_TINTS[i & 3] * light;
     }
     return sum / f32(max(params.ghosts, 1));
@@ -59,7 +73,7 @@ fn lens_flare_halo(source: texture_2d<f32>, s: sampler, place: vec2f, params: Le
     let round = place * stretch;
     let outwards = round / max(length(round), 1e-6);
     let place_of_light = (params.halo_radius * outwards - round) / stretch;
-    return lens_flare_light(source, s, place_of_light, 4.0 * params.dispersion, params.threshold);
+    return lens_flare_light(source, s, place_of_light, 4.0 * params.dispersion, params);
 }
 
 fn lens_flare(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: LensFlare) -> vec4f {

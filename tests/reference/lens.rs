@@ -2,7 +2,7 @@
 
 use super::gaussian::{blur_axis, taps};
 use super::image::{Image, add_weighted, center_uv};
-use super::math::{Rgb, smooth_step};
+use super::math::{Rgb, largest, smooth_step};
 use super::resample::{Down, Up, downsample, half_size, upsample};
 
 /// Halation: `share` of each channel is spread by a Gaussian of `sigma` pixels, at half the resolution as long as it is
@@ -48,6 +48,7 @@ pub(crate) fn streaks(image: &Image, length: f64, count: i64, tint: Rgb) -> Imag
 /// The parameters of a flare.
 pub(crate) struct Flare {
     pub(crate) threshold: f64,
+    pub(crate) limit: f64,
     pub(crate) ghosts: usize,
     pub(crate) spacing: f64,
     pub(crate) ghost_strength: f64,
@@ -62,11 +63,14 @@ const TINTS: [Rgb; 4] = [[0.6, 1.0785, 1.4], [1.6, 0.8418, 0.8], [0.8, 1.1099, 0
 impl Flare {
     /// Light at a place relative to the center, faded at the border.
     fn light(&self, image: &Image, [x, y]: [f64; 2], dispersion: f64) -> Rgb {
+        let places = [-1.0, 0.0, 1.0].map(|step| [x, y].map(|t| 0.5 + t * (1.0 + dispersion * step)));
+        let light = [0, 1, 2].map(|channel| (image.tap(places[channel])[channel] - self.threshold).max(0.0));
+        let most = largest(light);
+        let kept = if most > 0.5 * self.limit { self.limit - 0.25 * self.limit.powi(2) / most } else { most };
+        let fade = |t: f64| smooth_step(0.0, 0.1, t.min(1.0 - t));
         [0, 1, 2].map(|channel| {
-            let scale = 1.0 + dispersion * (channel as f64 - 1.0);
-            let uv = [0.5 + x * scale, 0.5 + y * scale];
-            let fade = |t: f64| smooth_step(0.0, 0.1, t.min(1.0 - t));
-            fade(uv[0]) * fade(uv[1]) * (image.tap(uv)[channel] - self.threshold).max(0.0)
+            let [u, v] = places[channel];
+            if most > 0.0 { fade(u) * fade(v) * light[channel] * kept / most } else { 0.0 }
         })
     }
 
@@ -146,6 +150,7 @@ fn a_ghost_of_a_light_is_on_the_other_side_of_the_center() {
     let light = Image::new(101, 101, |x, y| if (x, y) == (80, 50) { [1.0; 4] } else { [0.0; 4] });
     let mut flare = Flare {
         threshold: 0.0,
+        limit: 65504.0,
         ghosts: 1,
         spacing: 0.5,
         ghost_strength: 1.0,

@@ -57,8 +57,9 @@ pub(super) fn sharpness_kinds() -> Vec<Reference> {
 
 pub(super) fn lens_kinds() -> Vec<Reference> {
     let [loaded, sampled] = [bloom::WHOLE, bloom::SAMPLED].map(|precision| precision.within(precision.exact, 1e-6));
-    let flare = |threshold: f64| Flare {
+    let flare = |threshold: f64, limit: f64| Flare {
         threshold,
+        limit,
         ghosts: 5,
         spacing: 0.35,
         ghost_strength: 0.3,
@@ -66,13 +67,13 @@ pub(super) fn lens_kinds() -> Vec<Reference> {
         halo_strength: 0.1,
         dispersion: 0.01,
     };
-    let flares = |fields: &str, threshold: f64| {
+    let flares = |fields: &str, threshold: f64, limit: f64| {
         Reference::new(
             ("LensFlare", "Exposed"),
             &format!("\"result\": LensFlare(source: \"scene\"{fields})"),
             lights,
             Tolerance { absolute: 1e-4, ..sampled },
-            move |image| flare(threshold).apply(image),
+            move |image| flare(threshold, limit).apply(image),
         )
     };
     vec![
@@ -94,8 +95,8 @@ pub(super) fn lens_kinds() -> Vec<Reference> {
                 streaks(image, length, count.expect("the pictures are small"), [1.0, 1.5, 2.0])
             },
         ),
-        flares("", 0.0),
-        flares(", threshold: 8.0", 8.0),
+        flares("", 0.0, 65504.0),
+        flares(", threshold: 8.0, limit: 16.0", 8.0, 16.0),
         Reference::new(
             ("LensDirt", "Exposed"),
             "\"result\": LensDirt(source: \"scene\", strength: 2.0, seed: 3)",
