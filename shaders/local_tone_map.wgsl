@@ -45,7 +45,7 @@ fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneM
 fn local_tone_map_slice(grid: texture_3d<f32>, s: sampler, uv: vec2f, level: f32, otherwise: f32) -> f32 {
     let range = texel3(grid, vec3i(0)).zw;
     let sums = tap3(grid, s, vec3f(uv, (level - range.x) / max(range.y - range.x, 0.015625)));
-    let base = range.x + sums.x / max(sums.y, 1e-6);
+    let base = 0.5 * (range.x + range.y) + sums.x / max(sums.y, 1e-6);
     return mix(otherwise, base, smooth_step(LOCAL_TONE_MAP_EMPTY, LOCAL_TONE_MAP_KNOWN, sums.y));
 }
 

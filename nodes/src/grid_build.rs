@@ -20,8 +20,8 @@ choices! {
 params! {
     /// Builds a bilateral grid: cells over x, y and log2 luminance (Chen, Paris and Durand, 2007).
     ///
-    /// A cell holds the sum of the log2 luminance of its pixels and their number, both divided by the capacity of a
-    /// cell. After `GridBlur` it is an edge-aware blur, which `LocalToneMap` reads.
+    /// A cell holds the sum of the log2 luminance of its pixels from the middle of the range, and their number, both
+    /// divided by the capacity of a cell. After `GridBlur` it is an edge-aware blur, which `LocalToneMap` reads.
     ///
     /// One workgroup sums one column of cells in integers, so there are no races and the grid is equal in every run.
     /// The grid stores its own range for its readers. `source` is an exposed image. It may also be the scene with

@@ -51,7 +51,7 @@ fn a_grid_is_built_as_its_cpu_reference() {
                 // Where no pixel has crossed a border of cells, the sums agree as well.
                 if (found[1] - wanted[1]).abs() < 0.01 {
                     assert!(
-                        (found[0] - wanted[0]).abs() < 0.01 + 1e-4 * wanted[0],
+                        (found[0] - wanted[0]).abs() < 0.01 + 1e-4 * wanted[0].abs(),
                         "{method} {index}: {found:?} {wanted:?}"
                     );
                 }

@@ -17,6 +17,10 @@ pub(crate) struct Range {
 }
 
 impl Range {
+    pub(crate) fn middle(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
+
     /// The log2 luminance of a color, clamped to the range; black is the low end.
     pub(crate) fn log_luminance(&self, rgb: Rgb) -> f64 {
         luminance(rgb).log2().clamp(self.low, self.high)
@@ -39,7 +43,7 @@ pub(crate) enum Splat {
     Nearest,
 }
 
-/// Cells over x, y and log2 luminance, each a weighted sum of `l − low` and the weight.
+/// Cells over x, y and log2 luminance, each a weighted sum of `l − middle` and the weight.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     pub(crate) size: [usize; 3],
@@ -74,7 +78,7 @@ impl Grid {
             };
             for (cell, weight) in shares {
                 let [sum, total] = &mut cells[index(cell, size)];
-                *sum += weight * (l - range.low);
+                *sum += weight * (l - range.middle());
                 *total += weight;
             }
         }
@@ -118,7 +122,7 @@ impl Grid {
     /// The base at `uv` and `l`, or `otherwise` where the grid holds almost nothing, as the formula book has it.
     pub(crate) fn base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
         let [sum, weight] = self.slice(uv, l);
-        if weight > 1e-4 * self.peak { self.range.low + sum / weight } else { otherwise }
+        if weight > 1e-4 * self.peak { self.range.middle() + sum / weight } else { otherwise }
     }
 
     /// The same without the jump where the grid begins to know something, and without the grid's peak, which a shader
@@ -126,7 +130,7 @@ impl Grid {
     pub(crate) fn faded_base(&self, uv: [f64; 2], l: f64, otherwise: f64) -> f64 {
         let [sum, weight] = self.slice(uv, l);
         let known = smooth_step(EMPTY, KNOWN, weight / self.full);
-        if known > 0.0 { mix(otherwise, self.range.low + sum / weight, known) } else { otherwise }
+        if known > 0.0 { mix(otherwise, self.range.middle() + sum / weight, known) } else { otherwise }
     }
 }
 
