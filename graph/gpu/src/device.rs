@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex};
 
 use afterimage_graph::image::{Format, ImageDesc};
-use afterimage_plan::Caps;
+use afterimage_plan::{BandLimits, Caps};
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
 #[cfg(not(target_family = "wasm"))]
 use crate::platform;
-use crate::platform::{caught, local_memory, watched};
+use crate::platform::{caught, local_memory, used_memory, watched};
 
 /// A device: that of a host, or one that Afterimage opens, for programs without a renderer. Clones are handles to the
 /// same device.
@@ -33,8 +33,8 @@ pub struct Opening {
     pub adapter: Option<String>,
     /// Whether the Khronos validation layer is enabled.
     pub validation: bool,
-    /// Bytes that the images of a frame may take; by default three quarters of a card's memory, or half of the
-    /// system's. With it, what is allocated is little more than what is in use.
+    /// Bytes that the images of a frame may take, and all else that is on the device for them; by default three quarters
+    /// of a card's memory, or half of the system's.
     pub max_memory: Option<u64>,
 }
 
@@ -42,8 +42,12 @@ pub struct Opening {
 const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debian or Ubuntu `apt-get install \
                       mesa-vulkan-drivers` installs one that runs on the processor";
 
-/// Bytes of a block of device memory; those of host memory have half of them.
-const SMALL: u64 = 8 << 20;
+/// Bytes of the blocks that wgpu shares between images and buffers that are smaller: the fewest that it can have.
+pub(crate) const BLOCK: u64 = 4 << 20;
+
+/// Bytes that a driver may take of a card when pipelines are compiled and commands recorded. That of NVIDIA took 10 to 20
+/// MiB.
+const FOR_DRIVER: u64 = 24 << 20;
 
 /// Optional features that make plans faster; each is requested where the adapter has it.
 const WELCOME: Features = Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
@@ -81,8 +85,7 @@ impl Gpu {
         // Ranges of draws that kernels write are not trusted: those beyond the buffers draw nothing.
         descriptor.flags = flags | wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
         let hints = match opening.max_memory {
-            // The smallest blocks that wgpu shares between small images: larger ones have memory of their own.
-            Some(_) => wgpu::MemoryHints::Manual { suballocated_device_memory_block_size: SMALL..SMALL },
+            Some(_) => wgpu::MemoryHints::Manual { suballocated_device_memory_block_size: BLOCK..BLOCK },
             None => wgpu::MemoryHints::Performance,
         };
         let mut gpu = Self::open_with(&wgpu::Instance::new(descriptor), opening.adapter.as_deref(), hints).await?;
@@ -123,6 +126,29 @@ impl Gpu {
     /// The adapter's name.
     pub fn name(&self) -> String {
         self.adapter.get_info().name
+    }
+
+    /// The limits of pictures in bands: all that is on the device may take [`max_memory`](Caps::max_memory).
+    pub fn band_limits(&self) -> BandLimits {
+        let report = self.device.generate_allocator_report();
+        BandLimits {
+            bytes: self.caps.max_memory,
+            taken: report.map_or(0, |report| report.total_allocated_bytes) + self.foreign_memory(),
+            block: BLOCK,
+            side: self.caps.max_side,
+            filters: self.is_processor(),
+            least: 1,
+            rows: None,
+        }
+    }
+
+    /// Bytes of a card that its driver has for this program besides images and buffers, and may take later; 0 if it does
+    /// not state them.
+    pub(crate) fn foreign_memory(&self) -> u64 {
+        let is_card = self.adapter.get_info().device_type == wgpu::DeviceType::DiscreteGpu;
+        let used = used_memory(&self.device).filter(|_| is_card);
+        let report = self.device.generate_allocator_report();
+        used.zip(report).map_or(0, |(used, report)| used.saturating_sub(report.total_reserved_bytes) + FOR_DRIVER)
     }
 
     /// Whether the adapter is the processor itself.

@@ -174,6 +174,12 @@ impl Readback {
         Self { piece: bytes.min(self.piece), ..self }
     }
 
+    /// Bytes of the buffer that the texels of such an image come through.
+    pub(crate) fn bytes_of(&self, desc: &ImageDesc) -> u64 {
+        let pitch = row_and_pitch(desc.size, desc.format).1 as u64;
+        padded_bytes(desc).min(self.piece.max(pitch))
+    }
+
     /// The texels of a texture, those of `Depth32Float` as `R32Float`. Waits for the GPU. A texture that is larger than
     /// a buffer may be is read in pieces.
     ///

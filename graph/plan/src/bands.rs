@@ -9,21 +9,27 @@
 //! How far a pass reads around its pixels is not stated by its kernels, but noticed by its
 //! [module](afterimage_wgsl::banded): [`Reach`] learns it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
+use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{Arg, ImageId, Origin, Pass, PassKind, Resource};
 use afterimage_wgsl::{GlobalKind, SampleMode};
 
 use crate::codegen::rows_of_workgroup;
 use crate::error::PlanError;
 use crate::plan::{Plan, PlannedImage, Stage};
+use crate::request::Requirement;
 
 /// What a device has for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BandLimits {
-    /// Bytes of all images and buffers, and of the rows on their way from and to the host.
+    /// Bytes of all images and buffers as the driver pads them, and of the rows on their way from and to the host.
     pub bytes: u64,
+    /// Bytes of these that others have.
+    pub taken: u64,
+    /// Bytes of the blocks in which memory for smaller images and buffers is taken; 0 if each has memory of its own.
+    pub block: u64,
     /// The longest side of a texture.
     pub side: u32,
     /// Whether images that a sampler filters may be in bands, as they may on the processor. That of a card rounds
@@ -51,7 +57,11 @@ pub struct Banding {
     pub rows: Vec<u32>,
     /// The sweeps in their order.
     pub sweeps: Vec<Sweep>,
-    /// Bytes on the device.
+    /// Which images have textures: before the first sweep, in it, before the second one, and so on.
+    pub lives: Vec<Vec<bool>>,
+    /// Bytes of a copy from or to the host, unless a row has more.
+    pub piece: u64,
+    /// Bytes that are taken, of all that the limits count.
     pub bytes: u64,
 }
 
@@ -111,7 +121,13 @@ impl Reach {
 }
 
 /// The most bytes of an image that a host uploads or reads back at a time, unless a row has more.
-pub const UPLOADED: u64 = 16 << 20;
+const MAX_PIECE: u64 = 16 << 20;
+
+/// The part of the memory that such a copy has at most.
+const PIECES: u64 = 64;
+
+/// What wgpu stages of parameters and zeros, and what it has for itself.
+const STAGED: u64 = 1 << 20;
 
 /// How a pass takes part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,11 +140,15 @@ enum Role {
     Sweep,
 }
 
+/// What a device asks for an image.
+type Asked<'a> = &'a dyn Fn(&ImageDesc) -> Requirement;
+
 /// A plan with some sizes in bands.
 struct Sizes<'a> {
     plan: &'a Plan,
     reach: &'a Reach,
-    rows: Option<[u32; 2]>,
+    limits: BandLimits,
+    asked: Asked<'a>,
     sizes: Vec<[u32; 2]>,
     images: Vec<Option<usize>>,
     roles: Vec<Role>,
@@ -137,11 +157,17 @@ struct Sizes<'a> {
 }
 
 impl Plan {
-    /// The plan in bands: with as few sizes in bands as possible, and as few bands.
+    /// The plan in bands: with as few sizes in bands as possible, and about as few bands. `requirement` is what the
+    /// device asks for an image, with its padding.
     ///
     /// # Errors
     /// A pass cannot be made in bands, or no band is small enough.
-    pub fn banding(&self, limits: BandLimits, reach: &Reach) -> Result<Banding, PlanError> {
+    pub fn banding(
+        &self,
+        limits: BandLimits,
+        reach: &Reach,
+        requirement: &dyn Fn(&ImageDesc) -> Requirement,
+    ) -> Result<Banding, PlanError> {
         let is_too_wide = |image: &&PlannedImage| image.lifetime.is_some() && image.desc.size.width > limits.side;
         if let Some(PlannedImage { label, desc, .. }) = self.images.iter().find(is_too_wide) {
             return Err(PlanError::TooLarge { label: label.clone(), size: desc.size, limit: limits.side });
@@ -157,7 +183,7 @@ impl Plan {
         let mut least = u64::MAX;
         let mut refused = None;
         for count in 1..=sizes.len() {
-            let sizes = match Sizes::new(self, reach, limits, sizes[..count].to_vec()) {
+            let sizes = match Sizes::new(self, reach, limits, requirement, sizes[..count].to_vec()) {
                 Ok(sizes) => sizes,
                 Err(error) => {
                     refused = Some(error);
@@ -165,12 +191,11 @@ impl Plan {
                 }
             };
             let most = sizes.targets().map(|pass| self.passes[pass].workgroups[1]).max().unwrap_or(1);
-            let whole = sizes.whole_bytes();
-            if whole > limits.bytes || sizes.longest_whole() > limits.side {
-                least = least.min(whole);
+            if sizes.longest_whole() > limits.side {
                 continue;
             }
-            let counts = std::iter::successors(Some(limits.least.max(1)), |count| count.checked_mul(2));
+            let more = |count: &u32| count.checked_add((count / 4).max(1));
+            let counts = std::iter::successors(Some(limits.least.max(1)), more);
             for count in counts.take_while(|count| *count < 2 * most.max(limits.least)) {
                 let banding = sizes.banding(count);
                 let is_short = banding.sizes.iter().all(|size| size.size[0].max(size.rows) <= limits.side);
@@ -228,20 +253,49 @@ fn joined(one: Option<Range<u32>>, other: Range<u32>) -> Range<u32> {
     one.map_or(other.clone(), |one| one.start.min(other.start)..one.end.max(other.end))
 }
 
-/// That part of a number of steps: the `index`th of `count` parts.
+/// Bytes of memory for these images and buffers, which are taken one after another: those that are smaller share blocks.
+fn taken(bytes: impl Iterator<Item = u64>, block: u64) -> u64 {
+    let mut taken = 0;
+    let mut free: Vec<u64> = Vec::new();
+    for bytes in bytes {
+        match free.iter_mut().find(|free| **free >= bytes) {
+            _ if bytes > block => taken += bytes,
+            Some(free) => *free -= bytes,
+            None => {
+                taken += block;
+                free.push(block - bytes);
+            }
+        }
+    }
+    taken
+}
+
+/// That part of a number of steps: the `index`th of `count` parts. Of steps over several bands, each is made in the
+/// second one of these: bands around it need no more rows than it does, and find them decoded.
 fn part(steps: u32, index: u32, count: u32) -> Range<u32> {
-    let place = |index: u32| (u64::from(steps) * u64::from(index) / u64::from(count)) as u32;
+    let late = if count / 2 >= steps { 2 } else { 0 };
+    let place = |index: u32| match index.checked_sub(late) {
+        Some(index) => (u64::from(steps) * u64::from(index) / u64::from(count)) as u32 + late.min(1),
+        None => 0,
+    };
     place(index)..place(index + 1)
 }
 
 impl<'a> Sizes<'a> {
-    fn new(plan: &'a Plan, reach: &'a Reach, limits: BandLimits, sizes: Vec<[u32; 2]>) -> Result<Self, PlanError> {
+    fn new(
+        plan: &'a Plan,
+        reach: &'a Reach,
+        limits: BandLimits,
+        asked: Asked<'a>,
+        sizes: Vec<[u32; 2]>,
+    ) -> Result<Self, PlanError> {
         let place = |image: usize| {
             let found = sizes.iter().position(|size| *size == plan.size_of(image));
             found.filter(|_| plan.can_be_banded(image) && (limits.filters || !plan.is_filtered(image)))
         };
         let images: Vec<Option<usize>> = (0..plan.images.len()).map(place).collect();
-        let mut banded = Self { plan, reach, rows: limits.rows, sizes, images, roles: Vec::new(), sweeps: Vec::new() };
+        let (roles, sweeps) = (Vec::new(), Vec::new());
+        let mut banded = Self { plan, reach, limits, asked, sizes, images, roles, sweeps };
         for pass in 0..plan.passes.len() {
             banded.roles.push(banded.role(pass)?);
         }
@@ -342,9 +396,68 @@ impl<'a> Sizes<'a> {
         (0..self.images.len()).filter(|image| self.images[*image].is_none() && self.lives(*image))
     }
 
-    fn whole_bytes(&self) -> u64 {
-        let images = self.whole().map(|image| self.plan.images[image].desc.bytes());
-        images.chain(self.plan.buffers.iter().map(|buffer| buffer.bytes)).sum()
+    /// Bytes that are taken, with textures of so many rows for images in bands.
+    fn bytes(&self, rows: &[u32], lives: &[Vec<bool>]) -> u64 {
+        let of_image = |image: usize| {
+            let desc = self.plan.images[image].desc;
+            let height = self.images[image].map_or(desc.size.height, |_| rows[image]);
+            (self.asked)(&ImageDesc { size: Size { height, ..desc.size }, ..desc }).bytes
+        };
+        let images: Vec<u64> =
+            (0..rows.len()).map(|image| if self.lives(image) { of_image(image) } else { 0 }).collect();
+        let buffers: Vec<u64> = self.plan.buffers.iter().map(|buffer| buffer.bytes.next_multiple_of(256)).collect();
+        let device = lives.iter().map(|lives| {
+            let living = images.iter().zip(lives).filter(|(_, lives)| **lives).map(|(bytes, _)| *bytes);
+            taken([STAGED].into_iter().chain(buffers.iter().copied()).chain(living), self.limits.block)
+        });
+        let constants = self.plan.images.iter().filter_map(|image| match &image.origin {
+            Origin::Constant(bytes) => Some(bytes.len() as u64),
+            _ => None,
+        });
+        let copied = |image: ImageId| {
+            let desc = self.plan.image(image).desc;
+            let row = (u64::from(desc.size.width) * desc.format.bytes()).next_multiple_of(256);
+            row * (self.piece() / row).clamp(1, u64::from(desc.size.height))
+        };
+        let uploaded = self.plan.inputs.iter().map(|(_, image)| copied(*image)).max();
+        let read = self.plan.outputs.iter().map(|output| copied(output.image)).max();
+        // Memory of the device, that which the host writes, and that which it reads.
+        self.limits.taken
+            + device.max().unwrap_or(0)
+            + taken(uploaded.into_iter().chain(constants).chain([STAGED]), self.limits.block)
+            + taken(read.into_iter().chain([STAGED]), self.limits.block)
+    }
+
+    /// Which images have textures before each sweep and in it: those in bands while a pass uses them, others from their
+    /// first use to the last one.
+    fn living(&self, sweeps: &[Sweep]) -> Vec<Vec<bool>> {
+        let used_by = |pass: usize| images(self.pass(pass).reads()).chain(images(self.pass(pass).writes()));
+        let mut lives = Vec::new();
+        for sweep in sweeps {
+            let in_bands: BTreeSet<usize> =
+                sweep.bands.iter().flat_map(|band| &band.passes).map(|run| run.pass).collect();
+            for passes in [sweep.before.clone(), in_bands.into_iter().collect()] {
+                let mut used = vec![false; self.images.len()];
+                passes.into_iter().flat_map(used_by).for_each(|image| used[image] = true);
+                lives.push(used);
+            }
+        }
+        let end = lives.len();
+        for image in (0..self.images.len()).filter(|image| self.images[*image].is_none()) {
+            let id = ImageId(image as u32);
+            let mut used: Vec<usize> = (0..end).filter(|stage| lives[*stage][image]).collect();
+            // The host fills it before all, or reads it after all.
+            used.extend(self.plan.inputs.iter().any(|(_, input)| *input == id && self.lives(image)).then_some(0));
+            used.extend(self.plan.outputs.iter().any(|output| output.image == id).then_some(end - 1));
+            if let Some((first, last)) = used.iter().min().zip(used.iter().max()) {
+                lives[*first..=*last].iter_mut().for_each(|lives| lives[image] = true);
+            }
+        }
+        lives
+    }
+
+    fn piece(&self) -> u64 {
+        (self.limits.bytes / PIECES).min(MAX_PIECE)
     }
 
     fn longest_whole(&self) -> u32 {
@@ -359,7 +472,7 @@ impl<'a> Sizes<'a> {
     /// The steps of a pass that a sweep is for.
     fn wanted(&self, pass: usize) -> Range<u32> {
         let mut images = self.outputs(pass).map(|output| self.plan.outputs[output].image.0 as usize);
-        match (self.rows, images.next()) {
+        match (self.limits.rows, images.next()) {
             (Some([first, end]), Some(image)) => {
                 let end = end.min(self.plan.size_of(image)[1]).max(1);
                 self.making(pass, image, &(first.min(end - 1)..end))
@@ -424,7 +537,7 @@ impl<'a> Sizes<'a> {
             sweeps[self.sweeps[pass] as usize].before.push(pass);
         }
         let mut tallest = vec![0; self.sizes.len()];
-        let (mut moved, mut ends) = (0, Vec::new());
+        let mut ends = Vec::new();
         for (number, sweep) in sweeps.iter_mut().enumerate() {
             let targets: Vec<usize> = self.targets().filter(|pass| self.sweeps[*pass] as usize == number).collect();
             for index in 0..count {
@@ -435,7 +548,6 @@ impl<'a> Sizes<'a> {
                 for (tallest, covered) in tallest.iter_mut().zip(&covered) {
                     *tallest = (*tallest).max(covered.end - covered.start);
                 }
-                moved = moved.max(self.moved(&band));
                 ends.push(covered);
                 sweep.bands.push(band);
             }
@@ -451,13 +563,9 @@ impl<'a> Sizes<'a> {
             band.first = first.collect();
         }
         let rows = self.rows(&sizes, &sweeps);
-        let banded = (0..self.images.len()).filter(|image| self.images[*image].is_some() && self.lives(*image));
-        let banded = banded.map(|image| {
-            let desc = self.plan.images[image].desc;
-            u64::from(desc.size.width) * u64::from(rows[image]) * desc.format.bytes()
-        });
-        let bytes = self.whole_bytes() + banded.sum::<u64>() + moved;
-        Banding { sizes, images: self.images.clone(), rows, sweeps, bytes }
+        let lives = self.living(&sweeps);
+        let (bytes, images) = (self.bytes(&rows, &lives), self.images.clone());
+        Banding { sizes, images, rows, sweeps, lives, piece: self.piece(), bytes }
     }
 
     /// The rows of the textures of all images in bands: of one that no pass reads, those that a band makes.
@@ -495,7 +603,7 @@ impl<'a> Sizes<'a> {
                 for output in self.outputs(pass).filter(|_| steps.is_some()) {
                     let image = self.plan.outputs[output].image.0 as usize;
                     let made = self.made(pass, image, steps.as_ref().expect("it has steps"));
-                    let [first, end] = self.rows.unwrap_or([0, u32::MAX]);
+                    let [first, end] = self.limits.rows.unwrap_or([0, u32::MAX]);
                     band.outputs.push((output, made.start.max(first)..made.end.min(end)));
                 }
             }
@@ -562,18 +670,5 @@ impl<'a> Sizes<'a> {
             rows = if is_filtered { 2 * rows } else { rows + 1 };
         }
         BandedSize { size: [width, height], rows: rows.min(height) }
-    }
-
-    /// Bytes on their way from and to the host.
-    fn moved(&self, band: &Band) -> u64 {
-        let bytes = |image: usize, rows: &Range<u32>| {
-            let desc = self.plan.images[image].desc;
-            u64::from(desc.size.width) * u64::from(rows.end - rows.start) * desc.format.bytes()
-        };
-        let inputs = band.inputs.iter().map(|(image, rows)| bytes(image.0 as usize, rows).min(UPLOADED));
-        let outputs = band.outputs.iter();
-        let outputs =
-            outputs.map(|(output, rows)| bytes(self.plan.outputs[*output].image.0 as usize, rows).min(UPLOADED));
-        inputs.chain(outputs).sum()
     }
 }

@@ -101,8 +101,7 @@ pub(super) fn render(
     let mut inputs = Inputs { inputs, pool: pool(), busy: Duration::ZERO };
     let mut outputs = Outputs { outputs, busy: Duration::ZERO };
     let rows = request.args.crop.map(|Crop { corner: (_, y), size: (_, height) }| [y, y + height]);
-    let (bytes, side) = (session.gpu().caps.max_memory, session.gpu().caps.max_side);
-    let limits = BandLimits { bytes, side, filters: session.gpu().is_processor(), least: 1, rows };
+    let limits = BandLimits { rows, ..session.gpu().band_limits() };
     let frame = job.frame.unwrap_or(0);
     let values: Vec<String> = meters.iter().map(|meter| value_of(meter)).collect();
     let (step, files) = (request.step(frame, None, true), (&mut inputs, &mut outputs));

@@ -23,7 +23,7 @@ pub type Task = Box<dyn FnOnce() + Send>;
 /// not asked.
 pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
-pub(crate) use memory::local_memory;
+pub(crate) use memory::{local_memory, used_memory};
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use native::{caught, scoped, wait, watched, without_memory};
 pub(crate) use submit::submit;

@@ -1,6 +1,6 @@
 //! Pictures that are larger than the device, band by band: see [`Plan::banding`].
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 
@@ -8,16 +8,17 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
 use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind, compose_pass};
 use afterimage_plan::{
-    Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, PlanOutput, Reach, Stage, UPLOADED,
+    Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, PlanOutput, PlannedImage, Reach, Stage,
 };
 use afterimage_wgsl::{BandedModule, banded};
 use wgpu::{BindGroupEntry, BindingResource, BufferUsages, ShaderStages};
 
 use super::{FrameStep, Session};
 use crate::buffer::{buffer, filled_buffer};
-use crate::device::texture_format;
+use crate::device::{BLOCK, texture_format};
 use crate::frame_constants::{self, FrameConstants};
 use crate::full_screen::FullScreenPipeline;
+use crate::heap;
 use crate::layout::{Pipeline, layout_entries, manual_filtering, sampler};
 use crate::pipelines::shader_module;
 use crate::platform::{submit, wait, watched};
@@ -61,20 +62,25 @@ pub struct BandsMade {
     pub bands: usize,
     /// Times that the picture was begun.
     pub starts: usize,
-    /// Bytes of images and buffers on the device, as planned.
+    /// Bytes of images and buffers on the device, of those through which rows come and go, and of what was taken before,
+    /// as planned.
     pub bytes: u64,
-    /// What is allocated for them and for all else, also in memory of the host that the device reads and writes, if
-    /// the backend knows it.
+    /// What wgpu has taken for them and for all else, also memory of the host that the device reads and writes, if the
+    /// backend knows it.
     pub allocated: Option<u64>,
     /// The values that were asked for; `None` for one that the plan does not have.
     pub values: Vec<Option<[f32; 4]>>,
 }
 
+/// Blocks that small images and buffers do not fill: one of each kind of memory, and one more.
+const SHARED_BLOCKS: u64 = 4;
+
 /// Bands of rows that are ready on each side of the device.
 const AHEAD: usize = 1;
 
 impl Session {
-    /// Whether the device has no memory for a frame of these images as a whole, or for one of them.
+    /// Whether the device has no memory for a frame of these images as a whole and for the texels on their way, or for
+    /// one of the images.
     ///
     /// # Errors
     /// The graph cannot be planned for another reason.
@@ -82,10 +88,21 @@ impl Session {
         match self.post.plan_for(self.described(size, inputs)) {
             Err(PlanError::TooLarge { .. } | PlanError::TooMuchMemory { .. }) => Ok(true),
             planned => {
-                planned?;
-                Ok(inputs.iter().any(|(_, desc)| self.gpu.check_fits(*desc).is_err()))
+                let bytes = self.whole_bytes(&*planned?, inputs) + self.gpu.foreign_memory();
+                let is_refused = inputs.iter().any(|(_, desc)| self.gpu.check_fits(*desc).is_err());
+                Ok(is_refused || bytes > self.gpu.caps.max_memory)
             }
         }
+    }
+
+    /// What a frame of whole images takes, with what is uploaded and read back.
+    fn whole_bytes(&self, plan: &Plan, inputs: &[(&str, ImageDesc)]) -> u64 {
+        let asked = |desc: &ImageDesc| heap::requirement(&self.gpu.device, desc).bytes;
+        let inputs = inputs.iter().map(|(_, desc)| asked(desc) + desc.bytes());
+        let buffers = plan.buffers.iter().map(|buffer| buffer.bytes);
+        let outputs = plan.outputs.iter().map(|output| self.readback.bytes_of(&plan.image(output.image).desc));
+        let images = plan.memory.bytes(plan.options.alias) + plan.memory.kept;
+        images + inputs.chain(buffers).sum::<u64>() + outputs.max().unwrap_or(0) + SHARED_BLOCKS * BLOCK
     }
 
     fn described(&self, size: Size, inputs: &[(&str, ImageDesc)]) -> HostInputs {
@@ -121,10 +138,11 @@ impl Session {
         let mut compiled = BTreeMap::new();
         let limits = BandLimits { side: limits.side.min(self.gpu.device.limits().max_texture_dimension_2d), ..limits };
         for starts in 1.. {
-            let banding = plan.banding(limits, &reach).map_err(PostError::from)?;
+            let requirement = |desc: &ImageDesc| heap::requirement(&self.gpu.device, desc);
+            let banding = plan.banding(limits, &reach, &requirement).map_err(PostError::from)?;
             compile(&self.gpu.device, plan, &banding, &mut compiled)?;
             let constants = FrameConstants::new(step.time, step.dt, number, true);
-            let picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
+            let mut picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
             if let Some(missing) = picture.probe()? {
                 // Bands elsewhere may begin at another fraction of a row.
                 widen(&mut reach, plan, &banding, missing, |rows| rows + 1);
@@ -173,8 +191,9 @@ struct Picture<'a> {
     images: Vec<Option<Stored>>,
     buffers: Vec<wgpu::Buffer>,
     compiled: &'a BTreeMap<usize, Compiled>,
-    /// The bind groups of the passes.
+    /// The bind groups of the passes that may run.
     groups: BTreeMap<usize, Vec<wgpu::BindGroup>>,
+    bindings: Bindings,
     /// Where the bands of the passes begin, one region for each pass.
     windows: wgpu::Buffer,
     missing: wgpu::Buffer,
@@ -215,47 +234,69 @@ impl<'a> Picture<'a> {
                 gpu,
                 plan,
                 banding,
-                images: Vec::new(),
+                images: vec![None; plan.images.len()],
                 buffers: Vec::new(),
                 compiled,
                 groups: BTreeMap::new(),
+                bindings: Bindings {
+                    frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
+                    samplers: [sampler(device, true), sampler(device, false)],
+                    windows: window_layout(device),
+                },
                 windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORM),
                 missing: buffer(device, "missing rows", missing_bytes, STORAGE),
                 uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORM)?,
-                upload: RowUpload::new(gpu, UPLOADED, plan.inputs.iter().map(|(_, image)| plan.image(*image).desc)),
+                upload: RowUpload::new(
+                    gpu,
+                    banding.piece,
+                    plan.inputs.iter().map(|(_, image)| plan.image(*image).desc),
+                ),
             };
-            picture.images = picture.textures()?;
             picture.buffers = picture.buffers()?;
-            let bindings = Bindings {
-                frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
-                samplers: [sampler(device, true), sampler(device, false)],
-                windows: window_layout(device),
-            };
-            for (pass, in_bands) in running(banding) {
-                let groups = picture.bind(pass, in_bands, &bindings);
-                picture.groups.insert(pass, groups);
-            }
             Ok(picture)
         });
         Ok(made?)
     }
 
-    fn textures(&self) -> Result<Vec<Option<Stored>>, GpuError> {
-        let mut textures = Vec::new();
-        for (image, place) in self.plan.images.iter().zip(&self.banding.images) {
-            if image.lifetime.is_none() {
-                textures.push(None);
-                continue;
-            }
-            let rows = place.map_or(image.desc.size.height, |_| self.banding.rows[textures.len()]);
-            let desc = ImageDesc { size: Size { height: rows, ..image.desc.size }, ..image.desc };
-            let stored = store::create(&self.gpu.device, desc, &image.label);
-            if let Origin::Constant(bytes) = &image.origin {
-                store::upload(&self.gpu.queue, &stored.texture, desc, bytes)?;
-            }
-            textures.push(Some(stored));
+    /// Has the textures for what runs before a sweep, or in its bands, and only these.
+    fn enter(&mut self, sweep: usize, in_bands: bool) -> Result<(), PostError> {
+        let device = &self.gpu.device;
+        let lives = &self.banding.lives[2 * sweep + usize::from(in_bands)];
+        self.groups.clear();
+        let mut is_any_gone = false;
+        for (stored, _) in self.images.iter_mut().zip(lives).filter(|(stored, lives)| stored.is_some() && !**lives) {
+            *stored = None;
+            is_any_gone = true;
         }
-        Ok(textures)
+        if is_any_gone {
+            // Their memory is free when nothing uses it.
+            wait(device, None)?;
+        }
+        let made = watched(device, "the images of a sweep", || {
+            for image in (0..lives.len()).filter(|image| lives[*image]) {
+                if self.images[image].is_none() {
+                    self.images[image] = Some(self.texture(image)?);
+                }
+            }
+            let sweep = &self.banding.sweeps[sweep];
+            let bands = sweep.bands.iter().flat_map(|band| &band.passes).map(|run| run.pass);
+            let passes: BTreeSet<usize> =
+                if in_bands { bands.collect() } else { sweep.before.iter().copied().collect() };
+            self.groups = passes.into_iter().map(|pass| (pass, self.bind(pass, in_bands))).collect();
+            Ok(())
+        });
+        Ok(made?)
+    }
+
+    fn texture(&self, image: usize) -> Result<Stored, GpuError> {
+        let PlannedImage { desc, label, origin, .. } = &self.plan.images[image];
+        let rows = self.banding.images[image].map_or(desc.size.height, |_| self.banding.rows[image]);
+        let desc = ImageDesc { size: Size { height: rows, ..desc.size }, ..*desc };
+        let stored = store::create(&self.gpu.device, desc, label);
+        if let Origin::Constant(bytes) = origin {
+            store::upload(&self.gpu.queue, &stored.texture, desc, bytes)?;
+        }
+        Ok(stored)
     }
 
     fn buffers(&self) -> Result<Vec<wgpu::Buffer>, GpuError> {
@@ -283,7 +324,8 @@ impl<'a> Picture<'a> {
         BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: std::num::NonZeroU64::new(bytes) })
     }
 
-    fn bind(&self, pass: usize, in_bands: bool, bindings: &Bindings) -> Vec<wgpu::BindGroup> {
+    fn bind(&self, pass: usize, in_bands: bool) -> Vec<wgpu::BindGroup> {
+        let bindings = &self.bindings;
         let Compiled { composed, layout, .. } = &self.compiled[&pass];
         let planned = &self.plan.passes[pass];
         let uniform = &planned.uniform;
@@ -344,7 +386,8 @@ impl<'a> Picture<'a> {
     /// The inputs that are whole.
     fn whole_inputs(&self) -> impl Iterator<Item = (&'a str, usize)> + '_ {
         let inputs = self.plan.inputs.iter().map(|(name, image)| (name.as_str(), image.0 as usize));
-        inputs.filter(|(_, image)| self.banding.images[*image].is_none() && self.images[*image].is_some())
+        let is_used = |image: usize| self.plan.images[image].lifetime.is_some();
+        inputs.filter(move |(_, image)| self.banding.images[*image].is_none() && is_used(*image))
     }
 
     /// All rows of inputs, in the order in which they are needed.
@@ -361,7 +404,7 @@ impl<'a> Picture<'a> {
 
     /// Makes the picture; what passes lack, if they have read beyond their bands.
     fn render<R: BandReader, W: BandWriter<Error = R::Error>>(
-        &self,
+        &mut self,
         reader: &mut R,
         writer: &mut W,
     ) -> Result<Option<Vec<Missing>>, R::Error> {
@@ -394,13 +437,17 @@ impl<'a> Picture<'a> {
         })
     }
 
-    fn sweeps<E: From<PostError>>(&self, streams: Streams<'a, E>) -> Result<Option<Vec<Missing>>, E> {
-        for (_, image) in self.whole_inputs() {
-            self.upload(&streams, image, 0)?;
-        }
-        let mut readback = Readback::new(&self.gpu.device, &self.gpu.queue).in_pieces_of(UPLOADED);
-        for sweep in &self.banding.sweeps {
+    fn sweeps<E: From<PostError>>(&mut self, streams: Streams<'a, E>) -> Result<Option<Vec<Missing>>, E> {
+        let mut readback = Readback::new(&self.gpu.device, &self.gpu.queue).in_pieces_of(self.banding.piece);
+        for (number, sweep) in self.banding.sweeps.iter().enumerate() {
+            self.enter(number, false)?;
+            if number == 0 {
+                for (_, image) in self.whole_inputs() {
+                    self.upload(&streams, image, 0)?;
+                }
+            }
             self.run(sweep.before.iter().map(|pass| (*pass, self.plan.passes[*pass].workgroups, None)))?;
+            self.enter(number, true)?;
             for band in &sweep.bands {
                 if let Some(missing) = self.band(band, &mut readback, &streams)? {
                     return Ok(Some(missing));
@@ -437,9 +484,10 @@ impl<'a> Picture<'a> {
     }
 
     /// Runs a band in the middle of each sweep, on black images: what the passes lack there.
-    fn probe(&self) -> Result<Option<Vec<Missing>>, PostError> {
+    fn probe(&mut self) -> Result<Option<Vec<Missing>>, PostError> {
         let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
-        for sweep in &self.banding.sweeps {
+        for (number, sweep) in self.banding.sweeps.iter().enumerate() {
+            self.enter(number, true)?;
             if let Some(band) = sweep.bands.get(sweep.bands.len() / 2)
                 && let Some(missing) = self.passes(band, &readback)?
             {
