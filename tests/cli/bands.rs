@@ -23,6 +23,11 @@ fn a_share_of_the_size_is_the_picture_of_scaled_images() {
 fn a_picture_has_the_same_pixels_in_bands() {
     let folder = Folder::new("bands");
     write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");
+    let light = "Pipeline(inputs: { \"scene\": Color }, outputs: { \"light\": \"lit\" }, nodes: { \
+                 \"wide\": Gaussian(source: \"scene\", sigma: 9.0), \
+                 \"lit\": Composite(base: \"scene\", bloom: \"wide\", blend: Mix, strength: 0.3) })";
+    std::fs::write(folder.file("light.ron"), light).expect("it can be written");
+    let bytes = |name: &str| std::fs::read(folder.file(name)).expect("it is written");
     let picture = |name: &str| read(&Source::file(folder.file(name))).expect("it is a picture").pixels;
     folder.run("render tsushima tall.exr -o whole.png").good();
     let notes = folder.run("render tsushima tall.exr -o banded.png --gpu-memory 40M").notes();
@@ -32,8 +37,17 @@ fn a_picture_has_the_same_pixels_in_bands() {
     let line = "render tsushima tall.exr -o streamed.png --gpu-memory 40M --memory 50M --json report.json";
     folder.run(line).good();
     assert_eq!(picture("streamed.png"), picture("whole.png"));
+    folder.run("render tsushima tall.exr -o whole.jpg").good();
+    folder.run("render tsushima tall.exr -o rows.jpg --gpu-memory 40M --memory 50M").good();
+    assert!(bytes("rows.jpg") == bytes("whole.jpg"));
     let report = std::fs::read_to_string(folder.file("report.json")).expect("it is written");
     assert!(report.contains("\"outcome\": \"good\""), "{report}");
+    for options in ["", "--compression dwab --channel-type float --output-space ACEScg", "--crop 3,500,100x1200"] {
+        folder.run(format!("render light.ron tall.exr -o whole.exr {options}").trim_end()).good();
+        let line = format!("render light.ron tall.exr -o rows.exr --gpu-memory 20M --memory 51M {options}");
+        folder.run(line.trim_end()).good();
+        assert!(bytes("rows.exr") == bytes("whole.exr"), "{options}");
+    }
     // The noise of eight bits begins at the corner of the file.
     folder.run("render tsushima tall.exr -o whole.png --depth 16").good();
     folder.run("render tsushima tall.exr -o part.png --depth 16 --crop 11,600,40x77").good();

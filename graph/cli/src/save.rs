@@ -1,5 +1,6 @@
 //! Writes rendered texels to files.
 
+use std::fs::File;
 use std::path::Path;
 
 use afterimage::offline::quantize::{Noise, with_encoded_pixels};
@@ -7,11 +8,11 @@ use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_media::{
-    Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
-    PngOptions, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg, write_png,
+    Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrFile, ExrOptions, JpegFile, JpegOptions, Metadata, Picture,
+    Pixels, PngDepth, PngFile, PngOptions, PngRows, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg,
+    write_png,
 };
 use afterimage_plan::PlanOutput;
-use half::f16;
 
 use crate::failure::Failure;
 
@@ -91,9 +92,33 @@ impl SaveOptions {
         PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), color: Some(color) }
     }
 
-    /// How a PNG is written row by row; `None` for other formats.
-    pub(crate) fn png_rows(&self, color: Colorimetry, frame: u32) -> Option<PngOptions> {
-        (self.format == FileFormat::Png).then(|| self.png(color, frame))
+    fn exr(&self, state: ColorState, color: Colorimetry) -> ExrOptions {
+        ExrOptions {
+            float: self.bits == 32,
+            color: is_light(state).then_some(color),
+            primaries: self.space.map(|space| space.primaries),
+            scene: matches!(state, ColorState::Scene | ColorState::Exposed),
+            compression: self.compression,
+            ..ExrOptions::default()
+        }
+    }
+
+    /// How an image is written row by row; `None` if its first bytes depend on all of its pixels, as those of PQ and of
+    /// AVIF do.
+    pub(crate) fn rows(&self, stated: Stated) -> Option<RowsOptions> {
+        match self.format {
+            FileFormat::Png => {
+                let options = self.png(stated.colorimetry, stated.frame);
+                PngRows::<File>::can_write(&options).then_some(RowsOptions::Png(options))
+            }
+            FileFormat::Jpeg => Some(RowsOptions::Jpeg(self.jpeg(stated.colorimetry, stated.frame))),
+            #[cfg(feature = "avif")]
+            FileFormat::Avif => None,
+            FileFormat::Exr => {
+                let options = self.exr(stated.state, stated.colorimetry);
+                Some(RowsOptions::Exr(options, Box::new(kept_attributes(stated.meta?, stated.state))))
+            }
+        }
     }
 
     fn jpeg(&self, color: Colorimetry, frame: u32) -> JpegOptions {
@@ -167,25 +192,9 @@ fn save_encoded(
 }
 
 fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<Vec<String>, Failure> {
-    let pixels = match texels.desc.format {
-        Format::Rgba16Float => Pixels::Half(halves(texels)),
-        _ => Pixels::Float(texels.to_floats().as_flattened().to_vec()),
-    };
-    let mut picture = Picture::new(texels.desc.size.width, texels.desc.size.height, pixels);
-    picture.meta = stated.meta.unwrap_or(picture.meta);
-    // What the input states about its luminance holds for its own light only.
-    if stated.state != ColorState::Scene {
-        picture.meta.layer.white_luminance = None;
-        picture.meta.layer.adopted_neutral = None;
-    }
-    let exr = ExrOptions {
-        float: options.bits == 32,
-        color: is_light(stated.state).then_some(stated.colorimetry),
-        primaries: options.space.map(|space| space.primaries),
-        scene: matches!(stated.state, ColorState::Scene | ColorState::Exposed),
-        compression: options.compression,
-        ..ExrOptions::default()
-    };
+    let mut picture = Picture::new(texels.desc.size.width, texels.desc.size.height, pixels(texels));
+    picture.meta = stated.meta.map_or(picture.meta, |meta| kept_attributes(meta, stated.state));
+    let exr = options.exr(stated.state, stated.colorimetry);
     match stated.original.filter(|_| is_light(stated.state)) {
         Some(Original { source, reading }) => Ok(write_exr_beside(path, &picture, &exr, &source, &reading)?),
         None => Ok(write_exr(path, &picture, &exr).map(|()| Vec::new())?),
@@ -197,6 +206,60 @@ pub(crate) fn is_light(state: ColorState) -> bool {
     !matches!(state, ColorState::Data | ColorState::LogLuminance)
 }
 
-fn halves(texels: &Texels) -> Vec<f16> {
-    bytemuck::pod_collect_to_vec(&texels.bytes)
+/// What the input states about its luminance holds for its own light only.
+fn kept_attributes(mut meta: Metadata, state: ColorState) -> Metadata {
+    if state != ColorState::Scene {
+        meta.layer.white_luminance = None;
+        meta.layer.adopted_neutral = None;
+    }
+    meta
+}
+
+fn pixels(texels: &Texels) -> Pixels {
+    match texels.desc.format {
+        Format::Rgba16Float => Pixels::Half(bytemuck::pod_collect_to_vec(&texels.bytes)),
+        _ => Pixels::Float(texels.to_floats().as_flattened().to_vec()),
+    }
+}
+
+/// How an image is written row by row.
+pub(crate) enum RowsOptions {
+    Png(PngOptions),
+    Jpeg(JpegOptions),
+    Exr(ExrOptions, Box<Metadata>),
+}
+
+/// A file that rows are written to, from the top to the bottom.
+pub(crate) enum RowsFile {
+    Png(Box<PngFile>),
+    Jpeg(Box<JpegFile>),
+    Exr(Box<ExrFile>),
+}
+
+impl RowsFile {
+    pub(crate) fn begin(path: &Path, size: (u32, u32), options: &RowsOptions) -> Result<Self, Failure> {
+        Ok(match options {
+            RowsOptions::Png(options) => Self::Png(Box::new(PngFile::begin(path, size, options)?)),
+            RowsOptions::Jpeg(options) => Self::Jpeg(Box::new(JpegFile::begin(path, size, options)?)),
+            RowsOptions::Exr(options, meta) => Self::Exr(Box::new(ExrFile::begin(path, size, meta, options)?)),
+        })
+    }
+
+    pub(crate) fn write(&mut self, rows: &Texels) -> Result<(), Failure> {
+        let written = match self {
+            Self::Png(file) => with_encoded_pixels(rows, |pixels| file.write(pixels)),
+            Self::Jpeg(file) => with_encoded_pixels(rows, |pixels| file.write(pixels)),
+            Self::Exr(file) => file.write(pixels(rows)),
+        };
+        Ok(written?)
+    }
+
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        let finished = match self {
+            Self::Png(file) => file.finish(),
+            Self::Jpeg(file) => file.finish(),
+            Self::Exr(file) => file.finish(),
+        };
+        Ok(finished?)
+    }
 }

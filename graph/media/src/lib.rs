@@ -16,9 +16,9 @@ mod tests;
 
 pub use codec::{
     Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, EncodedPixels,
-    ErrorKind, ExrCompression, ExrOptions, JpegOptions, Metadata, PartDescription, Picture, PictureChannels, Pixels,
-    PngDepth, PngOptions, PngRows, ReadOptions, StatedCamera, Window, catch_panic, encode_exr, encode_exr_beside,
-    encode_jpeg, encode_png, limits, png_codes,
+    ErrorKind, ExrCompression, ExrOptions, ExrRows, JpegOptions, JpegRows, Metadata, PartDescription, Picture,
+    PictureChannels, Pixels, PngDepth, PngOptions, PngRows, ReadOptions, StatedCamera, Window, catch_panic, encode_exr,
+    encode_exr_beside, encode_jpeg, encode_png, exr_left_out, limits, png_codes,
 };
 #[cfg(feature = "avif")]
 pub use codec::{AvifOptions, encode_avif};
@@ -27,7 +27,7 @@ pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{
-    AtomicFile, FileError, PngFile, Source, address_space_limit, default_budget, images_in, read, read_bytes,
-    read_camera, read_description, read_statistics, read_text, read_within, real_output_path, real_path, sequence,
-    write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
+    AtomicFile, ExrFile, FileError, JpegFile, PngFile, Source, address_space_limit, default_budget, images_in,
+    left_out, read, read_bytes, read_camera, read_description, read_statistics, read_text, read_within,
+    real_output_path, real_path, sequence, write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
 };

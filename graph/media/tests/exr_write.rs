@@ -247,3 +247,89 @@ pub(super) fn header_length(file: &[u8]) -> usize {
     }
     at + 1
 }
+
+#[test]
+fn rows_give_the_bytes_of_the_whole() {
+    let (width, height) = (37, 301);
+    let mut values = numbers(width, height);
+    (values[0], values[5]) = (f32::NAN, f32::INFINITY);
+    let half = values.iter().map(|v| f16::from_f32(*v)).collect();
+    let row = 4 * width as usize;
+    for (pixels, steps) in [(Pixels::Half(half), [1, 5, 300]), (Pixels::Float(values), [16, 77, 301])] {
+        let mut picture = Picture::new(width, height, pixels);
+        picture.meta.image.other.insert(Text::from("zebra"), AttributeValue::I32(7));
+        picture.meta.layer.other.insert(Text::from("ape"), AttributeValue::F32(0.5));
+        let part = |first: usize, end: usize| match &picture.pixels {
+            Pixels::Half(values) => Pixels::Half(values[first * row..end * row].to_vec()),
+            Pixels::Float(values) => Pixels::Float(values[first * row..end * row].to_vec()),
+        };
+        for (compression, step) in ExrCompression::ALL.into_iter().zip(steps.into_iter().cycle()) {
+            for (float, alpha, primaries) in [(false, true, None), (true, false, Some(Chromaticities::REC2020))] {
+                let options = ExrOptions { compression, float, alpha, primaries, scene: true, ..ExrOptions::default() };
+                let mut file = std::io::Cursor::new(Vec::new());
+                let mut rows = ExrRows::new(&mut file, (width, height), &picture.meta, &options).unwrap();
+                for first in (0..height as usize).step_by(step) {
+                    rows.write(part(first, (first + step).min(height as usize))).unwrap();
+                }
+                rows.finish().unwrap();
+                assert!(file.into_inner() == encoded(&picture, &options), "{options:?}, {step} rows at a time");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_of_a_jpeg_give_the_bytes_of_the_whole() {
+    let folder = Folder::new("jpeg-rows");
+    let (width, height) = (37, 301);
+    let values = numbers(width, height);
+    for (quality, dither, step) in [(92, Some(3), 1), (60, None, 100), (100, Some(0), 301)] {
+        let options = JpegOptions { quality, dither, ..JpegOptions::default() };
+        let path = folder.file("rows.jpg");
+        let mut rows = JpegFile::begin(&path, (width, height), &options).unwrap();
+        for part in values.chunks(4 * width as usize * step) {
+            rows.write(EncodedPixels::Float(part)).unwrap();
+        }
+        rows.finish().unwrap();
+        let whole = encode_jpeg((width, height), EncodedPixels::Float(&values), &options).unwrap();
+        assert!(std::fs::read(path).unwrap() == whole, "{step} rows at a time");
+    }
+    let refused = JpegRows::new(Full(10), (9, 40), &JpegOptions::default()).and_then(|mut rows| {
+        rows.write(EncodedPixels::Float(&[0.25; 9 * 40 * 4]))?;
+        rows.finish()
+    });
+    assert!(refused.is_err_and(|error| error.message == "the disk is full"));
+}
+
+/// A disk with room for so many bytes.
+struct Full(u64);
+
+impl std::io::Write for Full {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 = self.0.checked_sub(bytes.len() as u64).ok_or(std::io::ErrorKind::StorageFull)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl std::io::Seek for Full {
+    fn seek(&mut self, _: std::io::SeekFrom) -> std::io::Result<u64> {
+        Ok(0)
+    }
+}
+
+#[test]
+fn rows_of_a_full_disk_are_an_error() {
+    let picture = Picture::new(9, 40, Pixels::Float(vec![0.25; 9 * 40 * 4]));
+    for room in [0, 200, 700] {
+        let options = ExrOptions { compression: ExrCompression::None, ..ExrOptions::default() };
+        let written = ExrRows::new(Full(room), (9, 40), &picture.meta, &options).and_then(|mut rows| {
+            rows.write(picture.pixels.clone())?;
+            rows.finish()
+        });
+        assert!(written.is_err_and(|error| error.message == "the disk is full"), "{room}");
+    }
+}

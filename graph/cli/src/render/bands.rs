@@ -6,10 +6,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use afterimage::offline::quantize::with_encoded_pixels;
 use afterimage_gpu::{BandReader, BandWriter, Session, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_media::{Budget, PngFile, PngOptions, PngRows, ReadOptions, Source, read_description, read_within};
+use afterimage_media::{Budget, ReadOptions, Source, left_out, read_description, read_within};
 use afterimage_plan::{BandLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
@@ -18,9 +17,10 @@ use super::readings::{Reading, reading, value_of};
 use super::repairs::Repairs;
 use super::request::Request;
 use super::state;
+use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
-use crate::save::Stated;
+use crate::save::{RowsFile, RowsOptions, Stated, is_light};
 use crate::terminal::note;
 
 /// The inputs of a picture.
@@ -56,8 +56,8 @@ struct OutputRows<'a> {
     desc: ImageDesc,
     crop: Crop,
     /// The file that takes them.
-    png: Option<(&'a Path, PngOptions)>,
-    open: Option<PngFile>,
+    file: Option<(&'a Path, RowsOptions)>,
+    open: Option<RowsFile>,
     /// Otherwise they are kept.
     bytes: Vec<u8>,
 }
@@ -90,12 +90,16 @@ pub(super) fn render(
         let desc = plan.image(output.image).desc;
         let crop = crop(request, desc)?;
         let desc = desc.sized(Size::new(crop.size.0, crop.size.1));
-        let png = target.saving.png_rows(Stated::of(&output).colorimetry, job.frame.unwrap_or(0));
         let is_streamed = pictures.iter().any(|input| input.streamed.is_some());
         let is_large = is_streamed || desc.bytes() > request.args.images.budget().0;
-        let png = png.filter(|options| is_large && PngRows::<std::fs::File>::can_write(options));
-        let png = png.map(|options| (file.as_path(), options));
-        outputs.push(OutputRows { output, desc, crop, png, open: None, bytes: Vec::new() });
+        let meta = pictures.first().map(|input| input.picture.meta.clone());
+        let stated = Stated { meta, frame: job.frame.unwrap_or(0), ..Stated::of(&output) };
+        let options = target.saving.rows(stated).filter(|_| is_large);
+        if let (Some(RowsOptions::Exr(..)), true) = (&options, is_light(output.state)) {
+            say_left_out(request, job)?;
+        }
+        let file = options.map(|options| (file.as_path(), options));
+        outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });
     }
     let inputs = pictures.iter().map(InputRows::new).collect::<Result<_, _>>()?;
     let mut inputs = Inputs { inputs, pool: pool(), busy: Duration::ZERO };
@@ -122,6 +126,15 @@ pub(super) fn render(
     let finished = outputs.outputs.into_iter().map(OutputRows::finish).collect::<Result<_, _>>()?;
     write += start.elapsed();
     Ok(Made { outputs: finished, repairs, exposure, read, write })
+}
+
+/// The layers that an EXR of rows does not keep are named.
+fn say_left_out(request: &Request<'_>, job: &Job) -> Result<(), Failure> {
+    if let Some(original) = original(request, job) {
+        let notes = left_out(&original.source, "the file is written in bands, and they would have to be in memory")?;
+        notes.iter().for_each(|text| note(&format!("note: {text}")));
+    }
+    Ok(())
 }
 
 /// The part of an output that is written.
@@ -246,7 +259,7 @@ impl OutputRows<'_> {
         if columns.len() < row {
             *texels = texels.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect();
         }
-        let Some((path, options)) = &self.png else {
+        let Some((path, options)) = &self.file else {
             if first == y {
                 self.bytes.clear();
                 self.bytes.reserve_exact(self.desc.bytes() as usize);
@@ -255,12 +268,12 @@ impl OutputRows<'_> {
             return Ok(());
         };
         if first == y {
-            self.open = Some(PngFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?);
+            self.open = Some(RowsFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?);
         }
         let size = Size { height: end - first, ..self.desc.size };
         let part = Texels { desc: ImageDesc { size, ..self.desc }, bytes: mem::take(texels) };
         let file = self.open.as_mut().expect("the first row comes first");
-        with_encoded_pixels(&part, |pixels| file.write(pixels))?;
+        file.write(&part)?;
         *texels = part.bytes;
         Ok(())
     }
@@ -268,8 +281,8 @@ impl OutputRows<'_> {
     /// The output, with its texels unless they are in their file.
     fn finish(self) -> Result<(PlanOutput, Option<Texels>), Failure> {
         let texels = match self.open {
-            Some(png) => {
-                png.finish()?;
+            Some(file) => {
+                file.finish()?;
                 None
             }
             None => Some(Texels { desc: self.desc, bytes: self.bytes }),

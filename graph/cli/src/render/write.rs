@@ -64,7 +64,7 @@ impl Queue {
 }
 
 /// The file whose layers a frame keeps: that of the first image.
-fn original(request: &Request<'_>, job: &Job) -> Option<Original> {
+pub(super) fn original(request: &Request<'_>, job: &Job) -> Option<Original> {
     let is_image = |name: &str| request.inputs.iter().any(|input| input.name == name && is_picture(input));
     let (name, source) = job.sources.iter().find(|(name, _)| is_image(name))?;
     let is_black = request.args.reading.missing == MissingFrames::Black && job.missing.contains(name);

@@ -37,8 +37,8 @@ pub use description::{ChannelDescription, Description, PartDescription, PictureC
 pub use error::{CodecError, ErrorKind};
 #[cfg(test)]
 pub(crate) use exr::of_attributes;
-pub use exr::{ExrCompression, ExrOptions, StatedCamera, encode_exr};
-pub use jpeg::{JpegOptions, encode_jpeg};
+pub use exr::{ExrCompression, ExrOptions, ExrRows, StatedCamera, encode_exr};
+pub use jpeg::{JpegOptions, JpegRows, encode_jpeg};
 pub use limits::Budget;
 pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
@@ -97,6 +97,22 @@ pub fn encode_exr_beside(
     }
     let encoded = catch_panic(|| exr::encode_beside(picture, options, original, layer, reading));
     encoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+}
+
+/// What an EXR file has besides the picture that [`decode`] reads, in sentences with the reason why it is left out; none
+/// for other formats. Only headers are read.
+///
+/// # Errors
+/// As [`decode`], for what it finds in headers.
+pub fn exr_left_out(
+    mut original: impl BufRead + Seek,
+    layer: Option<&str>,
+    why: &str,
+) -> Result<Vec<String>, CodecError> {
+    if !matches!(Format::of(&mut original)?, Format::Exr) {
+        return Ok(Vec::new());
+    }
+    catch_panic(|| exr::left_out(original, layer, why)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
 /// The camera that an EXR file states for a layer: `worldToCamera`, `worldToNDC` and, where they are there, `near` and

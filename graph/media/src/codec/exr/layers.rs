@@ -48,7 +48,8 @@ pub(crate) fn encode_beside(
     let old = reader.headers().to_vec();
     let names = choose(&old, layer).map(|choice| written_names(&old[part], &choice))?;
     let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
-    let (mut header, columns) = part_of(picture, options, &names, list, parts.is_empty());
+    let size = (picture.width, picture.height);
+    let (mut header, columns) = part_of(size, &picture.meta, options, &names, list, parts.is_empty());
     keep_attributes(&old[part].own_attributes, &mut header.own_attributes);
     let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
     let needed = bytes as u64 * u64::from(picture.width) * u64::from(picture.height);
@@ -65,10 +66,26 @@ pub(crate) fn encode_beside(
         true => header.clone(),
         false => old[index].clone().with_shared_attributes(shared.clone()),
     };
-    let headers = order.iter().map(new).collect();
-    let content =
-        Content { picture, conversion: options.conversion(), headers, part: place(part), columns, rows: &rows, chunks };
-    Ok((pack(content)?, notes))
+    let headers: Vec<Header> = order.iter().map(new).collect();
+    let content = Content {
+        width: picture.width,
+        pixels: &picture.pixels,
+        first_row: 0,
+        conversion: options.conversion(),
+        headers: &headers,
+        part: place(part),
+        columns: &columns,
+        rows: &rows,
+    };
+    Ok((pack(&content, chunks)?, notes))
+}
+
+/// What a file has besides its picture, in sentences with the reason why it is left out.
+pub(crate) fn left_out(original: impl Read + Seek, layer: Option<&str>, why: &str) -> Result<Vec<String>, CodecError> {
+    let reader = open(original)?;
+    let mut kept = Kept::all(reader.headers(), &choose(reader.headers(), layer)?);
+    kept.leave_out(reader.headers(), |_, _| true, why);
+    Ok(kept.notes)
 }
 
 /// What is kept of a file.
@@ -86,6 +103,16 @@ struct Kept {
 }
 
 impl Kept {
+    /// All that is no part of the picture.
+    fn all(headers: &[Header], choice: &Choice) -> Self {
+        let part = choice.part;
+        // Data is read by the pipeline and not replaced by its result.
+        let is_replaced = |channel: &usize| choice.is_color && choice.slots.contains(&Some(*channel));
+        let channels = (0..headers[part].channels.list.len()).filter(|channel| !is_replaced(channel)).collect();
+        let parts = (0..headers.len()).filter(|index| *index != part).collect();
+        Self { part, channels, parts, primaries: None, notes: Vec::new() }
+    }
+
     fn of(
         headers: &[Header],
         picture: &Picture,
@@ -95,11 +122,7 @@ impl Kept {
     ) -> Result<Self, CodecError> {
         let choice = choose(headers, layer)?;
         let (part, header) = (choice.part, &headers[choice.part]);
-        // Data is read by the pipeline and not replaced by its result.
-        let is_replaced = |channel: &usize| choice.is_color && choice.slots.contains(&Some(*channel));
-        let channels = (0..header.channels.list.len()).filter(|channel| !is_replaced(channel)).collect();
-        let parts = (0..headers.len()).filter(|index| *index != part).collect();
-        let mut kept = Self { part, channels, parts, primaries: options.primaries, notes: Vec::new() };
+        let mut kept = Self { primaries: options.primaries, ..Self::all(headers, &choice) };
         let data = header.data_window();
         let window = if reading.data_window { data } else { header.shared_attributes.display_window };
         let size = Vec2(picture.width as usize, picture.height as usize);

@@ -10,6 +10,7 @@ mod layers;
 mod measure;
 mod pack;
 mod read;
+mod rows;
 mod select;
 mod write;
 
@@ -22,9 +23,10 @@ pub(crate) use camera::camera;
 #[cfg(test)]
 pub(crate) use camera::of_attributes;
 pub(crate) use describe::describe;
-pub(crate) use layers::encode_beside;
+pub(crate) use layers::{encode_beside, left_out};
 pub(crate) use measure::measure;
 pub(crate) use read::decode;
+pub use rows::ExrRows;
 pub use write::{ExrCompression, ExrOptions, encode_exr};
 
 /// The first four bytes of every EXR file.

@@ -19,22 +19,24 @@ use rayon::prelude::*;
 use super::explain;
 use crate::codec::chromaticities::convert;
 use crate::codec::panics::catch_panic;
-use crate::codec::{CodecError, ErrorKind, Picture, Pixels};
+use crate::codec::{CodecError, ErrorKind, Pixels};
 
-/// What a file is made from.
+/// What blocks are made from.
 pub(super) struct Content<'p> {
-    pub(super) picture: &'p Picture,
+    /// The width of the picture.
+    pub(super) width: u32,
+    /// Its pixels from this row on.
+    pub(super) pixels: &'p Pixels,
+    pub(super) first_row: usize,
     /// To the primaries of the file.
     pub(super) conversion: Option<Mat3>,
-    pub(super) headers: Vec<Header>,
+    pub(super) headers: &'p [Header],
     /// The part with the picture.
     pub(super) part: usize,
     /// Where each of its channels comes from.
-    pub(super) columns: Vec<Column>,
+    pub(super) columns: &'p [Column],
     /// The channels that are kept: for each row, channel after channel.
     pub(super) rows: &'p [u8],
-    /// The other parts: chunks, and their places in the table of offsets.
-    pub(super) chunks: Vec<(usize, Chunk)>,
 }
 
 /// Where the row of a channel comes from.
@@ -46,30 +48,44 @@ pub(super) enum Column {
     Kept { start: usize, length: usize },
 }
 
-/// Packs and writes all blocks.
-pub(super) fn pack(content: Content<'_>) -> Result<Vec<u8>, CodecError> {
-    catch_panic(|| pack_all(content)).unwrap_or_else(|panic| Err(ours(&panic)))
+/// Packs and writes all blocks; also those of other parts, which are chunks with their places in the table of offsets.
+pub(super) fn pack(content: &Content<'_>, stored: Vec<(usize, Chunk)>) -> Result<Vec<u8>, CodecError> {
+    let blocks = enumerate_ordered_header_block_indices(content.headers);
+    let blocks: Vec<_> = blocks.filter(|(_, index)| index.layer == content.part).collect();
+    let chunks = content.chunks(blocks)?;
+    let mut bytes = file(content.headers, chunks.into_iter().chain(stored))?;
+    sort_attributes(&mut bytes, content.headers.len());
+    Ok(bytes)
 }
 
-fn pack_all(mut content: Content<'_>) -> Result<Vec<u8>, CodecError> {
-    let stored = std::mem::take(&mut content.chunks);
-    let (content, headers) = (&content, &content.headers);
-    let blocks = enumerate_ordered_header_block_indices(headers);
-    let blocks: Vec<_> = blocks.filter(|(_, index)| index.layer == content.part).collect();
-    let chunks = blocks.into_par_iter().map(|(number, index)| {
-        let data = content.block(&index);
-        let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(headers))
-            .map_err(|panic| ours(&panic))?;
-        chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
+/// A file with these chunks.
+fn file(headers: &[Header], mut chunks: impl Iterator<Item = (usize, Chunk)>) -> Result<Vec<u8>, CodecError> {
+    let packed = catch_panic(|| {
+        let mut file = Cursor::new(Vec::new());
+        exr::block::write(&mut file, headers.iter().cloned().collect(), false, |_, writer| {
+            chunks.try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
+        })
+        .map(|()| file.into_inner())
     });
-    let chunks: Vec<_> = chunks.collect::<Result<_, CodecError>>()?;
-    let mut file = Cursor::new(Vec::new());
-    exr::block::write(&mut file, headers.iter().cloned().collect(), false, |_, writer| {
-        chunks.into_iter().chain(stored).try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
-    })
-    .map_err(|error| explain(&error))?;
-    let mut bytes = file.into_inner();
-    sort_attributes(&mut bytes, headers.len());
+    packed.map_err(|panic| ours(&panic))?.map_err(|error| explain(&error))
+}
+
+/// What a file of one part has before its table of offsets.
+pub(super) fn head(header: &Header) -> Result<Vec<u8>, CodecError> {
+    let mut bytes = Vec::new();
+    let packed = catch_panic(|| {
+        let mut file = Cursor::new(&mut bytes);
+        // The chunks are written elsewhere.
+        exr::block::write(&mut file, std::iter::once(header.clone()).collect(), false, |_, _| {
+            Err(exr::error::Error::Aborted)
+        })
+    });
+    match packed.map_err(|panic| ours(&panic))? {
+        Ok(()) | Err(exr::error::Error::Aborted) => {}
+        Err(error) => return Err(explain(&error)),
+    }
+    let end = sort_attributes(&mut bytes, 1);
+    bytes.truncate(end);
     Ok(bytes)
 }
 
@@ -78,6 +94,17 @@ fn ours(panic: &str) -> CodecError {
 }
 
 impl Content<'_> {
+    /// Packs blocks, whose rows are all here, on all cores.
+    pub(super) fn chunks(&self, blocks: Vec<(usize, BlockIndex)>) -> Result<Vec<(usize, Chunk)>, CodecError> {
+        let chunks = blocks.into_par_iter().map(|(number, index)| {
+            let data = self.block(&index);
+            let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(self.headers))
+                .map_err(|panic| ours(&panic))?;
+            chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
+        });
+        chunks.collect()
+    }
+
     /// The rows of one block, each row channel after channel.
     fn block(&self, block: &BlockIndex) -> Vec<u8> {
         let channels = &self.headers[self.part].channels;
@@ -88,7 +115,7 @@ impl Content<'_> {
         let mut bytes = Vec::with_capacity(rows * block.pixel_size.0 * channels.bytes_per_pixel);
         for y in first..first + rows {
             let row = self.row(y);
-            for (channel, column) in channels.list.iter().zip(&self.columns) {
+            for (channel, column) in channels.list.iter().zip(self.columns) {
                 match *column {
                     Column::Picture(slot) => row.channel(slot, channel.sample_type, &mut bytes),
                     Column::Kept { start, length } => {
@@ -101,15 +128,15 @@ impl Content<'_> {
     }
 
     fn row(&self, y: usize) -> Row<'_> {
-        let length = self.picture.width as usize * 4;
+        let (length, y) = (self.width as usize * 4, y - self.first_row);
         let range = y * length..(y + 1) * length;
         let Some(matrix) = self.conversion else {
-            return match &self.picture.pixels {
+            return match self.pixels {
                 Pixels::Half(values) => Row::Half(&values[range]),
                 Pixels::Float(values) => Row::Float(Cow::Borrowed(&values[range])),
             };
         };
-        let mut values = match &self.picture.pixels {
+        let mut values = match self.pixels {
             Pixels::Half(values) => values[range].to_f32_vec(),
             Pixels::Float(values) => values[range].to_vec(),
         };
@@ -148,8 +175,8 @@ fn to_half(value: f32) -> f16 {
 }
 
 /// Puts the attributes of each part into the order of their names. The headers' length stays the same, so every offset
-/// stays right.
-fn sort_attributes(file: &mut [u8], parts: usize) {
+/// stays right. Returns where the last part's end.
+fn sort_attributes(file: &mut [u8], parts: usize) -> usize {
     let mut start = 8;
     for _ in 0..parts {
         let mut attributes: Vec<Vec<u8>> = Vec::new();
@@ -163,6 +190,7 @@ fn sort_attributes(file: &mut [u8], parts: usize) {
         file[start..at].copy_from_slice(&attributes.concat());
         start = at + 1;
     }
+    start
 }
 
 /// An attribute is a name and a type, each ended by 0, the length of its value, and the value.

@@ -13,7 +13,7 @@ use super::label::{describes_old_pixels, name_primaries};
 use super::pack::{Column, Content, pack};
 use super::read::{adapted, point, to_attribute};
 use crate::codec::limits::check_size;
-use crate::codec::{CodecError, Picture};
+use crate::codec::{CodecError, Metadata, Picture};
 
 /// How an EXR file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,9 +136,11 @@ impl ExrCompression {
 pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, CodecError> {
     let bytes = if options.float { 4 } else { 2 };
     check_size((picture.width.into(), picture.height.into()), bytes)?;
-    let (header, columns) = part_of(picture, options, &picture_names(), Vec::new(), true);
-    let (conversion, headers) = (options.conversion(), vec![header]);
-    pack(Content { picture, conversion, headers, part: 0, columns, rows: &[], chunks: Vec::new() })
+    let size = (picture.width, picture.height);
+    let (header, columns) = part_of(size, &picture.meta, options, &picture_names(), Vec::new(), true);
+    let (headers, conversion) = ([header], options.conversion());
+    let (width, pixels, headers, columns) = (picture.width, &picture.pixels, &headers, &columns);
+    pack(&Content { width, pixels, first_row: 0, conversion, headers, part: 0, columns, rows: &[] }, Vec::new())
 }
 
 /// The names of red, green, blue and alpha.
@@ -146,10 +148,11 @@ pub(super) fn picture_names() -> [String; 4] {
     ["R", "G", "B", "A"].map(str::to_owned)
 }
 
-/// The part of a picture whose channels have these names, beside others that are kept, and where each of its channels
+/// The part of a picture of that size whose channels have these names, beside others that are kept, and where each of its channels
 /// comes from. `is_alone` if the file has no other part.
 pub(super) fn part_of(
-    picture: &Picture,
+    size: (u32, u32),
+    meta: &Metadata,
     options: &ExrOptions,
     names: &[String; 4],
     kept: Vec<ChannelDescription>,
@@ -162,7 +165,6 @@ pub(super) fn part_of(
         let named = ChannelDescription::named(name.as_str(), sample_type);
         ChannelDescription { quantize_linearly: named.quantize_linearly && is_curved, ..named }
     };
-    let size = (picture.width as usize, picture.height as usize);
     let written = if options.alpha { &names[..] } else { &names[..3] };
     let mut channels: Vec<_> =
         written.iter().enumerate().map(|(slot, name)| (channel(name), Column::Picture(slot))).collect();
@@ -170,29 +172,30 @@ pub(super) fn part_of(
     let is_plain = options.compression == ExrCompression::None && !options.float && kept.is_empty() && is_alone;
     let mut start = 0;
     for channel in kept {
-        let length = size.0 * channel.sample_type.bytes_per_sample();
+        let length = size.0 as usize * channel.sample_type.bytes_per_sample();
         channels.push((channel, Column::Kept { start, length }));
         start += length;
     }
     // EXR channels are stored in alphabetical order.
     channels.sort_by(|(a, _), (b, _)| a.name.as_slice().cmp(b.name.as_slice()));
     let (channels, columns): (Vec<_>, Vec<_>) = channels.into_iter().unzip();
-    let image = image_attributes(picture, options);
-    let mut layer = stated_luminance(layer_attributes(picture, &image), options);
+    let image = image_attributes(size, meta, options);
+    let mut layer = stated_luminance(layer_attributes(size, meta, &image), options);
     if let Some(primaries) = options.written_primaries().filter(|_| options.scene) {
         name_primaries(&mut layer, &primaries, is_plain);
     }
-    let header = Header::new(Text::default(), size, channels.into())
+    let header = Header::new(Text::default(), (size.0 as usize, size.1 as usize), channels.into())
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing)
         .with_shared_attributes(image)
         .with_attributes(layer);
     (header, columns)
 }
 
-fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes {
-    let mut image = picture.meta.image.clone();
-    let size = (picture.width as usize, picture.height as usize);
-    if !is_data_window(picture) && image.display_window.size != size.into() {
+fn image_attributes(size: (u32, u32), meta: &Metadata, options: &ExrOptions) -> ImageAttributes {
+    let mut image = meta.image.clone();
+    let is_window = is_data_window(size, meta);
+    let size = (size.0 as usize, size.1 as usize);
+    if !is_window && image.display_window.size != size.into() {
         image.display_window = IntegerBounds::from_dimensions(size);
     }
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
@@ -206,14 +209,14 @@ fn image_attributes(picture: &Picture, options: &ExrOptions) -> ImageAttributes 
 }
 
 /// Whether the picture is written as the data window of a larger or smaller display window.
-fn is_data_window(picture: &Picture) -> bool {
-    picture.meta.data_size == Some((picture.width, picture.height))
+fn is_data_window(size: (u32, u32), meta: &Metadata) -> bool {
+    meta.data_size == Some(size)
 }
 
 /// The layer's attributes, without those that describe the old file rather than the picture.
-fn layer_attributes(picture: &Picture, image: &ImageAttributes) -> LayerAttributes {
-    let mut layer = picture.meta.layer.clone();
-    if !is_data_window(picture) {
+fn layer_attributes(size: (u32, u32), meta: &Metadata, image: &ImageAttributes) -> LayerAttributes {
+    let mut layer = meta.layer.clone();
+    if !is_data_window(size, meta) {
         layer.layer_position = image.display_window.position;
     }
     layer.layer_name = None;

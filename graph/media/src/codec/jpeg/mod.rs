@@ -4,4 +4,4 @@ mod read;
 mod write;
 
 pub(crate) use read::{MAGIC, decode, describe};
-pub use write::{JpegOptions, encode_jpeg};
+pub use write::{JpegOptions, JpegRows, encode_jpeg};
