@@ -155,8 +155,7 @@ fn read_input(
     }
     let is_volume = input.is_some_and(|input| input.volume);
     if let Some(share) = request.args.reading.scale.filter(|_| !is_volume) {
-        let side = |pixels: u32| (f64::from(pixels) * share).round().max(1.0) as u32;
-        picture = picture.scaled(side(picture.width), side(picture.height));
+        picture = picture.scaled_by(share);
     }
     let own = (picture.width, streamed.as_ref().map_or(picture.height, |_| picture.whole_height()));
     let size = *sizes.entry(name.to_owned()).or_insert(own);

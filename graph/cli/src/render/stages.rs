@@ -58,8 +58,7 @@ pub(super) fn run(
         let busy = busy.collect::<Result<Vec<Duration>, _>>();
         let times = rendered?;
         let read = times.read + read;
-        // Bands are written by one thread.
-        let write = times.write * writers as u32 + busy?.iter().sum::<Duration>();
+        let write = times.write + busy?.iter().sum::<Duration>() / writers as u32;
         Ok::<_, Failure>(Times { start, read, write, writers, ..times })
     });
     let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));

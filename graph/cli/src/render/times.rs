@@ -9,7 +9,7 @@ pub(super) struct Times {
     pub(super) start: Duration,
     pub(super) read: Duration,
     pub(super) render: Duration,
-    /// The sum over all writers.
+    /// Of each writer, on average.
     pub(super) write: Duration,
     pub(super) writers: usize,
     pub(super) all: Duration,
@@ -23,8 +23,7 @@ impl std::fmt::Display for Times {
         let ms = |time: Duration| time.as_secs_f64() * 1e3 / self.frames.max(1) as f64;
         let frames = if self.frames == 1 { "1 frame".to_owned() } else { format!("{} frames", self.frames) };
         writeln!(f, "{frames} in {:.3} s; milliseconds a frame:", self.all.as_secs_f64())?;
-        let write = ms(self.write) / self.writers.max(1) as f64;
-        writeln!(f, "  read {:.1}, render {:.1}, write {write:.1}", ms(self.read), ms(self.render))?;
+        writeln!(f, "  read {:.1}, render {:.1}, write {:.1}", ms(self.read), ms(self.render), ms(self.write))?;
         let writers = if self.writers > 1 { format!("; {} threads write", self.writers) } else { String::new() };
         writeln!(f, "  the device opened in {:.1}{writers}", self.start.as_secs_f64() * 1e3)?;
         for (label, ms) in &self.passes {

@@ -11,16 +11,20 @@ impl Picture {
     /// transparent black around it. The filter is a tent as wide as two pixels of the coarser grid.
     pub fn fitted(&self, width: u32, height: u32) -> Self {
         let scale = (f64::from(width) / f64::from(self.width)).min(f64::from(height) / f64::from(self.height));
-        let side = |from: u32, most: u32| ((f64::from(from) * scale).round() as usize).clamp(1, most as usize);
-        let (inner_width, inner_height) = (side(self.width, width), side(self.height, height));
+        let (inner_width, inner_height) = (side(self.width, scale).min(width), side(self.height, scale).min(height));
+        let [inner_width, inner_height, width, height] = [inner_width, inner_height, width, height].map(|n| n as usize);
         let scaled = self.resampled(inner_width, inner_height);
-        let (width, height) = (width as usize, height as usize);
         let (left, top) = ((width - inner_width) / 2, (height - inner_height) / 2);
         let mut out = vec![[0.0_f32; 4]; width * height];
         for (row, pixels) in scaled.chunks_exact(inner_width).enumerate() {
             out[(top + row) * width + left..][..inner_width].copy_from_slice(pixels);
         }
         self.with_pixels(width as u32, height as u32, out)
+    }
+
+    /// This picture with sides that are `share` of its own, with the same filter.
+    pub fn scaled_by(&self, share: f64) -> Self {
+        self.scaled(side(self.width, share), side(self.height, share))
     }
 
     /// This picture in `width` x `height` pixels, whatever its aspect ratio, with the same filter.
@@ -48,6 +52,11 @@ impl Picture {
         let scaled = Self::new(width, height, pixels);
         Self { meta: self.meta.clone(), stated: self.stated, notes: self.notes.clone(), ..scaled }
     }
+}
+
+/// A share of a side; never 0.
+fn side(pixels: u32, share: f64) -> u32 {
+    (f64::from(pixels) * share).round().max(1.0) as u32
 }
 
 /// The samples that make one of the other grid: the first of them, and their weights.
