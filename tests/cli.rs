@@ -32,6 +32,7 @@ mod tiers;
 mod topics;
 mod untrusted;
 mod volumes;
+mod watch;
 mod windows;
 
 use std::fs;

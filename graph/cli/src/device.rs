@@ -61,10 +61,17 @@ impl CachedSession {
         Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
     }
 
+    /// The session for a run with another graph: compiled pipelines stay, histories begin anew.
+    pub(crate) fn changed(mut self, graph: Graph, facts: Facts, options: Options) -> Self {
+        self.session.begin_anew(graph, facts, options);
+        self
+    }
+
     /// Stores the driver's pipelines for the next run, if there are others than before.
     pub(crate) fn keep_pipelines(&mut self) {
         let bytes = self.session.executor().pipeline_cache_data().unwrap_or_default();
         keep_pipeline_data(self.session.gpu(), &bytes, &self.known_pipelines);
+        self.known_pipelines = bytes;
     }
 }
 

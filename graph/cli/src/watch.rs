@@ -19,19 +19,19 @@ use crate::terminal::note;
 
 /// `afterimage render`: once, or with `--watch` again after each change.
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let render = || render::run(args, tables);
-    if args.watch { watch(args, tables, render) } else { render() }
+    if args.watch { watch(args, tables) } else { render::run(args, tables, None) }
 }
 
 /// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
-fn watch(args: &RenderArgs, tables: &[&[NodeKind]], render: impl Fn() -> Result<(), Failure>) -> ! {
+fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
     let mut files = FileWatch::new(|| {});
+    let mut kept = None;
     loop {
         // A change during rendering counts: it may not be in the result.
         files.look();
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
-        match render() {
+        match render::run(args, tables, Some(&mut kept)) {
             Ok(()) => note(&format!("wrote {}; waiting for changes, Ctrl-C ends it", written(args))),
             Err(failure) => {
                 failure.report();

@@ -25,10 +25,10 @@ use crate::failure::Failure;
 use crate::save::FileFormat;
 use crate::terminal::note;
 
-/// Renders what is read. The device is freed while the last image is written.
+/// Renders what is read.
 pub(super) fn render_all(
     request: &Request<'_>,
-    session: CachedSession,
+    session: &mut CachedSession,
     meters: Vec<String>,
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
@@ -66,7 +66,7 @@ pub(super) fn render_all(
             break;
         }
     }
-    // Everything is rendered: the writers may end before the device is freed.
+    // Everything is rendered: the writers may end.
     drop(to);
     if request.args.state_out.is_some() && frames.report.state.is_none() {
         frames.keep_state()?;
@@ -77,7 +77,7 @@ pub(super) fn render_all(
 /// The frames that are rendered one after another.
 struct Frames<'a> {
     request: &'a Request<'a>,
-    session: CachedSession,
+    session: &'a mut CachedSession,
     /// The nodes whose exposure is reported.
     meters: Vec<String>,
     /// The notes of images that are printed already.

@@ -25,6 +25,7 @@ use afterimage_media::write_atomic;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables};
 
 use crate::args::RenderArgs;
+use crate::device::CachedSession;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
@@ -117,7 +118,13 @@ fn prepare<'a>(
     Ok(Prepared { request, graph, facts, options })
 }
 
-pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
+/// Renders. `kept` is the device with compiled pipelines that a run with these arguments leaves for the next one, if there
+/// may be one.
+pub(crate) fn run(
+    args: &RenderArgs,
+    tables: &[&[NodeKind]],
+    kept: Option<&mut Option<CachedSession>>,
+) -> Result<(), Failure> {
     let start = Instant::now();
     let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
     let mut report = Report::default();
@@ -130,7 +137,7 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     let rendered = if request.jobs.is_empty() {
         Ok(Times::default())
     } else {
-        stages::run(&request, graph, facts, options, &mut report)
+        stages::run(&request, (graph, facts, options), kept, &mut report)
     };
     let failed = report.count(Outcome::Failed);
     let rendered = match rendered {

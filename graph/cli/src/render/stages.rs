@@ -24,12 +24,12 @@ pub(super) const AHEAD: usize = 2;
 const MAX_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them. What is known of
-/// the frames is in `report`, also after an error.
+/// the frames is in `report`, also after an error. `kept` has the session of a run before, and takes the one of this run,
+/// unless it fails.
 pub(super) fn run(
     request: &Request<'_>,
-    graph: Graph,
-    facts: Facts,
-    options: Options,
+    (graph, facts, options): (Graph, Facts, Options),
+    mut kept: Option<&mut Option<CachedSession>>,
     report: &mut Report,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
@@ -50,9 +50,19 @@ pub(super) fn run(
         let writing: Vec<_> = (0..writers).map(spawn).collect();
         // The last writer that ends closes the queue.
         drop(queue);
-        let session = CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options);
+        let session = match kept.as_deref_mut().and_then(Option::take) {
+            Some(session) => Ok(session.changed(graph, facts, options)),
+            None => CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options),
+        };
         let start = start.elapsed();
-        let rendered = session.and_then(|session| render_all(request, session, meters, read_from, write_to, report));
+        let rendered = session.and_then(|mut session| {
+            let times = render_all(request, &mut session, meters, read_from, write_to, report)?;
+            // Otherwise the device is freed while the last image is written.
+            if let Some(kept) = kept {
+                *kept = Some(session);
+            }
+            Ok(times)
+        });
         let read = reader.join().expect("the reader returns its errors");
         let busy = writing.into_iter().map(|writer| writer.join().expect("a writer returns its errors"));
         let busy = busy.collect::<Result<Vec<Duration>, _>>();

@@ -79,6 +79,14 @@ impl Session {
         self.post.set_options(options);
     }
 
+    /// As a new session on the same device, whose compiled pipelines are kept.
+    pub fn begin_anew(&mut self, graph: Graph, facts: Facts, options: Options) {
+        self.change(graph, options);
+        self.post.set_facts(facts);
+        self.blocks.clear();
+        self.restart();
+    }
+
     /// The executor.
     pub fn executor(&mut self) -> &mut Executor {
         self.post.executor()
