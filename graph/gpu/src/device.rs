@@ -33,8 +33,8 @@ pub struct Opening {
     pub adapter: Option<String>,
     /// Whether the Khronos validation layer is enabled.
     pub validation: bool,
-    /// Bytes that the images of a frame may take, and all else that is on the device for them; by default three quarters
-    /// of a card's memory, or half of the system's.
+    /// Bytes that the images of a frame may take, and all else that is on the device for them; by default three
+    /// quarters of a card's memory, or half of the system's.
     pub max_memory: Option<u64>,
 }
 
@@ -45,8 +45,8 @@ const ADVICE: &str = "no Vulkan, Metal or Direct3D 12 driver was found; on Debia
 /// Bytes of the blocks that wgpu shares between images and buffers that are smaller: the fewest that it can have.
 pub(crate) const BLOCK: u64 = 4 << 20;
 
-/// Bytes that a driver may take of a card when pipelines are compiled and commands recorded. That of NVIDIA took 10 to 20
-/// MiB.
+/// Bytes that a driver may take of a card when pipelines are compiled and commands recorded. That of NVIDIA took 10 to
+/// 20 MiB.
 const FOR_DRIVER: u64 = 24 << 20;
 
 /// Optional features that make plans faster; each is requested where the adapter has it.
@@ -142,8 +142,8 @@ impl Gpu {
         }
     }
 
-    /// Bytes of a card that its driver has for this program besides images and buffers, and may take later; 0 if it does
-    /// not state them.
+    /// Bytes of a card that its driver has for this program besides images and buffers, and may take later; 0 if it
+    /// does not state them.
     pub(crate) fn foreign_memory(&self) -> u64 {
         let is_card = self.adapter.get_info().device_type == wgpu::DeviceType::DiscreteGpu;
         let used = used_memory(&self.device).filter(|_| is_card);

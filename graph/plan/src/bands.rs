@@ -253,7 +253,7 @@ fn joined(one: Option<Range<u32>>, other: Range<u32>) -> Range<u32> {
     one.map_or(other.clone(), |one| one.start.min(other.start)..one.end.max(other.end))
 }
 
-/// Bytes of memory for these images and buffers, which are taken one after another: those that are smaller share blocks.
+/// Bytes of memory for these images and buffers, which are taken one after another: smaller ones share blocks.
 fn taken(bytes: impl Iterator<Item = u64>, block: u64) -> u64 {
     let mut taken = 0;
     let mut free: Vec<u64> = Vec::new();
@@ -396,7 +396,7 @@ impl<'a> Sizes<'a> {
         (0..self.images.len()).filter(|image| self.images[*image].is_none() && self.lives(*image))
     }
 
-    /// Bytes that are taken, with textures of so many rows for images in bands.
+    /// Bytes that are taken, with textures of these rows for images in bands.
     fn bytes(&self, rows: &[u32], lives: &[Vec<bool>]) -> u64 {
         let of_image = |image: usize| {
             let desc = self.plan.images[image].desc;

@@ -118,8 +118,8 @@ fn prepare<'a>(
     Ok(Prepared { request, graph, facts, options })
 }
 
-/// Renders. `kept` is the device with compiled pipelines that a run with these arguments leaves for the next one, if there
-/// may be one.
+/// Renders. `kept` is the device with compiled pipelines that a run with these arguments leaves for the next one, if
+/// there may be one.
 pub(crate) fn run(
     args: &RenderArgs,
     tables: &[&[NodeKind]],

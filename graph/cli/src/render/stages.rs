@@ -24,7 +24,7 @@ pub(super) const AHEAD: usize = 2;
 const MAX_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them. What is known of
-/// the frames is in `report`, also after an error. `kept` has the session of a run before, and takes the one of this run,
+/// the frames is in `report`, also after an error. `kept` has the session of a run before, and takes that of this run,
 /// unless it fails.
 pub(super) fn run(
     request: &Request<'_>,

@@ -62,8 +62,8 @@ pub struct BandsMade {
     pub bands: usize,
     /// Times that the picture was begun.
     pub starts: usize,
-    /// Bytes of images and buffers on the device, of those through which rows come and go, and of what was taken before,
-    /// as planned.
+    /// Bytes of images and buffers on the device, of those through which rows come and go, and of what was taken
+    /// before, as planned.
     pub bytes: u64,
     /// What wgpu has taken for them and for all else, also memory of the host that the device reads and writes, if the
     /// backend knows it.

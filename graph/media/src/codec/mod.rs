@@ -99,8 +99,8 @@ pub fn encode_exr_beside(
     encoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
-/// What an EXR file has besides the picture that [`decode`] reads, in sentences with the reason why it is left out; none
-/// for other formats. Only headers are read.
+/// What an EXR file has besides the picture that [`decode`] reads, in sentences with the reason why it is left out;
+/// none for other formats. Only headers are read.
 ///
 /// # Errors
 /// As [`decode`], for what it finds in headers.

@@ -148,8 +148,8 @@ pub(super) fn picture_names() -> [String; 4] {
     ["R", "G", "B", "A"].map(str::to_owned)
 }
 
-/// The part of a picture of that size whose channels have these names, beside others that are kept, and where each of its channels
-/// comes from. `is_alone` if the file has no other part.
+/// The part of a picture of that size whose channels have these names, beside others that are kept, and where each of
+/// its channels comes from. `is_alone` if the file has no other part.
 pub(super) fn part_of(
     size: (u32, u32),
     meta: &Metadata,
