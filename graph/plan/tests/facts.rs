@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 
-use super::planned::{FRAME, built_in, pipelines};
+use super::planned::{FRAME, Files, built_in, pipelines};
 
 /// All facts that built-in pipelines have, each with the same meaning in all of them.
 const FACTS: [(&str, &str); 3] = [
@@ -17,9 +17,13 @@ const FACTS: [(&str, &str); 3] = [
     ("moving", "the camera or something in view moves"),
 ];
 
+/// The plan for a host that gives all inputs.
 fn planned(graph: &Graph, facts: Facts) -> Plan {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
-    let given = HostInputs::everything(FRAME, &graph.inputs, image);
+    planned_for(graph, facts, HostInputs::everything(FRAME, &graph.inputs, image))
+}
+
+fn planned_for(graph: &Graph, facts: Facts, given: HostInputs) -> Plan {
     let request = PlanRequest {
         given,
         facts,
@@ -37,58 +41,88 @@ fn with(name: &str, fact: impl Into<Fact>) -> Facts {
     facts
 }
 
-/// The pipeline of a file with another illuminance of its night vision.
-fn at_night(name: &str) -> Graph {
-    let text = std::fs::read_to_string(pipelines().join(name)).expect("it is built in");
-    let document = parse(name, &text).unwrap_or_else(|errors| panic!("{errors}"));
+/// A built-in pipeline with another value of a parameter.
+fn changed(name: &str, parameter: &str, value: &str) -> Graph {
+    let path = pipelines().join(name);
+    let text = std::fs::read_to_string(&path).expect("it is built in");
+    let document = parse(&path.to_string_lossy(), &text).unwrap_or_else(|errors| panic!("{errors}"));
     let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
-    let sets = vec![("seen.illuminance".to_owned(), "0.1".to_owned())];
-    let options = CheckOptions { sets, ..CheckOptions::default() };
+    let sets = vec![(parameter.to_owned(), value.to_owned())];
+    let options = CheckOptions { sets, loader: &Files, ..CheckOptions::default() };
     check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors}")).0
+}
+
+/// The built-in pipelines, by name, with the facts of their files.
+fn files() -> Vec<(String, Vec<(String, String)>)> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(pipelines()).expect("the repository has pipelines") {
+        let path = entry.expect("a folder can be listed").path();
+        let name = path.file_name().expect("it has one").to_string_lossy().into_owned();
+        if name.ends_with(".ron") {
+            let text = std::fs::read_to_string(&path).expect("it can be read");
+            let document = parse(&name, &text).unwrap_or_else(|errors| panic!("{errors}"));
+            let facts = document.facts.into_iter().flatten().map(|(name, meaning)| (name.value, meaning));
+            files.push((name, facts.collect()));
+        }
+    }
+    files
 }
 
 #[test]
 fn a_fact_has_one_meaning_in_all_pipelines() {
     let mut found = BTreeSet::new();
-    for entry in std::fs::read_dir(pipelines()).expect("the repository has pipelines") {
-        let path = entry.expect("a folder can be listed").path();
-        if path.extension().is_none_or(|ending| ending != "ron") {
-            continue;
-        }
-        let text = std::fs::read_to_string(&path).expect("it can be read");
-        let document = parse("pipeline.ron", &text).unwrap_or_else(|errors| panic!("{errors}"));
-        for (name, meaning) in document.facts.into_iter().flatten() {
-            let known = FACTS.iter().find(|(known, _)| *known == name.value);
-            assert_eq!(
-                known.map(|(_, meaning)| *meaning),
-                Some(meaning.as_str()),
-                "{}: {}",
-                path.display(),
-                name.value
-            );
-            found.insert(name.value);
+    for (file, facts) in files() {
+        for (name, meaning) in facts {
+            let known = FACTS.iter().find(|(known, _)| *known == name);
+            assert_eq!(known.map(|(_, meaning)| *meaning), Some(meaning.as_str()), "{file}: {name}");
+            found.insert(name);
         }
     }
     assert_eq!(found.len(), FACTS.len());
 }
 
+/// Every fact of every pipeline, with those that it inherits.
 #[test]
 fn what_a_fact_rules_out_is_skipped() {
-    let bloom = ["caracal", "cinematic", "cookbook", "course", "glare", "hdr", "lynx", "mobile", "tsushima"];
-    for name in bloom {
-        let graph = built_in(&format!("{name}.ron"));
-        let (written, dark) = (planned(&graph, Facts::default()), planned(&graph, with("emissive", false)));
-        assert!(dark.passes.len() + 3 <= written.passes.len(), "{name}: {} passes", dark.passes.len());
-        assert_eq!(planned(&graph, with("emissive", true)).hash(), written.hash(), "{name}");
+    let mut checked = 0;
+    for (file, own) in files() {
+        let graph = built_in(&file);
+        let names: Vec<String> = graph.facts().into_iter().map(|(name, _)| name).collect();
+        assert!(own.iter().all(|(name, _)| names.contains(name)), "{file} has a fact that nothing reads: {own:?}");
+        for name in names {
+            assert!(FACTS.iter().any(|(known, _)| *known == name), "{file}: {name}");
+            // By day, a file has no night vision in any case.
+            let graph = if name == "illuminance" { changed(&file, "seen.illuminance", "0.1") } else { graph.clone() };
+            let (written, without) = match name.as_str() {
+                "illuminance" => (with(&name, 9.9), with(&name, 10.0)),
+                _ => (with(&name, true), with(&name, false)),
+            };
+            let [unknown, written, without] = [Facts::default(), written, without].map(|facts| planned(&graph, facts));
+            assert_eq!(unknown.hash(), written.hash(), "{file}: {name}");
+            let why = format!("`when: {name}");
+            let is_skipped = without.skipped.iter().any(|skipped| skipped.why.starts_with(&why));
+            assert!(is_skipped, "{file} without {name}: {:?}", without.skipped);
+            // Night vision is a part of a pass that does more.
+            let saves = without.passes.len() < written.passes.len() || name == "illuminance";
+            assert!(saves && without.hash() != written.hash(), "{file} does as much without {name}");
+            checked += 1;
+        }
     }
-    for name in ["tsushima.ron", "mobile.ron"] {
-        let graph = at_night(name);
-        let is_seen = |facts: Facts| planned(&graph, facts).skipped.iter().all(|skipped| skipped.node != "seen");
-        assert!(is_seen(Facts::default()) && is_seen(with("illuminance", 9.9)), "{name}");
-        assert!(!is_seen(with("illuminance", 10.0)), "{name}");
-    }
-    let graph = built_in("cinematic.ron");
-    let (written, still) = (planned(&graph, Facts::default()), planned(&graph, with("moving", false)));
-    assert!(still.passes.len() < written.passes.len());
-    assert!(still.skipped.iter().any(|skipped| skipped.node == "moved"));
+    assert!(checked >= 13, "only {checked}");
+}
+
+/// Fog that a renderer does not give is in no pass, and fog of no density is in none.
+#[test]
+fn fog_that_is_not_there_is_skipped() {
+    let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: false };
+    let skipped = |graph: &Graph, is_given: bool| {
+        let inputs = graph.inputs.iter().filter(|input| is_given || input.name != "fog");
+        let given = HostInputs::everything(FRAME, inputs, image);
+        let skipped = planned_for(graph, Facts::default(), given).skipped;
+        ["foggy", "volumetric"].map(|node| skipped.iter().any(|skipped| skipped.node == node))
+    };
+    let written = built_in("cinematic.ron");
+    let thick = changed("cinematic.ron", "foggy.density", "0.01");
+    assert_eq!([skipped(&written, true), skipped(&written, false)], [[true, false], [true, true]]);
+    assert_eq!([skipped(&thick, true), skipped(&thick, false)], [[false, false], [false, true]]);
 }

@@ -101,7 +101,7 @@ pub fn checked_with(path: &str, text: &str, loader: &dyn Loader) -> Graph {
 }
 
 /// Reads files that a pipeline names.
-struct Files;
+pub struct Files;
 
 impl Loader for Files {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
