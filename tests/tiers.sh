@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Times and errors of all tiers of the built-in pipelines: tests/tiers.sh FOLDER IMAGE...
 # Runs the program of AFTERIMAGE, or `afterimage`, on the fastest graphics adapter; takes some ten minutes on a GPU. Times
-# are those of the built-in scene at 4K and 1080p. Errors are the worst over the images and the built-in charts, in their
-# own size, and over eight frames of the walk through the built-in scene. Writes the JSON of every run into the folder,
-# and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim. PIPELINES
-# has the names of those to measure; otherwise all are.
+# are those of the built-in scene at 4K and 1080p. Errors are the worst over the images, a square at night and the charts,
+# in their own size, and over eight frames of the walk through the built-in scene. Writes the JSON of every run into the
+# folder, and prints graph/docs/measurements/tiers.csv, of which `tests/tiers.py claims WHERE` makes what tiers claim.
+# PIPELINES has the names of those to measure; otherwise all are.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n '2,7s/^# //p' "$0" >&2; exit 2; }
 folder=$1; shift
@@ -14,7 +14,7 @@ mkdir -p "$folder"
 for file in "$here"/../pipelines/*.ron; do
     name=$(basename "$file" .ron)
     [[ " ${PIPELINES:-$name} " == *" $name "* ]] || continue
-    "$program" measure "$file" "$@" --charts --tiers --walk 1 --repeats 1 --json "$folder/$name.json" >/dev/null
+    "$program" measure "$file" "$@" "$here/../pipelines/scenes/square.exr" --charts --tiers --walk 1 --repeats 1 --json "$folder/$name.json" >/dev/null
     "$program" measure "$file" --tiers --walk 8 --repeats 1 --json "$folder/$name.walk.json" >/dev/null
     for size in 3840x2160 1920x1080; do
         "$program" bench "$file" --size $size --frames 100 --json "$folder/$name.$size.json" >/dev/null

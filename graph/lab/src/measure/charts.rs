@@ -17,12 +17,13 @@ const SUN: f32 = 65504.0;
 /// Luminance of a landscape under stars, beside 0.18 for a gray card in a room.
 const NIGHT: f32 = 1e-3;
 
-const CHARTS: [Chart; 10] = [
+const CHARTS: [Chart; 11] = [
     Chart { name: "lines", light: |x, y| gray(if (if y < HEIGHT / 2 { x } else { y }) % 5 == 0 { 8.0 } else { 0.05 }) },
     Chart { name: "dots", light: |x, y| gray(if x % 17 == 0 && y % 17 == 0 { 200.0 } else { 0.05 }) },
     Chart { name: "dots shifted", light: |x, y| gray(if x % 17 == 1 && y % 17 == 1 { 200.0 } else { 0.05 }) },
     Chart { name: "one sun", light: |x, y| gray(if (x, y) == (397, 253) { SUN } else { 0.18 }) },
     Chart { name: "suns in the night", light: |x, y| gray(if x % 64 == 9 && y % 64 == 9 { SUN } else { NIGHT }) },
+    Chart { name: "lamps", light: lamps },
     Chart { name: "steps", light: steps },
     Chart { name: "colors", light: colors },
     Chart { name: "white", light: |_, _| gray(1.0) },
@@ -32,6 +33,18 @@ const CHARTS: [Chart; 10] = [
 
 const fn gray(light: f32) -> [f32; 3] {
     [light; 3]
+}
+
+/// A street at night: lamps of one to eight pixels, from dim to blinding. Those of more than a pixel are no fireflies,
+/// so what is made of them in small images shows when it is enlarged.
+fn lamps(x: u32, y: u32) -> [f32; 3] {
+    const CELL: u32 = 120;
+    let (column, row) = (x / CELL, y / CELL);
+    // Each lamp lies elsewhere in its cell, so that its edges meet those of halved images in all ways.
+    let (left, top) = (50 + (column * 5 + row * 3) % 13, 50 + (column * 7 + row * 11) % 13);
+    let side = 1 + column;
+    let is_lamp = (left..left + side).contains(&(x % CELL)) && (top..top + side).contains(&(y % CELL));
+    if is_lamp { gray(2.0_f32.powi(2 * row as i32 + 1)) } else { gray(0.01) }
 }
 
 /// Twenty-two grays, a stop from one to the next, with hard edges.
