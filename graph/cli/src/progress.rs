@@ -17,6 +17,8 @@ pub(crate) struct Bar {
     bar: ProgressBar,
     /// What the steps are.
     what: &'static str,
+    /// Stands before the number of all steps and before the time that is left, if they may become less.
+    most: &'static str,
     start: Instant,
     /// When the last line was written; `None` on a terminal.
     written: Option<Mutex<Instant>>,
@@ -27,21 +29,27 @@ pub(crate) struct Bar {
 impl Bar {
     /// A bar of `count` steps, with the step's name.
     pub(crate) fn new(count: u64) -> Self {
-        Self::with(ProgressBar::new(count), "{wide_bar} {pos}/{len}, {eta} left; {msg}", "steps")
+        Self::with(ProgressBar::new(count), "{bar:24} {pos}/{len}, {eta} left; {wide_msg}", "steps", "")
+    }
+
+    /// A bar of steps that a search makes, of which only the largest number is known.
+    pub(crate) fn at_most() -> Self {
+        let template = "{bar:24} {pos} of at most {len}, at most {eta} left; {wide_msg}";
+        Self::with(ProgressBar::new(0), template, "steps", "at most ")
     }
 
     /// A bar of `count` frames; none for a single one.
     pub(crate) fn of_frames(count: u64) -> Self {
         let bar = if count < 2 { ProgressBar::hidden() } else { ProgressBar::new(count) };
         bar.set_length(count);
-        Self::with(bar, "{wide_bar} {pos}/{len} frames, {eta} left", "frames")
+        Self::with(bar, "{wide_bar} {pos}/{len} frames, {eta} left", "frames", "")
     }
 
-    fn with(bar: ProgressBar, template: &str, what: &'static str) -> Self {
+    fn with(bar: ProgressBar, template: &str, what: &'static str, most: &'static str) -> Self {
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let start = Instant::now();
         let written = (!std::io::stderr().is_terminal()).then(|| Mutex::new(start));
-        Self { bar: bar.with_style(style), what, start, written, openjd: false }
+        Self { bar: bar.with_style(style), what, most, start, written, openjd: false }
     }
 
     /// The same, and each step prints what the session of a farm reads (Open Job Description, "How Jobs Are Run").
@@ -70,22 +78,22 @@ impl Bar {
         if written.elapsed() >= PAUSE {
             *written = Instant::now();
             let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
-            note(&format!("{name}: {}", line(done, all, self.what, self.start.elapsed())));
+            note(&format!("{name}: {}", line(done, all, self.what, self.most, self.start.elapsed())));
         }
     }
 }
 
 /// `12 of 96 frames, 3.1 a second, 0:27 left`; before the first one there is no rate.
-fn line(done: u64, all: u64, what: &str, elapsed: Duration) -> String {
+fn line(done: u64, all: u64, what: &str, most: &str, elapsed: Duration) -> String {
     if done == 0 {
-        return format!("{done} of {all} {what}");
+        return format!("{done} of {most}{all} {what}");
     }
     let rate = done as f64 / elapsed.as_secs_f64().max(1e-3);
     let left = ((all - done) as f64 / rate).round() as u64;
     let (hours, minutes, seconds) = (left / 3600, left / 60 % 60, left % 60);
     let left = if hours > 0 { format!("{hours}:{minutes:02}:{seconds:02}") } else { format!("{minutes}:{seconds:02}") };
     let speed = if rate < 1.0 { format!("{:.1} s each", 1.0 / rate) } else { format!("{rate:.1} a second") };
-    format!("{done} of {all} {what}, {speed}, {left} left")
+    format!("{done} of {most}{all} {what}, {speed}, {most}{left} left")
 }
 
 impl Progress for Bar {
@@ -119,10 +127,12 @@ mod tests {
 
     #[test]
     fn a_line_has_the_rate_and_the_time_left() {
-        let told = |done, seconds| line(done, 96, "frames", Duration::from_secs(seconds));
+        let told = |done, seconds| line(done, 96, "frames", "", Duration::from_secs(seconds));
         assert_eq!(told(12, 4), "12 of 96 frames, 3.0 a second, 0:28 left");
         assert_eq!(told(1, 90), "1 of 96 frames, 90.0 s each, 2:22:30 left");
         assert_eq!(told(0, 7), "0 of 96 frames");
         assert_eq!(told(95, 95), "95 of 96 frames, 1.0 a second, 0:01 left");
+        let search = line(12, 96, "steps", "at most ", Duration::from_secs(4));
+        assert_eq!(search, "12 of at most 96 steps, 3.0 a second, at most 0:28 left");
     }
 }

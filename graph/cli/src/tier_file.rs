@@ -1,11 +1,11 @@
-//! The result of `tune`: a pipeline file with one more tier.
+//! The result of `tune`: a pipeline file with more tiers.
 
 use std::path::{Path, PathBuf};
 
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
-use afterimage_lab::tune::{Measured, Tuned};
+use afterimage_lab::tune::{Measured, Tier, Tuned};
 use afterimage_media::real_path;
 
 use crate::args::measure::TuneArgs;
@@ -14,35 +14,49 @@ use crate::files::Files;
 use crate::run_files::RunFiles;
 
 /// The figures as text.
-pub(crate) fn figures(measured: &Measured) -> String {
-    let Measured { ms, p999, p999_without_worst, max, bytes, .. } = measured;
-    let mebibytes = *bytes as f64 / f64::from(1 << 20);
+pub(crate) fn figures(tier: &Tier) -> String {
+    let Measured { ms, p999, p999_without_worst, max, bytes, .. } = tier.measured;
+    let mebibytes = bytes as f64 / f64::from(1 << 20);
     let others = p999_without_worst.map_or(String::new(), |others| format!(" ({others:.3} without the worst image)"));
-    format!("{ms:.3} ms, 99.9 % of pixels within {p999:.3} codes{others} and all within {max:.3}, {mebibytes:.1} MiB")
+    let errors = format!("99.9 % of pixels within {p999:.3} codes{others} and all within {max:.3}");
+    format!("{ms:.3} ms, {errors}, FLIP {:.3}, {mebibytes:.1} MiB", tier.flip)
 }
 
 /// Refuses a name that RON cannot hold.
-pub(crate) fn check_name(args: &TuneArgs, registry: &Registry) -> Result<(), Failure> {
-    let text = document(args, &[], "");
+pub(crate) fn check_name(args: &TuneArgs, registry: &Registry, name: &str) -> Result<(), Failure> {
+    let text = document(args, &[tier_entry(name, &[])], "");
     let document = parse("the tuned pipeline", &text)?;
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
-    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
+    let options = CheckOptions { tier: Some(name.to_owned()), sets: Vec::new(), loader: &files };
     // Only the name is checked here; the file itself was checked before.
     match document.tiers.first() {
-        Some((name, _)) if name.value == args.name => Ok(()),
+        Some((known, _)) if known.value == name => Ok(()),
         _ => check(&document, registry, &options).map(|_| ()).map_err(Failure::from),
     }
 }
 
-/// The file: it extends the pipeline, and holds the tier with its claim.
-pub(crate) fn text(args: &TuneArgs, registry: &Registry, entries: &[String], tuned: &Tuned) -> Result<String, Failure> {
-    let Measured { ms, p999, .. } = tuned.measured;
-    let claim = format!("Claim(ms: {ms:.3}, p999: {p999:.3}, on: {:?})", tuned.conditions);
-    let text = document(args, entries, &format!("    claims: {{\n        {:?}: {claim},\n    }},\n", args.name));
+/// The file: it extends the pipeline, and holds the tiers, which change these `entries`, with their claims.
+pub(crate) fn text(
+    args: &TuneArgs,
+    registry: &Registry,
+    entries: &[Vec<String>],
+    tuned: &Tuned,
+) -> Result<String, Failure> {
+    let tiers: Vec<String> =
+        tuned.tiers.iter().zip(entries).map(|(tier, entries)| tier_entry(&tier.name, entries)).collect();
+    let claim = |Tier { name, measured: Measured { ms, p999, .. }, flip, .. }: &Tier| {
+        let figures = format!("ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}");
+        format!("        {name:?}: Claim({figures}, on: {:?}),\n", tuned.conditions)
+    };
+    let claims: String = tuned.tiers.iter().map(claim).collect();
+    let text = document(args, &tiers, &format!("    claims: {{\n{claims}    }},\n"));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
-    let options = CheckOptions { tier: Some(args.name.clone()), sets: Vec::new(), loader: &files };
-    check(&parse(&path.to_string_lossy(), &text)?, registry, &options)?;
+    let document = parse(&path.to_string_lossy(), &text)?;
+    for tier in &tuned.tiers {
+        let options = CheckOptions { tier: Some(tier.name.clone()), sets: Vec::new(), loader: &files };
+        check(&document, registry, &options)?;
+    }
     Ok(text)
 }
 
@@ -53,11 +67,16 @@ pub(crate) fn foreign_folder(args: &TuneArgs) -> Option<PathBuf> {
     if pipeline.starts_with(&folder) { None } else { Some(pipeline.parent()?.to_owned()) }
 }
 
-fn document(args: &TuneArgs, entries: &[String], claims: &str) -> String {
-    let base = base(args);
+/// A tier that changes these entries.
+fn tier_entry(name: &str, entries: &[String]) -> String {
     let list: String = entries.iter().map(|entry| format!("            {entry},\n")).collect();
     let body = if list.is_empty() { "{}".to_owned() } else { format!("{{\n{list}        }}") };
-    format!("Pipeline(\n    extends: {base:?},\n    tiers: {{\n        {:?}: {body},\n    }},\n{claims})\n", args.name)
+    format!("        {name:?}: {body},\n")
+}
+
+fn document(args: &TuneArgs, tiers: &[String], claims: &str) -> String {
+    let base = base(args);
+    format!("Pipeline(\n    extends: {base:?},\n    tiers: {{\n{}    }},\n{claims})\n", tiers.concat())
 }
 
 /// The path of the pipeline in the new file: relative to its folder where both share a root.

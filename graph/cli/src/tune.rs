@@ -1,12 +1,15 @@
-//! `afterimage tune`: a tier with the best quality switches for a budget or an error.
+//! `afterimage tune`: tiers with the best quality switches for a budget or errors.
 
 use afterimage_graph::check::Graph;
+use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::tune::{PredictedError, Prediction, TunePipeline, TuneTarget, changes, random_errors, tune};
+use afterimage_lab::tune::{
+    Goal, PredictedError, Prediction, TunePipeline, TuneTarget, Tuned, changes, random_errors, tune,
+};
 use afterimage_media::write_atomic;
 
 use crate::args::PipelineOptions;
-use crate::args::measure::{GoalArgs, TuneArgs};
+use crate::args::measure::{Ladder, TuneArgs};
 use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
@@ -30,26 +33,43 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
     note_images(&args.clips, &run);
     args.out.iter().chain(&args.state).try_for_each(|out| run.writes(out))?;
-    tier_file::check_name(args, &registry)?;
+    let goals = goals(args);
+    goals.iter().try_for_each(|goal| tier_file::check_name(args, &registry, &goal.name))?;
     let gpu = open(&args.clips.device)?;
     let options = measure_options(&args.clips)?;
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
     if let Some(count) = args.goal.random {
-        let errors = random_errors(&gpu, &registry, &tuned, &options, count, &Bar::new(0))?;
+        let errors = random_errors(&gpu, &registry, &tuned, &options, count, &Bar::at_most())?;
         return write(args, &csv(&errors));
     }
-    let (goal, state) = (goal(&args.goal), args.state.as_deref());
-    let tuned = tune(&gpu, &registry, &tuned, &options, goal, state, &Bar::new(0))?;
-    let text = tier_file::text(args, &registry, &changes(&plain, &tuned.graph), &tuned)?;
-    write(args, &text)?;
+    let tuned = tune(&gpu, &registry, &tuned, &options, &goals, args.state.as_deref(), &Bar::at_most())?;
+    let entries: Vec<_> = tuned.tiers.iter().map(|tier| changes(&plain, &tier.graph)).collect();
+    write(args, &tier_file::text(args, &registry, &entries, &tuned)?)?;
     if let Some(folder) = tier_file::foreign_folder(args) {
         note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }
+    note_result(&tuned);
+    if args.goal.tiers.is_some() && !args.clips.charts {
+        note("note: the claims are those of these images; `--charts` adds what breaks claims: lamps, dots and lines");
+    }
+    let kept = file.tiers().into_iter().filter(|name| tuned.tiers.iter().all(|tier| tier.name != *name));
+    if args.goal.tiers.is_some() && kept.clone().next().is_some() {
+        let names = list(kept.collect::<Vec<_>>().iter().map(String::as_str), 16);
+        note(&format!("note: the file inherits {names} from the pipeline"));
+    }
+    Ok(())
+}
+
+/// Says what is not in the file: predictions, goals without tiers, figures without claims.
+fn note_result(tuned: &Tuned) {
     for Prediction { choice, predicted, measured } in &tuned.predictions {
         note(&format!("{choice}: {predicted:.3} codes predicted, {measured:.3} measured"));
     }
-    note(&format!("{}; {} choices were compared", tier_file::figures(&tuned.measured), tuned.choices));
-    Ok(())
+    tuned.left_out.iter().for_each(|reason| note(&format!("left out {reason}")));
+    for tier in &tuned.tiers {
+        note(&format!("`{}`: {}", tier.name, tier_file::figures(tier)));
+    }
+    note(&format!("{} choices were measured", tuned.choices));
 }
 
 fn write(args: &TuneArgs, text: &str) -> Result<(), Failure> {
@@ -76,15 +96,19 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
-fn goal(args: &GoalArgs) -> TuneTarget {
-    match (args.budget, args.error) {
-        (Some(budget), _) => TuneTarget::Budget(budget),
-        (None, error) => TuneTarget::Error(error.unwrap_or(0.0)),
+fn goals(args: &TuneArgs) -> Vec<Goal> {
+    if let Some(Ladder(tiers)) = &args.goal.tiers {
+        let target = |codes: f64| if codes == 0.0 { TuneTarget::MostAccurate } else { TuneTarget::Error(codes) };
+        return tiers.iter().map(|(name, codes)| Goal { name: name.clone(), target: target(*codes) }).collect();
     }
+    let target = match args.goal.budget {
+        Some(budget) => TuneTarget::Budget(budget),
+        None => TuneTarget::Error(args.goal.error.unwrap_or(0.0)),
+    };
+    vec![Goal { name: args.name.clone(), target }]
 }
 
-/// The pipeline as its file is, which the new tier changes: what `--tier` and `--set` change becomes part of the new
-/// tier.
+/// The pipeline as its file is, which the new tiers change: what `--tier` and `--set` change becomes part of them.
 fn without_changes(file: &PipelineFile<'_>, options: &PipelineOptions, written: &Graph) -> Result<Graph, Failure> {
     let plain = file.check(&PipelineOptions { tier: None, sets: Vec::new(), ..options.clone() })?.0;
     let nodes = |graph: &Graph| -> Vec<_> {

@@ -97,6 +97,17 @@ pub(crate) struct GoalArgs {
     /// The largest error (99.9th percentile, in 8-bit codes): searches the fastest pipeline within it
     #[arg(long, value_name = "CODES", value_parser = parse_error)]
     pub(crate) error: Option<f64>,
+    /// Searches all tiers with their names and largest errors, from the most accurate, and leaves out those that are
+    /// not a quarter cheaper than the one before
+    #[arg(
+        long,
+        value_name = "NAME:CODES,...",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "ultra:0,high:1,medium:4,low:12",
+        value_parser = parse_ladder
+    )]
+    pub(crate) tiers: Option<Ladder>,
     /// Searches nothing: writes the errors of this many random choices as CSV, predicted and measured
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) random: Option<u32>,
@@ -111,14 +122,36 @@ pub(crate) struct TuneArgs {
     #[command(flatten)]
     pub(crate) goal: GoalArgs,
     /// The name of the tier
-    #[arg(long, default_value = "tuned")]
+    #[arg(long, default_value = "tuned", conflicts_with = "tiers")]
     pub(crate) name: String,
-    /// The file for the pipeline with the new tier; by default standard output
+    /// The file for the pipeline with the new tiers; by default standard output
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// A file for the figures; a later run continues from it
     #[arg(long, value_name = "FILE")]
     pub(crate) state: Option<PathBuf>,
+}
+
+/// Names of tiers and their largest errors, in codes; 0 is the most accurate choice.
+#[derive(Clone, Debug)]
+pub(crate) struct Ladder(pub(crate) Vec<(String, f64)>);
+
+fn parse_ladder(text: &str) -> Result<Ladder, String> {
+    let mut all: Vec<(String, f64)> = Vec::new();
+    for part in text.split(',') {
+        let (name, codes) = part.rsplit_once(':').ok_or("a tier is `NAME:CODES`, such as low:12")?;
+        let codes = parse_error(codes)?;
+        if all.iter().any(|(known, _)| known == name) {
+            return Err(format!("two tiers are `{name}`"));
+        }
+        if all.last().is_some_and(|(_, before)| *before >= codes) {
+            return Err(format!(
+                "the most accurate tier comes first, and `{name}` is not less accurate than the one before"
+            ));
+        }
+        all.push((name.to_owned(), codes));
+    }
+    Ok(Ladder(all))
 }
 
 /// Milliseconds of `0.8ms`, `800us` or `0.8`.

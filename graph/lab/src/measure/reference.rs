@@ -8,7 +8,7 @@ use super::errors::{ErrorTrace, Errors, errors};
 use super::player::{Cost, Player};
 use super::view::View;
 use crate::LabError;
-use crate::metrics::Shown;
+use crate::metrics::{PIXELS_PER_DEGREE, Shown, flip, mean};
 
 /// The frames of the reference on one clip.
 pub(crate) struct Reference {
@@ -131,6 +131,16 @@ impl Reference {
             also(frame, &shown)?;
             let flicker = if self.frames.len() > 1 { trace.next(reference, &shown) } else { None };
             worst = worst.worst(Errors { flicker, ..errors(reference, &shown) });
+        }
+        Ok(worst)
+    }
+
+    /// The visible difference FLIP of the loaded plan, in the frame where it is largest.
+    pub(crate) fn flip(&self, player: &mut Player, clip: &Clip, view: View) -> Result<f64, LabError> {
+        let mut worst = 0.0_f64;
+        for (frame, reference) in self.frames.iter().enumerate() {
+            let shown = self.shown(player, clip, view, frame)?;
+            worst = worst.max(mean(&flip(reference, &shown, PIXELS_PER_DEGREE)));
         }
         Ok(worst)
     }

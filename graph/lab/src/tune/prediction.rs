@@ -14,15 +14,19 @@ pub(super) struct SignedErrors(Vec<Vec<Frame>>);
 /// The channels of the pixels that are kept.
 type Frame = Vec<[f16; 3]>;
 
-/// Pixels of a frame that are kept at most: enough for one of a thousand.
-const MAX_PIXELS: usize = 1 << 16;
+/// Pixels of all frames that are kept at most, and of one frame: at least, if it has them, and at most. That is enough
+/// for one of a thousand.
+const MAX_PIXELS: usize = 1 << 20;
+const FRAME_PIXELS: (usize, usize) = (1 << 13, 1 << 16);
 
 impl SignedErrors {
     /// Keeps differences of all pixels, by clip and frame.
     pub(super) fn new(clips: &[Vec<Vec<[f32; 3]>>]) -> Self {
+        let frames: usize = clips.iter().map(Vec::len).sum();
+        let most = (MAX_PIXELS / frames.max(1)).clamp(FRAME_PIXELS.0, FRAME_PIXELS.1);
         let mut kept = Vec::with_capacity(clips.len());
         for frames in clips {
-            kept.push(frames.iter().map(|frame| sampled(frame)).collect());
+            kept.push(frames.iter().map(|frame| sampled(frame, most)).collect());
         }
         Self(kept)
     }
@@ -54,9 +58,9 @@ impl SignedErrors {
     }
 }
 
-/// Every so many pixels of a frame.
-fn sampled(frame: &[[f32; 3]]) -> Frame {
-    let step = frame.len().div_ceil(MAX_PIXELS).max(1);
+/// Every so many pixels of a frame, `most` of them.
+fn sampled(frame: &[[f32; 3]], most: usize) -> Frame {
+    let step = frame.len().div_ceil(most).max(1);
     frame.iter().step_by(step).map(|pixel| pixel.map(f16::from_f32)).collect()
 }
 

@@ -4,8 +4,9 @@ use afterimage_gpu::Gpu;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::Registry;
 
-use super::space::Space;
-use super::{ClipMeasurer, TunePipeline, singles};
+use super::measurer::{ClipMeasurer, TunePipeline};
+use super::space::{Space, singles};
+use super::steps::Steps;
 use crate::measure::MeasureOptions;
 use crate::measure::variants::verify;
 use crate::{LabError, Progress};
@@ -36,22 +37,24 @@ pub fn random_errors(
     count: u32,
     progress: &dyn Progress,
 ) -> Result<Vec<PredictedError>, LabError> {
-    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options)?;
-    let space = measurer.space()?;
-    let choices = choices(&space, &pipeline.written, count);
-    progress.expect(choices.len() as u64);
+    let mut steps = Steps::new(progress, 0, u64::from(count));
+    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
+    let choices = choices(&measurer.space, &pipeline.written, count);
+    steps.expect_last(choices.len() as u64);
     let mut errors = Vec::new();
     for choice in choices {
-        let name = space.key(&choice);
-        progress.begin(&name);
-        let predicted = measurer.predicted_errors(&space, &choice)?;
-        let measured = measurer.measured_errors(&space, &choice)?;
-        for ((clip, _), (predicted, measured)) in measurer.clips.iter().zip(predicted.into_iter().zip(measured)) {
-            let (choice, image) = (name.clone(), clip.name.clone());
+        for part in measurer.missing_parts(&choice) {
+            let name = measurer.space.key(&part);
+            steps.run(&name, measurer.parts_left(), || measurer.measured_errors(&part))?;
+        }
+        let (name, predicted) = (measurer.space.key(&choice), measurer.predicted_errors(&choice));
+        let measured = steps.run_last(&name, measurer.parts_left(), || measurer.measured_errors(&choice))?;
+        for (image, (predicted, measured)) in measurer.clip_names().zip(predicted.into_iter().zip(measured)) {
+            let (choice, image) = (name.clone(), image.to_owned());
             errors.push(PredictedError { choice, image, predicted: predicted.0, measured: measured.0 });
         }
-        progress.end();
     }
+    steps.finish();
     Ok(errors)
 }
 

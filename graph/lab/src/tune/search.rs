@@ -5,7 +5,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::space::Space;
 use crate::LabError;
 use crate::measure::beats;
 
@@ -23,6 +22,8 @@ pub enum TuneTarget {
     Budget(f64),
     /// The largest error in codes; the shortest time within it is searched.
     Error(f64),
+    /// Every switch at its most accurate.
+    MostAccurate,
 }
 
 /// The figures of a choice.
@@ -69,6 +70,7 @@ impl TuneTarget {
         match self {
             Self::Budget(ms) => measured.ms <= ms,
             Self::Error(codes) => measured.p999 <= codes,
+            Self::MostAccurate => true,
         }
     }
 
@@ -86,7 +88,9 @@ impl TuneTarget {
     fn gains(self, a: &Measured, b: &Measured) -> bool {
         let (now, before) = (a.point(), b.point());
         let counts = match (self, self.is_met(b)) {
-            (Self::Budget(_), true) | (Self::Error(_), false) => now.1 < before.1 - MIN_GAIN,
+            (Self::Budget(_) | Self::MostAccurate, true) | (Self::Error(_) | Self::MostAccurate, false) => {
+                now.1 < before.1 - MIN_GAIN
+            }
             (Self::Error(_), true) | (Self::Budget(_), false) => now.0 < before.0 * (1.0 - MIN_SAVING),
         };
         self.prefers(a, b) && counts
@@ -96,7 +100,7 @@ impl TuneTarget {
     fn minimized(self, measured: &Measured) -> (Ordered, Ordered) {
         let (ms, error) = measured.point();
         match self {
-            Self::Budget(_) => (Ordered(error), Ordered(ms)),
+            Self::Budget(_) | Self::MostAccurate => (Ordered(error), Ordered(ms)),
             Self::Error(_) => (Ordered(ms), Ordered(error)),
         }
     }
@@ -113,6 +117,7 @@ impl std::fmt::Display for TuneTarget {
         match self {
             Self::Budget(ms) => write!(f, "within {ms} ms"),
             Self::Error(codes) => write!(f, "within {codes} codes"),
+            Self::MostAccurate => write!(f, "the most accurate"),
         }
     }
 }
@@ -127,30 +132,22 @@ impl PartialOrd for Ordered {
     }
 }
 
-/// Measures a choice. The number is that of the choices that are left with it, at most: each step of the descent is
-/// taken to be the least one.
-type Evaluate<'o> = dyn FnMut(&[usize], usize) -> Result<Measured, LabError> + 'o;
+/// The figures of a choice.
+type Evaluate<'o> = dyn FnMut(&[usize]) -> Result<Measured, LabError> + 'o;
 
 /// A choice and its figures.
-type Candidate = (Vec<usize>, Measured);
+pub(super) type Candidate = (Vec<usize>, Measured);
 
-/// The best choice that the search finds.
-pub(super) fn search(space: &Space, target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
-    search_sizes(&space.sizes(), target, evaluate)
-}
-
-/// The search over switches with these numbers of choices.
-fn search_sizes(sizes: &[usize], target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
+/// The best choice that the search finds, of switches with these numbers of choices.
+pub(super) fn search(sizes: &[usize], target: TuneTarget, evaluate: &mut Evaluate<'_>) -> Result<Candidate, LabError> {
     let mut found = Vec::new();
     descend(sizes, target, evaluate, &mut found)?;
     let mut best = best_of(&found, target);
     loop {
         let mut near = vec![best.clone()];
-        let choices = neighbors(&best.0, sizes);
-        let refined: usize = best.0.iter().sum();
-        for (at, choice) in choices.iter().enumerate() {
-            let measured = evaluate(choice, choices.len() - at + refined)?;
-            near.push((choice.clone(), measured));
+        for choice in neighbors(&best.0, sizes) {
+            let measured = evaluate(&choice)?;
+            near.push((choice, measured));
         }
         let better = best_of(&near, target);
         if !target.gains(&better.1, &best.1) {
@@ -167,10 +164,9 @@ fn refine(best: Candidate, target: TuneTarget, evaluate: &mut Evaluate<'_>) -> R
     let most = best.1.ms / (1.0 - MIN_SAVING);
     for switch in 0..best.0.len() {
         for at in 0..best.0[switch] {
-            let left = best.0[switch..].iter().sum::<usize>() - at;
             let mut choice = best.0.clone();
             choice[switch] = at;
-            let measured = evaluate(&choice, left)?;
+            let measured = evaluate(&choice)?;
             if measured.ms <= most && measured.point().1 <= best.1.point().1 && target.is_met(&measured) {
                 best = (choice, measured);
                 break;
@@ -189,18 +185,12 @@ fn descend(
     found: &mut Vec<Candidate>,
 ) -> Result<(), LabError> {
     let exact = vec![0; sizes.len()];
-    let steps: usize = sizes.iter().map(|size| size - 1).sum();
-    // The local search and the refinement follow.
-    let later = 2 * steps;
-    let mut here = (exact.clone(), evaluate(&exact, 1 + steps * (steps + 1) / 2 + later)?);
+    let mut here = (exact.clone(), evaluate(&exact)?);
     found.push(here.clone());
     while !matches!(target, TuneTarget::Budget(ms) if here.1.ms <= ms) {
         let mut steps = Vec::new();
-        let mut choices = neighbors(&here.0, sizes);
-        choices.retain(|choice| is_cheaper(choice, &here.0));
-        let count = choices.len();
-        for (at, choice) in choices.into_iter().enumerate() {
-            let measured = evaluate(&choice, count - at + count * count.saturating_sub(1) / 2 + later)?;
+        for choice in neighbors(&here.0, sizes).into_iter().filter(|choice| is_cheaper(choice, &here.0)) {
+            let measured = evaluate(&choice)?;
             steps.push((choice, measured));
         }
         found.extend(steps.iter().cloned());
@@ -216,7 +206,7 @@ fn descend(
 }
 
 /// The best of the Pareto-optimal choices; the first of equal ones.
-fn best_of(all: &[Candidate], target: TuneTarget) -> Candidate {
+pub(super) fn best_of(all: &[Candidate], target: TuneTarget) -> Candidate {
     let on_front = |a: &&Candidate| !all.iter().any(|b| beats(b.1.point(), a.1.point()));
     let mut front = all.iter().filter(on_front);
     let first = front.next().expect("of some candidates, at least one is on the front");
@@ -286,7 +276,7 @@ mod tests {
             TuneTarget::Error(0.4),
             TuneTarget::Error(5.0),
         ] {
-            let (choice, found) = search_sizes(&SIZES, target, &mut |choice, _| Ok(figures(choice))).unwrap();
+            let (choice, found) = search(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
             assert!(target.is_met(&found), "{target}: {choice:?}");
             assert_eq!(found, best_by_trying_all(target), "{target}: {choice:?}");
         }
@@ -295,25 +285,9 @@ mod tests {
     #[test]
     fn comes_closest_where_the_goal_cannot_be_met() {
         let target = TuneTarget::Budget(1.0);
-        let (choice, found) = search_sizes(&SIZES, target, &mut |choice, _| Ok(figures(choice))).unwrap();
+        let (choice, found) = search(&SIZES, target, &mut |choice| Ok(figures(choice))).unwrap();
         assert!(!target.is_met(&found));
         assert_eq!(choice, [2, 1, 1]);
-    }
-
-    /// The number of choices that are left is never too small while the search descends and refines, so that a bar is
-    /// not full before the end.
-    #[test]
-    fn what_is_left_is_known() {
-        for target in [TuneTarget::Budget(4.6), TuneTarget::Budget(1.0)] {
-            let mut left = Vec::new();
-            let mut evaluate = |choice: &[usize], more: usize| {
-                left.push(more);
-                Ok(figures(choice))
-            };
-            search_sizes(&SIZES, target, &mut evaluate).unwrap();
-            assert!(left.iter().enumerate().all(|(at, more)| *more >= left.len() - at), "{target}: {left:?}");
-            assert!(left.last().is_some_and(|last| *last < 3), "{target}: {left:?}");
-        }
     }
 
     #[test]
@@ -328,7 +302,7 @@ mod tests {
     fn equal_figures_lead_to_equal_choices() {
         let run = || {
             let mut asked = Vec::new();
-            let found = search_sizes(&SIZES, TuneTarget::Budget(4.6), &mut |choice, _| {
+            let found = search(&SIZES, TuneTarget::Budget(4.6), &mut |choice| {
                 asked.push(choice.to_vec());
                 Ok(figures(choice))
             });

@@ -22,12 +22,15 @@ struct Content {
     /// What the figures depend on.
     identity: Value,
     measured: BTreeMap<String, Measured>,
+    /// Errors that were predicted, without times.
+    #[serde(default)]
+    predicted: BTreeMap<String, Measured>,
 }
 
 impl SearchState {
     /// Opens the figures of an earlier search, if the file exists and has the same identity.
     pub(super) fn open(path: Option<&Path>, identity: Value) -> Result<Self, LabError> {
-        let fresh = Content { identity, measured: BTreeMap::new() };
+        let fresh = Content { identity, measured: BTreeMap::new(), predicted: BTreeMap::new() };
         let known = path.filter(|path| path.exists());
         let content = match known {
             None => fresh,
@@ -36,13 +39,26 @@ impl SearchState {
         Ok(Self { path: path.map(Path::to_owned), content })
     }
 
-    pub(super) fn get(&self, choice: &str) -> Option<Measured> {
+    pub(super) fn measured(&self, choice: &str) -> Option<Measured> {
         self.content.measured.get(choice).copied()
+    }
+
+    pub(super) fn predicted(&self, choice: &str) -> Option<Measured> {
+        self.content.predicted.get(choice).copied()
+    }
+
+    /// Keeps predicted errors; [`Self::write`] writes them.
+    pub(super) fn predict(&mut self, choice: String, errors: Measured) {
+        self.content.predicted.insert(choice, errors);
     }
 
     /// Adds figures, and writes them to the file.
     pub(super) fn insert(&mut self, choice: String, measured: Measured) -> Result<(), LabError> {
         self.content.measured.insert(choice, measured);
+        self.write()
+    }
+
+    pub(super) fn write(&self) -> Result<(), LabError> {
         let Some(path) = &self.path else { return Ok(()) };
         let text = serde_json::to_string_pretty(&self.content)
             .map_err(|error| LabError::Machine(format!("cannot write the state: {error}")))?;
