@@ -223,3 +223,23 @@ fn a_damaged_original_is_an_error_and_too_much_is_not_read() {
     }
     assert!(!folder.file("o.exr").exists());
 }
+
+#[test]
+fn what_a_file_has_besides_its_picture_is_named() {
+    let folder = Folder::new("layers-besides");
+    let named = |path: PathBuf, layer: Option<&str>| {
+        left_out(&Source { path, layer: layer.map(str::to_owned) }, "rows come and go").unwrap()
+    };
+    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h Z:f id:u", Encoding::FAST_LOSSLESS)]);
+    assert_eq!(named(path.clone(), None), ["left out: `Z`, `id`; rows come and go"]);
+    // Depth is read and not replaced.
+    assert_eq!(named(path, Some("Z")), ["left out: `B`, `G`, `R`, `Z`, `id`; rows come and go"]);
+    let parts = vec![part("beauty", "R:h G:h B:h", tiles()), part("depth", "Z:f", tiles())];
+    assert_eq!(named(write(&folder, wide(), parts), None), ["left out: part `depth`; rows come and go"]);
+    write_exr(&folder.file("plain.exr"), &new_picture(), &ExrOptions::default()).unwrap();
+    assert_eq!(named(folder.file("plain.exr"), None), Vec::<String>::new());
+    let png = (SIZE.0 as u32, SIZE.1 as u32);
+    let values = new_picture().pixels.to_f32();
+    write_png(&folder.file("plain.png"), png, EncodedPixels::Float(&values), &PngOptions::default()).unwrap();
+    assert_eq!(named(folder.file("plain.png"), None), Vec::<String>::new());
+}
