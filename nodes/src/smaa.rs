@@ -53,12 +53,9 @@ impl SmaaSearch {
 impl Node for Smaa {
     const INPUTS: &'static [Input] = antialiasing::INPUTS;
     const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
-
-    fn promises(&self) -> Promises {
-        // As published, a diagonal through a pixel takes the place of the line at its left border, and not of that at
-        // its right: a chessboard and its mirror differ.
-        Promises { symmetric: self.search == SmaaSearch::Near, ..Promises::DEFAULT }
-    }
+    // As published, what an edge is compared with, and a diagonal that takes its place, are those of the pixel at whose
+    // left or upper border it lies: a mirrored image differs.
+    const PROMISES: Promises = Promises { symmetric: false, ..Promises::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
