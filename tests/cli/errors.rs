@@ -79,6 +79,7 @@ fn facts_tiers_and_parameters_are_checked() {
     let folder = folder("facts");
     folder.run("render {caracal} room.exr -o out.png --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("stress {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
+    folder.run("stress caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("view {caracal} --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("view caracal --fact emisive=false").fails_saying(1, &["emisive", "`emissive`"]);
     folder.run("render {caracal} room.exr -o out.png --fact emissive=often").fails_saying(1, &["emissive", "often"]);

@@ -1,5 +1,6 @@
 //! `afterimage stress`: every pipeline and every kind with extreme inputs.
 
+use afterimage::host::built_in;
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
 use afterimage_graph::node::{NodeKind, Registry};
@@ -70,6 +71,10 @@ fn subjects(
     let tier = args.options.tier.as_deref();
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
+        if let Some(named) = built_in(path) {
+            subjects.extend(of_built_in(named, tier)?);
+            continue;
+        }
         let file = path.to_string_lossy();
         read_document(path)?;
         let text = text(path, "pipeline")?;
@@ -78,9 +83,8 @@ fn subjects(
         subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
     }
     if everything {
-        for (name, text) in PIPELINES {
-            let (words, file) = (format!("pipelines/{name}.ron"), format!("{name}.ron"));
-            subjects.extend(stress::pipelines(name, &words, &file, text, &BuiltIn, tier)?);
+        for named in PIPELINES {
+            subjects.extend(of_built_in(*named, tier)?);
         }
     }
     if everything || args.kinds {
@@ -99,6 +103,11 @@ fn subjects(
     let facts = facts(&args.options)?;
     subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
     Ok((subjects, skipped))
+}
+
+/// The subjects of a built-in pipeline, by its name and its text.
+fn of_built_in((name, text): (&str, &str), tier: Option<&str>) -> Result<Vec<Subject>, Failure> {
+    Ok(stress::pipelines(name, name, &format!("{name}.ron"), text, &BuiltIn, tier)?)
 }
 
 /// A fact that none of the subjects knows is a typing error.

@@ -17,7 +17,7 @@ change in steps of no time, must settle in long steps, start again at a reset, a
 #[derive(Debug, Args)]
 #[command(after_help = VERDICTS)]
 pub(crate) struct StressArgs {
-    /// The pipeline files; without files and kinds, all built-in pipelines and all kinds
+    /// The pipelines, by their files or names; without these and kinds, all built-in pipelines and all kinds
     #[arg(value_name = "PIPELINE")]
     pub(crate) pipelines: Vec<PathBuf>,
     /// Every node kind on its own
