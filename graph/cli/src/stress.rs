@@ -71,8 +71,8 @@ fn subjects(
     let tier = args.options.tier.as_deref();
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
-        if let Some(named) = built_in(path) {
-            subjects.extend(of_built_in(named, tier)?);
+        if let Some((name, text)) = built_in(path) {
+            subjects.extend(of_built_in(name, text, tier)?);
             continue;
         }
         let file = path.to_string_lossy();
@@ -83,8 +83,8 @@ fn subjects(
         subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
     }
     if everything {
-        for named in PIPELINES {
-            subjects.extend(of_built_in(*named, tier)?);
+        for (name, text) in PIPELINES {
+            subjects.extend(of_built_in(name, text, tier)?);
         }
     }
     if everything || args.kinds {
@@ -105,8 +105,8 @@ fn subjects(
     Ok((subjects, skipped))
 }
 
-/// The subjects of a built-in pipeline, by its name and its text.
-fn of_built_in((name, text): (&str, &str), tier: Option<&str>) -> Result<Vec<Subject>, Failure> {
+/// The subjects of a built-in pipeline.
+fn of_built_in(name: &str, text: &str, tier: Option<&str>) -> Result<Vec<Subject>, Failure> {
     Ok(stress::pipelines(name, name, &format!("{name}.ron"), text, &BuiltIn, tier)?)
 }
 

@@ -44,11 +44,7 @@ pub(crate) fn text(
 ) -> Result<String, Failure> {
     let tiers: Vec<String> =
         tuned.tiers.iter().zip(entries).map(|(tier, entries)| tier_entry(&tier.name, entries)).collect();
-    let claim = |Tier { name, measured: Measured { ms, p999, .. }, flip, .. }: &Tier| {
-        let figures = format!("ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}");
-        format!("        {name:?}: Claim({figures}, on: {:?}),\n", tuned.conditions)
-    };
-    let claims: String = tuned.tiers.iter().map(claim).collect();
+    let claims: String = tuned.tiers.iter().map(|tier| claim(tier, &tuned.conditions)).collect();
     let text = document(args, &tiers, &format!("    claims: {{\n{claims}    }},\n"));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
@@ -58,6 +54,12 @@ pub(crate) fn text(
         check(&document, registry, &options)?;
     }
     Ok(text)
+}
+
+/// The line of a tier among the claims.
+fn claim(tier: &Tier, conditions: &str) -> String {
+    let Tier { name, measured: Measured { ms, p999, .. }, flip, .. } = tier;
+    format!("        {name:?}: Claim(ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}, on: {conditions:?}),\n")
 }
 
 /// The folder of the pipeline if the file does not lie in it or above: `--allow` must then name it.

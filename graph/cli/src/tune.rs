@@ -98,14 +98,18 @@ fn quoted(text: &str) -> String {
 
 fn goals(args: &TuneArgs) -> Vec<Goal> {
     if let Some(Ladder(tiers)) = &args.goal.tiers {
-        let target = |codes: f64| if codes == 0.0 { TuneTarget::MostAccurate } else { TuneTarget::Error(codes) };
-        return tiers.iter().map(|(name, codes)| Goal { name: name.clone(), target: target(*codes) }).collect();
+        return tiers.iter().map(|(name, codes)| Goal { name: name.clone(), target: step(*codes) }).collect();
     }
     let target = match args.goal.budget {
         Some(budget) => TuneTarget::Budget(budget),
         None => TuneTarget::Error(args.goal.error.unwrap_or(0.0)),
     };
     vec![Goal { name: args.name.clone(), target }]
+}
+
+/// The target of a tier of the ladder.
+fn step(codes: f64) -> TuneTarget {
+    if codes == 0.0 { TuneTarget::MostAccurate } else { TuneTarget::Error(codes) }
 }
 
 /// The pipeline as its file is, which the new tiers change: what `--tier` and `--set` change becomes part of them.

@@ -4,6 +4,7 @@ use crate::{LabError, Progress};
 
 /// Finalists of a goal that are measured at most; then the best of all that are measured is taken.
 const MAX_FINALISTS: u64 = 8;
+
 /// Tells a bar of each measurement. The number that it expects never grows, and in the end it is the number of those
 /// that were made.
 pub(super) struct Steps<'p> {

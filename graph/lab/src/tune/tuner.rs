@@ -96,9 +96,9 @@ impl<'a> Tuner<'a> {
         Ok(Measured { ms: predicted_ms(&self.known, choice), ..errors })
     }
 
-    /// The measured figures of a choice, new or from the state. A search that goes on takes them only where the one
-    /// before it did, so that it goes the same way. `finalist` is the step's part of what is left, beside that of parts
-    /// of predictions.
+    /// The measured figures of a choice, new or from the state. A search that continues from a state takes them only
+    /// where the first one did, so that it goes the same way. `finalist` is the step's part of what is left, beside
+    /// that of parts of predictions.
     fn measured(&mut self, choice: &[usize], finalist: u64) -> Result<Measured, LabError> {
         let name = self.measurer.space.key(choice);
         let measured = match self.state.measured(&name) {
@@ -116,7 +116,7 @@ impl<'a> Tuner<'a> {
 
     fn predicted_errors(&mut self, choice: &[usize]) -> Result<Measured, LabError> {
         let Self { measurer, steps, .. } = self;
-        // A search that goes on has the figures of its state, and no images.
+        // A state has figures, and no images.
         for part in measurer.missing_parts(choice) {
             let name = measurer.space.key(&part);
             steps.run(&name, measurer.parts_left(), || measurer.measured_errors(&part))?;
