@@ -121,15 +121,34 @@ fn codes_off(a: &[Picture], b: &[Picture]) -> f32 {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn each_has_three_tiers_that_keep_its_look() {
+fn the_tiers_of_each_keep_its_look() {
     let scene = scene(320, 180);
     for name in sweep::some(files(), 3) {
-        let [ultra, high, low] =
-            ["ultra", "high", "low"].map(|tier| frame(&Run::new(&built_in(&name, Some(tier))), &scene));
-        // What they state, and two codes for the dither on either side.
-        for (tier, picture, most) in [("high", high, 3.5), ("low", low, 17.0)] {
-            let off = codes_off(&ultra, &picture);
+        let at = |tier: &str| frame(&Run::new(&built_in(&name, Some(tier))), &scene);
+        let known = tiers(&name);
+        assert!(known[0] == "ultra" && known.len() > 1, "{name}: {known:?}");
+        let ultra = at("ultra");
+        for tier in &known[1..] {
+            // What they state, and two codes for the dither on either side.
+            let most = if tier == "high" { 3.5 } else { 17.0 };
+            let off = codes_off(&ultra, &at(tier));
             assert!(off <= most, "{name}, {tier}: {off} codes");
+        }
+    }
+}
+
+/// A quarter, less what two times differ by when they are measured again.
+const MAX_SHARE: f64 = 0.78;
+
+#[test]
+fn a_tier_is_a_quarter_cheaper_than_the_next_better_one() {
+    // The times are of a frame without depth, with which its tiers differ by more.
+    for name in files().into_iter().filter(|name| name != "cinematic.ron") {
+        let mut claims: Vec<_> = document(&name).claims.into_iter().map(|(tier, claim)| (tier.value, claim)).collect();
+        claims.sort_by(|(_, a), (_, b)| a.p999.partial_cmp(&b.p999).expect("errors are numbers"));
+        for [(better, than), (tier, claim)] in claims.array_windows() {
+            let (ms, limit) = (claim.ms.expect("a time"), MAX_SHARE * than.ms.expect("a time"));
+            assert!(ms <= limit, "{name}: `{tier}` takes {ms} ms, and `{better}` {:?}", than.ms);
         }
     }
 }
