@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use afterimage_graph::check::Facts;
 use afterimage_lab::measure::{ClipOptions, MeasureOptions};
-use afterimage_lab::tune::{Goal, TunePipeline, TuneTarget, tune};
+use afterimage_lab::tune::{Goal, MARGIN, TunePipeline, TuneTarget, tune};
 use afterimage_media::{Budget, ExrOptions, Picture, Pixels, write_exr};
 use afterimage_plan::Options;
 use serde_json::Value;
@@ -270,7 +270,7 @@ fn tuning_writes_a_tier_that_keeps_its_promise() {
     assert!(!tuned(&folder, &["--error", "0.0", "--state", &state]), "half floats cannot be without error");
 }
 
-/// The search predicts the error of several switches; the claim of the tier is measured all the same.
+/// The search predicts the error of several switches; the claim of the tier is a tenth above what is measured.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tuned_tier_claims_what_is_measured() {
@@ -283,7 +283,45 @@ fn a_tuned_tier_claims_what_is_measured() {
     let claim = claim.split("p999: ").nth(1).and_then(|rest| rest.split(',').next());
     let claim: f64 = claim.and_then(|claim| claim.parse().ok()).expect("the file states its error");
     let measured = number(row(&folder.json("out.json"), "tier tuned"), "p999");
-    assert!((claim - measured).abs() <= 0.0006, "{claim} claimed, {measured} measured");
+    assert!((claim - MARGIN * measured).abs() <= 0.0011, "{claim} claimed, {measured} measured");
+}
+
+/// The search does not see the second picture, whose lamp is what makes errors.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_claim_holds_on_a_picture_that_the_search_has_not_seen() {
+    let folder = Folder::new("unseen");
+    folder.picture("in.exr", 1000);
+    folder.picture("lamp.exr", 0);
+    let (out, json, lamp) = (folder.arg("tuned.ron"), folder.arg("out.json"), folder.arg("lamp.exr"));
+    assert!(tuned(&folder, &[&lamp, "--error", "3", "-o", &out]));
+    let text = folder.text("tuned.ron");
+    assert!(text.contains("a tenth above the worst of 2 images, 1 of them new to the search: lamp"), "{text}");
+    assert!(run(&["measure", &out, &folder.arg("in.exr"), &lamp, "--tiers", "--repeats", "1", "--json", &json]));
+    let (claim, row) = (claims(&text)[0].1[1], row(&folder.json("out.json"), "tier tuned").clone());
+    let [seen, new] = [0, 1].map(|at| number(&row["images"][at], "p999"));
+    assert!((claim - MARGIN * new).abs() <= 0.0011 && claim <= 3.0 && seen < 0.5 * new, "{claim}: {row:#}");
+}
+
+/// Without `--no-charts`, tiers are tuned on the built-in pictures, too.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn tiers_are_claimed_on_charts() {
+    let folder = Folder::new("claimed-charts");
+    folder.picture("in.exr", 0);
+    let out = folder.arg("tuned.ron");
+    let mut worst = Vec::new();
+    for more in [&[][..], &["--no-charts"]] {
+        assert!(tuned(&folder, &[&["--tiers=best:0", "-o", &out], more].concat()));
+        let text = folder.text("tuned.ron");
+        worst.push(claims(&text)[0].1[1]);
+        assert_eq!(text.contains("the worst of 12 images, 7 of them new to the search: "), more.is_empty(), "{text}");
+        assert_eq!(text.contains("errors a tenth above those of in\""), !more.is_empty(), "{text}");
+    }
+    assert!(worst[0] > worst[1], "{worst:?}");
+    assert!(
+        !tuned(&folder, &["--tiers", "--charts", "--no-charts"]) && !tuned(&folder, &["--error", "1", "--no-charts"])
+    );
 }
 
 /// The claims of a file: tier, `ms`, `p999`, `flip`.
@@ -302,7 +340,7 @@ fn all_tiers_are_tuned_at_once() {
     folder.picture("other.exr", 3);
     let (out, json, state) = (folder.arg("tuned.ron"), folder.arg("out.json"), folder.arg("state.json"));
     let other = folder.arg("other.exr");
-    assert!(tuned(&folder, &[&other, "--tiers", "-o", &out, "--state", &state]));
+    assert!(tuned(&folder, &[&other, "--tiers", "--no-charts", "-o", &out, "--state", &state]));
     let text = folder.text("tuned.ron");
     let claims = claims(&text);
     let limits = [("ultra", 1.0), ("high", 1.0), ("medium", 4.0), ("low", 12.0)];
@@ -312,21 +350,22 @@ fn all_tiers_are_tuned_at_once() {
     for (tier, [ms, p999, flip]) in &claims {
         let limit = limits.iter().find(|(name, _)| name == tier).expect("the names are those of the ladder").1;
         let row = row(&folder.json("out.json"), &format!("tier {tier}")).clone();
-        assert!((p999 - number(&row, "p999")).abs() <= 0.0006 && *p999 <= limit, "{tier}: {p999}, {row:#}");
-        assert!((flip - number(&row, "flip")).abs() <= 0.0006, "{tier}: {flip}, {row:#}");
+        assert!((p999 - MARGIN * number(&row, "p999")).abs() <= 0.0011 && *p999 <= limit, "{tier}: {p999}, {row:#}");
+        assert!((flip - MARGIN * number(&row, "flip")).abs() <= 0.0011, "{tier}: {flip}, {row:#}");
         assert!(*ms <= 0.75 * last + 0.001, "{text}");
         last = *ms;
     }
     // With every figure known, only the times of the tiers are measured again.
     let before = folder.json("state.json");
-    assert!(tuned(&folder, &[&other, "--tiers", "-o", &out, "--state", &state]));
+    assert!(tuned(&folder, &[&other, "--tiers", "--no-charts", "-o", &out, "--state", &state]));
     assert_eq!(folder.json("state.json")["measured"], before["measured"]);
     // No choice is within a hundredth of a code; a tier that cannot be does not prevent another.
-    assert!(tuned(&folder, &[&other, "--tiers=none:0.01,rough:1000", "-o", &out, "--state", &state]));
+    let rough = "--tiers=none:0.01,rough:1000";
+    assert!(tuned(&folder, &[&other, rough, "--no-charts", "-o", &out, "--state", &state]));
     let text = folder.text("tuned.ron");
     assert!(text.contains("\"rough\": Claim(") && !text.contains("none"), "{text}");
     for wrong in ["--tiers=a", "--tiers=a:-1", "--tiers=a:1,a:2", "--tiers=a:2,b:1", "--tiers=a:1,b:1"] {
-        assert!(!tuned(&folder, &[&other, wrong, "--state", &state]), "{wrong}");
+        assert!(!tuned(&folder, &[&other, wrong, "--no-charts", "--state", &state]), "{wrong}");
     }
     assert!(!tuned(&folder, &["--tiers", "--error", "1"]) && !tuned(&folder, &["--tiers", "--name", "a"]));
 }
@@ -361,10 +400,11 @@ impl afterimage_lab::Progress for Told {
 fn the_steps_of_a_search_are_told_as_they_are() {
     let folder = Folder::new("steps");
     folder.picture("in.exr", 0);
+    folder.picture("other.exr", 3);
     let graph = crate::support::gpu::graph(PIPELINE);
     let pipeline = TunePipeline { written: graph.clone(), ideal: graph, facts: Vec::new() };
     let clips = ClipOptions {
-        images: vec![folder.arg("in.exr")],
+        images: vec![folder.arg("in.exr"), folder.arg("other.exr")],
         inputs: Vec::new(),
         scene: false,
         charts: false,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
-use afterimage_lab::tune::{Measured, Tier, Tuned};
+use afterimage_lab::tune::{MARGIN, Measured, Tier, Tuned};
 use afterimage_media::real_path;
 
 use crate::args::measure::TuneArgs;
@@ -44,7 +44,7 @@ pub(crate) fn text(
 ) -> Result<String, Failure> {
     let tiers: Vec<String> =
         tuned.tiers.iter().zip(entries).map(|(tier, entries)| tier_entry(&tier.name, entries)).collect();
-    let claims: String = tuned.tiers.iter().map(|tier| claim(tier, &tuned.conditions)).collect();
+    let claims: String = tuned.tiers.iter().map(claim).collect();
     let text = document(args, &tiers, &format!("    claims: {{\n{claims}    }},\n"));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
     let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
@@ -57,8 +57,9 @@ pub(crate) fn text(
 }
 
 /// The line of a tier among the claims.
-fn claim(tier: &Tier, conditions: &str) -> String {
-    let Tier { name, measured: Measured { ms, p999, .. }, flip, .. } = tier;
+fn claim(tier: &Tier) -> String {
+    let Tier { name, measured, flip, conditions, .. } = tier;
+    let (ms, p999, flip) = (measured.ms, measured.claimed_p999(), MARGIN * flip);
     format!("        {name:?}: Claim(ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}, on: {conditions:?}),\n")
 }
 

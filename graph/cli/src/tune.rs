@@ -3,6 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
+use afterimage_lab::measure::ClipOptions;
 use afterimage_lab::tune::{
     Goal, PredictedError, Prediction, TunePipeline, TuneTarget, Tuned, changes, random_errors, tune,
 };
@@ -36,7 +37,10 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let goals = goals(args);
     goals.iter().try_for_each(|goal| tier_file::check_name(args, &registry, &goal.name))?;
     let gpu = open(&args.clips.device)?;
-    let options = measure_options(&args.clips)?;
+    let mut options = measure_options(&args.clips)?;
+    if args.goal.tiers.is_some() && !args.no_charts {
+        add_charts(&mut options.clips, &written);
+    }
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
     if let Some(count) = args.goal.random {
         let errors = random_errors(&gpu, &registry, &tuned, &options, count, &Bar::at_most())?;
@@ -49,15 +53,23 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         note(&format!("note: the file extends one of another folder; use it with `--allow {}`", folder.display()));
     }
     note_result(&tuned);
-    if args.goal.tiers.is_some() && !args.clips.charts {
-        note("note: the claims are those of these images; `--charts` adds what breaks claims: lamps, dots and lines");
-    }
     let kept = file.tiers().into_iter().filter(|name| tuned.tiers.iter().all(|tier| tier.name != *name));
     if args.goal.tiers.is_some() && kept.clone().next().is_some() {
         let names = list(kept.collect::<Vec<_>>().iter().map(String::as_str), 16);
         note(&format!("note: the file inherits {names} from the pipeline"));
     }
     Ok(())
+}
+
+/// Adds the built-in pictures on which tiers are tuned, if the pipeline can take them.
+fn add_charts(clips: &mut ClipOptions, graph: &Graph) {
+    if clips.charts_fit(graph) {
+        // Without images, they would take the place of the built-in scene.
+        clips.scene |= clips.images.is_empty();
+        clips.charts = true;
+    } else {
+        note("note: the pipeline cannot take the pictures of `--charts`; lamps, dots or lines may exceed the claims");
+    }
 }
 
 /// Says what is not in the file: predictions, goals without tiers, figures without claims.

@@ -23,6 +23,12 @@ FLIP: the visible difference of alternating images, 0 to 1
 dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
 flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
+/// What a claim states, below the options of `tune`.
+const CLAIMS: &str = "\
+Claims state errors a tenth above the worst that was measured, because other images can be a little worse, and name \
+the image. The search sees every other image and four of the pictures of `--charts`. What it finds is measured on all \
+of them; if it is beyond the goal on one that was not seen, the search goes on.";
+
 /// The images that a pipeline is measured on.
 #[derive(Debug, Args)]
 pub(crate) struct ClipArgs {
@@ -94,11 +100,11 @@ pub(crate) struct GoalArgs {
     /// The longest time of a frame, such as `0.8ms` or `800us`: searches the most accurate pipeline within it
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub(crate) budget: Option<f64>,
-    /// The largest error (99.9th percentile, in 8-bit codes): searches the fastest pipeline within it
+    /// The largest error to claim (99.9th percentile, in 8-bit codes): searches the fastest pipeline within it
     #[arg(long, value_name = "CODES", value_parser = parse_error)]
     pub(crate) error: Option<f64>,
-    /// Searches all tiers with their names and largest errors, from the most accurate, and leaves out those that are
-    /// not a quarter cheaper than the one before
+    /// Searches all tiers with their names and largest errors, from the most accurate, on the images and on those of
+    /// `--charts`, and leaves out tiers that are not a quarter cheaper than the one before
     #[arg(
         long,
         value_name = "NAME:CODES,...",
@@ -114,6 +120,7 @@ pub(crate) struct GoalArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = CLAIMS)]
 pub(crate) struct TuneArgs {
     /// The pipeline file
     pub(crate) pipeline: PathBuf,
@@ -121,6 +128,9 @@ pub(crate) struct TuneArgs {
     pub(crate) clips: ClipArgs,
     #[command(flatten)]
     pub(crate) goal: GoalArgs,
+    /// Leave the pictures of `--charts` out of `--tiers`; images with lamps, dots or lines may exceed what is claimed
+    #[arg(long, conflicts_with_all = ["charts", "budget", "error", "random"])]
+    pub(crate) no_charts: bool,
     /// The name of the tier
     #[arg(long, default_value = "tuned", conflicts_with = "tiers")]
     pub(crate) name: String,

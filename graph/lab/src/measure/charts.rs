@@ -31,6 +31,9 @@ const CHARTS: [Chart; 11] = [
     Chart { name: "night", light: |x, y| gray(NIGHT * (1.0 + (x * y) as f32 / (WIDTH * HEIGHT) as f32)) },
 ];
 
+/// Those that a search of tiers sees; the others confirm what it finds.
+const SEARCHED: [&str; 4] = ["lines", "suns in the night", "lamps", "colors"];
+
 const fn gray(light: f32) -> [f32; 3] {
     [light; 3]
 }
@@ -63,6 +66,11 @@ fn colors(x: u32, y: u32) -> [f32; 3] {
 /// The names of all pictures.
 pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     CHARTS.iter().map(|chart| chart.name)
+}
+
+/// Whether a search of tiers sees the picture of that name.
+pub(crate) fn is_searched(name: &str) -> bool {
+    SEARCHED.contains(&name)
 }
 
 /// The picture of that name, opaque.

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
-use afterimage_graph::image::Size;
-use afterimage_graph::node::Registry;
+use afterimage_graph::image::{ColorState, Size};
+use afterimage_graph::node::{PortType, Registry};
 use afterimage_media::{Budget, FileError, Source, images_in, read_within, sequence};
 
 use super::charts;
@@ -36,6 +36,15 @@ pub struct ClipOptions {
 }
 
 impl ClipOptions {
+    /// Whether the charts can be clips of a pipeline: its first input is light of a scene, and it needs no other image.
+    pub fn charts_fit(&self, graph: &Graph) -> bool {
+        let Some((first, others)) = graph.inputs.split_first() else { return false };
+        first.port_type() == PortType::Image
+            && matches!(first.state, ColorState::Scene | ColorState::Exposed)
+            && self.inputs.iter().all(|(name, _)| *name != first.name)
+            && others.iter().all(|input| input.optional)
+    }
+
     /// Whether an image of errors may have this file name: it begins with the name of a clip.
     pub fn may_name_error_image(&self, name: &str) -> bool {
         let scene = self.scene || self.images.is_empty();
@@ -73,6 +82,12 @@ impl Clip {
     pub(crate) fn repeated(mut self, options: &ClipOptions) -> Self {
         self.steps = steps(options.walk as usize, options.fps);
         self
+    }
+
+    /// Whether plans for the other clip are plans for this one.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let given = |image: &InputImage| (image.input.clone(), image.desc, image.finite);
+        self.size == other.size && self.images(0).iter().map(given).eq(other.images(0).iter().map(given))
     }
 
     /// The position of a frame in time.
@@ -124,6 +139,23 @@ pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSo
         }
     }
     Ok(clips)
+}
+
+/// Which of the clips a search sees: every other image, and some charts. The others confirm what it finds.
+pub(crate) fn searched(sources: &[ClipSource]) -> Vec<bool> {
+    let mut is_next = false;
+    let mut all = Vec::with_capacity(sources.len());
+    for source in sources {
+        all.push(match source {
+            ClipSource::Chart { name, .. } => charts::is_searched(name),
+            ClipSource::Scene { .. } => true,
+            ClipSource::Files { .. } => {
+                is_next = !is_next;
+                is_next
+            }
+        });
+    }
+    all
 }
 
 fn no_such_input(name: &str, inputs: &[GraphInput]) -> LabError {

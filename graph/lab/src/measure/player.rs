@@ -92,6 +92,11 @@ impl Player {
         Ok(self.session.load(clip.size, clip.images(0))?.clone())
     }
 
+    /// Starts the loaded plan at its first frame.
+    pub(crate) fn restart(&mut self) {
+        self.session.restart();
+    }
+
     /// Renders a frame of the clip.
     pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), LabError> {
         Ok(self.session.submit(clip.images(frame), clip.step(frame))?)

@@ -13,6 +13,8 @@ use crate::metrics::{PIXELS_PER_DEGREE, Shown, flip, mean};
 /// The frames of the reference on one clip.
 pub(crate) struct Reference {
     pub(crate) frames: Vec<Shown>,
+    /// The [codes](Shown::codes) of each.
+    codes: Vec<Vec<[f32; 3]>>,
     /// The output that is compared.
     output: String,
 }
@@ -78,9 +80,10 @@ pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
 impl Reference {
     /// Renders the reference, whose plan is loaded.
     pub(crate) fn render(player: &mut Player, clip: &Clip, view: View, output: &str) -> Result<Self, LabError> {
-        let mut reference = Self { frames: Vec::new(), output: output.to_owned() };
+        let mut reference = Self { frames: Vec::new(), codes: Vec::new(), output: output.to_owned() };
         for frame in 0..clip.len() {
             let shown = reference.shown(player, clip, view, frame)?;
+            reference.codes.push(shown.codes());
             reference.frames.push(shown);
         }
         Ok(reference)
@@ -153,9 +156,9 @@ impl Reference {
         view: View,
     ) -> Result<Vec<Vec<[f32; 3]>>, LabError> {
         let mut frames = Vec::with_capacity(self.frames.len());
-        for (frame, reference) in self.frames.iter().enumerate() {
+        for (frame, reference) in self.codes.iter().enumerate() {
             let mut codes = self.shown(player, clip, view, frame)?.codes();
-            for (code, reference) in codes.iter_mut().zip(reference.codes()) {
+            for (code, reference) in codes.iter_mut().zip(reference) {
                 for (code, reference) in code.iter_mut().zip(reference) {
                     *code -= reference;
                 }

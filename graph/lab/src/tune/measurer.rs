@@ -6,6 +6,7 @@ use afterimage_gpu::{ClockSource, FrameTime, Gpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::Registry;
 use afterimage_plan::PlanHash;
+use serde::{Deserialize, Serialize};
 
 use super::prediction::SignedErrors;
 use super::search::Measured;
@@ -23,9 +24,8 @@ use crate::metrics::percentile;
 
 /// The 99.9th percentile and the largest error on a clip, in codes.
 pub(super) type ClipError = (f64, f64);
-
-/// Clips are named in the conditions of figures up to this number.
-const MAX_NAMED: usize = 3;
+/// The signed differences of each pixel of a frame from the reference, in codes.
+type Frame = Vec<[f32; 3]>;
 
 #[derive(Clone, Debug)]
 pub struct TunePipeline {
@@ -37,15 +37,33 @@ pub struct TunePipeline {
     pub facts: Vec<String>,
 }
 
-/// All clips with their references.
+/// A clip with its reference.
+struct Picture {
+    clip: Clip,
+    reference: Reference,
+    /// The hash of the reference's plan.
+    plan: String,
+    /// Whether the search sees it; otherwise it confirms what the search finds.
+    is_searched: bool,
+}
+
+/// A choice on all pictures, also on those that the search does not see.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Confirmed {
+    pub(super) measured: Measured,
+    /// The name of the picture where the 99.9th percentile is largest.
+    pub(super) worst: String,
+}
+
+/// All pictures, and what was measured on them.
 pub(super) struct ClipMeasurer<'a> {
     player: Player,
     written: &'a Graph,
     pub(super) space: Space,
     view: View,
-    clips: Vec<(Clip, Reference)>,
-    /// The hashes of the reference plans, one for each clip.
-    reference_hashes: Vec<String>,
+    pictures: Vec<Picture>,
+    /// Samples of the time of each choice.
+    pub(super) samples: u32,
     adapter: String,
     /// The time and the bytes of each plan for the largest image, by its hash: equal choices share them.
     costs: BTreeMap<PlanHash, (f64, u64)>,
@@ -54,11 +72,13 @@ pub(super) struct ClipMeasurer<'a> {
 }
 
 impl<'a> ClipMeasurer<'a> {
+    /// Loads the clips and renders their references. With `is_split`, the search sees some of them only.
     pub(super) fn prepare(
         gpu: &Gpu,
         registry: &Registry,
         pipeline: &'a TunePipeline,
         options: &MeasureOptions,
+        is_split: bool,
         steps: &mut Steps<'_>,
     ) -> Result<Self, LabError> {
         let written = &pipeline.written;
@@ -66,27 +86,30 @@ impl<'a> ClipMeasurer<'a> {
         let view = View::of(written, output)?;
         let exact = reference::before_quantization(&most_accurate(&pipeline.ideal)?, &output.name);
         let mut player = Player::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
+        let sources = clips::sources(&options.clips, written)?;
         let mut clips = Vec::new();
-        for source in clips::sources(&options.clips, written)? {
-            clips.push(load(&source, gpu, registry, &mut player, written, &options.clips)?);
+        for source in &sources {
+            clips.push(load(source, gpu, registry, &mut player, written, &options.clips)?);
         }
+        let samples = player.samples();
         let space = Space::new(written, &mut |graph| player.plan(graph, &clips[0], false))?;
         let (parts, count) = (space.parts(written), clips.len());
-        let (mut reference_hashes, mut ready) = (Vec::new(), Vec::new());
-        for (at, clip) in clips.into_iter().enumerate() {
-            let reference = steps.run(&format!("reference of {}", clip.name), (count - at) as u64 + parts, || {
-                reference_hashes.push(player.load(&exact, &clip, true)?.hash().to_string());
-                Reference::render(&mut player, &clip, view, &output.name)
-            })?;
-            ready.push((clip, reference));
+        let mut pictures = Vec::with_capacity(count);
+        for (at, (clip, is_searched)) in clips.into_iter().zip(clips::searched(&sources)).enumerate() {
+            let (plan, reference) =
+                steps.run(&format!("reference of {}", clip.name), (count - at) as u64 + parts, || {
+                    let plan = player.load(&exact, &clip, true)?.hash().to_string();
+                    Ok((plan, Reference::render(&mut player, &clip, view, &output.name)?))
+                })?;
+            pictures.push(Picture { clip, reference, plan, is_searched: is_searched || !is_split });
         }
         Ok(Self {
             player,
             written,
             space,
             view,
-            clips: ready,
-            reference_hashes,
+            pictures,
+            samples,
             adapter: gpu.name(),
             costs: BTreeMap::new(),
             errors: BTreeMap::new(),
@@ -97,10 +120,15 @@ impl<'a> ClipMeasurer<'a> {
     pub(super) fn identity(&mut self, pipeline: &TunePipeline) -> Result<serde_json::Value, LabError> {
         let exact = self.graph(&self.space.most_accurate());
         let mut images = Vec::new();
-        for (clip, reference) in &self.clips {
+        for Picture { clip, reference, plan, is_searched } in &self.pictures {
             let hash = self.player.plan(&exact, clip, false)?.hash().to_string();
-            let frames = reference.frames.len();
-            images.push(serde_json::json!({ "image": clip.name, "frames": frames, "plan": hash }));
+            images.push(serde_json::json!({
+                "image": clip.name,
+                "frames": reference.frames.len(),
+                "searched": is_searched,
+                "plan": hash,
+                "reference": plan,
+            }));
         }
         Ok(serde_json::json!({
             "adapter": self.adapter,
@@ -108,7 +136,6 @@ impl<'a> ClipMeasurer<'a> {
             "switches": self.space.names(),
             "facts": pipeline.facts,
             "images": images,
-            "references": self.reference_hashes,
         }))
     }
 
@@ -118,56 +145,72 @@ impl<'a> ClipMeasurer<'a> {
     }
 
     pub(super) fn clip_names(&self) -> impl Iterator<Item = &str> {
-        self.clips.iter().map(|(clip, _)| clip.name.as_str())
+        self.pictures.iter().map(|picture| picture.clip.name.as_str())
     }
 
-    /// Clock, adapter and images of the figures.
-    pub(super) fn conditions(&self) -> String {
+    /// What a claim is measured on: adapter, size, clock and images. `worst` is the image of the largest error.
+    pub(super) fn conditions(&self, worst: &str) -> String {
         let clock = if self.player.clock_source() == ClockSource::Gpu { "GPU time" } else { "host time" };
-        let images = if self.clips.len() > MAX_NAMED {
-            format!("{} images of at most {}", self.clips.len(), self.clips[self.largest()].0.size)
-        } else {
-            let names = self.clips.iter().map(|(clip, _)| format!("{} at {}", clip.name, clip.size));
-            names.collect::<Vec<_>>().join(", ")
-        };
-        format!("{clock} on {}; worst of {images}", self.adapter)
+        let on = format!("{} at {}, {clock}", self.adapter, self.pictures[self.largest()].clip.size);
+        let count = self.pictures.len();
+        if count == 1 {
+            return format!("{on}; errors a tenth above those of {worst}");
+        }
+        let new = self.pictures.iter().filter(|picture| !picture.is_searched).count();
+        format!("{on}; errors a tenth above the worst of {count} images, {new} of them new to the search: {worst}")
     }
 
-    /// The clip of the most pixels.
+    /// The picture of the most pixels.
     fn largest(&self) -> usize {
-        let pixels = |at: &usize| u64::from(self.clips[*at].0.size.width) * u64::from(self.clips[*at].0.size.height);
-        (0..self.clips.len()).max_by_key(pixels).expect("there is at least one clip")
+        let pixels = |at: &usize| {
+            let size = self.pictures[*at].clip.size;
+            u64::from(size.width) * u64::from(size.height)
+        };
+        (0..self.pictures.len()).max_by_key(pixels).expect("there is at least one picture")
     }
 
-    /// Measures a choice: the worst errors of all clips, and what it costs on the largest image.
+    /// Measures a choice: the worst errors of the pictures that the search sees, and what it costs on the largest.
     pub(super) fn measured(&mut self, choice: &[usize]) -> Result<Measured, LabError> {
         let errors = self.measured_errors(choice)?;
         let graph = self.graph(choice);
-        let clip = &self.clips[self.largest()].0;
+        let clip = &self.pictures[self.largest()].clip;
         let plan = self.player.load(&graph, clip, false)?.hash();
         let (ms, bytes) = match self.costs.get(&plan) {
             Some(known) => *known,
             None => {
-                let cost = self.player.cost(clip, self.player.samples())?;
+                let cost = self.player.cost(clip, self.samples)?;
                 *self.costs.entry(plan).or_insert((cost.time.ms(), cost.bytes))
             }
         };
         Ok(Measured { ms, bytes, ..worst(&errors) })
     }
 
+    /// Measures the errors of a choice on all pictures; `seen` are those that the search saw, and the cost.
+    pub(super) fn confirmed(&mut self, choice: &[usize], seen: &Measured) -> Result<Confirmed, LabError> {
+        let errors: Vec<ClipError> = self.differences(choice, false)?.iter().map(|frames| clip_error(frames)).collect();
+        let mut at = 0;
+        for (other, (p999, _)) in errors.iter().enumerate() {
+            if *p999 > errors[at].0 {
+                at = other;
+            }
+        }
+        let measured = Measured { ms: seen.ms, bytes: seen.bytes, ..worst(&errors) };
+        Ok(Confirmed { measured, worst: self.pictures[at].clip.name.clone() })
+    }
+
     /// The time of a choice on the largest image, with the share of the samples of one of `parts`.
     pub(super) fn time(&mut self, choice: &[usize], parts: u32) -> Result<FrameTime, LabError> {
         let graph = self.graph(choice);
-        let clip = &self.clips[self.largest()].0;
+        let clip = &self.pictures[self.largest()].clip;
         self.player.load(&graph, clip, false)?;
         Ok(self.player.cost(clip, self.player.samples().div_ceil(parts))?.time)
     }
 
-    /// The visible difference of a choice, FLIP, on the clip where it is largest.
+    /// The visible difference of a choice, FLIP, on the picture where it is largest.
     pub(super) fn flip(&mut self, choice: &[usize]) -> Result<f64, LabError> {
         let graph = self.graph(choice);
         let mut worst = 0.0_f64;
-        for (clip, reference) in &self.clips {
+        for Picture { clip, reference, .. } in &self.pictures {
             let compared = reference::before_quantization(&graph, reference.output());
             self.player.load(&compared, clip, false)?;
             worst = worst.max(reference.flip(&mut self.player, clip, self.view)?);
@@ -175,27 +218,33 @@ impl<'a> ClipMeasurer<'a> {
         Ok(worst)
     }
 
-    /// The errors of each clip. The images that predictions add are kept.
+    /// The errors of each clip that the search sees. The images that predictions add are kept.
     pub(super) fn measured_errors(&mut self, choice: &[usize]) -> Result<Vec<ClipError>, LabError> {
-        let graph = self.graph(choice);
-        let (mut figures, mut images) = (Vec::new(), Vec::new());
-        for (clip, reference) in &self.clips {
-            let compared = reference::before_quantization(&graph, reference.output());
-            self.player.load(&compared, clip, false)?;
-            let frames = reference.differences(&mut self.player, clip, self.view)?;
-            let mut worst = (0.0_f64, 0.0_f64);
-            for frame in &frames {
-                let largest: Vec<f32> =
-                    frame.iter().map(|pixel| pixel.map(f32::abs).into_iter().fold(0.0, f32::max)).collect();
-                worst = (worst.0.max(percentile(&largest, SHARE)), worst.1.max(percentile(&largest, 1.0)));
-            }
-            figures.push(worst);
-            images.push(frames);
-        }
+        let images = self.differences(choice, true)?;
+        let errors = images.iter().map(|frames| clip_error(frames)).collect();
         if singles(choice).len() < 2 || self.is_pair(choice) {
             self.errors.insert(choice.to_vec(), SignedErrors::new(&images));
         }
-        Ok(figures)
+        Ok(errors)
+    }
+
+    /// The signed differences of each frame of each clip, or of each that the search sees.
+    fn differences(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<Vec<Frame>>, LabError> {
+        let graph = self.graph(choice);
+        let (mut images, mut loaded): (Vec<Vec<Frame>>, Option<&Clip>) = (Vec::new(), None);
+        for Picture { clip, reference, .. } in
+            self.pictures.iter().filter(|picture| picture.is_searched || !only_searched)
+        {
+            if loaded.is_some_and(|loaded| loaded.is_like(clip)) {
+                self.player.restart();
+            } else {
+                let compared = reference::before_quantization(&graph, reference.output());
+                self.player.load(&compared, clip, false)?;
+                loaded = Some(clip);
+            }
+            images.push(reference.differences(&mut self.player, clip, self.view)?);
+        }
+        Ok(images)
     }
 
     /// The choices whose errors a prediction adds, and that are not measured.
@@ -246,15 +295,18 @@ impl<'a> ClipMeasurer<'a> {
     }
 }
 
+/// The worst frame of a clip.
+fn clip_error(frames: &[Frame]) -> ClipError {
+    let mut worst = (0.0_f64, 0.0_f64);
+    for frame in frames {
+        let largest: Vec<f32> = frame.iter().map(|pixel| pixel.map(f32::abs).into_iter().fold(0.0, f32::max)).collect();
+        worst = (worst.0.max(percentile(&largest, SHARE)), worst.1.max(percentile(&largest, 1.0)));
+    }
+    worst
+}
+
 /// The worst errors of all clips, without costs.
 pub(super) fn worst(errors: &[ClipError]) -> Measured {
-    let one = |(p999, max): &ClipError| Measured {
-        ms: 0.0,
-        p999: *p999,
-        p999_without_worst: None,
-        max: *max,
-        bytes: 0,
-        is_predicted: false,
-    };
+    let one = |(p999, max): &ClipError| Measured { p999: *p999, max: *max, ..Measured::default() };
     errors.iter().map(one).reduce(Measured::worst).expect("there is at least one clip")
 }

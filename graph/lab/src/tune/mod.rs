@@ -18,7 +18,7 @@ use afterimage_graph::node::Registry;
 pub use crate::measure::variants::changes;
 pub use measurer::TunePipeline;
 pub use random::{PredictedError, random_errors};
-pub use search::{Measured, TuneTarget};
+pub use search::{MARGIN, Measured, TuneTarget};
 pub use tiers::{Goal, Tier};
 pub use tuner::Prediction;
 
@@ -30,6 +30,9 @@ use tuner::Tuner;
 use crate::measure::MeasureOptions;
 use crate::{LabError, Progress};
 
+/// A search for several goals times each choice with the samples divided by this.
+const ROUGHLY: u32 = 3;
+
 /// The result of a search.
 #[derive(Clone, Debug)]
 pub struct Tuned {
@@ -37,8 +40,6 @@ pub struct Tuned {
     pub tiers: Vec<Tier>,
     /// Goals that gave no tier, with the reasons, for a user.
     pub left_out: Vec<String>,
-    /// Clock, adapter and images of the figures.
-    pub conditions: String,
     /// The number of choices with measured figures.
     pub choices: usize,
     /// The choices whose predicted error was measured in the end.
@@ -50,8 +51,11 @@ pub struct Tuned {
 /// the search goes on. All goals share all figures. `state` is a file of figures: a search that was interrupted
 /// continues from it.
 ///
-/// Of several goals, the most accurate first, those are left out that no choice meets, or whose tier is not a quarter
-/// cheaper than the one before.
+/// The search sees every other image, and some charts. What it finds is measured on the others, too, and searched again
+/// within less if its errors are beyond the goal there. Errors are claimed a tenth above the worst.
+///
+/// Of several goals, the most accurate first, those are left out that no choice meets, whose tier another beats in time
+/// and error, or whose tier is not a quarter cheaper than the one before.
 ///
 /// # Errors
 /// No choice meets the only goal; and everything that a measurement reports.
@@ -65,16 +69,14 @@ pub fn tune(
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
     let mut steps = Steps::new(progress, goals.len() as u64, tiers::last_steps(goals.len()));
-    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
+    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, true, &mut steps)?;
+    if goals.len() > 1 {
+        // The tiers that are found are timed by turns.
+        measurer.samples = measurer.samples.div_ceil(ROUGHLY);
+    }
     let state = SearchState::open(state, measurer.identity(pipeline)?)?;
     let mut tuner = Tuner::new(measurer, state, steps);
     let (tiers, left_out) = tiers::tiers(&mut tuner, goals)?;
     tuner.steps.finish();
-    Ok(Tuned {
-        tiers,
-        left_out,
-        conditions: tuner.measurer.conditions(),
-        choices: tuner.state.len(),
-        predictions: tuner.predictions,
-    })
+    Ok(Tuned { tiers, left_out, choices: tuner.state.len(), predictions: tuner.predictions })
 }

@@ -38,7 +38,7 @@ pub fn random_errors(
     progress: &dyn Progress,
 ) -> Result<Vec<PredictedError>, LabError> {
     let mut steps = Steps::new(progress, 0, u64::from(count));
-    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
+    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, false, &mut steps)?;
     let choices = choices(&measurer.space, &pipeline.written, count);
     steps.expect_last(choices.len() as u64);
     let mut errors = Vec::new();

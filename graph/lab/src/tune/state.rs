@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::measurer::Confirmed;
 use super::search::Measured;
 use crate::LabError;
 use crate::files::MAX_TEXT;
@@ -25,12 +26,16 @@ struct Content {
     /// Errors that were predicted, without times.
     #[serde(default)]
     predicted: BTreeMap<String, Measured>,
+    /// Figures of all pictures, also of those that the search does not see.
+    #[serde(default)]
+    confirmed: BTreeMap<String, Confirmed>,
 }
 
 impl SearchState {
     /// Opens the figures of an earlier search, if the file exists and has the same identity.
     pub(super) fn open(path: Option<&Path>, identity: Value) -> Result<Self, LabError> {
-        let fresh = Content { identity, measured: BTreeMap::new(), predicted: BTreeMap::new() };
+        let fresh =
+            Content { identity, measured: BTreeMap::new(), predicted: BTreeMap::new(), confirmed: BTreeMap::new() };
         let known = path.filter(|path| path.exists());
         let content = match known {
             None => fresh,
@@ -55,6 +60,16 @@ impl SearchState {
     /// Adds figures, and writes them to the file.
     pub(super) fn insert(&mut self, choice: String, measured: Measured) -> Result<(), LabError> {
         self.content.measured.insert(choice, measured);
+        self.write()
+    }
+
+    pub(super) fn confirmed(&self, choice: &str) -> Option<Confirmed> {
+        self.content.confirmed.get(choice).cloned()
+    }
+
+    /// Adds figures of all pictures, and writes them to the file.
+    pub(super) fn confirm(&mut self, choice: String, confirmed: Confirmed) -> Result<(), LabError> {
+        self.content.confirmed.insert(choice, confirmed);
         self.write()
     }
 

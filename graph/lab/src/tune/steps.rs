@@ -4,6 +4,8 @@ use crate::{LabError, Progress};
 
 /// Finalists of a goal that are measured at most; then the best of all that are measured is taken.
 const MAX_FINALISTS: u64 = 8;
+/// How often what was found for a goal is measured on all pictures at most.
+const MAX_CONFIRMATIONS: u64 = 4;
 
 /// Tells a bar of each measurement. The number that it expects never grows, and in the end it is the number of those
 /// that were made.
@@ -14,6 +16,8 @@ pub(super) struct Steps<'p> {
     goals: u64,
     /// Finalists of the present goal that may be measured.
     finalists: u64,
+    /// Choices for the present goal that may be measured on all pictures.
+    confirmations: u64,
     /// Steps after the search.
     last: u64,
 }
@@ -21,7 +25,7 @@ pub(super) struct Steps<'p> {
 impl<'p> Steps<'p> {
     /// A search for so many goals, and what follows it.
     pub(super) fn new(progress: &'p dyn Progress, goals: u64, last: u64) -> Self {
-        Self { progress, done: 0, goals, finalists: MAX_FINALISTS, last }
+        Self { progress, done: 0, goals, finalists: MAX_FINALISTS, confirmations: MAX_CONFIRMATIONS, last }
     }
 
     /// A step. `left` is the most that may follow, with this one, beside those that are counted here.
@@ -31,11 +35,11 @@ impl<'p> Steps<'p> {
         left: u64,
         step: impl FnOnce() -> Result<T, LabError>,
     ) -> Result<T, LabError> {
-        let finalists = match self.goals {
+        let of_goals = match self.goals {
             0 => 0,
-            goals => self.finalists + (goals - 1) * MAX_FINALISTS,
+            goals => self.finalists + self.confirmations + (goals - 1) * (MAX_FINALISTS + MAX_CONFIRMATIONS),
         };
-        self.progress.expect(self.done + left + finalists + self.last);
+        self.progress.expect(self.done + left + of_goals + self.last);
         self.progress.begin(name);
         let result = step()?;
         self.done += 1;
@@ -50,10 +54,17 @@ impl<'p> Steps<'p> {
         may
     }
 
+    /// A choice for the present goal is measured on all pictures, which is counted. How many more may be.
+    pub(super) fn take_confirmation(&mut self) -> u64 {
+        self.confirmations -= 1;
+        self.confirmations
+    }
+
     /// The present goal is reached, or out of reach.
     pub(super) fn end_goal(&mut self) {
         self.goals -= 1;
         self.finalists = MAX_FINALISTS;
+        self.confirmations = MAX_CONFIRMATIONS;
     }
 
     /// So many steps of [`Self::run_last`] are left.

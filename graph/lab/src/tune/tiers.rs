@@ -3,9 +3,11 @@
 use afterimage_gpu::FrameTime;
 use afterimage_graph::check::Graph;
 
-use super::search::{Candidate, Measured, TuneTarget};
+use super::measurer::Confirmed;
+use super::search::{Measured, TuneTarget};
 use super::tuner::Tuner;
 use crate::LabError;
+use crate::measure::beats;
 
 /// A tier to search.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +26,8 @@ pub struct Tier {
     pub measured: Measured,
     /// The visible difference FLIP, from 0 to 1.
     pub flip: f64,
+    /// What both were measured on, and what a claim adds to the errors.
+    pub conditions: String,
 }
 
 /// A tier takes at most this share of the time of the one before.
@@ -32,7 +36,14 @@ const MAX_SHARE: f64 = 0.75;
 const ROUNDS: u32 = 2;
 
 /// A goal, and what was found for it.
-type Found<'g> = (&'g Goal, Candidate);
+#[derive(Clone)]
+struct Found<'g> {
+    goal: &'g Goal,
+    choice: Vec<usize>,
+    measured: Measured,
+    /// The picture of its largest error.
+    worst: String,
+}
 
 /// The most steps after a search for so many goals.
 pub(super) fn last_steps(goals: usize) -> u64 {
@@ -44,29 +55,30 @@ pub(super) fn last_steps(goals: usize) -> u64 {
 pub(super) fn tiers(tuner: &mut Tuner<'_>, goals: &[Goal]) -> Result<(Vec<Tier>, Vec<String>), LabError> {
     let (mut found, mut left_out): (Vec<Found<'_>>, Vec<String>) = (Vec::new(), Vec::new());
     for goal in goals {
-        let (choice, measured) = tuner.find(goal.target)?;
+        let (choice, Confirmed { measured, worst }) = tuner.find(goal.target)?;
         if !goal.target.is_met(&measured) {
             let problem = unreachable_target(goal.target, &measured);
             if goals.len() == 1 {
                 return Err(problem);
             }
             left_out.push(format!("`{}`: {problem}", goal.name));
-        } else if let Some((same, _)) = found.iter().find(|(_, (known, _))| *known == choice) {
-            left_out.push(format!("`{}`: it would be `{}`", goal.name, same.name));
+        } else if let Some(same) = found.iter().find(|known| known.choice == choice) {
+            left_out.push(format!("`{}`: it would be `{}`", goal.name, same.goal.name));
         } else {
-            found.push((goal, (choice, measured)));
+            found.push(Found { goal, choice, measured, worst });
         }
     }
     if found.len() > 1 {
         time_by_turns(tuner, &mut found)?;
-        found = worth_having(found, &mut left_out);
+        found = worth_having(&found, &mut left_out);
     }
     tuner.steps.expect_last(found.len() as u64);
     let mut tiers = Vec::new();
-    for (goal, (choice, measured)) in found {
+    for Found { goal, choice, measured, worst } in found {
         let Tuner { measurer, steps, .. } = tuner;
         let flip = steps.run_last(&format!("FLIP of {}", goal.name), 0, || measurer.flip(&choice))?;
-        tiers.push(Tier { name: goal.name.clone(), graph: measurer.graph(&choice), measured, flip });
+        let (graph, conditions) = (measurer.graph(&choice), measurer.conditions(&worst));
+        tiers.push(Tier { name: goal.name.clone(), graph, measured, flip, conditions });
     }
     Ok((tiers, left_out))
 }
@@ -79,36 +91,41 @@ fn time_by_turns(tuner: &mut Tuner<'_>, found: &mut [Found<'_>]) -> Result<(), L
     for round in 0..ROUNDS {
         for step in 0..count {
             let at = if round % 2 == 0 { step } else { count - 1 - step };
-            let (goal, (choice, _)) = &found[at];
+            let Found { goal, choice, .. } = &found[at];
             let Tuner { measurer, steps, .. } = tuner;
             let time = steps.run_last(&format!("time of {}", goal.name), 0, || measurer.time(choice, ROUNDS))?;
             times[at] = Some(times[at].map_or(time, |before| before.joined(time)));
         }
     }
-    for ((_, (_, measured)), time) in found.iter_mut().zip(times) {
-        measured.ms = time.expect("each is timed in each round").ms();
+    for (tier, time) in found.iter_mut().zip(times) {
+        tier.measured.ms = time.expect("each is timed in each round").ms();
     }
     Ok(())
 }
 
 fn unreachable_target(target: TuneTarget, best: &Measured) -> LabError {
-    let reached = format!("the closest choice takes {:.3} ms and has an error of {:.3} codes", best.ms, best.p999);
+    let reached = format!("the closest takes {:.3} ms and would claim {:.3} codes", best.ms, best.claimed_p999());
     LabError::request(format!("no choice of the quality switches stays {target}: {reached}")).hint(match target {
         TuneTarget::Budget(_) => "allow more time, or change what the pipeline does: fewer levels, a smaller image",
         _ => "allow more error; what is left comes from half-float intermediates",
     })
 }
 
-/// Those that are a quarter cheaper than the next better one; the first is.
-fn worth_having<'g>(found: Vec<Found<'g>>, left_out: &mut Vec<String>) -> Vec<Found<'g>> {
+/// Those that are a quarter cheaper than the next better one; the first is. One that another beats is none of them.
+fn worth_having<'g>(found: &[Found<'g>], left_out: &mut Vec<String>) -> Vec<Found<'g>> {
     let mut kept: Vec<Found<'g>> = Vec::new();
-    for (goal, (choice, measured)) in found {
+    for tier in found {
+        let (name, measured) = (&tier.goal.name, &tier.measured);
+        if let Some(better) = found.iter().find(|other| beats(other.measured.point(), measured.point())) {
+            left_out.push(format!("`{name}`: `{}` is no slower and no less accurate", better.goal.name));
+            continue;
+        }
         match kept.last() {
-            Some((better, (_, than))) if measured.ms > MAX_SHARE * than.ms => {
-                let share = 100.0 * measured.ms / than.ms;
-                left_out.push(format!("`{}`: it takes {share:.0} % of the time of `{}`", goal.name, better.name));
+            Some(before) if measured.ms > MAX_SHARE * before.measured.ms => {
+                let share = 100.0 * measured.ms / before.measured.ms;
+                left_out.push(format!("`{name}`: it takes {share:.0} % of the time of `{}`", before.goal.name));
             }
-            _ => kept.push((goal, (choice, measured))),
+            _ => kept.push(tier.clone()),
         }
     }
     kept
@@ -118,29 +135,41 @@ fn worth_having<'g>(found: Vec<Found<'g>>, left_out: &mut Vec<String>) -> Vec<Fo
 mod tests {
     use super::*;
 
+    /// The names of the tiers that are kept of `a`, `b` and so on, with these times and errors, and the reasons of the
+    /// others.
+    fn kept(figures: &[(f64, f64)]) -> (String, Vec<String>) {
+        let goal = |at: usize| Goal { name: ["a", "b", "c", "d"][at].to_owned(), target: TuneTarget::MostAccurate };
+        let goals: Vec<Goal> = (0..figures.len()).map(goal).collect();
+        let mut found = Vec::new();
+        for (goal, (ms, p999)) in goals.iter().zip(figures) {
+            let measured = Measured { ms: *ms, p999: *p999, ..Measured::default() };
+            found.push(Found { goal, choice: vec![], measured, worst: String::new() });
+        }
+        let mut left_out = Vec::new();
+        let names = worth_having(&found, &mut left_out).iter().map(|tier| tier.goal.name.clone()).collect();
+        (names, left_out)
+    }
+
     #[test]
     fn a_tier_is_a_quarter_cheaper_than_the_next_better_one() {
-        let goals = ["a", "b", "c", "d"].map(|name| Goal { name: name.to_owned(), target: TuneTarget::Error(1.0) });
-        let found = |times: [f64; 4]| {
-            let measured = times.map(|ms| Measured {
-                ms,
-                p999: 0.0,
-                p999_without_worst: None,
-                max: 0.0,
-                bytes: 0,
-                is_predicted: false,
-            });
-            let all = goals.iter().zip(measured).map(|(goal, measured)| (goal, (vec![], measured))).collect();
-            let mut left_out = Vec::new();
-            let kept: Vec<String> =
-                worth_having(all, &mut left_out).iter().map(|(goal, _)| goal.name.clone()).collect();
-            (kept.concat(), left_out)
-        };
-        assert_eq!(found([4.0, 3.0, 2.0, 1.0]).0, "abcd");
+        assert_eq!(kept(&[(4.0, 0.0), (3.0, 1.0), (2.0, 4.0), (1.0, 9.0)]).0, "abcd");
         // `c` is cheaper than `b`, which does not exist, and not than `a`.
-        let (kept, left_out) = found([4.0, 3.9, 3.1, 2.9]);
-        assert_eq!(kept, "ad");
+        let (names, left_out) = kept(&[(4.0, 0.0), (3.9, 1.0), (3.1, 4.0), (2.9, 9.0)]);
+        assert_eq!(names, "ad");
         assert_eq!(left_out, ["`b`: it takes 98 % of the time of `a`", "`c`: it takes 78 % of the time of `a`"]);
-        assert_eq!(found([1.0, 2.0, 3.0, 4.0]).0, "a");
+        assert_eq!(kept(&[(1.0, 0.5); 4]).0, "a");
+    }
+
+    #[test]
+    fn a_tier_that_another_beats_does_not_exist() {
+        // `c` is faster than `b` and more accurate, by more than a quarter or less.
+        for ms in [1.0, 2.9] {
+            let (names, left_out) = kept(&[(4.0, 0.0), (3.0, 1.0), (ms, 0.9), (0.5, 9.0)]);
+            assert_eq!(names, "acd");
+            assert_eq!(left_out, ["`b`: `c` is no slower and no less accurate"]);
+        }
+        // The first can be beaten as well.
+        assert_eq!(kept(&[(4.0, 0.3), (3.9, 0.3), (2.0, 4.0)]).0, "bc");
+        assert_eq!(kept(&[(1.0, 0.0), (2.0, 1.0), (3.0, 4.0), (4.0, 9.0)]).0, "a");
     }
 }
