@@ -1,7 +1,7 @@
 // A bilateral grid (Chen, Paris and Durand, "Real-time Edge-Aware Image Processing with the Bilateral Grid", 2007) over
 // x, y and log2 luminance. One workgroup computes one column of cells: it reads the pixels under the column, sums them
-// in workgroup memory in fixed point, and stores the column. Integer additions commute, so the result does not depend
-// on their order, and no other workgroup writes these cells.
+// in workgroup memory in fixed point, and stores the column; of tall pictures, several add to a buffer, from which
+// another pass stores it. Integer additions commute, so the result does not depend on their order.
 #import cells
 #import color
 #import stride
@@ -19,6 +19,9 @@ struct GridBuild {
     step: u32,
 }
 
+// Workgroups for a column of cells.
+override GRID_BUILD_PARTS: u32 = 1;
+
 const GRID_BUILD_INVOCATIONS: u32 = 256u;
 const GRID_BUILD_MOST_BINS: u32 = 256u;
 
@@ -29,6 +32,8 @@ const GRID_BUILD_MOST_BINS: u32 = 256u;
 // Sum of (log2 luminance - the middle of the range), sum of weights, lo, hi. Near the middle, where middle gray is by
 // default, half floats hold the sum well: from `lo` on, the base would be off by 0.004 stops.
 @group(0) @binding(3) var result: texture_storage_3d<rgba16float, write>;
+// The fixed-point sum and weight of each cell, to which several workgroups add.
+@group(0) @binding(4) var<storage, read_write> sums: array<atomic<u32>>;
 
 var<workgroup> grid_build_sums: array<atomic<u32>, GRID_BUILD_MOST_BINS>;
 var<workgroup> grid_build_weights: array<atomic<u32>, GRID_BUILD_MOST_BINS>;
@@ -65,13 +70,9 @@ fn grid_build_add(bin: u32, weight: f32, level: f32) {
     atomicAdd(&grid_build_weights[bin], u32(weight * params.unit + 0.5));
 }
 
-@compute @workgroup_size(256)
-fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
-    grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
+// Counts the pixels of a rectangle.
+fn grid_build_rectangle(first: vec2u, extent: vec2u, invocation: u32) {
     let size = textureDimensions(source);
-    let pixels = stride_size(size, params.step);
-    let first = cell_first(column.xy, pixels, params.size.xy);
-    let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
     var run = GridBuildRun();
     for (var x = invocation % 64u; x < extent.x; x += 64u) {
         // Four pixels of a column are loaded together.
@@ -91,7 +92,39 @@ fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invoc
         }
     }
     grid_build_flush(&run);
+}
+
+@compute @workgroup_size(256)
+fn grid_build_nearest(@builtin(workgroup_id) column: vec3u, @builtin(local_invocation_index) invocation: u32) {
+    grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
+    let pixels = stride_size(textureDimensions(source), params.step);
+    let first = cell_first(column.xy, pixels, params.size.xy);
+    let extent = cell_first(column.xy + 1u, pixels, params.size.xy) - first;
+    grid_build_rectangle(first, extent, invocation);
     grid_build_store(column.xy, invocation, GRID_BUILD_INVOCATIONS);
+}
+
+// One of several workgroups for a column, one below the other: a picture that is made in bands needs fewer rows at a
+// time.
+@compute @workgroup_size(256)
+fn grid_build_part(@builtin(workgroup_id) place: vec3u, @builtin(local_invocation_index) invocation: u32) {
+    grid_build_clear(invocation, GRID_BUILD_INVOCATIONS);
+    let column = vec2u(place.x, place.y / GRID_BUILD_PARTS);
+    let part = place.y % GRID_BUILD_PARTS;
+    let pixels = stride_size(textureDimensions(source), params.step);
+    let first = cell_first(column, pixels, params.size.xy);
+    let extent = cell_first(column + 1u, pixels, params.size.xy) - first;
+    let rows = extent.y * vec2u(part, part + 1u) / GRID_BUILD_PARTS;
+    grid_build_rectangle(first + vec2u(0u, rows.x), vec2u(extent.x, rows.y - rows.x), invocation);
+    workgroupBarrier();
+    for (var bin = invocation; bin < params.size.z; bin += GRID_BUILD_INVOCATIONS) {
+        let weight = atomicLoad(&grid_build_weights[bin]);
+        if weight > 0u {
+            let at = 2u * ((column.y * params.size.x + column.x) * params.size.z + bin);
+            atomicAdd(&sums[at], atomicLoad(&grid_build_sums[bin]));
+            atomicAdd(&sums[at + 1u], weight);
+        }
+    }
 }
 
 @compute @workgroup_size(256)

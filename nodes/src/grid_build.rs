@@ -1,10 +1,12 @@
 //! GridBuild: a bilateral grid of an image's luminance.
 
+use afterimage_graph::node::ComputePass;
 use afterimage_graph::prelude::*;
 
 use crate::metering::stride;
 
 static SHADER: Shader = shader!("grid_build");
+static PARTS: Shader = shader!("grid_build_parts");
 
 choices! {
     /// How a pixel is added to the grid.
@@ -23,7 +25,7 @@ params! {
     /// A cell holds the sum of the log2 luminance of its pixels from the middle of the range, and their number, both
     /// divided by the capacity of a cell. After `GridBlur` it is an edge-aware blur, which `LocalToneMap` reads.
     ///
-    /// One workgroup sums one column of cells in integers, so there are no races and the grid is equal in every run.
+    /// Columns of cells are summed in integers, so there are no races and the grid is equal in every run.
     /// The grid stores its own range for its readers. `source` is an exposed image. It may also be the scene with
     /// `meter` and `stops` set as for the `Exposure`; then the exposed image need not be stored.
     pub struct GridBuild {
@@ -51,6 +53,10 @@ params! {
 /// The value of a full cell: as much of the range of half floats as leaves room for 64 stops.
 const FULL_CELL: f64 = 512.0;
 
+/// Rows of the tallest picture of which one workgroup sums a column of cells, and of the parts in taller ones.
+const TALL: u32 = 8192;
+const PART_ROWS: u32 = 128;
+
 /// The nearest multiple of 1/64, which half floats hold exactly up to 32: readers get exactly the range of the grid.
 fn exact_in_half(x: f32) -> f32 {
     (x * 64.0).round() / 64.0
@@ -67,12 +73,37 @@ impl GridBuild {
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
+    /// Workgroups that sum a column of cells. One is fastest; of a picture with so many rows that it may be made in
+    /// bands, each should need few of them.
+    fn parts(&self, sampled: Size) -> u32 {
+        let is_tall = sampled.height > TALL && self.method == GridBuildMethod::Nearest;
+        if is_tall { sampled.height.div_ceil(self.height).div_ceil(PART_ROWS) } else { 1 }
+    }
+
     /// Steps of the fixed point per unit: the largest power of two, up to 65536, with which no sum exceeds 2^32. The
     /// bound allows for a trilinear cell with twice the weight of one cell's pixels.
     fn unit(&self, capacity: u64) -> f64 {
         let [lo, hi] = self.range();
         let most = 2.0 * capacity as f64 * f64::from(hi - lo).max(1.0);
         (2.0_f64.powi(32) / most).log2().floor().clamp(0.0, 16.0).exp2()
+    }
+
+    /// The factor from steps of the fixed point to stored values.
+    fn share(&self, capacity: u64) -> f64 {
+        FULL_CELL / (self.unit(capacity) * capacity as f64)
+    }
+
+    /// Sets the uniform of a kernel that reads pixels.
+    fn set<'r, 'a>(&self, kernel: ComputePass<'r, 'a>, step: u32, capacity: u64) -> ComputePass<'r, 'a> {
+        let [lo, hi] = self.range();
+        kernel
+            .set("step", step)
+            .set("lo", lo)
+            .set("hi", hi)
+            .set("size", [self.width, self.height, self.depth])
+            .set("bins_per_stop", self.depth as f32 / (hi - lo))
+            .set("unit", self.unit(capacity))
+            .set("share", self.share(capacity))
     }
 }
 
@@ -106,24 +137,34 @@ impl Node for GridBuild {
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
         let result = pass.output("result", ImageDesc::volume(size));
+        let cells = [self.width, self.height];
+        let ([lo, hi], parts) = (self.range(), self.parts(picture.div_up(step)));
+        if parts > 1 {
+            let bytes = 8 * u64::from(self.width) * u64::from(self.height) * u64::from(self.depth);
+            let sums = pass.add_buffer("sums", bytes, BufferLife::Zeroed);
+            let kernel = pass.compute(&SHADER, "grid_build_part").buffer("exposure", exposure).buffer("sums", sums);
+            let kernel = kernel.constant("GRID_BUILD_PARTS", f64::from(parts));
+            self.set(kernel, step, capacity).dispatch([self.width, parts * self.height, 1]);
+            return pass
+                .compute(&PARTS, "grid_build_parts")
+                .buffer("sums", sums)
+                .image("result", result)
+                .set("lo", lo)
+                .set("hi", hi)
+                .set("size", [self.width, self.height, self.depth])
+                .set("share", self.share(capacity))
+                .dispatch([self.width, self.height, 1]);
+        }
         let entry = match self.method {
             GridBuildMethod::Nearest => "grid_build_nearest",
             GridBuildMethod::Trilinear => "grid_build_trilinear",
         };
-        let ([lo, hi], unit) = (self.range(), self.unit(capacity));
-        let cells = [self.width, self.height];
         let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, stride: step };
-        pass.compute(&SHADER, entry)
+        let kernel = pass
+            .compute(&SHADER, entry)
             .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
             .buffer("exposure", exposure)
-            .image("result", result)
-            .set("step", step)
-            .set("lo", lo)
-            .set("hi", hi)
-            .set("size", [self.width, self.height, self.depth])
-            .set("bins_per_stop", self.depth as f32 / (hi - lo))
-            .set("unit", unit)
-            .set("share", FULL_CELL / (unit * capacity as f64))
-            .dispatch([self.width, self.height, 1]);
+            .image("result", result);
+        self.set(kernel, step, capacity).dispatch([self.width, self.height, 1]);
     }
 }

@@ -36,8 +36,11 @@ fn cell(shown: &Picture, scene: &Picture, index: usize) -> [f64; 2] {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_grid_is_built_as_its_cpu_reference() {
-    for (width, height) in SIZES {
+    // Several workgroups sum the columns of the last one.
+    for (width, height) in SIZES.into_iter().chain([(3, 8300)]) {
         let scene = scene(width, height);
+        // Half floats hold the sums of many pixels.
+        let rounding = if height > 1000 { 1e-3 } else { 1e-4 };
         for (method, splat) in METHODS {
             let nodes = format!("{}, \"result\": ProbeVolume(volume: \"grid\")", GRID.replace("METHOD", method));
             let shown = shown(&nodes, &scene);
@@ -51,7 +54,7 @@ fn a_grid_is_built_as_its_cpu_reference() {
                 // Where no pixel has crossed a border of cells, the sums agree as well.
                 if (found[1] - wanted[1]).abs() < 0.01 {
                     assert!(
-                        (found[0] - wanted[0]).abs() < 0.01 + 1e-4 * wanted[0].abs(),
+                        (found[0] - wanted[0]).abs() < 0.01 + rounding * wanted[0].abs(),
                         "{method} {index}: {found:?} {wanted:?}"
                     );
                 }
