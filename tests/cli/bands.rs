@@ -59,3 +59,19 @@ fn a_picture_has_the_same_pixels_in_bands() {
     beyond.fails_saying(1, &["`--crop` is a part beyond the 203x3001 pixels of the picture"]);
     folder.run("render tsushima tall.exr -o none.png --gpu-memory 1M").fails_saying(1, &["may take at most 1.0 MiB"]);
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_memory_of_the_host_bounds_the_rows_of_bands() {
+    let folder = Folder::new("host");
+    write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");
+    let picture = |name: &str| read(&Source::file(folder.file(name))).expect("it is a picture").pixels;
+    folder.run("render tsushima tall.exr -o whole.png").good();
+    // The decoder has 48 MiB for itself. Two are left for rows of the file, which has 4.6; the device has enough.
+    let notes = folder.run("render tsushima tall.exr -o rows.png --memory 50M").notes();
+    assert!(notes.contains("bands of 3 sweeps"), "{notes}");
+    assert_eq!(picture("rows.png"), picture("whole.png"));
+    let refused = folder.run("render tsushima tall.exr -o rows.png --memory 49216K");
+    refused
+        .fails_saying(1, &["the rows of a band take", "but may take at most 0.1 MiB", "`--memory SIZE` allows more"]);
+}

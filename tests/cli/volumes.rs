@@ -47,6 +47,10 @@ fn a_volume_comes_from_an_image_of_its_slices() {
         let is_near = (0..3).all(|channel| (pixel[channel] - wanted[channel]).abs() < 2e-3 * wanted[channel]);
         assert!(is_near, "{meters} m: {pixel:?} instead of {wanted:?}");
     }
+    // A part is made in bands, with the whole volume.
+    folder.run(&format!("render foggy.ron scene.exr {given} -o part.exr --depth 32 --crop 0,0,6x2")).good();
+    let part = read(&Source::file(folder.file("part.exr"))).expect("a picture");
+    assert_eq!(part.pixels, found.pixels);
 }
 
 #[test]

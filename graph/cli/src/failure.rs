@@ -132,9 +132,16 @@ impl From<Diagnostics> for Failure {
 
 impl From<PlanError> for Failure {
     fn from(error: PlanError) -> Self {
-        let is_too_large = matches!(error, PlanError::TooMuchMemory { .. });
+        let hint = match error {
+            PlanError::TooMuchMemory { .. } => Some("`--gpu-memory SIZE` allows more"),
+            PlanError::TooMuchHostMemory { .. } => Some("`--memory SIZE` allows more"),
+            _ => None,
+        };
         let failure = Self::error("plan", error, 1);
-        if is_too_large { failure.hint("`--gpu-memory SIZE` allows more") } else { failure }
+        match hint {
+            Some(hint) => failure.hint(hint),
+            None => failure,
+        }
     }
 }
 

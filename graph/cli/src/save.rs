@@ -8,8 +8,8 @@ use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_media::{
-    Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrFile, ExrOptions, JpegFile, JpegOptions, Metadata, Picture,
-    Pixels, PngDepth, PngFile, PngOptions, PngRows, ReadOptions, Source, write_exr, write_exr_beside, write_jpeg,
+    Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
+    PngOptions, PngRows, ReadOptions, RowsFile, RowsOptions, Source, write_exr, write_exr_beside, write_jpeg,
     write_png,
 };
 use afterimage_plan::PlanOutput;
@@ -222,44 +222,10 @@ fn pixels(texels: &Texels) -> Pixels {
     }
 }
 
-/// How an image is written row by row.
-pub(crate) enum RowsOptions {
-    Png(PngOptions),
-    Jpeg(JpegOptions),
-    Exr(ExrOptions, Box<Metadata>),
-}
-
-/// A file that rows are written to, from the top to the bottom.
-pub(crate) enum RowsFile {
-    Png(Box<PngFile>),
-    Jpeg(Box<JpegFile>),
-    Exr(Box<ExrFile>),
-}
-
-impl RowsFile {
-    pub(crate) fn begin(path: &Path, size: (u32, u32), options: &RowsOptions) -> Result<Self, Failure> {
-        Ok(match options {
-            RowsOptions::Png(options) => Self::Png(Box::new(PngFile::begin(path, size, options)?)),
-            RowsOptions::Jpeg(options) => Self::Jpeg(Box::new(JpegFile::begin(path, size, options)?)),
-            RowsOptions::Exr(options, meta) => Self::Exr(Box::new(ExrFile::begin(path, size, meta, options)?)),
-        })
-    }
-
-    pub(crate) fn write(&mut self, rows: &Texels) -> Result<(), Failure> {
-        let written = match self {
-            Self::Png(file) => with_encoded_pixels(rows, |pixels| file.write(pixels)),
-            Self::Jpeg(file) => with_encoded_pixels(rows, |pixels| file.write(pixels)),
-            Self::Exr(file) => file.write(pixels(rows)),
-        };
-        Ok(written?)
-    }
-
-    pub(crate) fn finish(self) -> Result<(), Failure> {
-        let finished = match self {
-            Self::Png(file) => file.finish(),
-            Self::Jpeg(file) => file.finish(),
-            Self::Exr(file) => file.finish(),
-        };
-        Ok(finished?)
-    }
+/// Writes the next rows of a file.
+pub(crate) fn write_rows(file: &mut RowsFile, rows: &Texels) -> Result<(), Failure> {
+    Ok(match file.is_encoded() {
+        true => with_encoded_pixels(rows, |pixels| file.write_encoded(pixels))?,
+        false => file.write_light(pixels(rows))?,
+    })
 }

@@ -19,6 +19,7 @@
 #[macro_use]
 mod trace;
 
+mod bind_group;
 mod buffer;
 mod cache;
 #[cfg(not(target_family = "wasm"))]

@@ -117,14 +117,16 @@ impl RowUpload {
         Self { device: gpu.device.clone(), queue: gpu.queue.clone(), staging }
     }
 
-    /// Uploads rows without gaps, to those of a texture that begin with `first`.
+    /// Uploads rows without gaps, to those of a texture that begin with `first`. The slices of a volume are one below
+    /// the other; these rows are within one.
     pub(crate) fn rows(&self, to: &store::Stored, first: u32, texels: &[u8]) -> Result<(), GpuError> {
         let (row, pitch) = row_and_pitch(to.desc.size, to.desc.format);
         let most = (self.staging.size() as usize / pitch).max(1);
         for (index, piece) in texels.chunks(most * row).enumerate() {
             put(&self.device, &self.staging, piece, row, pitch)?;
             let size = Size { height: (piece.len() / row) as u32, ..to.desc.size };
-            let origin = wgpu::Origin3d { x: 0, y: first + (index * most) as u32, z: 0 };
+            let at = first + (index * most) as u32;
+            let origin = wgpu::Origin3d { x: 0, y: at % to.desc.size.height, z: at / to.desc.size.height };
             submit(&self.device, &self.queue, "rows of an image", |encoder| {
                 let from = wgpu::TexelCopyBufferInfo { buffer: &self.staging, layout: layout(size, pitch) };
                 let to = wgpu::TexelCopyTextureInfo { origin, ..to.texture.as_image_copy() };
@@ -217,7 +219,7 @@ impl Readback {
         let size = Size::new(texture.width(), rows.end - rows.start);
         let (row, pitch) = row_and_pitch(size, format);
         bytes.clear();
-        bytes.reserve(row * size.height as usize);
+        bytes.reserve_exact(row * size.height as usize);
         for (mut origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
             origin.y += rows.start;
             let part = wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() };

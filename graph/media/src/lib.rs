@@ -27,7 +27,7 @@ pub use files::FileWatch;
 #[cfg(feature = "avif")]
 pub use files::write_avif;
 pub use files::{
-    AtomicFile, ExrFile, FileError, JpegFile, PngFile, Source, address_space_limit, default_budget, images_in,
-    left_out, read, read_bytes, read_camera, read_description, read_statistics, read_text, read_within,
-    real_output_path, real_path, sequence, write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
+    AtomicFile, FileError, RowsFile, RowsOptions, Source, address_space_limit, default_budget, images_in, left_out,
+    read, read_bytes, read_camera, read_description, read_statistics, read_text, read_within, real_output_path,
+    real_path, sequence, write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
 };

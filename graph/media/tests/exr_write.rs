@@ -286,9 +286,9 @@ fn rows_of_a_jpeg_give_the_bytes_of_the_whole() {
     for (quality, dither, step) in [(92, Some(3), 1), (60, None, 100), (100, Some(0), 301)] {
         let options = JpegOptions { quality, dither, ..JpegOptions::default() };
         let path = folder.file("rows.jpg");
-        let mut rows = JpegFile::begin(&path, (width, height), &options).unwrap();
+        let mut rows = RowsFile::begin(&path, (width, height), &RowsOptions::Jpeg(options)).unwrap();
         for part in values.chunks(4 * width as usize * step) {
-            rows.write(EncodedPixels::Float(part)).unwrap();
+            rows.write_encoded(EncodedPixels::Float(part)).unwrap();
         }
         rows.finish().unwrap();
         let whole = encode_jpeg((width, height), EncodedPixels::Float(&values), &options).unwrap();

@@ -64,6 +64,13 @@ pub enum PlanError {
     /// [`Caps`]: afterimage_base::caps::Caps
     #[error("the images of a frame take {}, but may take at most {}", bytes_text(*.bytes), bytes_text(*.limit))]
     TooMuchMemory { bytes: u64, limit: u64 },
+    /// The picture must be made in bands, and the rows of the smallest ones have more bytes on their way from and to
+    /// files than [`BandLimits`](crate::BandLimits) allow.
+    #[error(
+        "the rows of a band take {} on their way from and to files, but may take at most {}", bytes_text(*.bytes),
+        bytes_text(*.limit)
+    )]
+    TooMuchHostMemory { bytes: u64, limit: u64 },
     /// The picture must be made in bands, and a pass cannot be.
     #[error("the picture is larger than the device, and node `{node}` cannot be made band by band: {why}")]
     NoBands {

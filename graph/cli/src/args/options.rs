@@ -103,7 +103,7 @@ pub(crate) struct DeviceOptions {
 #[command(next_help_heading = "Machine")]
 pub(crate) struct ImageOptions {
     /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default.
-    /// `render` reads larger EXR images in bands
+    /// `render` reads larger EXR images in bands, whose rows take no more
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes, env = "AFTERIMAGE_MEMORY")]
     memory: Option<Budget>,
 }

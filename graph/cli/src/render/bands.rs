@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use afterimage_gpu::{BandReader, BandWriter, Session, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_media::{Budget, ReadOptions, Source, left_out, read_description, read_within};
-use afterimage_plan::{BandLimits, Plan, PlanOutput};
+use afterimage_media::{ReadOptions, RowsFile, RowsOptions, Source, left_out, read_within};
+use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
 use super::read::{InputPicture, pool};
@@ -20,7 +20,7 @@ use super::state;
 use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
-use crate::save::{RowsFile, RowsOptions, Stated, is_light};
+use crate::save::{Stated, is_light, write_rows};
 use crate::terminal::note;
 
 /// The inputs of a picture.
@@ -74,6 +74,9 @@ pub(super) struct Made {
     pub(super) write: Duration,
 }
 
+/// Bytes that the decoder of an EXR file has besides its rows: three times what it decodes at a time.
+const DECODER: u64 = 48 << 20;
+
 /// Renders a picture in bands.
 pub(super) fn render(
     request: &Request<'_>,
@@ -101,19 +104,20 @@ pub(super) fn render(
         let file = options.map(|options| (file.as_path(), options));
         outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });
     }
-    let inputs = pictures.iter().map(InputRows::new).collect::<Result<_, _>>()?;
-    let mut inputs = Inputs { inputs, pool: pool(), busy: Duration::ZERO };
+    let mut inputs =
+        Inputs { inputs: pictures.iter().map(InputRows::new).collect(), pool: pool(), busy: Duration::ZERO };
     let mut outputs = Outputs { outputs, busy: Duration::ZERO };
     let rows = request.args.crop.map(|Crop { corner: (_, y), size: (_, height) }| [y, y + height]);
-    let limits = BandLimits { rows, ..session.gpu().band_limits() };
+    let host = host_limits(request, &inputs.inputs, &outputs.outputs);
+    let limits = BandLimits { rows, host, ..session.gpu().band_limits() };
     let frame = job.frame.unwrap_or(0);
     let values: Vec<String> = meters.iter().map(|meter| value_of(meter)).collect();
     let (step, files) = (request.step(frame, None, true), (&mut inputs, &mut outputs));
     let made = session.render_in_bands(plan, limits, step, frame, &values, files)?;
     if made.bands > made.sweeps {
         note(&format!(
-            "note: the picture is larger than the device or `--gpu-memory`: it is made in {} bands of {} sweeps, with \
-             {} MiB",
+            "note: the picture is larger than the device, `--gpu-memory` or `--memory`: it is made in {} bands of {} \
+             sweeps, with {} MiB",
             made.bands,
             made.sweeps,
             made.allocated.unwrap_or(made.bytes).div_ceil(1 << 20)
@@ -126,6 +130,19 @@ pub(super) fn render(
     let finished = outputs.outputs.into_iter().map(OutputRows::finish).collect::<Result<_, _>>()?;
     write += start.elapsed();
     Ok(Made { outputs: finished, repairs, exposure, read, write })
+}
+
+/// What `--memory` leaves for rows.
+fn host_limits(request: &Request<'_>, inputs: &[InputRows<'_>], outputs: &[OutputRows<'_>]) -> HostLimits {
+    let budget = request.args.images.budget().0;
+    let streamed = inputs.iter().filter(|rows| rows.input.streamed.is_some());
+    let decoded = streamed.map(|rows| rows.unit).max();
+    let written = outputs.iter().filter_map(|output| Some(output.file.as_ref()?.1.block_rows()));
+    HostLimits {
+        bytes: if decoded.is_some() { budget.saturating_sub(DECODER) } else { budget },
+        decoded: decoded.unwrap_or(0),
+        written: written.max().unwrap_or(1),
+    }
 }
 
 /// The layers that an EXR of rows does not keep are named.
@@ -162,27 +179,36 @@ fn check_state(request: &Request<'_>, plan: &Plan) -> Result<(), Failure> {
         .hint("render them whole, with more memory: `--gpu-memory SIZE`"))
 }
 
-/// Rows of the tallest block of an EXR file without tiles.
-const SCAN_LINES: u64 = 256;
+/// Rows that keep all cores busy with blocks of few rows.
+const MANY_ROWS: u32 = 256;
 
 impl<'a> InputRows<'a> {
-    fn new(input: &'a InputPicture) -> Result<Self, Failure> {
-        let unit = input.streamed.as_ref().map_or(Ok(1), |(source, options)| unit(source, options.budget, input.row()));
-        let repairs = input.repairs;
-        Ok(Self { input, decoded: Vec::new(), first: 0, unit: unit?, repairs, counted: 0 })
+    fn new(input: &'a InputPicture) -> Self {
+        let bytes = input.streamed.as_ref().map_or(0, |(_, options)| options.budget.0.saturating_sub(DECODER));
+        let block = input.picture.meta.block_rows.unwrap_or(1).max(1);
+        // Many blocks are decoded at a time, unless they would take much of the memory.
+        let units = [MANY_ROWS.next_multiple_of(block), block];
+        let is_small = |rows: &u32| u64::from(*rows).saturating_mul(8 * input.row() as u64) <= bytes;
+        let unit = units.into_iter().find(is_small).unwrap_or(1);
+        Self { input, decoded: Vec::new(), first: 0, unit, repairs: input.repairs, counted: 0 }
     }
 
-    /// Decodes what is missing of these rows, and then forgets those before.
-    fn decode(&mut self, (source, options): &(Source, ReadOptions), rows: Range<u32>) -> Result<(), Failure> {
+    /// Decodes what is missing of these rows, and forgets those before the ones that are still needed.
+    fn decode(
+        &mut self,
+        (source, options): &(Source, ReadOptions),
+        rows: Range<u32>,
+        needed: u32,
+    ) -> Result<(), Failure> {
         let row = self.input.row();
         let end = self.first + (self.decoded.len() / row) as u32;
-        let kept = (self.first..end).contains(&rows.start);
-        if kept && rows.end <= end {
+        if self.first <= rows.start && rows.end <= end {
             return Ok(());
         }
-        self.decoded.drain(..if kept { (rows.start - self.first) as usize * row } else { self.decoded.len() });
-        self.first = rows.start;
-        let start = if kept { end } else { rows.start };
+        let kept = (self.first..end).contains(&needed);
+        self.decoded.drain(..if kept { (needed - self.first) as usize * row } else { self.decoded.len() });
+        self.first = needed;
+        let start = if kept { end } else { needed };
         let end = rows.end.next_multiple_of(self.unit).min(self.input.desc.size.height);
         let part = read_within(source, ReadOptions { rows: Some([start, end - start]), ..*options })?;
         if part.bytes().len() != row * (end - start) as usize {
@@ -193,35 +219,28 @@ impl<'a> InputRows<'a> {
             self.repairs = self.repairs.and(Repairs::below(&part, new, self.input.signedness));
             self.counted = end;
         }
+        self.decoded.reserve_exact(part.bytes().len());
         self.decoded.extend_from_slice(part.bytes());
         Ok(())
     }
 }
 
-/// The rows of the blocks of a file, unless some of them would take much of the memory.
-fn unit(source: &Source, Budget(bytes): Budget, row: usize) -> Result<u32, Failure> {
-    let description = read_description(source)?;
-    let part = description.picture.map_or(0, |picture| picture.part);
-    let rows = description.parts[part].tiles.map_or(SCAN_LINES, |[_, rows]| rows);
-    let is_small = rows.saturating_mul(8 * row as u64) <= bytes;
-    Ok(u32::try_from(rows).ok().filter(|_| is_small).unwrap_or(1))
-}
-
 impl BandReader for Inputs<'_> {
     type Error = Failure;
 
-    fn read(&mut self, input: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Failure> {
+    fn read(&mut self, input: &str, rows: Range<u32>, needed: u32, texels: &mut Vec<u8>) -> Result<(), Failure> {
         let start = Instant::now();
         let input = self.inputs.iter_mut().find(|rows| rows.input.name == input).expect("the plan has its inputs");
         let row = input.input.row();
         texels.clear();
+        texels.reserve_exact((rows.end - rows.start) as usize * row);
         match &input.input.streamed {
             None => {
                 let bytes = input.input.picture.bytes();
                 texels.extend_from_slice(&bytes[rows.start as usize * row..rows.end as usize * row]);
             }
             Some(streamed) => {
-                self.pool.install(|| input.decode(streamed, rows.clone()))?;
+                self.pool.install(|| input.decode(streamed, rows.clone(), needed))?;
                 let start = (rows.start - input.first) as usize * row;
                 let length = (rows.end - rows.start) as usize * row;
                 texels.extend_from_slice(&input.decoded[start..][..length]);
@@ -273,7 +292,7 @@ impl OutputRows<'_> {
         let size = Size { height: end - first, ..self.desc.size };
         let part = Texels { desc: ImageDesc { size, ..self.desc }, bytes: mem::take(texels) };
         let file = self.open.as_mut().expect("the first row comes first");
-        file.write(&part)?;
+        write_rows(file, &part)?;
         *texels = part.bytes;
         Ok(())
     }

@@ -8,18 +8,20 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
 use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind, compose_pass};
 use afterimage_plan::{
-    Band, BandLimits, Banding, GivenImage, HostInputs, Plan, PlanError, PlanOutput, PlannedImage, Reach, Stage,
+    Band, BandLimits, Banding, GivenImage, HostInputs, InputRows, Plan, PlanError, PlanOutput, PlannedImage, Reach,
+    Stage, Sweep,
 };
 use afterimage_wgsl::{BandedModule, banded};
-use wgpu::{BindGroupEntry, BindingResource, BufferUsages, ShaderStages};
+use wgpu::{BindGroupEntry, BufferUsages, ShaderStages};
 
 use super::{FrameStep, Session};
+use crate::bind_group::{PassBindings, Samplers, part};
 use crate::buffer::{buffer, filled_buffer};
 use crate::device::{BLOCK, texture_format};
-use crate::frame_constants::{self, FrameConstants};
+use crate::frame_constants::FrameConstants;
 use crate::full_screen::FullScreenPipeline;
 use crate::heap;
-use crate::layout::{Pipeline, layout_entries, manual_filtering, sampler};
+use crate::layout::{Pipeline, layout_entries};
 use crate::pipelines::shader_module;
 use crate::platform::{submit, wait, watched};
 use crate::post::PostError;
@@ -33,11 +35,12 @@ pub trait BandReader: Send {
     type Error: From<PostError> + Send;
 
     /// Puts the texels of some rows of the image of an input, without gaps, into `texels`, which holds those of an
-    /// earlier call. Rows are asked for from the top to the bottom, with some rows again, and in several sweeps.
+    /// earlier call. Rows are asked for from the top to the bottom, with some rows again, and in several sweeps: no
+    /// later call of a sweep asks for a row before `needed`, which is `rows.start` at most.
     ///
     /// # Errors
     /// The rows cannot be read.
-    fn read(&mut self, input: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Self::Error>;
+    fn read(&mut self, input: &str, rows: Range<u32>, needed: u32, texels: &mut Vec<u8>) -> Result<(), Self::Error>;
 }
 
 /// Where the rows of pictures go to, on a thread of its own.
@@ -97,8 +100,8 @@ impl Session {
 
     /// What a frame of whole images takes, with what is uploaded and read back.
     fn whole_bytes(&self, plan: &Plan, inputs: &[(&str, ImageDesc)]) -> u64 {
-        let asked = |desc: &ImageDesc| heap::requirement(&self.gpu.device, desc).bytes;
-        let inputs = inputs.iter().map(|(_, desc)| asked(desc) + desc.bytes());
+        let device = &self.gpu.device;
+        let inputs = inputs.iter().map(|(_, desc)| heap::requirement(device, desc).bytes + desc.bytes());
         let buffers = plan.buffers.iter().map(|buffer| buffer.bytes);
         let outputs = plan.outputs.iter().map(|output| self.readback.bytes_of(&plan.image(output.image).desc));
         let images = plan.memory.bytes(plan.options.alias) + plan.memory.kept;
@@ -138,8 +141,8 @@ impl Session {
         let mut compiled = BTreeMap::new();
         let limits = BandLimits { side: limits.side.min(self.gpu.device.limits().max_texture_dimension_2d), ..limits };
         for starts in 1.. {
-            let requirement = |desc: &ImageDesc| heap::requirement(&self.gpu.device, desc);
-            let banding = plan.banding(limits, &reach, &requirement).map_err(PostError::from)?;
+            let banding = plan.banding(limits, &reach, &|desc| heap::requirement(&self.gpu.device, desc));
+            let banding = banding.map_err(PostError::from)?;
             compile(&self.gpu.device, plan, &banding, &mut compiled)?;
             let constants = FrameConstants::new(step.time, step.dt, number, true);
             let mut picture = Picture::new(&self.gpu, plan, &banding, &compiled, &constants, &self.blocks)?;
@@ -176,13 +179,6 @@ struct Compiled {
     layout: wgpu::BindGroupLayout,
 }
 
-/// What bind groups are made of, besides images.
-struct Bindings {
-    frame: wgpu::Buffer,
-    samplers: [wgpu::Sampler; 2],
-    windows: wgpu::BindGroupLayout,
-}
-
 /// A picture that is made in bands.
 struct Picture<'a> {
     gpu: &'a Gpu,
@@ -193,7 +189,9 @@ struct Picture<'a> {
     compiled: &'a BTreeMap<usize, Compiled>,
     /// The bind groups of the passes that may run.
     groups: BTreeMap<usize, Vec<wgpu::BindGroup>>,
-    bindings: Bindings,
+    samplers: Samplers,
+    frame: wgpu::Buffer,
+    window_layout: wgpu::BindGroupLayout,
     /// Where the bands of the passes begin, one region for each pass.
     windows: wgpu::Buffer,
     missing: wgpu::Buffer,
@@ -238,11 +236,9 @@ impl<'a> Picture<'a> {
                 buffers: Vec::new(),
                 compiled,
                 groups: BTreeMap::new(),
-                bindings: Bindings {
-                    frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
-                    samplers: [sampler(device, true), sampler(device, false)],
-                    windows: window_layout(device),
-                },
+                samplers: Samplers::new(device),
+                frame: filled_buffer(device, "frame", constants.bytes(true), UNIFORM)?,
+                window_layout: window_layout(device),
                 windows: buffer(device, "bands", region(banding) * plan.passes.len() as u64, UNIFORM),
                 missing: buffer(device, "missing rows", missing_bytes, STORAGE),
                 uniforms: filled_buffer(device, "uniforms", &uniforms(plan, blocks), UNIFORM)?,
@@ -320,59 +316,28 @@ impl<'a> Picture<'a> {
         self.banding.images[resource.image()?.0 as usize]
     }
 
-    fn part<'b>(&self, buffer: &'b wgpu::Buffer, offset: u64, bytes: u64) -> BindingResource<'b> {
-        BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: std::num::NonZeroU64::new(bytes) })
-    }
-
     fn bind(&self, pass: usize, in_bands: bool) -> Vec<wgpu::BindGroup> {
-        let bindings = &self.bindings;
+        let device = &self.gpu.device;
         let Compiled { composed, layout, .. } = &self.compiled[&pass];
-        let planned = &self.plan.passes[pass];
-        let uniform = &planned.uniform;
-        let levels: Vec<_> = composed
-            .slots
-            .iter()
-            .map(|slot| match slot.kind {
-                SlotKind::Level(part) => {
-                    Some(store::part_view(&self.image(part.image.0 as usize).texture, part.level, part.layer))
-                }
-                _ => None,
-            })
-            .collect();
-        let is_bound = |kind: SlotKind| planned.stage == Stage::Compute || !matches!(kind, SlotKind::Storage(_));
-        let slots = composed.slots.iter().zip(&levels).filter(|(slot, _)| is_bound(slot.kind));
-        let entries = slots.map(|(slot, level)| {
-            let resource = match slot.kind {
-                SlotKind::Frame => self.part(&bindings.frame, 0, u64::from(frame_constants::BYTES)),
-                SlotKind::Block(block) => {
-                    let planned = self.plan.block(block);
-                    self.part(&self.uniforms, planned.offset, planned.block.bytes() as u64)
-                }
-                SlotKind::Params => self.part(&self.uniforms, uniform.offset, uniform.bytes.len() as u64),
-                SlotKind::Extent => {
-                    self.part(&self.uniforms, uniform.extent_offset, size_of_val(&uniform.extent) as u64)
-                }
-                SlotKind::Sampler => {
-                    BindingResource::Sampler(&bindings.samplers[usize::from(manual_filtering(composed))])
-                }
-                SlotKind::Texture(image) | SlotKind::Storage(image) => {
-                    BindingResource::TextureView(&self.image(image.0 as usize).view)
-                }
-                SlotKind::Level(_) => BindingResource::TextureView(level.as_ref().expect("it has a view")),
-                SlotKind::Buffer(buffer, _) => self.buffers[buffer.0 as usize].as_entire_binding(),
-            };
-            BindGroupEntry { binding: slot.binding, resource }
-        });
-        let group = |layout, entries: &[BindGroupEntry<'_>]| {
-            self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+        let bindings = PassBindings {
+            plan: self.plan,
+            pass,
+            composed,
+            stage: self.plan.passes[pass].stage,
+            samplers: &self.samplers,
+            frame: &self.frame,
+            uniforms: &self.uniforms,
+            buffers: &self.buffers,
+            view: &|image| &self.image(image.0 as usize).view,
         };
-        let mut groups = vec![group(layout, &entries.collect::<Vec<_>>())];
+        let mut groups = vec![bindings.bind_group(device, layout)];
         if in_bands {
             let bytes = region(self.banding);
-            let windows = self.part(&self.windows, bytes * pass as u64, bytes);
+            let windows = part(&self.windows, bytes * pass as u64, bytes);
             let entries = [(0, windows), (1, self.missing.as_entire_binding())];
-            let entries = entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
-            groups.push(group(&bindings.windows, &entries));
+            let entries = &entries.map(|(binding, resource)| BindGroupEntry { binding, resource });
+            let layout = &self.window_layout;
+            groups.push(device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries }));
         }
         groups
     }
@@ -383,23 +348,31 @@ impl<'a> Picture<'a> {
         labels.iter().map(value).collect()
     }
 
-    /// The inputs that are whole.
-    fn whole_inputs(&self) -> impl Iterator<Item = (&'a str, usize)> + '_ {
-        let inputs = self.plan.inputs.iter().map(|(name, image)| (name.as_str(), image.0 as usize));
-        let is_used = |image: usize| self.plan.images[image].lifetime.is_some();
-        inputs.filter(move |(_, image)| self.banding.images[*image].is_none() && is_used(*image))
+    /// The rows of the inputs that are whole, in pieces.
+    fn whole_inputs(&self) -> Vec<InputRows> {
+        let mut rows = Vec::new();
+        for (_, image) in &self.plan.inputs {
+            let PlannedImage { desc, lifetime, .. } = self.plan.image(*image);
+            if lifetime.is_some() && self.place(Resource::Image(*image)).is_none() {
+                let Size { width, height, depth } = desc.size;
+                let row = u64::from(width) * desc.format.bytes();
+                let piece = (self.banding.piece / row).clamp(1, height.into()) as u32;
+                // The slices of a volume are one below the other.
+                for slice in 0..depth {
+                    for first in (0..height).step_by(piece as usize) {
+                        let (needed, end) = (slice * height + first, slice * height + (first + piece).min(height));
+                        rows.push(InputRows { image: *image, rows: needed..end, needed });
+                    }
+                }
+            }
+        }
+        rows
     }
 
     /// All rows of inputs, in the order in which they are needed.
-    fn reads(&self) -> Vec<(&'a str, Range<u32>)> {
-        let whole = self.whole_inputs();
-        let mut reads: Vec<_> =
-            whole.map(|(name, image)| (name, 0..self.plan.images[image].desc.size.height)).collect();
-        for (image, rows) in self.banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.inputs) {
-            let (name, _) = self.plan.inputs.iter().find(|(_, input)| input == image).expect("it is an input");
-            reads.push((name, rows.clone()));
-        }
-        reads
+    fn reads(&self) -> Vec<InputRows> {
+        let in_bands = self.banding.sweeps.iter().flat_map(Sweep::inputs);
+        self.whole_inputs().into_iter().chain(in_bands).collect()
     }
 
     /// Makes the picture; what passes lack, if they have read beyond their bands.
@@ -408,14 +381,15 @@ impl<'a> Picture<'a> {
         reader: &mut R,
         writer: &mut W,
     ) -> Result<Option<Vec<Missing>>, R::Error> {
-        let reads = self.reads();
+        let (reads, inputs) = (self.reads(), &self.plan.inputs);
         std::thread::scope(|scope| {
             let (read_to, read) = sync_channel(AHEAD);
             let (uploaded, used) = channel();
             scope.spawn(move || {
-                for (name, rows) in reads {
+                for InputRows { image, rows, needed } in reads {
+                    let (name, _) = inputs.iter().find(|(_, input)| *input == image).expect("it is an input");
                     let mut texels = used.try_recv().unwrap_or_default();
-                    let read = reader.read(name, rows, &mut texels).map(|()| texels);
+                    let read = reader.read(name, rows, needed, &mut texels).map(|()| texels);
                     let failed = read.is_err();
                     // A receiver that is gone needs no more rows.
                     if read_to.send(read).is_err() || failed {
@@ -442,8 +416,8 @@ impl<'a> Picture<'a> {
         for (number, sweep) in self.banding.sweeps.iter().enumerate() {
             self.enter(number, false)?;
             if number == 0 {
-                for (_, image) in self.whole_inputs() {
-                    self.upload(&streams, image, 0)?;
+                for InputRows { image, rows, .. } in self.whole_inputs() {
+                    self.upload(&streams, image.0 as usize, rows.start)?;
                 }
             }
             self.run(sweep.before.iter().map(|pass| (*pass, self.plan.passes[*pass].workgroups, None)))?;
@@ -483,15 +457,18 @@ impl<'a> Picture<'a> {
         Ok(None)
     }
 
-    /// Runs a band in the middle of each sweep, on black images: what the passes lack there.
+    /// Runs bands in the middle of each sweep, on black images, so that each pass runs: what they lack there.
     fn probe(&mut self) -> Result<Option<Vec<Missing>>, PostError> {
         let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
         for (number, sweep) in self.banding.sweeps.iter().enumerate() {
             self.enter(number, true)?;
-            if let Some(band) = sweep.bands.get(sweep.bands.len() / 2)
-                && let Some(missing) = self.passes(band, &readback)?
-            {
-                return Ok(Some(missing));
+            let middle = sweep.bands.len() / 2;
+            let mut known = BTreeSet::new();
+            for band in sweep.bands[middle..].iter().chain(sweep.bands[..middle].iter().rev()) {
+                let is_new = band.passes.iter().fold(false, |is_new, run| known.insert(run.pass) || is_new);
+                if is_new && let Some(missing) = self.passes(band, &readback)? {
+                    return Ok(Some(missing));
+                }
             }
         }
         // What passes add to begins with zeros.

@@ -123,13 +123,20 @@ pub struct Metadata {
     /// Width and height of the data window, if the picture is that and not the display window. A picture of that size
     /// is written with both windows.
     pub data_size: Option<(u32, u32)>,
+    /// Rows that the file packs together: those of a tile, or of a block of scan lines.
+    pub block_rows: Option<u32>,
 }
 
 impl Metadata {
     /// Nothing but a window of that size, square pixels, no stated primaries.
     pub fn of_size(width: u32, height: u32) -> Self {
         let window = IntegerBounds::from_dimensions((width as usize, height as usize));
-        Self { image: ImageAttributes::new(window), layer: LayerAttributes::default(), data_size: None }
+        Self {
+            image: ImageAttributes::new(window),
+            layer: LayerAttributes::default(),
+            data_size: None,
+            block_rows: None,
+        }
     }
 
     /// Sets a custom text attribute. Characters outside Latin-1 become `?`, as EXR text has none.

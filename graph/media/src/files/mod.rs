@@ -8,11 +8,11 @@ mod leftovers;
 mod memory;
 mod regular;
 mod rights;
+mod rows;
 pub mod sequence;
 #[cfg(not(target_family = "wasm"))]
 mod watch;
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -21,13 +21,14 @@ pub use error::FileError;
 pub use folder::images_in;
 pub use memory::{address_space_limit, default_budget};
 pub use regular::{read_bytes, read_text, real_path};
+pub use rows::{RowsFile, RowsOptions};
 #[cfg(not(target_family = "wasm"))]
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, ExrRows, JpegOptions, JpegRows, Metadata,
-    Picture, Pixels, PngOptions, PngRows, ReadOptions, StatedCamera, decode, decode_camera, describe, encode_exr,
-    encode_exr_beside, encode_jpeg, encode_png, exr_left_out, measure,
+    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions,
+    StatedCamera, decode, decode_camera, describe, encode_exr, encode_exr_beside, encode_jpeg, encode_png,
+    exr_left_out, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -145,48 +146,6 @@ pub fn left_out(original: &Source, why: &str) -> Result<Vec<String>, FileError> 
     notes.map_err(|error| FileError::at(&original.path, error))
 }
 
-/// An EXR file that is written from the top to the bottom, atomically.
-pub struct ExrFile {
-    file: AtomicFile,
-    path: PathBuf,
-    rows: ExrRows<File>,
-}
-
-impl ExrFile {
-    /// Begins an EXR of `size` (width, height), whose file states what `meta` does.
-    ///
-    /// # Errors
-    /// See [`ExrRows::new`] and [`write_atomic`].
-    pub fn begin(path: &Path, size: (u32, u32), meta: &Metadata, options: &ExrOptions) -> Result<Self, FileError> {
-        let file = AtomicFile::create(path)?;
-        let rows = ExrRows::new(file.handle()?, size, meta, options).map_err(|error| FileError::at(path, error))?;
-        Ok(Self { file, path: path.to_owned(), rows })
-    }
-
-    /// Writes the next rows.
-    ///
-    /// # Errors
-    /// See [`ExrRows::write`].
-    ///
-    /// # Panics
-    /// As [`ExrRows::write`].
-    pub fn write(&mut self, rows: Pixels) -> Result<(), FileError> {
-        self.rows.write(rows).map_err(|error| FileError::at(&self.path, error))
-    }
-
-    /// Puts the file at its place.
-    ///
-    /// # Errors
-    /// See [`ExrRows::finish`] and [`write_atomic`].
-    ///
-    /// # Panics
-    /// As [`ExrRows::finish`].
-    pub fn finish(self) -> Result<(), FileError> {
-        self.rows.finish().map_err(|error| FileError::at(&self.path, error))?;
-        self.file.finish()
-    }
-}
-
 /// Writes a PNG of `size` (width, height), atomically.
 ///
 /// # Errors
@@ -198,81 +157,6 @@ pub fn write_png(
     options: &PngOptions,
 ) -> Result<(), FileError> {
     write_atomic(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
-}
-
-/// A PNG file that is written from the top to the bottom, atomically.
-pub struct PngFile {
-    file: AtomicFile,
-    path: PathBuf,
-    rows: PngRows<File>,
-}
-
-impl PngFile {
-    /// Begins a PNG of `size` (width, height).
-    ///
-    /// # Errors
-    /// See [`PngRows::new`] and [`write_atomic`].
-    ///
-    /// # Panics
-    /// As [`PngRows::new`].
-    pub fn begin(path: &Path, size: (u32, u32), options: &PngOptions) -> Result<Self, FileError> {
-        let file = AtomicFile::create(path)?;
-        let rows = PngRows::new(file.handle()?, size, options).map_err(|error| FileError::at(path, error))?;
-        Ok(Self { file, path: path.to_owned(), rows })
-    }
-
-    /// Writes the next rows.
-    ///
-    /// # Errors
-    /// See [`PngRows::write`].
-    pub fn write(&mut self, pixels: EncodedPixels<'_>) -> Result<(), FileError> {
-        self.rows.write(pixels).map_err(|error| FileError::at(&self.path, error))
-    }
-
-    /// Puts the file at its place.
-    ///
-    /// # Errors
-    /// See [`PngRows::finish`] and [`write_atomic`].
-    pub fn finish(self) -> Result<(), FileError> {
-        self.rows.finish().map_err(|error| FileError::at(&self.path, error))?;
-        self.file.finish()
-    }
-}
-
-/// A JPEG file that is written from the top to the bottom, atomically.
-pub struct JpegFile {
-    file: AtomicFile,
-    path: PathBuf,
-    rows: JpegRows,
-}
-
-impl JpegFile {
-    /// Begins a JPEG of `size` (width, height).
-    ///
-    /// # Errors
-    /// See [`JpegRows::new`] and [`write_atomic`].
-    pub fn begin(path: &Path, size: (u32, u32), options: &JpegOptions) -> Result<Self, FileError> {
-        let file = AtomicFile::create(path)?;
-        let rows = JpegRows::new(file.handle()?, size, options).map_err(|error| FileError::at(path, error))?;
-        Ok(Self { file, path: path.to_owned(), rows })
-    }
-
-    /// Writes the next rows.
-    ///
-    /// # Errors
-    /// See [`JpegRows::write`].
-    pub fn write(&mut self, pixels: EncodedPixels<'_>) -> Result<(), FileError> {
-        self.rows.write(pixels).map_err(|error| FileError::at(&self.path, error))
-    }
-
-    /// Puts the file at its place.
-    ///
-    /// # Errors
-    /// See [`JpegRows::finish`] and [`write_atomic`].
-    pub fn finish(self) -> Result<(), FileError> {
-        self.rows.finish().map_err(|error| FileError::at(&self.path, error))?;
-        self.file.finish()
-    }
 }
 
 /// Writes a JPEG of `size` (width, height), atomically.

@@ -2,30 +2,25 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::node::{ImageId, Subresource};
+use afterimage_graph::node::Subresource;
 use afterimage_plan::Stage;
-use afterimage_plan::codegen::{Slot, SlotKind};
-use wgpu::{BindGroup, BindGroupEntry, BindingResource, Buffer, BufferUsages, CommandEncoder, Device, TextureView};
+use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, Device, TextureView};
 
+use crate::bind_group::{PassBindings, Samplers};
 use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::executor::loaded::Loaded;
 use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::uniforms::Staging;
 use crate::frame_constants::{self, FrameConstants};
-use crate::layout::{bound_slots, sampler};
 use crate::pipelines::Built;
 use crate::store::part_view;
-
-/// Slots of a bind group that is made without an allocation of ours.
-const FEW_SLOTS: usize = 16;
 
 /// Makes bind groups, with the samplers and the buffer of frame constants that all plans of an executor share.
 #[derive(Clone)]
 pub(crate) struct Binder {
     pub(crate) device: Device,
-    linear: wgpu::Sampler,
-    nearest: wgpu::Sampler,
+    samplers: Samplers,
     /// The constants of the last frame, for shaders that do not take them from immediates: first those of most passes,
     /// then those of passes whose memory begins in that frame.
     frame: Buffer,
@@ -37,9 +32,8 @@ impl Binder {
     pub(crate) fn new(device: &Device) -> Self {
         let stride = device.limits().min_uniform_buffer_offset_alignment.max(frame_constants::BYTES);
         let bytes = u64::from(stride + frame_constants::BYTES);
-        let [linear, nearest] = [true, false].map(|is_linear| sampler(device, is_linear));
         let frame = buffer(device, "frame", bytes, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        Self { device: device.clone(), linear, nearest, frame, frame_offsets: [0, stride] }
+        Self { device: device.clone(), samplers: Samplers::new(device), frame, frame_offsets: [0, stride] }
     }
 
     /// Writes the constants for passes that take them from a buffer; the second ones only where a pass needs them.
@@ -113,65 +107,22 @@ impl Binder {
         views: &[TextureView],
         ring_index: u32,
     ) -> BindGroup {
-        let (pass, stage) = (&loaded.passes[index], built.pipeline.stage());
-        let part = |buffer, offset, bytes| {
-            let size = std::num::NonZeroU64::new(bytes);
-            BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size })
+        let bindings = PassBindings {
+            plan: &loaded.plan,
+            pass: index,
+            composed: &loaded.passes[index].composed,
+            stage: built.pipeline.stage(),
+            samplers: &self.samplers,
+            frame: &self.frame,
+            uniforms: &loaded.uniforms.buffer,
+            buffers: &loaded.residency.buffers,
+            view: &|image| loaded.residency.view(image, views, ring_index),
         };
-        let region = |offset, bytes| part(&loaded.uniforms.buffer, offset, bytes);
-        let uniform = &loaded.plan.passes[index].uniform;
-        let whole = |image| loaded.residency.view(image, views, ring_index);
-        let levels = level_views(bound_slots(&pass.composed, stage), &whole);
-        let mut next_level = levels.iter();
-        let mut resource = |kind| match kind {
-            SlotKind::Level(_) => BindingResource::TextureView(next_level.next().expect("each has its view")),
-            SlotKind::Frame => part(&self.frame, 0, u64::from(frame_constants::BYTES)),
-            SlotKind::Block(block) => {
-                let planned = loaded.plan.block(block);
-                region(planned.offset, planned.block.bytes() as u64)
-            }
-            SlotKind::Params => region(uniform.offset, uniform.bytes.len() as u64),
-            SlotKind::Extent => region(uniform.extent_offset, size_of_val(&uniform.extent) as u64),
-            SlotKind::Sampler => {
-                BindingResource::Sampler(if pass.manual_filtering { &self.nearest } else { &self.linear })
-            }
-            SlotKind::Texture(image) | SlotKind::Storage(image) => BindingResource::TextureView(whole(image)),
-            SlotKind::Buffer(buffer, _) => loaded.residency.buffers[buffer.0 as usize].as_entire_binding(),
-        };
-        // A host with new views in every frame makes some bind groups in each: most fit into an array.
-        let unused = BindGroupEntry { binding: 0, resource: BindingResource::Sampler(&self.nearest) };
-        let mut few: [BindGroupEntry<'_>; FEW_SLOTS] = std::array::from_fn(|_| unused.clone());
-        let mut many = Vec::new();
-        let mut count = 0;
-        for slot in bound_slots(&pass.composed, stage) {
-            let entry = BindGroupEntry { binding: slot.binding, resource: resource(slot.kind) };
-            match few.get_mut(count) {
-                Some(place) => *place = entry,
-                None => many.push(entry),
-            }
-            count += 1;
-        }
-        if !many.is_empty() {
-            many.splice(..0, few.iter().cloned());
-        }
-        let entries = if many.is_empty() { &few[..count] } else { &many };
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &built.layout, entries })
+        bindings.bind_group(&self.device, &built.layout)
     }
 }
 
 /// All ring indices if the pass binds a history image, or else one.
 fn ring_indices(loaded: &Loaded, index: usize) -> std::ops::Range<u32> {
     0..if loaded.in_rings[index] { loaded.residency.ring_length } else { 1 }
-}
-
-/// The views of single mip levels, in the order of their slots.
-fn level_views<'s, 'v>(
-    slots: impl Iterator<Item = &'s Slot>,
-    whole: &dyn Fn(ImageId) -> &'v TextureView,
-) -> Vec<TextureView> {
-    let level = |slot: &Slot| match slot.kind {
-        SlotKind::Level(part) => Some(part_view(whole(part.image).texture(), part.level, part.layer)),
-        _ => None,
-    };
-    slots.filter_map(level).collect()
 }

@@ -26,7 +26,6 @@ use crate::executor::loaded::turns::Turns;
 use crate::executor::loaded::uniforms::Uniforms;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
 use crate::heap::{Place, Placed};
-use crate::layout::manual_filtering;
 use crate::pipelines::{Built, PipelineRequest, Pipelines};
 use crate::platform::{TaskPool, Worker, watched};
 
@@ -225,7 +224,6 @@ impl PlanCompiler {
             passes.push(LoadedPass {
                 workgroups: plan.passes[index].workgroups,
                 writes_image,
-                manual_filtering: manual_filtering(&composed),
                 immediate: composed.immediate,
                 binds_frame: composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame),
                 built: self.pipelines.get(&key).expect("every planned pipeline was built"),

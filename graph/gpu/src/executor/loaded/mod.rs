@@ -78,7 +78,6 @@ pub(crate) struct LoadedPass {
     pub(crate) workgroups: [u32; 3],
     /// The first image that the pass writes.
     pub(crate) writes_image: Option<ImageId>,
-    pub(crate) manual_filtering: bool,
     /// Whether it takes the frame constants from immediates.
     pub(crate) immediate: bool,
     /// Whether it has the frame constants in its bind group, at a dynamic offset.

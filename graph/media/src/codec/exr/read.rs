@@ -95,12 +95,17 @@ fn check_header(header: &Header) -> Result<(), CodecError> {
     Ok(())
 }
 
-/// Bytes of the largest block, all channels together.
-fn block_bytes(header: &Header) -> u64 {
-    let (width, height) = match header.blocks {
+/// Width and height of the largest block.
+fn block_size(header: &Header) -> (u64, u64) {
+    match header.blocks {
         BlockDescription::Tiles(tiles) => (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64),
         BlockDescription::ScanLines => (header.layer_size.0 as u64, header.compression.scan_lines_per_block() as u64),
-    };
+    }
+}
+
+/// Bytes of the largest block, all channels together.
+fn block_bytes(header: &Header) -> u64 {
+    let (width, height) = block_size(header);
     (header.channels.bytes_per_pixel as u64).saturating_mul(width).saturating_mul(height)
 }
 
@@ -181,7 +186,7 @@ fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>
     if let Some(primaries) = primaries {
         layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white, Xy::D65));
     }
-    Metadata { image, layer, data_size: None }
+    Metadata { image, layer, data_size: None, block_rows: u32::try_from(block_size(header).1).ok() }
 }
 
 /// What the picture, which is this window, does not have of the file.

@@ -111,6 +111,11 @@ impl ExrCompression {
         Self::ALL.into_iter().find(|known| known.name() == name)
     }
 
+    /// Rows that it packs together.
+    pub fn block_rows(self) -> u32 {
+        self.method().scan_lines_per_block() as u32
+    }
+
     /// Whether numbers of that type come back as they were.
     pub(super) fn is_lossless_for(self, samples: SampleType) -> bool {
         self.method().is_lossless_for(samples)
