@@ -1,5 +1,6 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
+mod again;
 mod captured;
 mod expected;
 mod fade;

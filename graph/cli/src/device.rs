@@ -61,9 +61,15 @@ impl CachedSession {
         Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
     }
 
-    /// The session for a run with another graph: compiled pipelines stay, histories begin anew.
-    pub(crate) fn changed(mut self, graph: Graph, facts: Facts, options: Options) -> Self {
-        self.session.begin_anew(graph, facts, options);
+    /// The session for a run with another graph. Compiled pipelines stay, and for the same frame once more its images
+    /// and its state; otherwise all begins anew.
+    pub(crate) fn changed(mut self, graph: Graph, facts: Facts, options: Options, again: bool) -> Self {
+        if again {
+            self.session.change(graph, options);
+            self.session.post().set_facts(facts);
+        } else {
+            self.session.begin_anew(graph, facts, options);
+        }
         self
     }
 

@@ -13,7 +13,7 @@ use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
-use crate::render;
+use crate::render::{self, Kept};
 use crate::run_files::RunFiles;
 use crate::terminal::note;
 
@@ -25,10 +25,13 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
 /// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
 fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
     let mut files = FileWatch::new(|| {});
-    let mut kept = None;
+    let (mut kept, mut changed) = (None::<Kept>, BTreeSet::new());
     loop {
         // A change during rendering counts: it may not be in the result.
-        files.look();
+        changed.extend(files.look());
+        if let Some(kept) = &mut kept {
+            kept.forget(&changed);
+        }
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
         match render::run(args, tables, Some(&mut kept)) {
@@ -37,7 +40,7 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
                 failure.report();
             }
         }
-        files.wait();
+        changed = files.wait();
     }
 }
 

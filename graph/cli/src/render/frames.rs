@@ -10,6 +10,7 @@ use afterimage_media::Alpha;
 use afterimage_plan::{Plan, PlanOutput};
 
 use super::bands;
+use super::kept::{KeptPictures, Repetition};
 use super::metered::unmetered;
 use super::read::{Cameras, InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters};
@@ -30,6 +31,7 @@ pub(super) fn render_all(
     request: &Request<'_>,
     session: &mut CachedSession,
     meters: Vec<String>,
+    repetition: &mut Repetition,
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
     report: &mut Report,
@@ -41,6 +43,7 @@ pub(super) fn render_all(
         request,
         session,
         meters,
+        repetition,
         said: Vec::new(),
         times: Times::default(),
         has_begun: false,
@@ -80,6 +83,7 @@ struct Frames<'a> {
     session: &'a mut CachedSession,
     /// The nodes whose exposure is reported.
     meters: Vec<String>,
+    repetition: &'a mut Repetition,
     /// The notes of images that are printed already.
     said: Vec<String>,
     times: Times,
@@ -103,6 +107,7 @@ impl Frames<'_> {
         check_rows(&self.session.session, &pictures)?;
         let start = Instant::now();
         let size = size(self.request, pictures.iter().map(|input| input.desc));
+        let has_camera = !blocks.is_empty();
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
         let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
@@ -110,18 +115,29 @@ impl Frames<'_> {
         if is_streamed || self.request.args.crop.is_some() || self.session.session.needs_bands(size, &given)? {
             return self.render_in_bands(index, size, &pictures, start);
         }
-        let images = feed(&mut self.session.session, &pictures)?;
+        let fed = pictures.iter().map(|input| self.session.session.fed(&input.name));
+        let images = match fed.collect::<Option<Vec<_>>>().filter(|_| self.repetition.again) {
+            Some(images) => images,
+            None => feed(&mut self.session.session, &pictures)?,
+        };
         if !self.has_begun {
             self.begin(size, &images)?;
         }
         let step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
+        let can_be_repeated = self.can_be_repeated(has_camera);
         let session = &mut self.session.session;
-        session.number_next(job.frame.unwrap_or(0));
-        session.render(size, &images, step)?;
+        if self.repetition.again {
+            session.render_again(size, &images, step)?;
+        } else {
+            session.number_next(job.frame.unwrap_or(0));
+            session.render(size, &images, step)?;
+        }
         (self.begins_shot, self.last, self.cameras) = (false, job.frame, cameras);
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
+        let meta = pictures.first().map(|input| input.picture.meta.clone());
         // The images are uploaded: their memory is freed while the GPU works.
-        let meta = pictures.into_iter().next().map(|input| input.picture.meta);
+        let inputs = &self.request.inputs;
+        self.repetition.pictures = can_be_repeated.then(|| KeptPictures { inputs: inputs.clone(), pictures });
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
@@ -141,6 +157,13 @@ impl Frames<'_> {
             self.times.passes = self.time_passes(&images)?;
         }
         Ok(rendered)
+    }
+
+    /// Whether the next run can render this frame again: it is the only one, and what it is made from is kept.
+    fn can_be_repeated(&self, has_camera: bool) -> bool {
+        let args = self.request.args;
+        let is_alone = self.request.jobs.len() == 1 && self.request.state.is_none() && self.request.measured.is_empty();
+        self.repetition.keeps && is_alone && !has_camera && !args.timings && args.state_out.is_none()
     }
 
     /// The same for a picture that is larger than the device.

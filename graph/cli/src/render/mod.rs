@@ -3,6 +3,7 @@
 mod bands;
 mod frames;
 mod jobs;
+mod kept;
 mod meter;
 mod metered;
 mod read;
@@ -25,7 +26,6 @@ use afterimage_media::write_atomic;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables};
 
 use crate::args::RenderArgs;
-use crate::device::CachedSession;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
@@ -38,6 +38,7 @@ use request::Request;
 use target::{Target, targets};
 use times::Times;
 
+pub(crate) use kept::Kept;
 pub(crate) use meter::run as meter;
 pub(crate) use target::choose_output;
 
@@ -118,13 +119,8 @@ fn prepare<'a>(
     Ok(Prepared { request, graph, facts, options })
 }
 
-/// Renders. `kept` is the device with compiled pipelines that a run with these arguments leaves for the next one, if
-/// there may be one.
-pub(crate) fn run(
-    args: &RenderArgs,
-    tables: &[&[NodeKind]],
-    kept: Option<&mut Option<CachedSession>>,
-) -> Result<(), Failure> {
+/// Renders. `kept` is what a run with these arguments leaves for the next one, if there may be one.
+pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut Option<Kept>>) -> Result<(), Failure> {
     let start = Instant::now();
     let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
     let mut report = Report::default();

@@ -4,16 +4,18 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
+use afterimage_gpu::Gpu;
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_plan::Options;
+use afterimage_plan::{Alias, Options};
 
 use super::frames::render_all;
-use super::read::{pool, read_all};
+use super::kept::{Kept, Repetition};
+use super::read::{Cameras, Inputs, pool, read_all};
 use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
 use super::write::{Queue, Written, write_all};
-use crate::device::CachedSession;
+use crate::device::{CachedSession, open_for};
 use crate::failure::Failure;
 use crate::progress::Bar;
 
@@ -24,12 +26,12 @@ pub(super) const AHEAD: usize = 2;
 const MAX_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them. What is known of
-/// the frames is in `report`, also after an error. `kept` has the session of a run before, and takes that of this run,
-/// unless it fails.
+/// the frames is in `report`, also after an error. `kept` has what a run before has left, and takes what this run
+/// leaves, unless it fails.
 pub(super) fn run(
     request: &Request<'_>,
     (graph, facts, options): (Graph, Facts, Options),
-    mut kept: Option<&mut Option<CachedSession>>,
+    mut kept: Option<&mut Option<Kept>>,
     report: &mut Report,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
@@ -40,8 +42,19 @@ pub(super) fn run(
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
     let meters = meters(&graph);
     let written = &Written::default();
+    let before = kept.as_deref_mut().and_then(Option::take);
+    let (session, pictures) = before.map_or((None, None), |before| (Some(before.session), before.pictures));
+    let pictures = pictures.filter(|pictures| pictures.suit(request)).map(|pictures| pictures.pictures);
+    let mut repetition = Repetition { again: pictures.is_some(), keeps: kept.is_some(), pictures: None };
     let times = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || pool().install(|| read_all(request, &read_to)));
+        let reader = scope.spawn(move || match pictures {
+            Some(pictures) => {
+                // A receiver that is gone reports the error.
+                let _ = read_to.send(Ok(Inputs { pictures, blocks: Vec::new(), cameras: Cameras::new() }));
+                Duration::ZERO
+            }
+            None => pool().install(|| read_all(request, &read_to)),
+        });
         let queue = Arc::new(Queue::new(write_from));
         let spawn = |_| {
             let queue = queue.clone();
@@ -50,16 +63,22 @@ pub(super) fn run(
         let writing: Vec<_> = (0..writers).map(spawn).collect();
         // The last writer that ends closes the queue.
         drop(queue);
-        let session = match kept.as_deref_mut().and_then(Option::take) {
-            Some(session) => Ok(session.changed(graph, facts, options)),
-            None => CachedSession::open(&request.args.device, &request.args.plan, graph, facts, options),
+        let session = match session {
+            Some(session) => {
+                let options = options_to_repeat(session.session.gpu(), options);
+                Ok(session.changed(graph, facts, options, repetition.again))
+            }
+            None => open_for(&request.args.device, &request.args.plan).map(|gpu| {
+                let options = if repetition.keeps { options_to_repeat(&gpu, options) } else { options };
+                CachedSession::new(&gpu, graph, facts, options)
+            }),
         };
         let start = start.elapsed();
         let rendered = session.and_then(|mut session| {
-            let times = render_all(request, &mut session, meters, read_from, write_to, report)?;
+            let times = render_all(request, &mut session, meters, &mut repetition, read_from, write_to, report)?;
             // Otherwise the device is freed while the last image is written.
             if let Some(kept) = kept {
-                *kept = Some(session);
+                *kept = Some(Kept { session, pictures: repetition.pictures });
             }
             Ok(times)
         });
@@ -74,4 +93,10 @@ pub(super) fn run(
     let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));
     report.note_written(written, request.targets.len());
     Ok(Times { all: start.elapsed(), frames: request.jobs.len(), ..times? })
+}
+
+/// The options with which a frame can be repeated in part. A graphics card is not slow enough to be worth the memory.
+fn options_to_repeat(gpu: &Gpu, options: Options) -> Options {
+    let alias = if gpu.is_processor() { Alias::None } else { options.alias };
+    Options { alias, ..options }
 }

@@ -33,6 +33,11 @@ pub struct Frame<'a> {
     pub dt: f32,
     /// Whether this frame does not follow the one before: a cut, a teleport.
     pub reset: bool,
+    /// Whether this is the last frame once more, with other values of parameters: the host's images hold what they
+    /// held. It has the number of that frame. With [`Alias::None`](afterimage_plan::Alias::None) it also has its time,
+    /// begins with its state, and runs only the passes that the values reach; a plan that is new, or whose images share
+    /// memory, runs all, and no time passes.
+    pub again: bool,
 }
 
 impl Frame<'_> {

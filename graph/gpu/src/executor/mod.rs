@@ -9,6 +9,7 @@ mod load;
 mod loaded;
 mod record;
 mod rectangle;
+mod repeat;
 #[cfg(not(target_family = "wasm"))]
 mod state;
 
@@ -68,6 +69,9 @@ pub struct Executor {
     last_number: Option<u32>,
     /// Passes for which the last frame has made bind groups.
     passes_bound: usize,
+    /// Whether the frame has the host's images of the one before.
+    has_last_views: bool,
+    passes_repeated: Option<usize>,
     has_filled_tables: bool,
 }
 
@@ -125,6 +129,8 @@ impl Executor {
             fresh: true,
             last_number: None,
             passes_bound: 0,
+            has_last_views: false,
+            passes_repeated: None,
             has_filled_tables: false,
         }
     }
@@ -316,6 +322,11 @@ impl Executor {
         self.passes_bound
     }
 
+    /// The number of passes that the last recorded frame ran; `None` if it ran all.
+    pub fn passes_repeated(&self) -> Option<usize> {
+        self.passes_repeated
+    }
+
     /// Whether the last recorded frame has filled the tables of the plan: the first one does, and each before which a
     /// number in them has changed.
     pub fn has_filled_tables(&self) -> bool {
@@ -326,6 +337,7 @@ impl Executor {
     pub(crate) fn forget_tables(&mut self) {
         if let Some(loaded) = &mut self.loaded {
             loaded.tables.forget();
+            loaded.forget_frame();
         }
     }
 
@@ -354,48 +366,73 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let begins = self.fresh || frame.reset;
-        let groups = self.begin_frame(encoder, frame, begins)?;
+        let (begins, again) = (self.fresh || frame.reset, frame.again && !self.fresh);
+        let (index, number) = match self.last_number {
+            Some(last) if again => (self.frame_index.wrapping_sub(1), last),
+            _ => (self.frame_index, self.frame_index.wrapping_add(self.number_offset)),
+        };
+        let last = self.loaded.as_ref().and_then(Loaded::last_constants).filter(|_| again);
+        // A plan that has not rendered the last frame has the state after it: no time passes.
+        let dt = if again { 0.0 } else { frame.dt };
+        let constants = last.unwrap_or_else(|| FrameConstants::new(frame.time, dt, number, begins));
+        let (groups, reached) = self.begin_frame(encoder, frame, constants, again, begins)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        let number = self.frame_index.wrapping_add(self.number_offset);
         loaded.turns.begin(number, (!begins).then(|| self.last_number.unwrap_or(number.wrapping_sub(1))));
         let commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
-            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
-            constants: &self.frame_constants,
+            ring_index: (index % loaded.residency.ring_length) as usize,
+            constants: &constants,
             fills_tables: loaded.tables.are_stale(),
+            reached: reached.as_deref(),
         };
         commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
-        if let Some(timing) = &loaded.timing {
+        if let Some(timing) = loaded.timing.as_ref().filter(|_| reached.is_none()) {
             timing.resolve(encoder);
         }
+        self.passes_repeated = reached.map(|reached| reached.into_iter().filter(|runs| *runs).count());
+        let saw_its_state = begins || loaded.uninitialized.is_empty();
+        loaded.note_frame(constants, saw_its_state && draws.is_empty());
         // This frame has initialized all of it.
         loaded.uninitialized.clear();
         self.has_filled_tables = loaded.tables.fill();
         loaded.turns.made.fill();
         self.last_number = Some(number);
-        self.frame_index = self.frame_index.wrapping_add(1);
+        self.frame_index = index.wrapping_add(1);
+        self.frame_constants = constants;
         self.fresh = false;
         Ok(())
     }
 
-    /// Prepares the passes of a frame: the host's images and numbers, and what is cleared if it resets. Returns the
-    /// index of the bind groups.
-    fn begin_frame(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>, reset: bool) -> Result<usize, GpuError> {
+    /// Prepares the passes of a frame: the host's images and numbers, and its state. Returns the index of the bind
+    /// groups, and for each pass whether it runs if the last frame is repeated in part.
+    fn begin_frame(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        constants: FrameConstants,
+        again: bool,
+        reset: bool,
+    ) -> Result<(usize, Option<Vec<bool>>), GpuError> {
         let groups = self.bind(frame)?;
-        self.frame_constants =
-            FrameConstants::new(frame.time, frame.dt, self.frame_index.wrapping_add(self.number_offset), reset);
+        let repeats_views = again && self.has_last_views;
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
         loaded.set_blocks(frame)?;
         loaded.set_rectangles(frame)?;
-        if reset {
+        let reached = if repeats_views { loaded.reached() } else { None };
+        let is_restored = again && loaded.last_constants().is_some();
+        if is_restored {
+            loaded.restore_state(reached.as_deref(), encoder);
+        } else if reset {
             loaded.uniforms.forget();
             scoped(device, "the cleared histories", || {
                 clear_memory(device, loaded, encoder);
                 Ok::<(), GpuError>(())
             })?;
+        }
+        if !is_restored {
+            loaded.keep_state(encoder);
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
             separate_from_old_plan(loaded, encoder);
@@ -403,11 +440,11 @@ impl Executor {
         if loaded.passes.iter().any(|pass| pass.binds_frame) {
             let has_uninitialized = !loaded.uninitialized.is_empty();
             let binder = &self.compiler.binder;
-            binder.write_frame(&self.frame_constants, has_uninitialized, &mut self.staging, encoder)?;
+            binder.write_frame(&constants, has_uninitialized, &mut self.staging, encoder)?;
         }
         // Last, because a frame with an error is not submitted.
         loaded.uniforms.write(device, &mut self.staging, encoder)?;
-        Ok(groups)
+        Ok((groups, reached))
     }
 
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
@@ -429,8 +466,10 @@ impl Executor {
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
             fills_tables: true,
+            reached: None,
         };
         commands.record(pass..pass + 1, encoder, &mut []);
+        loaded.forget_frame();
         Ok(())
     }
 
@@ -444,7 +483,9 @@ impl Executor {
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         check_names(&loaded.plan, frame)?;
         self.passes_bound = 0;
-        if let Some(index) = cached_groups(loaded, frame) {
+        let cached = cached_groups(loaded, frame);
+        self.has_last_views = cached.is_some_and(|index| index + 1 == loaded.bind_groups.len());
+        if let Some(index) = cached {
             loaded.bind_groups.use_again(index);
         } else {
             let evicted = loaded.bind_groups.remove_oldest_if_full();

@@ -8,6 +8,7 @@ use wgpu::{Buffer, CommandEncoder};
 use super::{Executor, Frame, FrameCommands};
 use crate::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, ring_place};
+use crate::frame_constants::FrameConstants;
 use crate::store::Stored;
 
 /// A part of the memory of an item of the state.
@@ -48,6 +49,7 @@ impl Executor {
         if let Some(loaded) = &mut self.loaded {
             loaded.uninitialized.clear();
             loaded.turns.made.fill();
+            loaded.forget_frame();
         }
     }
 
@@ -64,7 +66,9 @@ impl Executor {
         frame: &Frame<'_>,
         passes: &[usize],
     ) -> Result<(), GpuError> {
-        let groups = self.begin_frame(encoder, frame, frame.reset)?;
+        let number = self.frame_index.wrapping_add(self.number_offset);
+        let constants = FrameConstants::new(frame.time, frame.dt, number, frame.reset);
+        let (groups, _) = self.begin_frame(encoder, frame, constants, false, frame.reset)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         loaded.turns.begin(0, None);
         let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
@@ -77,7 +81,8 @@ impl Executor {
             loaded,
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
-            constants: &self.frame_constants,
+            constants: &constants,
+            reached: None,
             // No frame has filled those that these passes need.
             fills_tables: true,
         };
@@ -85,6 +90,7 @@ impl Executor {
             commands.record(pass..pass + 1, encoder, &mut []);
         }
         loaded.uninitialized.retain(|resource| !written.contains(resource));
+        loaded.forget_frame();
         self.fresh = false;
         Ok(())
     }

@@ -120,6 +120,12 @@ impl Session {
         Ok(image)
     }
 
+    /// The image that was fed to an input last.
+    pub fn fed(&self, input: &str) -> Option<InputImage> {
+        let feed = self.feeds.get(input)?;
+        Some(InputImage { input: input.to_owned(), view: feed.view().clone(), desc: feed.desc(), finite: false })
+    }
+
     /// Sets the host block of an input, such as a camera, for all frames from now on.
     pub fn set_block(&mut self, input: &str, data: BlockData) {
         self.blocks.insert(input.to_owned(), data);
@@ -163,8 +169,20 @@ impl Session {
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<(), PostError> {
+        self.encode_once(encoder, images, step, false)
+    }
+
+    fn encode_once(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        images: &[InputImage],
+        step: FrameStep,
+        again: bool,
+    ) -> Result<(), PostError> {
         let blocks: Vec<(&str, &BlockData)> = self.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }, &mut []))
+        with_frame(images, step, |frame| {
+            self.post.record(encoder, &Frame { blocks: &blocks, again, ..*frame }, &mut [])
+        })
     }
 
     /// Renders a frame; the outputs stay on the GPU.
@@ -174,6 +192,15 @@ impl Session {
     pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
         self.load(size, images)?;
         self.submit(images, step)
+    }
+
+    /// Renders the last frame once more with other values of parameters: see [`Frame::again`].
+    ///
+    /// # Errors
+    /// As [`render`](Self::render).
+    pub fn render_again(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
+        self.load(size, images)?;
+        self.submit_recorded(|session, encoder| session.encode_once(encoder, images, step, true))
     }
 
     /// Submits a frame of the plan that is loaded.

@@ -7,6 +7,7 @@ mod metering;
 mod names;
 mod note;
 mod pass;
+mod reached;
 mod state;
 mod turn;
 

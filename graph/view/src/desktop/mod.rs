@@ -162,6 +162,8 @@ impl Shown {
         let images = (desktop.images)(&gpu)?;
         let mut model = Model::new(&gpu, desktop.project, images);
         model.set_tier(desktop.tier);
+        // A processor renders for long. While time stands, it renders what a change reaches alone.
+        model.clock().is_playing = !gpu.is_processor();
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
         let stage = Stage::new(model, surface.format(), desktop.open);
         let input = egui_winit::State::new(

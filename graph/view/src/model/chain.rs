@@ -22,6 +22,8 @@ pub struct Moment {
     pub dt: f64,
     /// Whether histories start again.
     pub reset: bool,
+    /// Whether it is the last moment once more.
+    pub again: bool,
 }
 
 /// A pipeline on the viewer's device.
@@ -65,7 +67,10 @@ impl Chain {
     /// A graph on a device.
     pub fn new(gpu: &Gpu, graph: Graph, purpose: Purpose) -> Self {
         let mut post = Post::with_executor(gpu.executor(), graph);
-        post.set_options(purpose.options());
+        let options = purpose.options();
+        // A processor renders for long: images are kept, so that a paused frame is repeated in part.
+        let alias = if gpu.is_processor() { Alias::None } else { options.alias };
+        post.set_options(Options { alias, ..options });
         Self { post, controls: Vec::new(), is_timed: false }
     }
 
@@ -158,8 +163,9 @@ impl Chain {
         let inputs: Vec<(&str, &TextureView)> =
             images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
         let blocks: Vec<(&str, &BlockData)> = images.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        let (time, dt) = (moment.time as f32, moment.dt as f32);
-        let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, reset: moment.reset, ..Frame::default() };
+        let Moment { time, dt, reset, again } = moment;
+        let (time, dt) = (time as f32, dt as f32);
+        let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, reset, again, ..Frame::default() };
         Ok(self.post.encode(encoder, &frame)?)
     }
 

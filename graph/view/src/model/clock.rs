@@ -19,11 +19,13 @@ pub struct PlayClock {
     cut: bool,
     /// Whether the last frame was sought, and has no history.
     was_sought: bool,
+    /// The moment of the last frame.
+    last: Moment,
 }
 
 impl Default for PlayClock {
     fn default() -> Self {
-        Self { time: 0.0, is_playing: true, step: false, cut: true, was_sought: false }
+        Self { time: 0.0, is_playing: true, step: false, cut: true, was_sought: false, last: Moment::default() }
     }
 }
 
@@ -61,12 +63,13 @@ impl PlayClock {
         let dt = if reset { 0.0 } else { dt };
         self.was_sought &= reset;
         self.time += dt;
-        Some(Moment { time: self.time, dt, reset })
+        self.last = Moment { time: self.time, dt, reset, again: false };
+        Some(self.last)
     }
 
-    /// The moment of the last frame again: nothing passes.
+    /// The moment of the last frame again.
     pub fn again(&self) -> Moment {
-        Moment { time: self.time, dt: 0.0, reset: false }
+        Moment { again: true, ..self.last }
     }
 }
 
@@ -77,8 +80,8 @@ mod tests {
     #[test]
     fn time_stands_in_a_pause_and_a_step_is_a_sixtieth() {
         let mut clock = PlayClock::default();
-        assert_eq!(clock.advance(0.02), Some(Moment { time: 0.0, dt: 0.0, reset: true }));
-        assert_eq!(clock.advance(0.02), Some(Moment { time: 0.02, dt: 0.02, reset: false }));
+        assert_eq!(clock.advance(0.02), Some(Moment { reset: true, ..Moment::default() }));
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 0.02, dt: 0.02, ..Moment::default() }));
         clock.is_playing = false;
         assert_eq!(clock.advance(0.02), None);
         clock.step();
@@ -94,6 +97,6 @@ mod tests {
         assert_eq!(clock.advance(60.0).map(|moment| moment.dt), Some(MAX_LENGTH));
         clock.is_playing = false;
         clock.seek(3.0);
-        assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, dt: 0.0, reset: true }));
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, reset: true, ..Moment::default() }));
     }
 }

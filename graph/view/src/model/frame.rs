@@ -48,7 +48,7 @@ impl Model {
         if let Some((_, chain)) = &chains.compared {
             self.images.require(&chain.graph().inputs)?;
         }
-        let images = self.images.at(moment.time, moment.dt, &shown.graph().inputs, encoder)?;
+        let images = self.images.at(moment, &shown.graph().inputs, encoder)?;
         shown.frame(encoder, &images, moment)?;
         for chain in [&mut chains.inspected, &mut chains.reference].into_iter().flatten() {
             chain.frame(encoder, &images, moment)?;

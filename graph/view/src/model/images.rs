@@ -10,6 +10,7 @@ use afterimage_graph::image::{ColorState, Format, Size};
 use afterimage_graph::node::{CAMERA, Registry};
 use afterimage_nodes::DemoScene;
 
+use super::chain::Moment;
 use super::files::Files;
 use super::frame_images::FrameImages;
 use crate::Problem;
@@ -31,20 +32,19 @@ impl Images {
         }
     }
 
-    /// The images at a time, in seconds, `dt` after those before. Records what makes them.
+    /// The images at a moment. Records what makes them.
     ///
     /// # Errors
     /// An input gets no image, or the device fails.
     pub fn at(
         &mut self,
-        time: f64,
-        dt: f64,
+        moment: Moment,
         inputs: &[GraphInput],
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
         match self {
-            Self::Scene(scene) => scene.at(time, dt, inputs, encoder),
-            Self::Files(files) => files.at(time, inputs),
+            Self::Scene(scene) => scene.at(moment, inputs, encoder),
+            Self::Files(files) => files.at(moment.time, inputs),
         }
     }
 
@@ -128,6 +128,8 @@ pub struct Scene {
     whole: Graph,
     /// The outputs that are rendered: those that a pipeline has needed so far.
     required: BTreeSet<&'static str>,
+    /// Whether something is required that was not rendered yet.
+    is_stale: bool,
     /// Time and camera of the last frame.
     seen: DemoScene,
     size: Size,
@@ -152,16 +154,20 @@ impl Scene {
         };
         let targets = ["result", PROJECTED].into_iter().chain(DATA).map(target).collect();
         let (whole, required, seen) = (graph, BTreeSet::new(), DemoScene::default());
-        Ok(Self { post, time, walk, step, dt, whole, required, seen, size, targets })
+        Ok(Self { post, time, walk, step, dt, whole, required, is_stale: true, seen, size, targets })
     }
 
     fn at(
         &mut self,
-        time: f64,
-        dt: f64,
+        moment: Moment,
         inputs: &[GraphInput],
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
+        self.require(inputs)?;
+        if moment.again && !self.is_stale {
+            return self.again(inputs);
+        }
+        let Moment { time, dt, .. } = moment;
         let (here, before) = (walked(time), walked((time - dt).max(0.0)));
         let step = (here - before) as f32;
         self.seen = DemoScene { time: time as f32, walk: here as f32, step, dt: dt as f32, ..DemoScene::default() };
@@ -169,12 +175,12 @@ impl Scene {
         self.post.set(self.walk, self.seen.walk)?;
         self.post.set(self.step, self.seen.step)?;
         self.post.set(self.dt, self.seen.dt)?;
-        self.require(inputs)?;
         let required = self.targets.iter().filter(|(name, _)| self.required.contains(name));
         let outputs: Vec<(&str, &TextureView)> = required.map(|(name, view)| (*name, view)).collect();
         if !outputs.is_empty() {
             self.post.encode(encoder, &Frame { outputs: &outputs, time: time as f32, ..Frame::default() })?;
         }
+        self.is_stale = false;
         self.again(inputs)
     }
 
@@ -186,6 +192,7 @@ impl Scene {
             return Ok(());
         }
         self.required.extend(needed);
+        self.is_stale = true;
         let mut graph = self.whole.clone();
         graph.outputs.retain(|output| self.required.contains(output.name.as_str()));
         self.post.change(graph);

@@ -19,6 +19,7 @@ use crate::executor::load::compiled::CompiledPasses;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
+use crate::executor::loaded::repeat::Repeat;
 use crate::executor::loaded::residency::Residency;
 use crate::executor::loaded::shared_tables::SharedTables;
 use crate::executor::loaded::tables::Tables;
@@ -156,9 +157,11 @@ impl PlanCompiler {
         });
         let explicit_transitions = Arc::new(ExplicitTransitions::new(&plan, &residency, is_drawn.collect()));
         let drawn = self.drawn(&plan, &passes, before)?;
+        let persistent = buffers_that_live(&plan, &BufferLife::Persistent);
         let mut loaded = Loaded {
             zeroed: buffers_that_live(&plan, &BufferLife::Zeroed),
-            persistent: buffers_that_live(&plan, &BufferLife::Persistent),
+            repeat: Repeat::new(&self.device, &plan, &residency.buffers, &persistent),
+            persistent,
             host_views: host_views(&plan, &residency),
             in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
             output_rectangles: vec![None; plan.outputs.len()],

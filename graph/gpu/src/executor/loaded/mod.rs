@@ -4,6 +4,7 @@ pub(crate) mod bind_group_cache;
 pub(crate) mod bind_groups;
 pub(crate) mod explicit_transitions;
 pub(crate) mod previous;
+pub(crate) mod repeat;
 pub(crate) mod residency;
 pub(crate) mod shared_tables;
 pub(crate) mod tables;
@@ -21,6 +22,7 @@ use crate::device::texture_format;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
+use crate::executor::loaded::repeat::Repeat;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::tables::Tables;
 use crate::executor::loaded::turns::Turns;
@@ -45,6 +47,8 @@ pub(crate) struct Loaded {
     pub(crate) in_rings: Vec<bool>,
     pub(crate) zeroed: Vec<usize>,
     pub(crate) persistent: Vec<usize>,
+    /// What it takes to repeat the last frame in part, if the plan keeps its images.
+    pub(crate) repeat: Option<Repeat>,
     /// The passes that bind no image of the host.
     pub(crate) bound: Vec<Option<Arc<BoundPass>>>,
     /// Passes that draw into the host's images, with the formats that those had when the plan was prepared, and the

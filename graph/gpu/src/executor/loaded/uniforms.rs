@@ -36,6 +36,11 @@ impl Uniforms {
         }
     }
 
+    /// What the next frame sees.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Has the next frame copy all bytes: one that was recorded may not run.
     pub(crate) fn forget(&mut self) {
         self.unwritten = Some(0..self.bytes.len());

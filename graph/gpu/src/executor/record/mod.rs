@@ -47,6 +47,8 @@ pub(crate) struct FrameCommands<'a> {
     pub(crate) constants: &'a FrameConstants,
     /// Whether passes that fill tables run; otherwise the tables stay as they are.
     pub(crate) fills_tables: bool,
+    /// Whether each pass runs, where a frame is repeated in part.
+    pub(crate) reached: Option<&'a [bool]>,
 }
 
 impl FrameCommands<'_> {
@@ -54,7 +56,9 @@ impl FrameCommands<'_> {
     pub(crate) fn clear_zeroed(&self, encoder: &mut CommandEncoder) {
         let loaded = self.loaded;
         for &buffer in loaded.zeroed.iter().filter(|buffer| loaded.turns.clears(**buffer)) {
-            encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
+            if loaded.is_written(buffer, self.reached) {
+                encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
+            }
         }
     }
 
@@ -126,7 +130,8 @@ impl FrameCommands<'_> {
     /// Whether a pass runs in this frame.
     fn runs(&self, pass: usize) -> bool {
         let turns = &self.loaded.turns;
-        turns.runs(pass) && (self.fills_tables || !self.loaded.plan.fills_table(pass))
+        let is_reached = self.reached.is_none_or(|reached| reached[pass]);
+        is_reached && turns.runs(pass) && (self.fills_tables || !self.loaded.plan.fills_table(pass))
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.

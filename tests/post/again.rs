@@ -1,0 +1,143 @@
+//! A frame once more with other values of parameters has the bits of a frame that had them from the start, whichever
+//! passes run.
+
+use afterimage_generators::Recipe;
+use afterimage_gpu::{FrameStep, InputImage, Post, Session, upload};
+use afterimage_graph::check::{Facts, Graph};
+use afterimage_graph::image::Size;
+use afterimage_graph::value::Value;
+use afterimage_plan::{Alias, Options};
+
+use super::scene_texels;
+use crate::support::gpu::{Shared, built_in, gpu};
+use crate::support::sweep;
+
+const SIZE: Size = Size { width: 96, height: 54, depth: 1 };
+/// A first frame, and two that follow it.
+const STEPS: [FrameStep; 3] = [
+    FrameStep { time: 0.0, dt: 0.0, reset: true },
+    FrameStep { time: 0.1, dt: 0.1, reset: false },
+    FrameStep { time: 0.3, dt: 0.2, reset: false },
+];
+
+/// A pipeline whose images are kept or not.
+struct Film {
+    session: Session,
+    images: Vec<InputImage>,
+    _gpu: Shared,
+}
+
+impl Film {
+    fn new<'p>(graph: &Graph, parameters: impl IntoIterator<Item = &'p str>, alias: Alias) -> Self {
+        let gpu = gpu();
+        let mut session = Session::new(&gpu, graph.clone(), Facts::default(), Options { alias, ..Options::default() });
+        for parameter in parameters {
+            session.post().control(parameter).expect("the graph has it");
+        }
+        let texels = scene_texels(SIZE);
+        let needed = graph.inputs.iter().filter(|input| !input.optional);
+        let images = needed.map(|input| session.feed(&input.name, texels.desc, &texels.bytes).expect("it is fed"));
+        let images = images.collect();
+        Self { session, images, _gpu: gpu }
+    }
+
+    fn set(&mut self, parameter: &str, value: &Value) {
+        let control = self.session.post().control(parameter).expect("the graph has it");
+        self.session.post().set_value(control, value.clone()).expect("the node accepts it");
+    }
+
+    fn frame(&mut self, step: FrameStep, again: bool) {
+        let Self { session, images, .. } = self;
+        let rendered =
+            if again { session.render_again(SIZE, images, step) } else { session.render(SIZE, images, step) };
+        rendered.unwrap_or_else(|error| panic!("{error}"));
+    }
+
+    fn shown(&mut self) -> Vec<Vec<u8>> {
+        let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
+        names.iter().map(|name| self.session.output(name).expect("the device works").bytes).collect()
+    }
+}
+
+/// The numbers of a graph that nodes accept at another value, with both values.
+fn changeable(graph: &Graph) -> Vec<(String, [Value; 2])> {
+    let mut post = Post::with_executor(gpu().executor(), graph.clone());
+    let mut found = Vec::new();
+    for id in graph.parameters() {
+        let (name, Value::Float(value)) = (graph.parameter_name(id), graph.value(id)) else { continue };
+        let control = post.control(&name).expect("the graph has it");
+        let others = [0.75 * value + 0.05, 0.5 * value + 0.01].map(Value::Float);
+        let accepted = others.into_iter().find(|other| post.set_value(control, other.clone()).is_ok());
+        found.extend(accepted.map(|other| (name, [Value::Float(*value), other])));
+    }
+    found
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
+    let named = ["lynx.ron", "tsushima.ron", "hdr.ron", "cinematic.ron", "matinee.ron"];
+    let random = (1..3).map(|seed| Recipe { seed, nodes: 14, histories: 3, off: 8 }.graph());
+    let graphs = named.map(|name| built_in(name, None)).into_iter().chain(random);
+    let mut telling = 0;
+    for graph in graphs {
+        let parameters = sweep::some(changeable(&graph), 8);
+        let names = || parameters.iter().map(|(name, _)| name.as_str());
+        let [mut kept, mut whole] = [Alias::None, Alias::Placed].map(|alias| Film::new(&graph, names(), alias));
+        for (name, [old, new]) in &parameters {
+            for film in [&mut kept, &mut whole] {
+                film.session.restart();
+                film.frame(STEPS[0], false);
+            }
+            whole.set(name, new);
+            whole.frame(STEPS[1], false);
+            kept.frame(STEPS[1], false);
+            let before = kept.shown();
+            kept.set(name, new);
+            kept.frame(STEPS[1], true);
+            let shown = kept.shown();
+            assert!(shown == whole.shown(), "{name} at {new:?}");
+            let passes = kept.session.plan().passes.len();
+            let is_partial = kept.session.executor().passes_repeated().is_some_and(|run| run < passes);
+            telling += usize::from(is_partial && shown != before);
+            // The next frame begins with the state of this one.
+            for film in [&mut kept, &mut whole] {
+                film.frame(STEPS[2], false);
+                film.set(name, old);
+            }
+            assert!(kept.shown() == whole.shown(), "{name} at {new:?}, and the next frame");
+        }
+    }
+    assert!(telling >= 10, "{telling} frames differ from those before and were made in part");
+}
+
+/// What the host changes otherwise needs a whole frame, and so does a plan whose images share memory.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_frame_again_is_whole_where_more_than_values_has_changed() {
+    let graph = built_in("lynx.ron", None);
+    let strength = "lit.strength";
+    let repeated = |alias, change: &dyn Fn(&mut Film) -> FrameStep| {
+        let mut film = Film::new(&graph, [strength], alias);
+        film.frame(STEPS[0], false);
+        film.frame(STEPS[1], false);
+        let step = change(&mut film);
+        film.frame(step, true);
+        film.session.executor().passes_repeated()
+    };
+    assert_eq!(repeated(Alias::None, &|_| STEPS[1]), Some(0), "nothing has changed");
+    assert_eq!(repeated(Alias::Placed, &|_| STEPS[1]), None);
+    let other_image = |film: &mut Film| {
+        let gpu = gpu();
+        let texels = scene_texels(SIZE);
+        let view = upload(&gpu.device, &gpu.queue, &texels).expect("it fits");
+        film.images[0].view = view.create_view(&Default::default());
+        STEPS[1]
+    };
+    assert_eq!(repeated(Alias::None, &other_image), None);
+    let reset = |film: &mut Film| {
+        film.session.executor().reset();
+        STEPS[1]
+    };
+    assert_eq!(repeated(Alias::None, &reset), None);
+}
