@@ -224,8 +224,10 @@ fn pixels(texels: &Texels) -> Pixels {
 
 /// Writes the next rows of a file.
 pub(crate) fn write_rows(file: &mut RowsFile, rows: &Texels) -> Result<(), Failure> {
-    Ok(match file.is_encoded() {
-        true => with_encoded_pixels(rows, |pixels| file.write_encoded(pixels))?,
-        false => file.write_light(pixels(rows))?,
-    })
+    if file.is_encoded() {
+        with_encoded_pixels(rows, |pixels| file.write_encoded(pixels))?;
+    } else {
+        file.write_light(pixels(rows))?;
+    }
+    Ok(())
 }

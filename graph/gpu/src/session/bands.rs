@@ -465,8 +465,11 @@ impl<'a> Picture<'a> {
             let middle = sweep.bands.len() / 2;
             let mut known = BTreeSet::new();
             for band in sweep.bands[middle..].iter().chain(sweep.bands[..middle].iter().rev()) {
-                let is_new = band.passes.iter().fold(false, |is_new, run| known.insert(run.pass) || is_new);
-                if is_new && let Some(missing) = self.passes(band, &readback)? {
+                let passes = known.len();
+                known.extend(band.passes.iter().map(|run| run.pass));
+                if known.len() > passes
+                    && let Some(missing) = self.passes(band, &readback)?
+                {
                     return Ok(Some(missing));
                 }
             }
