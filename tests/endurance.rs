@@ -6,7 +6,7 @@
 
 mod record;
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Opening, Session, Texels};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Opening, Session, Texels};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -108,7 +108,7 @@ impl Program {
         let texels = Texels::from_floats(size.width, size.height, &pixels);
         let image: Result<InputImage, _> = self.session.feed("scene", texels.desc, &texels.bytes);
         let image = image.unwrap_or_else(|error| panic!("{error}"));
-        let step = FrameStep { time: 0.0, dt: 0.1, reset };
+        let step = FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::cut_if(reset) };
         self.session.render(size, &[image], step).unwrap_or_else(|error| panic!("{error}"));
     }
 

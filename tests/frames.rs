@@ -1,6 +1,6 @@
 //! Nodes that run in one of several frames, against those that run in all.
 
-use afterimage_gpu::{FrameStep, Session, Texels};
+use afterimage_gpu::{FrameKind, FrameStep, Session, Texels};
 use afterimage_graph::check::{Graph, NoFiles};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;
@@ -61,7 +61,9 @@ impl Film {
         let image = self.session.feed("scene", texels.desc, &texels.bytes).expect("it can be fed");
         self.session.number_next(number);
         let size = Size::new(picture.width, picture.height);
-        self.session.render(size, &[image], FrameStep { time: 0.0, dt, reset }).expect("it can be rendered");
+        self.session
+            .render(size, &[image], FrameStep { time: 0.0, dt, kind: FrameKind::cut_if(reset) })
+            .expect("it can be rendered");
         assert_eq!(verify(self.session.plan()), Ok(()));
         let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
         names.iter().map(|name| Picture::of(&self.session.output(name).expect("it can be read"))).collect()

@@ -18,7 +18,9 @@ mod unsubmitted;
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, FrameStep, Gpu, InputImage, Post, PostError, Session, Texels, download, upload, wgpu};
+use afterimage_gpu::{
+    Frame, FrameKind, FrameStep, Gpu, InputImage, Post, PostError, Session, Texels, download, upload, wgpu,
+};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
@@ -47,8 +49,10 @@ impl Host {
     fn frame(&mut self) -> Result<(), PostError> {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (inputs, time) = (&[("scene", &self.scene)], self.time);
-        let recorded =
-            self.post.encode(&mut encoder, &Frame { inputs, time, dt: 0.1, reset: time == 0.0, ..Frame::default() });
+        let recorded = self.post.encode(
+            &mut encoder,
+            &Frame { inputs, time, dt: 0.1, kind: FrameKind::cut_if(time == 0.0), ..Frame::default() },
+        );
         self.gpu.queue.submit([encoder.finish()]);
         self.time += 0.1;
         recorded
@@ -357,7 +361,7 @@ fn exposures(lights: &[f32]) -> Vec<[f32; 4]> {
         let image = flat(&gpu, *light);
         let desc = ImageDesc::new(Size::new(64, 36));
         let image = InputImage { input: "scene".into(), view: image, desc, finite: false };
-        let step = FrameStep { time: 0.1 * number as f32, dt: 0.1, reset: number == 0 };
+        let step = FrameStep { time: 0.1 * number as f32, dt: 0.1, kind: FrameKind::cut_if(number == 0) };
         session.render(desc.size, &[image], step).unwrap();
         values.push(session.value("meter.result").unwrap().expect("the meter runs"));
     }

@@ -1,6 +1,6 @@
 //! Passes whose shaders are alike and whose images are not, and shaders of strangers.
 
-use afterimage_gpu::{FrameStep, InputImage, Session, Texels, input_image};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session, Texels, input_image};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::folder_kind_of;
@@ -23,7 +23,7 @@ fn equal_shaders_of_images_that_are_sampled_in_different_ways_have_pipelines_of_
     let both = [Texels::from_floats_as_half(4, 3, &pixels), Texels::from_floats(4, 3, &pixels)];
     let [half, full] = both.map(|texels| {
         let image = input_image(&gpu, "in", texels.desc, &texels.bytes).unwrap_or_else(|error| panic!("{error}"));
-        let step = FrameStep { time: 0.0, dt: 0.1, reset: true };
+        let step = FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::Cut };
         let drawn = session.render(Size::new(4, 3), &[InputImage { finite: true, ..image }], step);
         drawn.unwrap_or_else(|error| panic!("{error}"));
         let shaders: Vec<String> = (0..session.plan().passes.len())

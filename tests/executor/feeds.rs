@@ -1,6 +1,6 @@
 //! Images that a session takes from the processor's memory and reads back into it.
 
-use afterimage_gpu::{FrameStep, Gpu, GpuError, InputImage, Opening, Session, Texels};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Opening, Session, Texels};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_plan::Options;
@@ -47,7 +47,7 @@ fn images_of_any_width_arrive_whole_in_every_frame() {
     for size in [Size::new(1, 7), Size::new(5, 3), Size::new(16, 4), Size::new(33, 9), Size::new(70, 2)] {
         for frame in 0..4 {
             let images = [feed(&mut session, size, frame)];
-            let step = FrameStep { time: 0.0, dt: 0.1, reset: frame == 0 };
+            let step = FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::cut_if(frame == 0) };
             session.render(size, &images, step).unwrap_or_else(|error| panic!("{error}"));
             for (output, factor) in [("one", 2.0), ("two", 4.0)] {
                 let texels = session.output(output).unwrap_or_else(|error| panic!("{error}"));
@@ -55,7 +55,8 @@ fn images_of_any_width_arrive_whole_in_every_frame() {
             }
         }
         let images = vec![feed(&mut session, size, 9)];
-        let frames = [true, false].map(|reset| (images.clone(), FrameStep { time: 0.0, dt: 0.1, reset }));
+        let frames = [true, false]
+            .map(|reset| (images.clone(), FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::cut_if(reset) }));
         for together in [false, true] {
             for outputs in session.render_all(&frames, together).unwrap_or_else(|error| panic!("{error}")) {
                 let read: Vec<Vec<[f32; 4]>> = outputs.iter().map(Texels::to_floats).collect();

@@ -1,6 +1,6 @@
 //! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
 
-use afterimage_gpu::{Frame, FrameStep, GpuError, InputImage, PostError};
+use afterimage_gpu::{Frame, FrameKind, FrameStep, GpuError, InputImage, PostError};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;
@@ -127,7 +127,7 @@ fn memory_begins_again_after_a_frame_that_the_queue_refuses() {
     let [lasting, destroyed] = [(); 2].map(|()| player.upload(&flat(4, 2, 1.0)));
     let mut frame = |view: &wgpu::TextureView| {
         let images = [InputImage { input: "scene".into(), view: view.clone(), desc, finite: false }];
-        session.render(desc.size, &images, FrameStep { time: 0.0, dt: 0.1, reset: false })?;
+        session.render(desc.size, &images, FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::Next })?;
         let [red, green, ..] = Picture::of(&session.output("a")?).at(3, 1);
         Ok::<_, PostError>([red, green])
     };
@@ -305,7 +305,9 @@ fn a_draw_into_the_host_s_image_has_the_numbers_of_its_frame() {
     let view = image.create_view(&Default::default());
     let (inputs, outputs) = (&[("scene", &input)], &[("a", &view)]);
     let shown = [false, false, true, false].map(|reset| {
-        player.run(&Frame { inputs, outputs, reset, ..Frame::default() }).unwrap_or_else(|error| panic!("{error}"));
+        player
+            .run(&Frame { inputs, outputs, kind: FrameKind::cut_if(reset), ..Frame::default() })
+            .unwrap_or_else(|error| panic!("{error}"));
         player.read(&image).at(3, 1)[1]
     });
     assert_eq!(shown, [1.0, 0.0, 1.0, 0.0], "green is 1 in a frame that begins anew");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, GpuError};
+use afterimage_gpu::{Frame, FrameKind, GpuError};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{Arg, KernelCall, Pass};
 use afterimage_plan::{Alias, PlacedPlan, Plan, When};
@@ -74,7 +74,7 @@ fn two_plans_in_one_submission_do_not_meet_in_their_memory() {
     step(&mut player, &scene);
     layer::messages();
     let input = player.upload(&scene);
-    let frame = Frame { inputs: &[("scene", &input)], reset: true, ..Frame::default() };
+    let frame = Frame { inputs: &[("scene", &input)], kind: FrameKind::Cut, ..Frame::default() };
     let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
     player.executor.encode(&mut encoder, &frame).expect("the last frame of the old plan");
     player.executor.load(new).expect("the second plan");

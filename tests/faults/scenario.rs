@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, PostError, Session, Texels};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, PostError, Session, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
@@ -93,7 +93,8 @@ impl Program {
         self.frames("numbers", Size::new(24, 16), seen)?;
         self.session.change(pipelines.first.clone(), Options::default());
         self.swap(seen)?;
-        let frames = [true, false].map(|reset| (self.images.clone(), FrameStep { time: 0.0, dt: 0.1, reset }));
+        let frames = [true, false]
+            .map(|reset| (self.images.clone(), FrameStep { time: 0.0, dt: 0.1, kind: FrameKind::cut_if(reset) }));
         for texels in self.session.render_all(&frames, false)? {
             seen.shown.push(("read", texels));
         }
@@ -105,7 +106,7 @@ impl Program {
 
     /// A first frame and another one.
     fn frames(&mut self, step: &'static str, size: Size, seen: &mut Seen) -> Result<(), PostError> {
-        for frame in [FrameStep::FIRST, FrameStep { time: 0.1, dt: 0.1, reset: false }] {
+        for frame in [FrameStep::FIRST, FrameStep { time: 0.1, dt: 0.1, kind: FrameKind::Next }] {
             let images = vec![self.scene(size)?];
             self.session.render(size, &images, frame)?;
             self.images = images;

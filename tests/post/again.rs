@@ -2,7 +2,7 @@
 //! passes run.
 
 use afterimage_generators::Recipe;
-use afterimage_gpu::{FrameStep, InputImage, Post, Session, upload};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Post, Session, upload};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;
@@ -15,12 +15,20 @@ use crate::support::sweep;
 const SIZE: Size = Size { width: 96, height: 54, depth: 1 };
 /// A first frame, and two that follow it.
 const STEPS: [FrameStep; 3] = [
-    FrameStep { time: 0.0, dt: 0.0, reset: true },
-    FrameStep { time: 0.1, dt: 0.1, reset: false },
-    FrameStep { time: 0.3, dt: 0.2, reset: false },
+    FrameStep { time: 0.0, dt: 0.0, kind: FrameKind::Cut },
+    FrameStep { time: 0.1, dt: 0.1, kind: FrameKind::Next },
+    FrameStep { time: 0.3, dt: 0.2, kind: FrameKind::Next },
 ];
 
-/// A pipeline whose images are kept or not.
+fn again(step: FrameStep) -> FrameStep {
+    FrameStep { kind: FrameKind::Again, ..step }
+}
+
+fn options(repeatable: bool) -> Options {
+    Options { repeatable, ..Options::default() }
+}
+
+/// A pipeline whose frames can be repeated in part, or not.
 struct Film {
     session: Session,
     images: Vec<InputImage>,
@@ -28,9 +36,9 @@ struct Film {
 }
 
 impl Film {
-    fn new<'p>(graph: &Graph, parameters: impl IntoIterator<Item = &'p str>, alias: Alias) -> Self {
+    fn new<'p>(graph: &Graph, parameters: impl IntoIterator<Item = &'p str>, options: Options) -> Self {
         let gpu = gpu();
-        let mut session = Session::new(&gpu, graph.clone(), Facts::default(), Options { alias, ..Options::default() });
+        let mut session = Session::new(&gpu, graph.clone(), Facts::default(), options);
         for parameter in parameters {
             session.post().control(parameter).expect("the graph has it");
         }
@@ -46,11 +54,8 @@ impl Film {
         self.session.post().set_value(control, value.clone()).expect("the node accepts it");
     }
 
-    fn frame(&mut self, step: FrameStep, again: bool) {
-        let Self { session, images, .. } = self;
-        let rendered =
-            if again { session.render_again(SIZE, images, step) } else { session.render(SIZE, images, step) };
-        rendered.unwrap_or_else(|error| panic!("{error}"));
+    fn frame(&mut self, step: FrameStep) {
+        self.session.render(SIZE, &self.images, step).unwrap_or_else(|error| panic!("{error}"));
     }
 
     fn shown(&mut self) -> Vec<Vec<u8>> {
@@ -83,18 +88,18 @@ fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
     for graph in graphs {
         let parameters = sweep::some(changeable(&graph), 8);
         let names = || parameters.iter().map(|(name, _)| name.as_str());
-        let [mut kept, mut whole] = [Alias::None, Alias::Placed].map(|alias| Film::new(&graph, names(), alias));
+        let [mut kept, mut whole] = [true, false].map(|repeatable| Film::new(&graph, names(), options(repeatable)));
         for (name, [old, new]) in &parameters {
             for film in [&mut kept, &mut whole] {
                 film.session.restart();
-                film.frame(STEPS[0], false);
+                film.frame(STEPS[0]);
             }
             whole.set(name, new);
-            whole.frame(STEPS[1], false);
-            kept.frame(STEPS[1], false);
+            whole.frame(STEPS[1]);
+            kept.frame(STEPS[1]);
             let before = kept.shown();
             kept.set(name, new);
-            kept.frame(STEPS[1], true);
+            kept.frame(again(STEPS[1]));
             let shown = kept.shown();
             assert!(shown == whole.shown(), "{name} at {new:?}");
             let passes = kept.session.plan().passes.len();
@@ -102,7 +107,7 @@ fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
             telling += usize::from(is_partial && shown != before);
             // The next frame begins with the state of this one.
             for film in [&mut kept, &mut whole] {
-                film.frame(STEPS[2], false);
+                film.frame(STEPS[2]);
                 film.set(name, old);
             }
             assert!(kept.shown() == whole.shown(), "{name} at {new:?}, and the next frame");
@@ -111,33 +116,50 @@ fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
     assert!(telling >= 10, "{telling} frames differ from those before and were made in part");
 }
 
-/// What the host changes otherwise needs a whole frame, and so does a plan whose images share memory.
+/// A cut is one again, also where all of it runs.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_cut_again_has_the_bits_of_a_cut() {
+    let graph = built_in("tsushima.ron", None);
+    // The exposure adapts to it in time, and at once in a cut.
+    let parameter = "metered.compensation";
+    let value = Value::Float(0.2);
+    for repeatable in [true, false] {
+        let [mut film, mut changed] = [(); 2].map(|()| Film::new(&graph, [parameter], options(repeatable)));
+        film.frame(STEPS[0]);
+        for film in [&mut film, &mut changed] {
+            film.set(parameter, &value);
+        }
+        film.frame(again(STEPS[0]));
+        changed.frame(STEPS[0]);
+        assert!(film.shown() == changed.shown(), "repeatable: {repeatable}");
+    }
+}
+
+/// What the host changes otherwise needs a whole frame, and so does a plan that is not to be repeated.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_again_is_whole_where_more_than_values_has_changed() {
     let graph = built_in("lynx.ron", None);
     let strength = "lit.strength";
-    let repeated = |alias, change: &dyn Fn(&mut Film) -> FrameStep| {
-        let mut film = Film::new(&graph, [strength], alias);
-        film.frame(STEPS[0], false);
-        film.frame(STEPS[1], false);
-        let step = change(&mut film);
-        film.frame(step, true);
+    let repeated = |options, change: &dyn Fn(&mut Film)| {
+        let mut film = Film::new(&graph, [strength], options);
+        film.frame(STEPS[0]);
+        film.frame(STEPS[1]);
+        change(&mut film);
+        film.frame(again(STEPS[1]));
         film.session.executor().passes_repeated()
     };
-    assert_eq!(repeated(Alias::None, &|_| STEPS[1]), Some(0), "nothing has changed");
-    assert_eq!(repeated(Alias::Placed, &|_| STEPS[1]), None);
+    assert_eq!(repeated(options(true), &|_| {}), Some(0), "nothing has changed");
+    assert_eq!(repeated(options(false), &|_| {}), None);
+    let unshared = Options { alias: Alias::None, ..options(false) };
+    assert_eq!(repeated(unshared, &|_| {}), None, "nothing is kept for a host that has not asked for it");
     let other_image = |film: &mut Film| {
         let gpu = gpu();
         let texels = scene_texels(SIZE);
         let view = upload(&gpu.device, &gpu.queue, &texels).expect("it fits");
         film.images[0].view = view.create_view(&Default::default());
-        STEPS[1]
     };
-    assert_eq!(repeated(Alias::None, &other_image), None);
-    let reset = |film: &mut Film| {
-        film.session.executor().reset();
-        STEPS[1]
-    };
-    assert_eq!(repeated(Alias::None, &reset), None);
+    assert_eq!(repeated(options(true), &other_image), None);
+    assert_eq!(repeated(options(true), &|film| film.session.executor().reset()), None);
 }

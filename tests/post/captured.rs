@@ -5,7 +5,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use afterimage::host::{Camera, Executor, Rectangle, Snapshot, caps, download, upload};
-use afterimage::{Frame, Gpu, Post, Source, wgpu};
+use afterimage::{Frame, FrameKind, Gpu, Post, Source, wgpu};
 use afterimage_graph::image::Size;
 
 use super::opened::{DARKER, DARKER_SHADER, Folder};
@@ -101,7 +101,7 @@ fn the_program_renders_a_captured_frame() {
         inputs: &[("scene", &scene), ("depth", &depth)],
         blocks: &[("camera", &camera)],
         rectangles: &[("scene", part), ("depth", part)],
-        reset: true,
+        kind: FrameKind::Cut,
         ..Frame::default()
     };
     // The first frame asks for the plan of what is set.
@@ -140,7 +140,7 @@ fn a_snapshot_is_captured_and_an_image_without_copies_is_an_error() {
     let mut post = Post::of_snapshot(executor, snapshot, None).unwrap_or_else(|error| panic!("{error}"));
     let size = Size::new(48, 32);
     let scene = scene(&gpu, size);
-    let frame = Frame { inputs: &[("scene", &scene)], reset: true, ..Frame::default() };
+    let frame = Frame { inputs: &[("scene", &scene)], kind: FrameKind::Cut, ..Frame::default() };
     render(&gpu, &mut post, &frame);
     post.capture(&gpu, &frame, &folder.0).unwrap_or_else(|error| panic!("{error}"));
     replay(&folder.0, &[]);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, Gpu, Post, Rectangle, download, wgpu};
+use afterimage_gpu::{Frame, FrameKind, Gpu, Post, Rectangle, download, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{assert_same, scene};
@@ -37,7 +37,7 @@ fn a_first_rectangle_that_was_announced_needs_no_pipeline() {
     let light = scene(&gpu, Size::new(96, 54));
     let whole = Frame { inputs: &[("scene", &light)], ..Frame::default() };
     let rectangles = &[("scene", Rectangle { x: 8, y: 4, width: 64, height: 40 })];
-    let part = Frame { rectangles, reset: true, ..whole };
+    let part = Frame { rectangles, kind: FrameKind::Cut, ..whole };
     let mut shown = Vec::new();
     let mut made = Vec::new();
     for is_announced in [true, false] {

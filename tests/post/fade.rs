@@ -6,7 +6,7 @@ mod refused;
 
 use std::sync::Arc;
 
-use afterimage_gpu::{FadeSkipReason, Frame, Post, PostError, Rectangle, Texels, upload, wgpu};
+use afterimage_gpu::{FadeSkipReason, Frame, FrameKind, Post, PostError, Rectangle, Texels, upload, wgpu};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 
@@ -91,7 +91,7 @@ impl Host {
         let inputs = &[("scene", &self.scenes[self.frame % 3])];
         let rectangle = self.rectangle.map(|rectangle| ("display", rectangle));
         let (rectangles, dt) = (rectangle.as_slice(), 0.1);
-        let frame = Frame { inputs, outputs, rectangles, dt, reset, ..Frame::default() };
+        let frame = Frame { inputs, outputs, rectangles, dt, kind: FrameKind::cut_if(reset), ..Frame::default() };
         let recorded = self.post.encode(&mut encoder, &frame);
         self.gpu.queue.submit([encoder.finish()]);
         self.frame += 1;

@@ -1,6 +1,6 @@
 //! Images of hosts in the formats that they have.
 
-use afterimage_gpu::{Frame, Gpu, Post, download, upload_bytes, wgpu};
+use afterimage_gpu::{Frame, FrameKind, Gpu, Post, download, upload_bytes, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
@@ -25,7 +25,7 @@ fn in_target(host: &mut Host, size: Size, of_texture: wgpu::TextureFormat, of_vi
     let (inputs, outputs) = (&[("scene", &host.scene)], &[("display", &view)]);
     let formats: &[_] = if of_view == of_texture { &[] } else { &[("display", of_view)] };
     let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
-    let frame = Frame { inputs, outputs, formats, dt: 0.1, reset: true, ..Frame::default() };
+    let frame = Frame { inputs, outputs, formats, dt: 0.1, kind: FrameKind::Cut, ..Frame::default() };
     host.post.executor().count_from(0);
     host.post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
     host.gpu.queue.submit([encoder.finish()]);
@@ -109,7 +109,7 @@ fn inputs_of_an_engine_are_read_as_they_are() {
     let mut read = |texture: &wgpu::Texture| {
         let view = texture.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let frame = Frame { inputs: &[("in", &view)], reset: true, ..Frame::default() };
+        let frame = Frame { inputs: &[("in", &view)], kind: FrameKind::Cut, ..Frame::default() };
         post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).unwrap()).at(0, 0)

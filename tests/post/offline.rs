@@ -1,5 +1,6 @@
 //! Pipelines that the crate `afterimage` renders from memory to memory, compared with those of a host's device.
 
+use afterimage::FrameKind;
 use afterimage::host::kinds::{AutoExposure, Curve, Encode, Exposure, Histogram, ToneMap, Transfer, WhiteBalance};
 use afterimage::host::{FrameStep, Size, image::ImageDesc};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, Rendered};
@@ -108,8 +109,8 @@ fn a_sequence_goes_on_until_a_first_frame() {
         look.render(&frame).unwrap().values[0].expect("the meter has a value")[0]
     };
     let first = metered(&bright, FrameStep::FIRST);
-    let adapting = metered(&dark, FrameStep { time: 0.1, dt: 0.1, reset: false });
-    let adapted = metered(&dark, FrameStep { time: 100.0, dt: 100.0, reset: false });
+    let adapting = metered(&dark, FrameStep { time: 0.1, dt: 0.1, kind: FrameKind::Next });
+    let adapted = metered(&dark, FrameStep { time: 100.0, dt: 100.0, kind: FrameKind::Next });
     assert!(adapting != adapted, "{first} {adapting} {adapted}");
     assert_eq!(metered(&bright, FrameStep::FIRST), first);
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use afterimage::host::{Executor, GraphPost, Size, Snapshot, caps, download, wanted_features};
-use afterimage::{Error, Frame, Gpu, Post, Source};
+use afterimage::{Error, Frame, FrameKind, Gpu, Post, Source};
 
 use super::{Host, assert_same, fresh, scene};
 use crate::support::gpu::{another_device, gpu, graph, pipelines};
@@ -19,7 +19,7 @@ fn shown_at(size: Size, gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
     // The first frame asks for a plan of what has changed.
     for _ in 0..2 {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let frame = Frame { inputs: &[("scene", &scene)], dt: 0.1, reset: true, ..Frame::default() };
+        let frame = Frame { inputs: &[("scene", &scene)], dt: 0.1, kind: FrameKind::Cut, ..Frame::default() };
         post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
         post.finish_changes().unwrap_or_else(|error| panic!("{error}"));

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Frame, Rectangle, Texels, download, upload, wgpu};
+use afterimage_gpu::{Frame, FrameKind, Rectangle, Texels, download, upload, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_plan::Plan;
 
@@ -102,7 +102,7 @@ fn rectangles_move_without_a_plan_and_leave_what_is_around_them() {
                     inputs: &[("scene", &scene)],
                     outputs: &[("display", &shown)],
                     rectangles: &[("scene", from), ("display", to)],
-                    reset: true,
+                    kind: FrameKind::Cut,
                     ..Frame::default()
                 };
                 submit(&mut host, &frame);
@@ -133,7 +133,7 @@ fn rectangles_stay_where_they_are_while_parameters_change() {
             host.post.set(*parameter, value).unwrap();
         }
         let (inputs, outputs) = (&[("scene", &scene)], &[("display", &shown)]);
-        submit(&mut host, &Frame { inputs, outputs, rectangles, reset: true, ..Frame::default() });
+        submit(&mut host, &Frame { inputs, outputs, rectangles, kind: FrameKind::Cut, ..Frame::default() });
         let [stops, strength] = values.map(|value| format!("{value:?}"));
         let mut set = Host::new(changed("lynx.ron", None, &[("exposed.stops", &stops), ("lit.strength", &strength)]));
         set.scene = view(&set, &picture);
@@ -163,7 +163,7 @@ fn two_halves_of_a_screen_are_recorded_into_one_encoder() {
             let rectangles: &[_] = &[("scene", at(17, 9)), ("display", half)];
             let (inputs, outputs) = (&[("scene", &scene)], &[("display", &shown)]);
             host.post.executor().count_from(0);
-            let frame = Frame { inputs, outputs, rectangles, reset: true, ..Frame::default() };
+            let frame = Frame { inputs, outputs, rectangles, kind: FrameKind::Cut, ..Frame::default() };
             host.post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
             assert!(number == 0 || host.post.executor().passes_bound() == 0);
         }

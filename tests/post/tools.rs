@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-use afterimage_gpu::{Frame, Rectangle, Task, Texels, download, wgpu};
+use afterimage_gpu::{Frame, FrameKind, Rectangle, Task, Texels, download, wgpu};
 use afterimage_graph::check::Facts;
 use afterimage_lab::dump::Dump;
 use afterimage_media::{Source, read};
@@ -186,7 +186,7 @@ fn the_program_renders_a_dumped_frame_again() {
     let texture = readable(&host, &Texels::from_floats_as_half(40, 30, &pixels));
     let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
     let rectangles = &[("scene", Rectangle { x: 3, y: 2, width: 32, height: 24 })];
-    let frame = Frame { inputs: &[("scene", &view)], rectangles, reset: true, ..Frame::default() };
+    let frame = Frame { inputs: &[("scene", &view)], rectangles, kind: FrameKind::Cut, ..Frame::default() };
     let mut encoder = host.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     host.post.encode(&mut encoder, &frame).unwrap();
     host.gpu.queue.submit([encoder.finish()]);

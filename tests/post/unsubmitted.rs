@@ -1,6 +1,6 @@
 //! Frames that are recorded before the one before is submitted, and frames that are never submitted.
 
-use afterimage_gpu::{Frame, Gpu, Post, Rectangle, Texels, download, upload, wanted_features, wgpu};
+use afterimage_gpu::{Frame, FrameKind, Gpu, Post, Rectangle, Texels, download, upload, wanted_features, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Camera;
 
@@ -89,7 +89,7 @@ fn pictures(gpu: &Gpu, order: Order) -> (Vec<Vec<u8>>, Vec<[f32; 4]>) {
             factors: &[("scene", 0.5 + step)],
             time: step,
             dt: 0.1 + step,
-            reset: number == 0 || dropped && number == 3,
+            kind: FrameKind::cut_if(number == 0 || dropped && number == 3),
             ..Frame::default()
         };
         if dropped && number == 3 {

@@ -4,7 +4,7 @@
 use std::ops::Deref;
 use std::sync::Arc;
 
-use afterimage_gpu::{Executor, Frame, Gpu, GpuError, Texels, download, upload};
+use afterimage_gpu::{Executor, Frame, FrameKind, Gpu, GpuError, Texels, download, upload};
 use afterimage_plan::Plan;
 
 use super::gpu::{Picture, Run, gpu};
@@ -58,7 +58,8 @@ impl Player {
     pub fn frame(&mut self, inputs: &[(&str, &Picture)], dt: f32, reset: bool) {
         let views: Vec<wgpu::TextureView> = inputs.iter().map(|(_, picture)| self.upload(picture)).collect();
         let named: Vec<(&str, &wgpu::TextureView)> = inputs.iter().map(|(name, _)| *name).zip(&views).collect();
-        self.run(&Frame { inputs: &named, dt, reset, ..Frame::default() }).unwrap_or_else(|error| panic!("{error}"));
+        self.run(&Frame { inputs: &named, dt, kind: FrameKind::cut_if(reset), ..Frame::default() })
+            .unwrap_or_else(|error| panic!("{error}"));
     }
 
     /// One frame with the host's own textures.

@@ -1,6 +1,6 @@
 //! A session on the shared device, frame by frame.
 
-use afterimage_gpu::{FrameStep, InputImage, Session};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session};
 use afterimage_graph::node::Camera;
 
 use super::gpu::{Picture, Run, Shared, gpu};
@@ -26,7 +26,7 @@ impl<'r> Sequence<'r> {
     /// One frame with these pictures.
     pub fn frame(&mut self, inputs: &[(&str, &Picture)], dt: f32, reset: bool) {
         let images: Vec<InputImage> = inputs.iter().map(|(name, picture)| self.feed(name, picture)).collect();
-        let step = FrameStep { time: self.run.time, dt, reset };
+        let step = FrameStep { time: self.run.time, dt, kind: FrameKind::cut_if(reset) };
         let rendered = self.session.render(self.run.size_for(inputs), &images, step);
         rendered.unwrap_or_else(|error| panic!("{error}"));
     }

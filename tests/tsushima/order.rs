@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use afterimage_generators::Rng;
-use afterimage_gpu::Frame;
+use afterimage_gpu::{Frame, FrameKind};
 use afterimage_plan::{Options, Plan, verify};
 
 use super::reference::undithered;
@@ -99,7 +99,7 @@ fn sequences_do_not_see_in_which_order_they_are_submitted() {
                 frames[*sequence] += 1;
                 let inputs = [("scene", &views[(sequence + frame) % 3])];
                 let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
-                let frame = Frame { inputs: &inputs, dt: 0.1, reset: frame == 0, ..Frame::default() };
+                let frame = Frame { inputs: &inputs, dt: 0.1, kind: FrameKind::cut_if(frame == 0), ..Frame::default() };
                 executors[*sequence].encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
                 encoder.finish()
             };

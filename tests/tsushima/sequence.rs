@@ -1,7 +1,7 @@
 //! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no
 //! difference.
 
-use afterimage_gpu::{FrameStep, InputImage, Session};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 
@@ -64,7 +64,7 @@ fn look(camera: &mut Session) -> (Picture, InputImage) {
 }
 
 fn expose(exposure: &mut Session, scene: &InputImage, dt: f64, reset: bool) -> Picture {
-    let step = FrameStep { time: 0.0, dt: dt as f32, reset };
+    let step = FrameStep { time: 0.0, dt: dt as f32, kind: FrameKind::cut_if(reset) };
     exposure.render(SIZE, std::slice::from_ref(scene), step).expect("the scene is exposed");
     Picture::of(&exposure.output("exposed").expect("the picture is read back"))
 }

@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use afterimage::host::{Size, Texels, upload};
-use afterimage::{Frame, Gpu, Opening, Post, Source, wgpu};
+use afterimage::{Frame, FrameKind, Gpu, Opening, Post, Source, wgpu};
 
 const PIPELINE: &str = r#"Pipeline(
     inputs: { "scene": Color },
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut post = Post::open(&gpu, Source::text("custom_output.ron", PIPELINE))?;
     let mut encoder = device.create_command_encoder(&Default::default());
     let (inputs, outputs) = (&[("scene", &scene)], &[("display", &screen_view)]);
-    post.encode(&mut encoder, &Frame { inputs, outputs, reset: true, ..Frame::default() })?;
+    post.encode(&mut encoder, &Frame { inputs, outputs, kind: FrameKind::Cut, ..Frame::default() })?;
 
     let bytes = read(device, queue, encoder, &screen)?;
     let red: Vec<u8> = bytes[..4 * SIZE.width as usize].chunks(4).map(|pixel| pixel[2]).collect();

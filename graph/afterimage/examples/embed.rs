@@ -10,7 +10,7 @@ use std::error::Error;
 use std::time::{Duration, Instant};
 
 use afterimage::host::{Size, Texels, download, upload};
-use afterimage::{Frame, Gpu, Opening, Post, wgpu};
+use afterimage::{Frame, FrameKind, Gpu, Opening, Post, wgpu};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<f64> = env::args().skip(1).map(|argument| argument.parse()).collect::<Result<_, _>>()?;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let time = f32::from(frame) / 60.0;
         post.encode(
             &mut encoder,
-            &Frame { inputs, outputs, time, dt: 1.0 / 60.0, reset: frame == 0, ..Frame::default() },
+            &Frame { inputs, outputs, time, dt: 1.0 / 60.0, kind: FrameKind::cut_if(frame == 0), ..Frame::default() },
         )?;
         queue.submit([encoder.finish()]);
     }

@@ -59,7 +59,7 @@ mod post;
 mod snapshot;
 mod source;
 
-pub use afterimage_gpu::{Frame, Gpu, Opening, wgpu};
+pub use afterimage_gpu::{Frame, FrameKind, Gpu, Opening, wgpu};
 pub use error::Error;
 pub use pipeline::Pipeline;
 pub use post::Post;

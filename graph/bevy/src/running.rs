@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use afterimage::host::{BlockData, Camera, Executor, Facts, Matrix, Plan, Reading, Watch};
 use afterimage::node::CAMERA;
-use afterimage::{Error, Frame, Post, wgpu};
+use afterimage::{Error, Frame, FrameKind, Post, wgpu};
 use bevy::prelude::*;
 use bevy::render::camera::TemporalJitter;
 use bevy::render::view::ExtractedView;
@@ -176,7 +176,7 @@ impl CameraPost {
         let has_camera = camera.is_some() && blocks.any(|input| input.name == "camera");
         let blocks = &[("camera", &*block)][..usize::from(has_camera)];
         let before = post.frame();
-        let error = post.encode(encoder, &Frame { blocks, reset: *has_cut, ..*frame }).err();
+        let error = post.encode(encoder, &Frame { blocks, kind: FrameKind::cut_if(*has_cut), ..*frame }).err();
         let is_recorded = post.frame() > before;
         self.has_cut &= !is_recorded;
         self.read_back(report);

@@ -10,6 +10,7 @@ mod error;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::slice;
 
+use afterimage::FrameKind;
 use afterimage::host::{Camera, FrameStep, Matrix, Size, image::ImageDesc};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, RenderedImage, format_of};
 
@@ -234,13 +235,13 @@ pub unsafe extern "C" fn afterimage_render(pipeline: *mut AfterimagePipeline, fr
         let images = unsafe { images(frame) }?;
         // SAFETY: the same.
         let cameras = unsafe { cameras(frame) }?;
-        let first = FrameStep { time: frame.time, dt: 0.0, reset: true };
+        let first = FrameStep { time: frame.time, ..FrameStep::FIRST };
         let rendered = pipeline.look.render(&OfflineFrame {
             images: &images,
             cameras: &cameras,
             size: Size::new(frame.width.max(1), frame.height.max(1)),
             number: frame.number,
-            step: if frame.continues == 0 { first } else { FrameStep { dt: frame.dt, reset: false, ..first } },
+            step: if frame.continues == 0 { first } else { FrameStep { dt: frame.dt, kind: FrameKind::Next, ..first } },
             ..OfflineFrame::default()
         })?;
         let named = |image: RenderedImage| Ok((CString::new(image.name.as_str())?, image));

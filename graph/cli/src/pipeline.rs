@@ -139,6 +139,7 @@ pub(crate) fn plan_options(options: &PlanOptions) -> Options {
         fuse: !options.no_fuse,
         row_downsample: if options.no_row_downsample { When::Never } else { When::WhereItPays },
         alias,
+        repeatable: false,
         serial: options.serial,
         exact: options.exact,
         batches_first: options.fewest_batches,

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex};
 
 use afterimage_graph::image::{Format, ImageDesc};
-use afterimage_plan::{BandLimits, Caps, HostLimits};
+use afterimage_plan::{BandLimits, Caps, HostLimits, Options};
 use wgpu::{Features, TextureFormat, TextureFormatFeatureFlags, TextureFormatFeatures, TextureUsages};
 
 use crate::error::GpuError;
@@ -156,6 +156,12 @@ impl Gpu {
     /// Whether the adapter is the processor itself.
     pub fn is_processor(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Options with which a host may repeat frames in part: a processor renders for so long that this is worth the
+    /// memory of images of their own, a card does not.
+    pub fn options_to_repeat(&self, options: Options) -> Options {
+        Options { repeatable: options.repeatable || self.is_processor(), ..options }
     }
 
     /// Checks that the device can hold an image.

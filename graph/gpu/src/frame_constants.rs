@@ -19,6 +19,11 @@ impl FrameConstants {
         }))
     }
 
+    /// Whether histories begin in the frame: then it is as for passes whose memory does.
+    pub(crate) fn reset(&self) -> bool {
+        self.0[0] == self.0[1]
+    }
+
     pub(crate) fn bytes(&self, is_uninitialized: bool) -> &[u8] {
         &self.0[usize::from(is_uninitialized)]
     }

@@ -52,7 +52,7 @@ mod transfer;
 pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
-pub use executor::{DrawTargets, Executor, Frame, HostDraw, Preparation, Rectangle};
+pub use executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw, Preparation, Rectangle};
 pub use full_screen::FullScreenPipeline;
 pub use governor::{GovernedTier, Governor, TierChange, TierChangeReason};
 pub use kernel_faults::KernelFaults;

@@ -1,6 +1,6 @@
 //! How `bench`, `measure` and `tune` time a frame: in the same way, so that they agree on a plan.
 
-use afterimage_gpu::{Clock, FrameStep, FrameTime, InputImage, Session};
+use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, InputImage, Session};
 
 use crate::LabError;
 
@@ -25,5 +25,5 @@ pub(crate) fn frame_time(
 pub(crate) fn next_step(frames: &mut u32) -> FrameStep {
     let (number, reset) = (*frames, *frames == 0);
     *frames += 1;
-    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, reset }
+    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, kind: FrameKind::cut_if(reset) }
 }

@@ -42,6 +42,9 @@ pub(crate) fn formats(builder: &mut PlanBuilder, request: &PlanRequest<'_>) -> R
         // Images that are drawn to have layouts of their own, and images that overlap would need different ones.
         options.alias = options.alias.min(Alias::Pool);
     }
+    if options.repeatable {
+        options.alias = Alias::None;
+    }
     let images = images(builder, request);
     Ok(Formatted { passes, images, options })
 }

@@ -11,6 +11,10 @@ pub struct Options {
     pub row_downsample: When,
     /// How transient images share memory.
     pub alias: Alias,
+    /// Whether the last frame can be repeated in part with other values: then images share no memory, and the state
+    /// before each frame is kept.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub repeatable: bool,
     /// Whether each pass is a batch of its own.
     pub serial: bool,
     /// Whether every intermediate is stored in 32 bits and filtered with all of them, where a device's own filter has
@@ -36,6 +40,7 @@ impl Default for Options {
             fuse: true,
             row_downsample: When::WhereItPays,
             alias: Alias::Placed,
+            repeatable: false,
             serial: false,
             exact: false,
             batches_first: false,

@@ -22,6 +22,7 @@ pub const PLAIN: Options = Options {
     fuse: false,
     row_downsample: When::Never,
     alias: Alias::None,
+    repeatable: false,
     serial: true,
     exact: false,
     batches_first: false,

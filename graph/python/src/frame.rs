@@ -1,5 +1,6 @@
 //! A frame: its images from Python and to Python.
 
+use afterimage::FrameKind;
 use afterimage::host::FrameStep;
 use afterimage::offline::{Encoding, GivenImage, NumberType, Numbers, RenderedImage, format_of};
 use afterimage_graph::color::Colorimetry;
@@ -79,7 +80,7 @@ pub(crate) struct Moment {
 
 impl Moment {
     pub(crate) fn step(&self) -> FrameStep {
-        FrameStep { time: self.time, dt: self.dt, reset: self.reset }
+        FrameStep { time: self.time, dt: self.dt, kind: FrameKind::cut_if(self.reset) }
     }
 }
 

@@ -13,7 +13,7 @@ mod raw;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use afterimage_gpu::{Clock, FrameStep, Gpu, Opening, Session};
+use afterimage_gpu::{Clock, FrameKind, FrameStep, Gpu, Opening, Session};
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -158,7 +158,7 @@ fn next_step(frames: &mut u32) -> FrameStep {
     const STEP: f32 = 1.0 / 60.0;
     let (number, reset) = (*frames, *frames == 0);
     *frames += 1;
-    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, reset }
+    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, kind: FrameKind::cut_if(reset) }
 }
 
 fn parse_size(text: &str) -> Result<Size, String> {

@@ -196,6 +196,7 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         fuse: choices.flag(),
         row_downsample: choices.one_of(&[When::Never, When::WhereItPays, When::Always]),
         alias: choices.one_of(&[Alias::None, Alias::Pool, Alias::Placed]),
+        repeatable: choices.flag(),
         serial: choices.flag(),
         exact: choices.flag(),
         batches_first: choices.flag(),

@@ -2,7 +2,7 @@
 
 use afterimage::host::image::ImageDesc;
 use afterimage::host::{Size, Texels, download, upload};
-use afterimage::{Frame, Gpu, Opening, Post};
+use afterimage::{Frame, FrameKind, Gpu, Opening, Post};
 use bevy::math::URect;
 use bevy::prelude::*;
 
@@ -39,7 +39,7 @@ pub(crate) fn rendered(pipeline: &str, scene: &Texels) -> Vec<u8> {
     let view = image.create_view(&default());
     let mut post = Post::open(&gpu, &pipelines().join(pipeline)).unwrap_or_else(|error| panic!("{error}"));
     let mut encoder = gpu.device.create_command_encoder(&default());
-    let frame = Frame { inputs: &[("scene", &view)], reset: true, ..default() };
+    let frame = Frame { inputs: &[("scene", &view)], kind: FrameKind::Cut, ..default() };
     post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
     gpu.queue.submit([encoder.finish()]);
     download(&gpu.device, &gpu.queue, post.output("display")).unwrap_or_else(|error| panic!("{error}")).bytes

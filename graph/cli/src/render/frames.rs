@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{FrameStep, InputImage, Session, Texels};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session, Texels};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_media::Alpha;
 use afterimage_plan::{Plan, PlanOutput};
@@ -123,15 +123,15 @@ impl Frames<'_> {
         if !self.has_begun {
             self.begin(size, &images)?;
         }
-        let step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
+        let mut step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
         let can_be_repeated = self.can_be_repeated(has_camera);
         let session = &mut self.session.session;
         if self.repetition.again {
-            session.render_again(size, &images, step)?;
+            step.kind = FrameKind::Again;
         } else {
             session.number_next(job.frame.unwrap_or(0));
-            session.render(size, &images, step)?;
         }
+        session.render(size, &images, step)?;
         (self.begins_shot, self.last, self.cameras) = (false, job.frame, cameras);
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         let meta = pictures.first().map(|input| input.picture.meta.clone());

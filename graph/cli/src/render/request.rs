@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use afterimage::offline::quantize::{EncodedFile, unquantized};
-use afterimage_gpu::FrameStep;
+use afterimage_gpu::{FrameKind, FrameStep};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
@@ -107,7 +107,7 @@ impl<'a> Request<'a> {
     pub(super) fn step(&self, frame: u32, last: Option<u32>, begins_shot: bool) -> FrameStep {
         let fps = self.args.fps;
         let dt = last.map_or(0.0, |before| frame.saturating_sub(before) as f32 / fps);
-        FrameStep { time: frame as f32 / fps, dt, reset: begins_shot || self.cuts.contains(&frame) }
+        FrameStep { time: frame as f32 / fps, dt, kind: FrameKind::cut_if(begins_shot || self.cuts.contains(&frame)) }
     }
 
     /// The files of the frame before the first one, if its state is known.

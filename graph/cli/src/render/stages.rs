@@ -4,9 +4,8 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::Gpu;
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_plan::{Alias, Options};
+use afterimage_plan::Options;
 
 use super::frames::render_all;
 use super::kept::{Kept, Repetition};
@@ -63,16 +62,17 @@ pub(super) fn run(
         let writing: Vec<_> = (0..writers).map(spawn).collect();
         // The last writer that ends closes the queue.
         drop(queue);
-        let session = match session {
-            Some(session) => {
-                let options = options_to_repeat(session.session.gpu(), options);
-                Ok(session.changed(graph, facts, options, repetition.again))
-            }
-            None => open_for(&request.args.device, &request.args.plan).map(|gpu| {
-                let options = if repetition.keeps { options_to_repeat(&gpu, options) } else { options };
-                CachedSession::new(&gpu, graph, facts, options)
-            }),
+        let gpu = match &session {
+            Some(session) => Ok(session.session.gpu().clone()),
+            None => open_for(&request.args.device, &request.args.plan),
         };
+        let session = gpu.map(|gpu| {
+            let options = if repetition.keeps { gpu.options_to_repeat(options) } else { options };
+            match session {
+                Some(session) => session.changed(graph, facts, options, repetition.again),
+                None => CachedSession::new(&gpu, graph, facts, options),
+            }
+        });
         let start = start.elapsed();
         let rendered = session.and_then(|mut session| {
             let times = render_all(request, &mut session, meters, &mut repetition, read_from, write_to, report)?;
@@ -93,10 +93,4 @@ pub(super) fn run(
     let written = std::mem::take(&mut *written.lock().expect("no writer panics with the lock"));
     report.note_written(written, request.targets.len());
     Ok(Times { all: start.elapsed(), frames: request.jobs.len(), ..times? })
-}
-
-/// The options with which a frame can be repeated in part. A graphics card is not slow enough to be worth the memory.
-fn options_to_repeat(gpu: &Gpu, options: Options) -> Options {
-    let alias = if gpu.is_processor() { Alias::None } else { options.alias };
-    Options { alias, ..options }
 }

@@ -31,13 +31,30 @@ pub struct Frame<'a> {
     pub time: f32,
     /// Seconds since the frame before. With 0, exposure and the like do not adapt.
     pub dt: f32,
-    /// Whether this frame does not follow the one before: a cut, a teleport.
-    pub reset: bool,
-    /// Whether this is the last frame once more, with other values of parameters: the host's images hold what they
-    /// held. It has the number of that frame. With [`Alias::None`](afterimage_plan::Alias::None) it also has its time,
-    /// begins with its state, and runs only the passes that the values reach; a plan that is new, or whose images share
-    /// memory, runs all, and no time passes.
-    pub again: bool,
+    /// How it follows the frame before.
+    pub kind: FrameKind,
+}
+
+/// How a frame follows the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrameKind {
+    /// It is the next one, after `dt`.
+    #[default]
+    Next,
+    /// It does not, as after a cut, a teleport or a load: histories and adaptation begin in it.
+    Cut,
+    /// It is the same once more, with other values of parameters: the host's images hold what they held, and it has the
+    /// number of that frame. A plan that is [`repeatable`](afterimage_plan::Options::repeatable) and has rendered it
+    /// takes time and state from that frame, and runs only the passes that the values reach. Any other runs all; it
+    /// begins anew if the frame was a cut, and otherwise no time passes.
+    Again,
+}
+
+impl FrameKind {
+    /// A cut, or else the next frame.
+    pub fn cut_if(is_cut: bool) -> Self {
+        if is_cut { Self::Cut } else { Self::Next }
+    }
 }
 
 impl Frame<'_> {

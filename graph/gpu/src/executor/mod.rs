@@ -32,8 +32,8 @@ use bind::formats::HostFormats;
 use bind::host_images::check_names;
 pub(crate) use bind::host_images::{MULTISAMPLED, VOLUME};
 use bind::views::cached_groups;
-pub use frame::Frame;
 pub(crate) use frame::view_of;
+pub use frame::{Frame, FrameKind};
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
 pub use load::Preparation;
@@ -366,7 +366,8 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let (begins, again) = (self.fresh || frame.reset, frame.again && !self.fresh);
+        let again = frame.kind == FrameKind::Again && !self.fresh;
+        let begins = self.fresh || frame.kind == FrameKind::Cut || again && self.frame_constants.reset();
         let (index, number) = match self.last_number {
             Some(last) if again => (self.frame_index.wrapping_sub(1), last),
             _ => (self.frame_index, self.frame_index.wrapping_add(self.number_offset)),
@@ -375,7 +376,8 @@ impl Executor {
         // A plan that has not rendered the last frame has the state after it: no time passes.
         let dt = if again { 0.0 } else { frame.dt };
         let constants = last.unwrap_or_else(|| FrameConstants::new(frame.time, dt, number, begins));
-        let (groups, reached) = self.begin_frame(encoder, frame, constants, again, begins)?;
+        let groups = self.bind(frame)?;
+        let reached = self.begin_frame(encoder, frame, constants, again)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         loaded.turns.begin(number, (!begins).then(|| self.last_number.unwrap_or(number.wrapping_sub(1))));
         let commands = FrameCommands {
@@ -405,33 +407,30 @@ impl Executor {
         Ok(())
     }
 
-    /// Prepares the passes of a frame: the host's images and numbers, and its state. Returns the index of the bind
-    /// groups, and for each pass whether it runs if the last frame is repeated in part.
+    /// Prepares the passes of a frame whose images are bound: the host's numbers, and the state. Returns for each pass
+    /// whether it runs, if the last frame is repeated in part.
     fn begin_frame(
         &mut self,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
         constants: FrameConstants,
         again: bool,
-        reset: bool,
-    ) -> Result<(usize, Option<Vec<bool>>), GpuError> {
-        let groups = self.bind(frame)?;
+    ) -> Result<Option<Vec<bool>>, GpuError> {
         let repeats_views = again && self.has_last_views;
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
         loaded.set_blocks(frame)?;
         loaded.set_rectangles(frame)?;
         let reached = if repeats_views { loaded.reached() } else { None };
-        let is_restored = again && loaded.last_constants().is_some();
-        if is_restored {
+        if again && loaded.last_constants().is_some() {
             loaded.restore_state(reached.as_deref(), encoder);
-        } else if reset {
-            loaded.uniforms.forget();
-            scoped(device, "the cleared histories", || {
-                clear_memory(device, loaded, encoder);
-                Ok::<(), GpuError>(())
-            })?;
-        }
-        if !is_restored {
+        } else {
+            if constants.reset() {
+                loaded.uniforms.forget();
+                scoped(device, "the cleared histories", || {
+                    clear_memory(device, loaded, encoder);
+                    Ok::<(), GpuError>(())
+                })?;
+            }
             loaded.keep_state(encoder);
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
@@ -444,7 +443,7 @@ impl Executor {
         }
         // Last, because a frame with an error is not submitted.
         loaded.uniforms.write(device, &mut self.staging, encoder)?;
-        Ok((groups, reached))
+        Ok(reached)
     }
 
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It

@@ -11,15 +11,12 @@ impl Loaded {
     pub(crate) fn reached(&self) -> Option<Vec<bool>> {
         let last = self.repeat.as_ref().filter(|repeat| repeat.constants.is_some())?;
         let uniforms = self.uniforms.bytes();
-        let differs = |offset: u64, length: usize| {
-            let range = offset as usize..offset as usize + length;
-            uniforms[range.clone()] != last.uniforms[range]
-        };
-        if self.plan.blocks.iter().any(|own| differs(own.offset, own.block.bytes())) {
+        if self.plan.blocks.iter().any(|own| last.differs(uniforms, own.offset, own.block.bytes())) {
             return None;
         }
         let blocks = self.plan.passes.iter().map(|pass| &pass.uniform);
-        Some(self.plan.reached_from(blocks.map(|block| differs(block.offset, block.bytes.len())).collect()))
+        let differ = blocks.map(|block| last.differs(uniforms, block.offset, block.bytes.len())).collect();
+        Some(self.plan.reached_from(differ))
     }
 
     /// Before a frame: keeps the state for a repetition of it.

@@ -5,7 +5,7 @@ use afterimage_graph::node::{BufferId, Resource};
 use afterimage_plan::{StateContent, StateItem};
 use wgpu::{Buffer, CommandEncoder};
 
-use super::{Executor, Frame, FrameCommands};
+use super::{Executor, Frame, FrameCommands, FrameKind};
 use crate::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, ring_place};
 use crate::frame_constants::FrameConstants;
@@ -67,8 +67,9 @@ impl Executor {
         passes: &[usize],
     ) -> Result<(), GpuError> {
         let number = self.frame_index.wrapping_add(self.number_offset);
-        let constants = FrameConstants::new(frame.time, frame.dt, number, frame.reset);
-        let (groups, _) = self.begin_frame(encoder, frame, constants, false, frame.reset)?;
+        let constants = FrameConstants::new(frame.time, frame.dt, number, frame.kind == FrameKind::Cut);
+        let groups = self.bind(frame)?;
+        self.begin_frame(encoder, frame, constants, false)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         loaded.turns.begin(0, None);
         let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();

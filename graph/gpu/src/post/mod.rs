@@ -25,7 +25,7 @@ use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::device::caps;
 use crate::error::GpuError;
-use crate::executor::{DrawTargets, Executor, Frame, HostDraw};
+use crate::executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw};
 use crate::platform::{TaskPool, Worker, watched};
 use active::{ActivePlan, GraphValues};
 use bindings::HostBindings;
@@ -320,7 +320,7 @@ impl Post {
             self.load_for(inputs)?;
             return Ok(None);
         }
-        if frame.reset || self.executor.is_fresh() {
+        if frame.kind == FrameKind::Cut || self.executor.is_fresh() {
             self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
         }
         let mut failure = None;

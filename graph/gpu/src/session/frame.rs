@@ -3,6 +3,8 @@
 use afterimage_graph::image::ImageDesc;
 use wgpu::TextureView;
 
+use crate::FrameKind;
+
 /// An image on the GPU for an input of a pipeline.
 #[derive(Clone)]
 pub struct InputImage {
@@ -30,11 +32,11 @@ pub struct FrameStep {
     pub time: f32,
     /// Seconds since the previous frame.
     pub dt: f32,
-    /// Whether histories start again with this frame.
-    pub reset: bool,
+    /// How it follows the previous frame.
+    pub kind: FrameKind,
 }
 
 impl FrameStep {
     /// A first frame.
-    pub const FIRST: Self = Self { time: 0.0, dt: 0.0, reset: true };
+    pub const FIRST: Self = Self { time: 0.0, dt: 0.0, kind: FrameKind::Cut };
 }

@@ -26,7 +26,7 @@ use crate::clock::{Clock, FrameTime, TimedCommands};
 use crate::platform::submit;
 use crate::post::{Post, PostError};
 use crate::stream::ReadbackBatch;
-use crate::{Executor, Feed, Frame, Gpu, GpuError, Readback, Texels, upload_bytes};
+use crate::{Executor, Feed, Frame, FrameKind, Gpu, GpuError, Readback, Texels, upload_bytes};
 
 /// A frame of [`Session::render_all`]: its images and its position in time.
 pub type FrameInputs = (Vec<InputImage>, FrameStep);
@@ -169,20 +169,8 @@ impl Session {
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<(), PostError> {
-        self.encode_once(encoder, images, step, false)
-    }
-
-    fn encode_once(
-        &mut self,
-        encoder: &mut CommandEncoder,
-        images: &[InputImage],
-        step: FrameStep,
-        again: bool,
-    ) -> Result<(), PostError> {
         let blocks: Vec<(&str, &BlockData)> = self.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        with_frame(images, step, |frame| {
-            self.post.record(encoder, &Frame { blocks: &blocks, again, ..*frame }, &mut [])
-        })
+        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }, &mut []))
     }
 
     /// Renders a frame; the outputs stay on the GPU.
@@ -192,15 +180,6 @@ impl Session {
     pub fn render(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
         self.load(size, images)?;
         self.submit(images, step)
-    }
-
-    /// Renders the last frame once more with other values of parameters: see [`Frame::again`].
-    ///
-    /// # Errors
-    /// As [`render`](Self::render).
-    pub fn render_again(&mut self, size: Size, images: &[InputImage], step: FrameStep) -> Result<(), PostError> {
-        self.load(size, images)?;
-        self.submit_recorded(|session, encoder| session.encode_once(encoder, images, step, true))
     }
 
     /// Submits a frame of the plan that is loaded.
@@ -260,7 +239,7 @@ impl Session {
         batch: &mut ReadbackBatch,
     ) -> Result<(), PostError> {
         let (images, step) = frame;
-        if step.reset {
+        if step.kind == FrameKind::Cut {
             // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
             self.restart();
         }
@@ -274,7 +253,7 @@ impl Session {
     /// Renders a frame and reads back its outputs, one after another.
     fn render_alone(&mut self, frame: &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, PostError> {
         let (images, step) = frame;
-        if step.reset {
+        if step.kind == FrameKind::Cut {
             self.restart();
         }
         self.submit(images, *step)?;
@@ -365,5 +344,5 @@ pub fn input_image(gpu: &Gpu, input: &str, desc: ImageDesc, bytes: &[u8]) -> Res
 /// Calls `use_frame` with the executor's description of a frame without blocks.
 fn with_frame<T>(images: &[InputImage], step: FrameStep, use_frame: impl FnOnce(&Frame<'_>) -> T) -> T {
     let inputs: Vec<(&str, &TextureView)> = images.iter().map(|image| (image.input.as_str(), &image.view)).collect();
-    use_frame(&Frame { inputs: &inputs, time: step.time, dt: step.dt, reset: step.reset, ..Frame::default() })
+    use_frame(&Frame { inputs: &inputs, time: step.time, dt: step.dt, kind: step.kind, ..Frame::default() })
 }

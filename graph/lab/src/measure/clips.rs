@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{PortType, Registry};
@@ -259,7 +259,11 @@ fn steps(frames: usize, fps: f32) -> Vec<FrameStep> {
     let mut steps = Vec::new();
     for frame in 0..frames {
         let reset = frame == 0;
-        steps.push(FrameStep { time: frame as f32 / fps, dt: if reset { 0.0 } else { 1.0 / fps }, reset });
+        steps.push(FrameStep {
+            time: frame as f32 / fps,
+            dt: if reset { 0.0 } else { 1.0 / fps },
+            kind: FrameKind::cut_if(reset),
+        });
     }
     steps
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Session, Texels, input_image,
+    ErrorLog, FrameInputs, FrameKind, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Session, Texels, input_image,
 };
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
@@ -197,7 +197,7 @@ impl Renderer {
                     self.image(*shot, desc, planned.signedness).map_err(|error| one_line(&error.to_string()))?;
                 images.push(InputImage { finite: configuration.unsanitized, ..image.named(name) });
             }
-            frames.push((images, FrameStep { time: 0.0, dt: shot.dt, reset: shot.reset }));
+            frames.push((images, FrameStep { time: 0.0, dt: shot.dt, kind: FrameKind::cut_if(shot.reset) }));
         }
         Ok(frames)
     }

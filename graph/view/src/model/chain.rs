@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use afterimage_gpu::wgpu::{self, TextureView};
-use afterimage_gpu::{Control, Frame, Gpu, PassTimes, Post};
+use afterimage_gpu::{Control, Frame, FrameKind, Gpu, PassTimes, Post};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::BlockData;
 use afterimage_graph::value::Value;
-use afterimage_plan::{Alias, Options, Plan, When};
+use afterimage_plan::{Options, Plan, When};
 
 use super::frame_images::FrameImages;
 use crate::Problem;
@@ -20,10 +20,8 @@ pub struct Moment {
     pub time: f64,
     /// Seconds since the frame before.
     pub dt: f64,
-    /// Whether histories start again.
-    pub reset: bool,
-    /// Whether it is the last moment once more.
-    pub again: bool,
+    /// How its frame follows the one before.
+    pub kind: FrameKind,
 }
 
 /// A pipeline on the viewer's device.
@@ -55,7 +53,7 @@ impl Purpose {
             Self::Inspect | Self::Reference => Options {
                 fuse: false,
                 row_downsample: When::Never,
-                alias: Alias::None,
+                repeatable: true,
                 exact: self == Self::Reference,
                 ..Options::default()
             },
@@ -67,10 +65,8 @@ impl Chain {
     /// A graph on a device.
     pub fn new(gpu: &Gpu, graph: Graph, purpose: Purpose) -> Self {
         let mut post = Post::with_executor(gpu.executor(), graph);
-        let options = purpose.options();
-        // A processor renders for long: images are kept, so that a paused frame is repeated in part.
-        let alias = if gpu.is_processor() { Alias::None } else { options.alias };
-        post.set_options(Options { alias, ..options });
+        // A paused frame is repeated with each value that is changed.
+        post.set_options(gpu.options_to_repeat(purpose.options()));
         Self { post, controls: Vec::new(), is_timed: false }
     }
 
@@ -163,9 +159,9 @@ impl Chain {
         let inputs: Vec<(&str, &TextureView)> =
             images.images.iter().map(|(name, view)| (name.as_str(), view)).collect();
         let blocks: Vec<(&str, &BlockData)> = images.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        let Moment { time, dt, reset, again } = moment;
+        let Moment { time, dt, kind } = moment;
         let (time, dt) = (time as f32, dt as f32);
-        let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, reset, again, ..Frame::default() };
+        let frame = Frame { inputs: &inputs, blocks: &blocks, time, dt, kind, ..Frame::default() };
         Ok(self.post.encode(encoder, &frame)?)
     }
 

@@ -1,5 +1,7 @@
 //! Playback clock: play, pause, step.
 
+use afterimage_gpu::FrameKind;
+
 use super::chain::Moment;
 
 /// Seconds of a frame that is stepped to.
@@ -58,18 +60,18 @@ impl PlayClock {
             (false, false) if self.cut => 0.0,
             (false, false) => return None,
         };
-        let reset = std::mem::take(&mut self.cut);
+        let is_cut = std::mem::take(&mut self.cut);
         // A cut is a first frame: nothing has passed since the one before.
-        let dt = if reset { 0.0 } else { dt };
-        self.was_sought &= reset;
+        let dt = if is_cut { 0.0 } else { dt };
+        self.was_sought &= is_cut;
         self.time += dt;
-        self.last = Moment { time: self.time, dt, reset, again: false };
+        self.last = Moment { time: self.time, dt, kind: FrameKind::cut_if(is_cut) };
         Some(self.last)
     }
 
     /// The moment of the last frame again.
     pub fn again(&self) -> Moment {
-        Moment { again: true, ..self.last }
+        Moment { kind: FrameKind::Again, ..self.last }
     }
 }
 
@@ -80,7 +82,7 @@ mod tests {
     #[test]
     fn time_stands_in_a_pause_and_a_step_is_a_sixtieth() {
         let mut clock = PlayClock::default();
-        assert_eq!(clock.advance(0.02), Some(Moment { reset: true, ..Moment::default() }));
+        assert_eq!(clock.advance(0.02), Some(Moment { kind: FrameKind::Cut, ..Moment::default() }));
         assert_eq!(clock.advance(0.02), Some(Moment { time: 0.02, dt: 0.02, ..Moment::default() }));
         clock.is_playing = false;
         assert_eq!(clock.advance(0.02), None);
@@ -97,6 +99,6 @@ mod tests {
         assert_eq!(clock.advance(60.0).map(|moment| moment.dt), Some(MAX_LENGTH));
         clock.is_playing = false;
         clock.seek(3.0);
-        assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, reset: true, ..Moment::default() }));
+        assert_eq!(clock.advance(0.02), Some(Moment { time: 3.0, kind: FrameKind::Cut, ..Moment::default() }));
     }
 }

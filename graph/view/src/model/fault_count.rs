@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Gpu, KernelFaults, wgpu};
+use afterimage_gpu::{FrameKind, Gpu, KernelFaults, wgpu};
 use afterimage_plan::Plan;
 
 use super::chains::Chains;
@@ -70,7 +70,7 @@ impl FaultCount {
             }
         }
         let Some(counting) = chains.counting.as_mut().filter(|_| self.is_due) else { return Ok(()) };
-        counting.frame(encoder, images, Moment { reset: true, ..Moment::default() })?;
+        counting.frame(encoder, images, Moment { kind: FrameKind::Cut, ..Moment::default() })?;
         if counting.is_changing() {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use afterimage_gpu::wgpu::{self, TextureView};
-use afterimage_gpu::{Frame, Gpu, Parameter, Post, texture_format};
+use afterimage_gpu::{Frame, FrameKind, Gpu, Parameter, Post, texture_format};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
@@ -164,7 +164,7 @@ impl Scene {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
         self.require(inputs)?;
-        if moment.again && !self.is_stale {
+        if moment.kind == FrameKind::Again && !self.is_stale {
             return self.again(inputs);
         }
         let Moment { time, dt, .. } = moment;

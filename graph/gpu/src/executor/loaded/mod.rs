@@ -47,7 +47,7 @@ pub(crate) struct Loaded {
     pub(crate) in_rings: Vec<bool>,
     pub(crate) zeroed: Vec<usize>,
     pub(crate) persistent: Vec<usize>,
-    /// What it takes to repeat the last frame in part, if the plan keeps its images.
+    /// What it takes to repeat the last frame in part, if the plan is to be repeated.
     pub(crate) repeat: Option<Repeat>,
     /// The passes that bind no image of the host.
     pub(crate) bound: Vec<Option<Arc<BoundPass>>>,

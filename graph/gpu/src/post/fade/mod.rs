@@ -13,7 +13,7 @@ use wgpu::{BindGroup, CommandEncoder, TextureUsages, TextureView};
 
 use super::active::{ActivePlan, GraphValues};
 use crate::error::GpuError;
-use crate::executor::{Executor, Frame, HostDraw, Rectangle, Residency};
+use crate::executor::{Executor, Frame, FrameKind, HostDraw, Rectangle, Residency};
 use crate::platform::{scoped, watched};
 pub(super) use mix::FadeParts;
 use mix::{Mixer, Target};
@@ -247,7 +247,7 @@ fn memory_to_fade(
     }
     // A host may have loaded another plan into the executor.
     let is_loaded = executor.plan().is_some_and(|plan| Arc::ptr_eq(plan, old));
-    if !is_loaded || frame.reset || executor.is_fresh() {
+    if !is_loaded || frame.kind == FrameKind::Cut || executor.is_fresh() {
         return Err(FadeSkipReason::NewBeginning);
     }
     let memory = executor.residency().ok_or(FadeSkipReason::NewBeginning)?;
