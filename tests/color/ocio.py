@@ -7,9 +7,9 @@
     v/bin/python tests/color/ocio.py target/release/afterimage > graph/docs/measurements/ocio.csv
 
 A row is a transform of a built-in config, or a file that this script makes, in ACEScct, on 17^3 colors of -0.1 to 1 and of
-2^-8 to 2^6. Signals are compared from PNG
-files of 16 bits in units of 8-bit codes, where rounding alone makes 0.002; light relative to its size above 1. OpenColorIO
-runs on the CPU in 32 bits, without optimizations.
+2^-8 to 2^6. Signals are compared from PNG files of 16 bits in units of 8-bit codes, where rounding alone makes 0.002; light
+relative to its size above 1, and only where a pipeline does not limit it. OpenColorIO runs on the CPU in 32 bits, without
+optimizations.
 """
 
 import itertools
@@ -195,10 +195,18 @@ def files():
     return list(names)
 
 
+def is_kept(light):
+    """Where a pipeline does not limit light: its luminance is not negative, and no half float is exceeded."""
+    return (light @ [0.2126, 0.7152, 0.0722] >= 0) & (np.abs(light).max(1) < 65504)
+
+
 def row(kind, config, name, found, wanted, scale):
     if isinstance(found, str):
         print(f'{kind},{config.split("://")[1]},"{name}",,,"{found}"')
         return
+    if not scale:
+        kept = is_kept(wanted)
+        found, wanted = found[kept], wanted[kept]
     off = np.abs(found.astype(float) - wanted) / (1 if scale else np.maximum(1, np.abs(wanted))) * (scale or 1)
     print(f'{kind},{config.split("://")[1]},"{name}",{off.max():.2g},{off.mean():.2g},{"8-bit codes" if scale else "relative"}')
 
@@ -226,10 +234,7 @@ def main():
     for config, space in SPACES:
         numbers = np.array(list(itertools.product(np.linspace(0.1, 0.9, SIDE), repeat=3)), dtype=np.float32)
         wanted = reference(config, ocio.ColorSpaceTransform(space, LIGHT), numbers)
-        # Light whose luminance is negative is limited by the pipeline; the largest half float limits all light.
-        shown = (wanted @ [0.2126, 0.7152, 0.0722] >= 0) & (np.abs(wanted).max(1) < 65504)
-        found = render(numbers, "", config, "--input-space", space)
-        row("input", config, space, found if isinstance(found, str) else found[shown], wanted[shown], None)
+        row("input", config, space, render(numbers, "", config, "--input-space", space), wanted, None)
 
 
 if __name__ == "__main__":

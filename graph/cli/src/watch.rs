@@ -32,6 +32,10 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
         if let Some(kept) = &mut kept {
             kept.forget(&changed);
         }
+        #[cfg(feature = "ocio")]
+        if crate::ocio::forget(&changed) {
+            kept = None;
+        }
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
         match render::run(args, tables, Some(&mut kept)) {
@@ -51,7 +55,7 @@ fn written(args: &RenderArgs) -> String {
     files.join(", ")
 }
 
-/// The input files: the pipeline and the files that it names, folders of kinds, and the images.
+/// The input files: the pipeline and the files that it names, folders of kinds, the images, and those of OpenColorIO.
 fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     let mut places = files_of(&args.pipeline, tables, &args.options);
     places.extend(args.options.kinds.nodes.iter().cloned());
@@ -61,6 +65,12 @@ fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
             Ok(input) => places.extend(input.sources().into_iter().map(|(_, source)| source.path)),
             Err(_) => drop(places.insert(file.into())),
         }
+    }
+    #[cfg(feature = "ocio")]
+    {
+        // Those of the pipeline have been made with it. The command reports the errors.
+        args.reading.config_spaces().for_each(|space| drop(crate::ocio::check_space(space)));
+        places.extend(crate::ocio::files());
     }
     places
 }

@@ -37,11 +37,13 @@ impl Function {
         gpu.extract_gpu_shader_info(&mut desc).map_err(|error| sentence(&error))?;
         let bindings = desc.wgsl_bindings().ok_or("OpenColorIO has no WGSL for it")?;
         if bindings.uniform_binding.is_some() {
-            return Err("it has dynamic properties, which nodes cannot set".into());
+            return Err("it has dynamic properties, which nodes cannot set: make them fixed in the file".into());
         }
         let tables = bindings.textures.iter().map(|texture| table(&desc, texture)).collect::<Result<_, _>>()?;
         let text = with_arguments(desc.shader_text(), &bindings.textures, result);
-        Ok(Self { shader: Arc::new(Shader::loaded("ocio_transform.wgsl".into(), text)), tables })
+        let shader = Shader::loaded("ocio_transform.wgsl".into(), text);
+        shader.reflect().map_err(|error| format!("OpenColorIO makes no valid WGSL of it: {error}"))?;
+        Ok(Self { shader: Arc::new(shader), tables })
     }
 }
 

@@ -1,6 +1,7 @@
 //! OcioTransform: views and looks of an OpenColorIO config.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::path::{Component, Path};
+use std::sync::{Arc, Mutex};
 
 use afterimage_graph::color::{Chromaticities, Colorimetry, GRAPHICS_WHITE, Transfer};
 use afterimage_graph::diagnostic::did_you_mean;
@@ -11,7 +12,7 @@ use ocio::{
     TransformDirection,
 };
 
-use super::config::{LIGHT, config, sentence};
+use super::config::{LIGHT, config, locked, no_space, noted, sentence};
 use super::function::Function;
 
 choices! {
@@ -61,6 +62,7 @@ params! {
         /// Looks, as in a config: `first, +second, -third`, where a minus undoes a look.
         pub looks: Arc<str> = Arc::from("");
         /// A file that the config finds in its search path: `.3dl`, `.csp`, `.ctf`, `.lut` and others. It comes first.
+        /// For a built-in config the path is the current folder.
         pub file: Arc<str> = Arc::from("");
         /// The color space of the config that `file` is made for.
         pub space: Arc<str> = Arc::from("");
@@ -120,10 +122,14 @@ static KNOWN: Mutex<Vec<(OcioTransform, Arc<Function>)>> = Mutex::new(Vec::new()
 /// How many functions are kept.
 const MOST: usize = 16;
 
+/// Forgets the functions: another config makes others.
+pub(super) fn forget() {
+    locked(&KNOWN).clear();
+}
+
 impl OcioTransform {
     fn function(&self) -> Result<Arc<Function>, String> {
-        let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, function)) = known().iter().find(|(node, _)| node == self) {
+        if let Some((_, function)) = locked(&KNOWN).iter().find(|(node, _)| node == self) {
             return Ok(function.clone());
         }
         let config = config()?;
@@ -131,10 +137,10 @@ impl OcioTransform {
             OcioResult::Encoded => "clamp(v, vec3f(0.0), vec3f(1.0))",
             OcioResult::Source => "bounded_scene(v)",
         };
-        let transform = Transform::Group(self.transform(config)?);
-        let processor = config.get_processor_for_transform(&transform, TransformDirection::Forward);
-        let function = Arc::new(Function::new(&processor.map_err(|error| sentence(&error))?, result)?);
-        let mut known = known();
+        let transform = Transform::Group(self.transform(&config)?);
+        let processor = noted(config.get_processor_for_transform(&transform, TransformDirection::Forward))?;
+        let function = Arc::new(Function::new(&processor, result)?);
+        let mut known = locked(&KNOWN);
         if known.len() == MOST {
             known.remove(0);
         }
@@ -145,10 +151,14 @@ impl OcioTransform {
     /// Linear Rec.709 to the result.
     fn transform(&self, config: &Config) -> Result<GroupTransform, String> {
         let scene = ["aces_interchange", "scene_linear"].into_iter().find(|role| config.has_role(role));
-        let scene = scene.ok_or("the config has no role `aces_interchange`, so where Rec.709 lies is not known")?;
+        let scene = scene.ok_or(
+            "the config does not state where Rec.709 lies: add `aces_interchange: ACES2065-1` to its roles, or what it \
+             calls that space",
+        )?;
         let enter = Config::get_processor_from_builtin_color_space(LIGHT, config, scene);
         let mut steps = enter.map_err(|error| sentence(&error))?.create_group_transform();
         if !self.file.is_empty() {
+            self.check_file(config)?;
             steps.append(ColorSpaceTransform::new(scene, &self.space));
             steps.append(FileTransform::new(&self.file));
             steps.append(ColorSpaceTransform::new(&self.space, scene));
@@ -170,6 +180,21 @@ impl OcioTransform {
             }
         }
         Ok(steps)
+    }
+
+    /// A pipeline may come from others: of all files it may name those for which the config has folders.
+    fn check_file(&self, config: &Config) -> Result<(), String> {
+        let file = config.current_context().resolve_string_var(&self.file);
+        if Path::new(&file).components().any(|part| !matches!(part, Component::Normal(_) | Component::CurDir)) {
+            return Err(format!(
+                "`{file}` is not below a folder of the config: add its folder to `search_path` there, and give its name"
+            ));
+        }
+        let space = config.current_context().resolve_string_var(&self.space);
+        if config.canonical_name(&space).is_empty() {
+            return Err(no_space(config, &space, &[]));
+        }
+        Ok(())
     }
 
     /// The display and the view that are meant.
@@ -197,7 +222,7 @@ impl OcioTransform {
         }
         let (p3, rec709, rec2020) = (Chromaticities::DISPLAY_P3, Chromaticities::REC709, Chromaticities::REC2020);
         let (primaries, transfer) = match self.encoding {
-            OcioEncoding::Config => return self.stated(config()?),
+            OcioEncoding::Config => return self.stated(config()?.as_ref()),
             OcioEncoding::Srgb => (rec709, Transfer::Srgb),
             OcioEncoding::DisplayP3 => (p3, Transfer::Srgb),
             OcioEncoding::Gamma22 => (rec709, Transfer::Gamma(2.2.into())),
@@ -302,5 +327,13 @@ mod tests {
         assert!(refused(&|node| node.looks = "+Warm".into()).starts_with("the config has no look `Warm`; it has"));
         assert!(refused(&|node| node.display = "Display P3 HDR - Display".into()).contains("state `encoding`"));
         assert!(refused(&|node| node.file = "grade.csp".into()).starts_with("`file` and `space` belong together"));
+        let refused_file =
+            |file: &str, space: &str| refused(&|node| (node.file, node.space) = (file.into(), space.into()));
+        for file in ["/etc/passwd", "../grade.csp", "a/../../grade.csp"] {
+            assert!(refused_file(file, "ACEScct").contains("not below a folder of the config"), "{file}");
+        }
+        let space = "the config has no color space `ACESct`; did you mean `ACEScc`?";
+        assert_eq!(refused_file("grade.csp", "ACESct"), space);
+        assert!(refused_file("grade.csp", "ACEScct").starts_with("there is no file `"));
     }
 }
