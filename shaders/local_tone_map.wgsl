@@ -34,9 +34,11 @@ fn local_tone_map_fitted(range: f32, params: LocalToneMap) -> LocalToneMap {
 }
 
 // o = midpoint + contrast (base - midpoint) + detail (level - base), as a factor 2^(o - level). The chromaticity stays
-// the same.
+// the same. Here and below `fma` is written out: where a compiler may choose, an NVIDIA driver chose otherwise in the
+// module of a band, and the last bits were not those of the whole picture.
 fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneMap) -> vec4f {
-    let mapped = params.midpoint + params.contrast * (base - params.midpoint) + params.detail * (level - base);
+    let near = fma(params.contrast, base - params.midpoint, params.midpoint);
+    let mapped = fma(params.detail, level - base, near);
     let gain = exp2(clamp(mapped - level, -LOCAL_TONE_MAP_MAX_STOPS, LOCAL_TONE_MAP_MAX_STOPS));
     return vec4f(bounded_scene(source.rgb * gain), source.a);
 }
@@ -45,8 +47,9 @@ fn local_tone_map_apply(source: vec4f, level: f32, base: f32, params: LocalToneM
 fn local_tone_map_slice(grid: texture_3d<f32>, s: sampler, uv: vec2f, level: f32, otherwise: f32) -> f32 {
     let range = texel3(grid, vec3i(0)).zw;
     let sums = tap3(grid, s, vec3f(uv, (level - range.x) / max(range.y - range.x, 0.015625)));
-    let base = 0.5 * (range.x + range.y) + sums.x / max(sums.y, 1e-6);
-    return mix(otherwise, base, smooth_step(LOCAL_TONE_MAP_EMPTY, LOCAL_TONE_MAP_KNOWN, sums.y));
+    let base = fma(sums.x, 1.0 / max(sums.y, 1e-6), 0.5 * (range.x + range.y));
+    let known = smooth_step(LOCAL_TONE_MAP_EMPTY, LOCAL_TONE_MAP_KNOWN, sums.y);
+    return fma(known, base - otherwise, otherwise);
 }
 
 fn local_tone_map(

@@ -27,9 +27,9 @@ pub struct BandedModule<'a> {
     pub first_counter: usize,
 }
 
-/// The module with two more bindings in group 1: a uniform with the first row of workgroups and, for each size, the
-/// first row of the band, the rows that hold texels from the first to behind the last, and the rows of the texture, all
-/// as `i32` in vectors of four; and the counters.
+/// The module with two more bindings in group 1: a uniform with the first row of workgroups, zeros and, for each size,
+/// the first row of the band, the rows that hold texels from the first to behind the last, and the rows of the texture,
+/// all as `i32` in vectors of four; and the counters.
 ///
 /// # Errors
 /// What the text does that cannot be done in bands, as the end of a sentence about it.
@@ -205,8 +205,7 @@ impl<'a> Rewriter<'a> {
                 self.as_place(after);
             }
             ("texture_storage_2d", Some((_, size)), "textureDimensions") => {
-                let [width, height] = self.module.sizes[*size];
-                self.replace(at, after, format!("vec2u({width}u, {height}u)"));
+                self.replace(at, after, size_of(self.module.sizes[*size]));
             }
             ("texture_2d", ..) | ("texture_storage_2d", Some(_), _) => return Err(format!("calls `{function}`")),
             _ => {}
@@ -230,6 +229,12 @@ impl<'a> Rewriter<'a> {
         self.edits.push((start, start, " vec2i(".to_owned()));
         self.edits.push((end, end, ")".to_owned()));
     }
+}
+
+/// The size of a whole image. The uniform's zero hides from the compiler that it is a constant: it would divide by a
+/// constant with another last bit than by the size of a texture.
+fn size_of([width, height]: [u32; 2]) -> String {
+    format!("vec2u(vec2i({width}, {height}) + bands.base.yy)")
 }
 
 /// The bindings, and the functions that read, store and measure textures.
@@ -260,7 +265,7 @@ fn bands_note(counter: u32, window: vec4i, low: i32, high: i32) {{
     }}
 "
         );
-        let _ = writeln!(sizes, "{is_own}        return vec2u({width}u, {height}u);\n    }}");
+        let _ = writeln!(sizes, "{is_own}        return {};\n    }}", size_of([*width, *height]));
         // The sampler multiplies by the rows of the texture, a power of two: no bit of the place is lost. A texture of
         // all rows may have another number of them.
         let _ = write!(
