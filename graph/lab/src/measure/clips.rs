@@ -84,6 +84,11 @@ impl Clip {
         self
     }
 
+    /// How many frames a search looks at: of a repeated image the first, and one with a history.
+    pub(crate) fn frames_to_search(&self) -> usize {
+        if self.images.len() == 1 { self.len().min(2) } else { self.len() }
+    }
+
     /// Whether plans for the other clip are plans for this one.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let given = |image: &InputImage| (image.input.clone(), image.desc, image.finite);
