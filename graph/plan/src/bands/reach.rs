@@ -1,0 +1,22 @@
+//! How far passes read around what they make.
+
+use std::collections::BTreeMap;
+
+use afterimage_graph::node::{Pass, PassKind};
+
+/// How many rows passes read above and below those that they make, in images of each size.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reach(BTreeMap<(usize, [u32; 2]), [u32; 2]>);
+
+impl Reach {
+    /// Adds rows, above and below, to those that a pass is given.
+    pub fn learn(&mut self, pass: &Pass, index: usize, size: [u32; 2], more: [u32; 2]) {
+        let known = self.of(pass, index, size);
+        self.0.insert((index, size), [known[0] + more[0], known[1] + more[1]]);
+    }
+
+    pub(super) fn of(&self, pass: &Pass, index: usize, size: [u32; 2]) -> [u32; 2] {
+        let first = if matches!(pass.kind, PassKind::RowDownsample(_)) { 2 } else { 1 };
+        self.0.get(&(index, size)).copied().unwrap_or([first; 2])
+    }
+}
