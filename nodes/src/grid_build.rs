@@ -53,8 +53,10 @@ params! {
 /// The value of a full cell: as much of the range of half floats as leaves room for 64 stops.
 const FULL_CELL: f64 = 512.0;
 
-/// Rows of the tallest picture of which one workgroup sums a column of cells, and of the parts in taller ones.
+/// Rows of the tallest picture of which one workgroup sums a column of cells: every WebGPU device has textures of this
+/// side, and taller pictures are made in bands on some. There each workgroup should need few rows at a time.
 const TALL: u32 = 8192;
+/// Rows of the parts of a column in taller pictures: about as many as of the parts that bands are made in.
 const PART_ROWS: u32 = 128;
 
 /// The nearest multiple of 1/64, which half floats hold exactly up to 32: readers get exactly the range of the grid.
@@ -73,8 +75,7 @@ impl GridBuild {
         u64::from(size.width.div_ceil(self.width)) * u64::from(size.height.div_ceil(self.height))
     }
 
-    /// Workgroups that sum a column of cells. One is fastest; of a picture with so many rows that it may be made in
-    /// bands, each should need few of them.
+    /// Workgroups that sum a column of cells. One is fastest.
     fn parts(&self, sampled: Size) -> u32 {
         let is_tall = sampled.height > TALL && self.method == GridBuildMethod::Nearest;
         if is_tall { sampled.height.div_ceil(self.height).div_ceil(PART_ROWS) } else { 1 }

@@ -463,11 +463,10 @@ impl<'a> Picture<'a> {
         for (number, sweep) in self.banding.sweeps.iter().enumerate() {
             self.enter(number, true)?;
             let middle = sweep.bands.len() / 2;
-            let mut known = BTreeSet::new();
+            let mut seen = BTreeSet::new();
             for band in sweep.bands[middle..].iter().chain(sweep.bands[..middle].iter().rev()) {
-                let passes = known.len();
-                known.extend(band.passes.iter().map(|run| run.pass));
-                if known.len() > passes
+                let new = band.passes.iter().filter(|run| seen.insert(run.pass)).count();
+                if new > 0
                     && let Some(missing) = self.passes(band, &readback)?
                 {
                     return Ok(Some(missing));
