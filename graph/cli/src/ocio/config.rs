@@ -1,7 +1,7 @@
 //! The config of this process, and the files that it and its transforms are made from.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use afterimage_graph::diagnostic::{did_you_mean, list};
@@ -40,14 +40,15 @@ fn read() -> Result<Arc<Config>, String> {
     let name = name.ok_or("no config is chosen: name it with `--ocio FILE`, or in the variable `OCIO`")?;
     if !name.starts_with("ocio://") {
         locked(&FILES).insert(name.as_str().into());
+        // OpenColorIO would wait for the writer of a pipe.
+        if !Path::new(&name).is_file() {
+            return Err(format!("there is no regular file `{name}`"));
+        }
     }
     Config::create_from_file(&name).map(Arc::new).map_err(|error| {
         let said = sentence(&error);
         // Its name comes before already.
-        let why = match &error {
-            ocio::Error::MissingFile(_) => "there is no such file",
-            ocio::Error::Exception(_) => said.split_once("' failed. ").map_or(&*said, |(_, why)| why),
-        };
+        let why = said.split_once("' failed. ").map_or(&*said, |(_, why)| why);
         format!("`{name}`: {why}")
     })
 }

@@ -58,8 +58,16 @@ fn table(desc: &GpuShaderDesc, texture: &WgslTextureBinding) -> Result<Table, St
         known.map(|at| desc.texture_values(at))
     };
     let values = values.ok_or_else(|| format!("its table `{name}` is missing"))?;
-    let bytes = values.and_then(|values| texture.texel_data(values)).map_err(|error| sentence(&error))?;
+    let values = values.map_err(|error| sentence(&error))?;
     let (width, height) = (texture.width, texture.height);
+    // A table with an entry for each half float has some that are not finite.
+    let is_of_half_floats = !is_volume && width * height > u32::from(u16::MAX);
+    if !is_of_half_floats && values.iter().any(|value| !value.is_finite()) {
+        return Err(
+            "a table has numbers that are not finite; write its file again with the program that made it".into()
+        );
+    }
+    let bytes = texture.texel_data(values).map_err(|error| sentence(&error))?;
     let desc = match is_volume {
         true => ImageDesc::volume(Size::volume(width, height, texture.depth)),
         false => ImageDesc::new(Size::new(width, height)),
