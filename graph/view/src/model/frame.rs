@@ -27,7 +27,9 @@ impl Model {
         if self.graph.is_none() || advanced.is_none() && !must_run {
             return Rendered::Same;
         }
-        let moment = advanced.unwrap_or_else(|| self.clock.again());
+        // A frame that is timed runs whole.
+        let paused = if self.is_measuring() { self.clock.still() } else { self.clock.again() };
+        let moment = advanced.unwrap_or(paused);
         match self.record(encoder, moment) {
             Ok(()) => {
                 self.is_stale = false;
