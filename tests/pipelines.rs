@@ -210,10 +210,12 @@ fn the_table_of_tiers_has_those_of_all_pipelines_with_what_they_claim() {
     let mut measured = Vec::new();
     for line in table.lines().skip(1) {
         let fields: Vec<&str> = line.split(',').collect();
-        let [pipeline, tier, ms, _, p999, flip, ..] = *fields else { panic!("{line}") };
-        let [ms, p999, flip] = [ms, p999, flip].map(|figure| Some(figure.parse::<f64>().expect("a number")));
+        let [pipeline, tier, ms, _, p999, flip, _, _, new_p999, new_flip, ..] = *fields else { panic!("{line}") };
+        let number = |figure: &str| figure.parse::<f64>().expect("a number");
+        let claimed = |a, b, unit: f64| (1.1 * number(a).max(number(b)) * unit).round() / unit;
+        let (p999, flip) = (claimed(p999, new_p999, 100.0), claimed(flip, new_flip, 1000.0));
         if tier != "as written" {
-            measured.push((pipeline.to_owned(), tier.to_owned(), ms, p999, flip));
+            measured.push((pipeline.to_owned(), tier.to_owned(), Some(number(ms)), Some(p999), Some(flip)));
         }
     }
     let mut known = Vec::new();
