@@ -26,7 +26,7 @@ pub struct ClipOptions {
     pub charts: bool,
     /// Pixels of the built-in scene: each is a clip of its own.
     pub sizes: Vec<Size>,
-    /// Frames of the walk, and of a still image in a pipeline with histories.
+    /// Frames of the walk, and of a still image in a pipeline that reads earlier images.
     pub walk: u32,
     /// Frames of sequences, as `--frames` takes them.
     pub frames: Option<String>,
@@ -78,15 +78,10 @@ impl Clip {
         &self.images[frame.min(self.images.len() - 1)]
     }
 
-    /// The clip with its image repeated for as many frames as the options state.
-    pub(crate) fn repeated(mut self, options: &ClipOptions) -> Self {
-        self.steps = steps(options.walk as usize, options.fps);
+    /// The clip with its image repeated for so many frames.
+    pub(crate) fn repeated(mut self, frames: u32, fps: f32) -> Self {
+        self.steps = steps(frames as usize, fps);
         self
-    }
-
-    /// How many frames a search looks at: of a repeated image the first, and one with a history.
-    pub(crate) fn frames_to_search(&self) -> usize {
-        if self.images.len() == 1 { self.len().min(2) } else { self.len() }
     }
 
     /// Whether plans for the other clip are plans for this one.

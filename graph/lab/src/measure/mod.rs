@@ -218,8 +218,11 @@ pub(crate) fn load(
     options: &ClipOptions,
 ) -> Result<Clip, LabError> {
     let clip = source.load(gpu, registry, graph, options)?;
-    let has_histories = player::has_histories(&*player.plan(graph, &clip, false)?);
-    if has_histories && clip.len() == 1 { Ok(clip.repeated(options)) } else { Ok(clip) }
+    if clip.len() > 1 {
+        return Ok(clip);
+    }
+    let frames = player::frames_of_still(&*player.plan(graph, &clip, false)?, options.walk);
+    Ok(clip.repeated(frames, options.fps))
 }
 
 fn info(clip: &Clip) -> ClipInfo {

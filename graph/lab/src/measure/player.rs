@@ -132,6 +132,18 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
 
 /// Whether frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
-    let images = plan.images.iter().any(|image| image.origin.previous_of().is_some());
-    images || !plan.held.is_empty() || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+    reads_earlier_images(plan)
+        || !plan.held.is_empty()
+        || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
+}
+
+/// How many frames of a still image a plan is measured on, at most `most`. Images of earlier frames add up over many.
+/// What buffers and held results keep of one image is the same from the second frame on.
+pub(crate) fn frames_of_still(plan: &Plan, most: u32) -> u32 {
+    let frames = if reads_earlier_images(plan) { most } else { 2 };
+    if has_histories(plan) { frames.min(most) } else { 1 }
+}
+
+fn reads_earlier_images(plan: &Plan) -> bool {
+    plan.images.iter().any(|image| image.origin.previous_of().is_some())
 }

@@ -228,7 +228,7 @@ impl<'a> ClipMeasurer<'a> {
         Ok(errors)
     }
 
-    /// The signed differences of each frame of each clip, or of the frames and clips that the search sees.
+    /// The signed differences of each frame of each clip, or of each that the search sees.
     fn differences(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<Vec<Frame>>, LabError> {
         let graph = self.graph(choice);
         let (mut images, mut loaded): (Vec<Vec<Frame>>, Option<&Clip>) = (Vec::new(), None);
@@ -242,8 +242,7 @@ impl<'a> ClipMeasurer<'a> {
                 self.player.load(&compared, clip, false)?;
                 loaded = Some(clip);
             }
-            let frames = if only_searched { clip.frames_to_search() } else { clip.len() };
-            images.push(reference.differences(&mut self.player, clip, self.view, frames)?);
+            images.push(reference.differences(&mut self.player, clip, self.view)?);
         }
         Ok(images)
     }
