@@ -258,7 +258,7 @@ impl Post {
 
     /// Records a frame into the host's encoder. Frames are submitted in the order in which they are recorded, each
     /// once; several may be recorded before the first is submitted, also into one encoder. After one that is not
-    /// submitted, the next has [`reset`](Frame::reset); if it was the first of a plan, [`rebuild`](Self::rebuild) fills
+    /// submitted, the next is a [cut](FrameKind::Cut); if it was the first of a plan, [`rebuild`](Self::rebuild) fills
     /// its tables.
     ///
     /// wgpu drops the commands of a lost device without an error, so every 32nd frame checks the device: see

@@ -78,6 +78,11 @@ impl Clip {
         &self.images[frame.min(self.images.len() - 1)]
     }
 
+    /// Whether all frames have the same image.
+    pub(crate) fn is_still(&self) -> bool {
+        self.images.len() == 1
+    }
+
     /// The clip with its image repeated for so many frames.
     pub(crate) fn repeated(mut self, frames: u32, fps: f32) -> Self {
         self.steps = steps(frames as usize, fps);

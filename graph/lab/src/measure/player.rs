@@ -144,6 +144,7 @@ pub(crate) fn frames_of_still(plan: &Plan, most: u32) -> u32 {
     if has_histories(plan) { frames.min(most) } else { 1 }
 }
 
-fn reads_earlier_images(plan: &Plan) -> bool {
+/// Whether frames of a plan read images of earlier frames.
+pub(crate) fn reads_earlier_images(plan: &Plan) -> bool {
     plan.images.iter().any(|image| image.origin.previous_of().is_some())
 }

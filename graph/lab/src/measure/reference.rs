@@ -148,15 +148,16 @@ impl Reference {
         Ok(worst)
     }
 
-    /// The signed differences of the loaded plan in codes, of each frame.
+    /// The signed differences of the loaded plan in codes, of each of the first `count` frames.
     pub(crate) fn differences(
         &self,
         player: &mut Player,
         clip: &Clip,
         view: View,
+        count: usize,
     ) -> Result<Vec<Vec<[f32; 3]>>, LabError> {
-        let mut frames = Vec::with_capacity(self.frames.len());
-        for (frame, reference) in self.codes.iter().enumerate() {
+        let mut frames = Vec::with_capacity(count);
+        for (frame, reference) in self.codes.iter().take(count).enumerate() {
             let mut codes = self.shown(player, clip, view, frame)?.codes();
             for (code, reference) in codes.iter_mut().zip(reference) {
                 for (code, reference) in code.iter_mut().zip(reference) {

@@ -15,7 +15,7 @@ use super::steps::Steps;
 use crate::LabError;
 use crate::measure::clips::{self, Clip};
 use crate::measure::errors::SHARE;
-use crate::measure::player::Player;
+use crate::measure::player::{Player, reads_earlier_images};
 use crate::measure::reference::{self, Reference};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
@@ -45,6 +45,9 @@ struct Picture {
     plan: String,
     /// Whether the search sees it; otherwise it confirms what the search finds.
     is_searched: bool,
+    /// The frames that the search sees, from the first. Of a still image that is one, unless earlier images are read:
+    /// the others confirm.
+    searched_frames: usize,
 }
 
 /// A choice on all pictures, also on those that the search does not see.
@@ -98,10 +101,12 @@ impl<'a> ClipMeasurer<'a> {
         for (at, (clip, is_searched)) in clips.into_iter().zip(clips::searched(&sources)).enumerate() {
             let (plan, reference) =
                 steps.run(&format!("reference of {}", clip.name), (count - at) as u64 + parts, || {
-                    let plan = player.load(&exact, &clip, true)?.hash().to_string();
+                    let plan = player.load(&exact, &clip, true)?;
                     Ok((plan, Reference::render(&mut player, &clip, view, &output.name)?))
                 })?;
-            pictures.push(Picture { clip, reference, plan, is_searched: is_searched || !is_split });
+            let searched_frames = if clip.is_still() && !reads_earlier_images(&plan) { 1 } else { clip.len() };
+            let (plan, is_searched) = (plan.hash().to_string(), is_searched || !is_split);
+            pictures.push(Picture { clip, reference, plan, is_searched, searched_frames });
         }
         Ok(Self {
             player,
@@ -120,7 +125,7 @@ impl<'a> ClipMeasurer<'a> {
     pub(super) fn identity(&mut self, pipeline: &TunePipeline) -> Result<serde_json::Value, LabError> {
         let exact = self.graph(&self.space.most_accurate());
         let mut images = Vec::new();
-        for Picture { clip, reference, plan, is_searched } in &self.pictures {
+        for Picture { clip, reference, plan, is_searched, .. } in &self.pictures {
             let hash = self.player.plan(&exact, clip, false)?.hash().to_string();
             images.push(serde_json::json!({
                 "image": clip.name,
@@ -228,11 +233,11 @@ impl<'a> ClipMeasurer<'a> {
         Ok(errors)
     }
 
-    /// The signed differences of each frame of each clip, or of each that the search sees.
+    /// The signed differences of each frame of each clip, or of the frames and clips that the search sees.
     fn differences(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<Vec<Frame>>, LabError> {
         let graph = self.graph(choice);
         let (mut images, mut loaded): (Vec<Vec<Frame>>, Option<&Clip>) = (Vec::new(), None);
-        for Picture { clip, reference, .. } in
+        for Picture { clip, reference, searched_frames, .. } in
             self.pictures.iter().filter(|picture| picture.is_searched || !only_searched)
         {
             if loaded.is_some_and(|loaded| loaded.is_like(clip)) {
@@ -242,7 +247,8 @@ impl<'a> ClipMeasurer<'a> {
                 self.player.load(&compared, clip, false)?;
                 loaded = Some(clip);
             }
-            images.push(reference.differences(&mut self.player, clip, self.view)?);
+            let frames = if only_searched { *searched_frames } else { clip.len() };
+            images.push(reference.differences(&mut self.player, clip, self.view, frames)?);
         }
         Ok(images)
     }
