@@ -73,7 +73,7 @@ job exposed.ron "$scene" -o OUT/exposed.#.exr
 job tsushima "$scene" -o OUT/tsushima.#.png
 job lit.ron "$scene" -o OUT/lit.#.exr
 job hdr "$scene" --output sdr=OUT/sdr.#.png --output hdr=OUT/hdr.#.png
-job "${film[@]}" -o OUT/cinematic.#.png
+job "${film[@]}" -o OUT/cinematic.#.png --cut 21,41
 for frames in 6 24; do
     job --differs "${film[@]}" -o OUT/cinematic.#.png --preroll "$frames"
 done

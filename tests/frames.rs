@@ -283,27 +283,6 @@ fn every_pipeline_with_a_meter_can_do_without() {
     }
 }
 
-/// The state of one session continues in another, in the middle of a turn.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_is_held_is_a_part_of_the_state() {
-    for (graph, step) in [(bloom("every: 4"), 1), (meter("every: 3", ""), 1), (bloom("every: 4"), 3)] {
-        let (mut whole, mut first, mut second) = (Film::new(&graph), Film::new(&graph), Film::new(&graph));
-        for frame in 0..9 {
-            let (number, picture) = (step * frame, moving([40, 24], frame));
-            let shown = whole.frame(number, &picture, 0.1, false);
-            if frame == 3 {
-                let state = first.session.read_state().expect("it can be read");
-                assert!(!state.is_empty());
-                second.frame(number, &moving([40, 24], 60), 0.1, true);
-                second.session.write_state(&state, Some(number - step)).expect("it fits");
-            }
-            let part = if frame < 3 { &mut first } else { &mut second };
-            assert!(part.frame(number, &picture, 0.1, false) == shown, "frame {number} of {graph:?}");
-        }
-    }
-}
-
 /// How much more the picture changes from frame to frame than without.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]

@@ -244,16 +244,6 @@ def _(out):
     return need(all(same(f"out/same.{f:04}.png", f"out/shot.{f:04}.png") for f in range(5, 9)), "cmp: 4 files equal")
 
 
-@task("the first half, with its state", "render tsushima shot.####.exr -o out/a.####.png --frames 1-4 --state-out a.state")
-def _(out):
-    return need((FOLDER / "a.state").exists(), "the state is there")
-
-
-@task("the second half", "render tsushima shot.####.exr -o out/a.####.png --frames 5-8 --state-in a.state")
-def _(out):
-    return need(all(same(f"out/a.{f:04}.png", f"out/shot.{f:04}.png") for f in range(1, 9)), "cmp: 8 files equal")
-
-
 @task("a job for a farm", "job tsushima shot.####.exr -o out/farm.####.png --chunk 3")
 def _(out):
     template = decode_job_template(template=json.loads(out), supported_extensions=["TASK_CHUNKING"])

@@ -43,6 +43,6 @@ fn completions_know_the_commands() {
     let folder = Folder::new("completions");
     for shell in ["bash", "zsh", "fish", "powershell"] {
         let script = folder.run(&format!("completions {shell}")).good();
-        assert!(script.contains("--state-out") && script.contains("pipelines"), "{shell}");
+        assert!(script.contains("--preroll") && script.contains("pipelines"), "{shell}");
     }
 }

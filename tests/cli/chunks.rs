@@ -1,4 +1,4 @@
-//! Sequences that are rendered in parts: as one run, bit for bit.
+//! Sequences that are rendered in parts.
 
 use std::fs;
 
@@ -44,58 +44,27 @@ pub(super) fn bytes(folder: &Folder, pattern: &str) -> Vec<Vec<u8>> {
     (1..=FRAMES).map(of).collect()
 }
 
-/// Renders all frames at once, in three parts, and in two of which the second begins anew; `line` has `OUT` where names
-/// of outputs begin. The parts are equal to the whole, and the one that begins anew is not.
-fn parts_are_the_whole(test: &str, line: &str, outputs: &[&str]) {
+/// Renders all frames at once, and the last three after those before them and without; `line` has `OUT` where names of
+/// outputs begin. After the frames before they are those of the whole, and without they are not.
+fn parts_are_the_whole(test: &str, line: &str) {
     let folder = shot(test);
     let named = |out: &str| line.replace("OUT", out);
     folder.run(&named("whole")).good();
-    folder.run(&format!("{} --frames 1-2 --state-out a.state", named("part"))).good();
-    folder.run(&format!("{} --frames 3 --state-in a.state --state-out b.state", named("part"))).good();
-    folder.run(&format!("{} --frames 4-6 --state-in b.state", named("part"))).good();
-    let anew = folder.run(&format!("{} --frames 1-3", named("anew"))).notes();
-    assert!(!anew.contains("begins anew"), "{anew}");
+    folder.run(&format!("{} --frames 4-6 --preroll 9", named("part"))).good();
     let anew = folder.run(&format!("{} --frames 4-6", named("anew"))).notes();
     assert!(anew.contains("warning: the sequence has frame 3 before the first one here"), "{anew}");
-    for output in outputs {
-        let of = |out: &str| bytes(&folder, &output.replace("OUT", out));
-        let (whole, part, anew) = (of("whole"), of("part"), of("anew"));
-        for frame in 0..FRAMES as usize {
-            assert!(whole[frame] == part[frame], "{output}: frame {} differs in parts", frame + 1);
-        }
-        assert!(whole[3] != anew[3], "{output}: nothing is learned from frames without state");
+    let frame = |out: &str, frame: u32| fs::read(folder.file(&format!("{out}.{frame}.png"))).expect("it was written");
+    for number in 4..=6 {
+        assert!(frame("whole", number) == frame("part", number), "frame {number} differs in parts");
     }
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn parts_of_a_metered_sequence_are_the_whole() {
-    parts_are_the_whole("chunks-exposure", "render {exposure} shot.#.exr -o OUT.#.png", &["OUT.#.png"]);
+    assert!(frame("whole", 4) != frame("anew", 4), "nothing is learned from frames before");
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn parts_with_held_results_are_the_whole() {
     let sets = "--set mips.every=5 --set counted.every=3";
-    let line = format!("render {{tsushima}} shot.#.exr {sets} -o OUT.#.png --depth 16");
-    parts_are_the_whole("chunks-every", &line, &["OUT.#.png"]);
-    // Nothing else is a state.
-    let line = "render {lynx} shot.#.exr --set mips.every=5 -o OUT.#.png --depth 16";
-    parts_are_the_whole("chunks-held", line, &["OUT.#.png"]);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn parts_with_grain_and_limited_fireflies_are_the_whole() {
-    let line = "render {tsushima} shot.#.exr --set grain.amount=0.5 -o OUT.#.png --depth 16";
-    parts_are_the_whole("chunks-tsushima", line, &["OUT.#.png"]);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn parts_of_two_outputs_are_the_whole() {
-    let line = "render {hdr} shot.#.exr --output sdr=OUT-s.#.png --output hdr=OUT-h.#.png";
-    parts_are_the_whole("chunks-hdr", line, &["OUT-s.#.png", "OUT-h.#.png"]);
+    parts_are_the_whole("chunks-every", &format!("render {{tsushima}} shot.#.exr {sets} -o OUT.#.png --depth 16"));
 }
 
 #[test]
@@ -103,7 +72,7 @@ fn parts_of_two_outputs_are_the_whole() {
 fn parts_with_histories_and_cameras_are_the_whole() {
     let line = "render {cinematic} shot.#.exr --input depth=depth.#.exr --input camera=camera.#.json \
                 --set linear.encoding=Distance -o OUT.#.png";
-    parts_are_the_whole("chunks-cinematic", line, &["OUT.#.png"]);
+    parts_are_the_whole("chunks-cinematic", line);
 }
 
 /// A meter and an output of its light, and nothing else.
@@ -120,9 +89,6 @@ fn parts_in_exr_are_the_whole_and_a_shot_begins_within_them() {
     folder.with("meter.ron", METERED.as_bytes());
     let line = "render meter.ron shot.#.exr --cut 5 --depth 32 -o";
     folder.run(&format!("{line} whole.#.exr")).good();
-    folder.run(&format!("{line} part.#.exr --frames 1-3 --state-out a.state")).good();
-    folder.run(&format!("{line} part.#.exr --frames 4-6 --state-in a.state")).good();
-    assert!(bytes(&folder, "whole.#.exr") == bytes(&folder, "part.#.exr"));
     // From the cut on, no state is needed, and nothing is warned of.
     let words = folder.run(&format!("{line} anew.#.exr --frames 5-6")).notes();
     assert!(!words.contains("warning"), "{words}");
@@ -137,33 +103,6 @@ fn parts_in_exr_are_the_whole_and_a_shot_begins_within_them() {
     assert!(!folder.names().contains(&"rolled.3.exr".to_owned()), "{:?}", folder.names());
     folder.run(&format!("{line} rolled.#.exr --frames 4 --preroll 9")).good();
     assert!(frame("rolled.4.exr") == frame("whole.4.exr"));
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_state_that_does_not_fit_is_refused() {
-    let folder = shot("chunks-refused");
-    folder.with("meter.ron", METERED.as_bytes());
-    folder.with("other.ron", METERED.replace("\"bins\"", "\"counted\"").as_bytes());
-    let no_limit = METERED.replace("before: \"bright.peaks@previous\", fireflies: Limit", "fireflies: Keep");
-    folder.with("less.ron", no_limit.as_bytes());
-    folder.run("render meter.ron shot.#.exr --frames 1-3 -o out.#.exr --state-out a.state").good();
-    let state = fs::read(folder.file("a.state")).expect("it was written");
-    folder.with("short.state", &state[..state.len() - 1]);
-    folder.with("words.state", b"a text\n");
-    let small = Picture::new(4, 4, Pixels::Float(vec![0.5; 4 * 4 * 4]));
-    save(&folder.file("small.4.exr"), &small);
-    let run = |line: &str| folder.run(&format!("render {line} --frames 4 -o refused.#.exr"));
-    run("less.ron shot.#.exr --state-in a.state").fails_saying(1, &["which this plan does not keep"]);
-    run("other.ron shot.#.exr --state-in a.state").fails_saying(1, &["the hash of its plan is"]);
-    run("meter.ron small.#.exr --state-in a.state").fails_saying(1, &["its `bright.peaks` is", "here it is"]);
-    run("meter.ron shot.#.exr --state-in short.state").fails_saying(1, &["it is not whole"]);
-    run("meter.ron shot.#.exr --state-in words.state").fails_saying(1, &["this is no state of a sequence"]);
-    let again = folder.run("render meter.ron shot.#.exr --frames 3-4 -o refused.#.exr --state-in a.state");
-    again.fails_saying(1, &["that after frame 3, and frame 3 is first", "`--frames 4-...`"]);
-    let single = folder.run("render meter.ron shot.4.exr -o refused.exr --state-in a.state");
-    single.fails_saying(1, &["are for sequences"]);
-    assert!(!folder.names().iter().any(|name| name.starts_with("refused")), "{:?}", folder.names());
 }
 
 #[test]

@@ -73,24 +73,22 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn chunks_of_frames_with_state_are_chains_for_each_shot() {
-    let (folder, elsewhere) = (shot("job-chain"), Folder::new("job-chain-elsewhere"));
+fn frames_that_depend_on_those_before_are_a_task_for_each_shot() {
+    let (folder, elsewhere) = (shot("job-shots"), Folder::new("job-shots-elsewhere"));
     folder.run("render trail.ron shot.#.exr -o whole.#.exr --cut 6").good();
     let template = job(&folder, "job trail.ron shot.#.exr -o part.#.exr --cut 6 --chunk 3");
-    let steps = template["steps"].as_array().expect("a list");
-    let names: Vec<&str> = steps.iter().map(|step| step["name"].as_str().expect("a word")).collect();
-    assert_eq!(names, ["Frames 1-3", "Frames 4-5", "Frames 6-8", "Frames 9"]);
-    let needed: Vec<&Value> = steps.iter().map(|step| &step["dependencies"][0]["dependsOn"]).collect();
-    assert_eq!(needed, [&Value::Null, &Value::from("Frames 1-3"), &Value::Null, &Value::from("Frames 6-8")]);
+    let [step] = &template["steps"].as_array().expect("a list")[..] else { panic!("{template}") };
+    let space = &step["parameterSpace"]["taskParameterDefinitions"][0];
+    assert_eq!((&space["type"], &space["range"]), (&"STRING".into(), &serde_json::json!(["1-5", "6-9"])));
+    assert_eq!(template["extensions"], Value::Null);
     // The second shot before the first.
-    for step in [2, 3, 0, 1] {
-        elsewhere.run(&line_of(&folder, &steps[step], "")).good();
+    for frames in ["6-9", "1-5"] {
+        elsewhere.run(&line_of(&folder, step, frames)).good();
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.exr"))).expect("it was written");
         assert!(bytes("whole") == bytes("part"), "frame {frame}");
     }
-    assert!(folder.names().contains(&"part.5.state".to_owned()), "{:?}", folder.names());
 }
 
 #[test]

@@ -180,20 +180,13 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = SEQUENCES, long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
     #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.25")]
     pub(crate) detect_cuts: Option<f32>,
-    /// Write what the last frame leaves for later ones: exposure, histories. A run with `--state-in` continues from it
-    /// bit for bit
-    #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]
-    pub(crate) state_out: Option<PathBuf>,
-    /// Continue a sequence from the file that `--state-out` of the run before has written
-    #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]
-    pub(crate) state_in: Option<PathBuf>,
     /// Begin with the exposure that follows from what `afterimage meter` has measured in the frames before, so that any
     /// range has the pixels of the whole sequence: a file, or numbered files: `--meter shot.####.meter`
-    #[arg(help_heading = SEQUENCES, long, value_name = "FILE", conflicts_with = "state_in")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]
     pub(crate) meter: Option<String>,
     /// Render so many frames of the sequence before the range without writing them, for a state that is almost that of
     /// the whole sequence
-    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 0, conflicts_with = "state_in")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 0)]
     pub(crate) preroll: u32,
     /// Go on after a frame that cannot be read or written; the exit status is 1 at the end
     #[arg(help_heading = SEQUENCES, long)]
@@ -269,8 +262,8 @@ before it, in the same way, `meter tsushima shot.####.exr -o shot.####.meter --f
 pub(crate) struct JobArgs {
     #[command(flatten)]
     pub(crate) render: RenderArgs,
-    /// Frames of a chunk. Chunks run side by side, or one after the other where frames depend on those before; then
-    /// shots run side by side, which `--cut` separates, or all chunks with `--preroll`
+    /// Frames of a chunk; chunks run side by side. Where frames depend on those before, and not by a meter alone, a
+    /// chunk is a whole shot, which `--cut` separates, unless there is a `--preroll`
     #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) chunk: u32,
 }

@@ -7,7 +7,7 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, Params};
 use afterimage_media::{Source, StatedCamera, read_camera, read_text};
 use afterimage_nodes::DemoScene;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use crate::failure::Failure;
 
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 const MAX_BYTES: u64 = 1 << 20;
 
 /// A file of a camera. Matrices are lists of rows; other members are ignored.
-#[derive(Clone, Deserialize, Serialize)]
+#[derive(Clone, Deserialize)]
 pub(crate) struct CameraFile {
     view: Matrix,
     projection: Matrix,

@@ -1,8 +1,7 @@
 //! `afterimage job`: a render as a template of Open Job Description, for the farms that read it.
 //!
 //! Frames that leave nothing for later ones are tasks of one step, in chunks that run side by side. If they leave what
-//! meters make, the tasks of a step before measure. Otherwise each chunk is a step that continues from the state of the
-//! step before; shots between cuts are chains of their own.
+//! meters make, the tasks of a step before measure. Otherwise each task renders a whole shot.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -11,20 +10,17 @@ use afterimage_graph::node::NodeKind;
 use afterimage_media::sequence::Pattern;
 use serde_json::{Value, json};
 
-use crate::args::{JobArgs, NODES, OUTPUT_SPACE, RenderArgs};
+use crate::args::{JobArgs, NODES, OUTPUT_SPACE};
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
 use crate::render::{Sequence, sequence};
-use crate::terminal::say;
+use crate::terminal::{note, say};
 
 /// Prints the template. `words` are the arguments of the process.
 pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let RenderArgs { json, state_in, state_out, meter, .. } = &args.render;
-    if json.is_some() || state_in.is_some() || state_out.is_some() || meter.is_some() {
-        return Err(Failure::user(
-            "`--json`, `--state-in`, `--state-out` and `--meter` name one file for all chunks of the job",
-        )
-        .hint("leave them out: the job measures, and passes the state from chunk to chunk"));
+    if args.render.json.is_some() || args.render.meter.is_some() {
+        return Err(Failure::user("`--json` and `--meter` name one file for all chunks of the job")
+            .hint("leave them out: the job measures by itself"));
     }
     if args.render.watch {
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
@@ -49,7 +45,7 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
     }
     let mut steps = match sequence.has_state && args.render.preroll == 0 {
         true if sequence.is_metered && sequence.step.is_some() => metered(&sequence, &words, args.chunk)?,
-        true => chain(&sequence, &words, args.chunk)?,
+        true => vec![shots(&sequence, &words)],
         false => vec![parallel("Render", &sequence, script("render", &words, &each()), args.chunk)],
     };
     let folder = std::env::current_dir().map_err(|error| Failure::machine(format!("the current folder: {error}")))?;
@@ -72,7 +68,8 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
             },
         ],
     });
-    if steps.iter().any(|step| step.get("parameterSpace").is_some()) {
+    let parameter = |step: &Value| step["parameterSpace"]["taskParameterDefinitions"][0]["chunks"].is_object();
+    if steps.iter().any(parameter) {
         template["extensions"] = json!(["TASK_CHUNKING"]);
     }
     let variables = variables();
@@ -124,7 +121,7 @@ fn metered(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Valu
     let file = &sequence.files[0];
     let numbered = Path::new(file).with_extension("meter").display().to_string();
     if Pattern::parse(&numbered)?.is_none() {
-        return chain(sequence, words, chunk);
+        return Ok(vec![shots(sequence, words)]);
     }
     let (mut words, mut cuts) = (without(words, &["--cut"], &[]), sequence.cuts.clone());
     if sequence.begins_within {
@@ -177,59 +174,34 @@ fn without(words: &[String], options: &[&str], flags: &[&str]) -> Vec<String> {
 /// A step with a task for each chunk.
 fn parallel(name: &str, sequence: &Sequence, script: Value, chunk: u32) -> Value {
     let is_contiguous = sequence.frames.windows(2).all(|pair| pair[1] == pair[0].wrapping_add(1));
-    json!({
-        "name": name,
-        "parameterSpace": { "taskParameterDefinitions": [{
-            "name": "Frames",
-            "type": "CHUNK[INT]",
-            "range": ranges(&sequence.frames),
-            "chunks": {
-                "defaultTaskCount": chunk,
-                "rangeConstraint": if is_contiguous { "CONTIGUOUS" } else { "NONCONTIGUOUS" },
-            },
-        }] },
-        "script": script,
-    })
+    let frames = json!({
+        "name": "Frames",
+        "type": "CHUNK[INT]",
+        "range": ranges(&sequence.frames),
+        "chunks": {
+            "defaultTaskCount": chunk,
+            "rangeConstraint": if is_contiguous { "CONTIGUOUS" } else { "NONCONTIGUOUS" },
+        },
+    });
+    json!({ "name": name, "parameterSpace": { "taskParameterDefinitions": [frames] }, "script": script })
 }
 
-/// A step for each chunk, which continues from the one before.
-fn chain(sequence: &Sequence, words: &[String], chunk: u32) -> Result<Vec<Value>, Failure> {
-    let state = Pattern::parse(&sequence.files[0])?.expect("a sequence has a numbered output");
-    let state_after = |frame: u32| state.at(frame).with_extension("state").display().to_string();
-    let mut steps: Vec<Value> = Vec::new();
-    let mut before: Option<(String, u32)> = None;
-    for frames in chunks(&sequence.frames, &sequence.cuts, chunk) {
-        let name = format!("Frames {}", shortened(&ranges(frames)));
-        let mut own = vec!["--frames".to_owned(), ranges(frames)];
-        let mut dependencies = Vec::new();
-        if let Some((step, last)) = before.filter(|_| !sequence.cuts.contains(&frames[0])) {
-            own.extend(["--state-in".to_owned(), state_after(last)]);
-            dependencies.push(json!({ "dependsOn": step }));
-        }
-        let last = frames[frames.len() - 1];
-        own.extend(["--state-out".to_owned(), state_after(last)]);
-        let mut step = json!({ "name": name, "script": script("render", words, &own) });
-        if !dependencies.is_empty() {
-            step["dependencies"] = dependencies.into();
-        }
-        steps.push(step);
-        before = Some((name, last));
-    }
-    Ok(steps)
-}
-
-/// The frames in chunks of at most `most`; a cut begins a chunk.
-fn chunks<'a>(frames: &'a [u32], cuts: &[u32], most: u32) -> Vec<&'a [u32]> {
-    let mut chunks = Vec::new();
-    let mut start = 0;
-    for end in 1..=frames.len() {
-        let is_end = end == frames.len() || cuts.contains(&frames[end]) || end - start == most as usize;
-        if is_end {
-            chunks.push(&frames[start..end]);
-            start = end;
+/// A step with a task for each shot, whose frames depend on those before.
+fn shots(sequence: &Sequence, words: &[String]) -> Value {
+    let mut shots: Vec<Vec<u32>> = Vec::new();
+    for frame in &sequence.frames {
+        match shots.last_mut().filter(|_| !sequence.cuts.contains(frame)) {
+            Some(shot) => shot.push(*frame),
+            None => shots.push(vec![*frame]),
         }
     }
-    chunks
+    if shots.len() < sequence.frames.len() {
+        note("note: frames depend on those before, so a task renders a whole shot; `--preroll COUNT` allows chunks");
+    }
+    let shots: Vec<String> = shots.iter().map(|shot| ranges(shot)).collect();
+    let frames = json!({ "name": "Frames", "type": "STRING", "range": shots });
+    let script = script("render", words, &each());
+    json!({ "name": "Render", "parameterSpace": { "taskParameterDefinitions": [frames] }, "script": script })
 }
 
 /// What a task runs: a command of the program with these words, and those of its own.
@@ -239,24 +211,9 @@ fn script(command: &str, words: &[String], own: &[String]) -> Value {
     json!({ "actions": { "onRun": { "command": "{{Param.Program}}", "args": args } } })
 }
 
-/// A text for the name of a step, which has at most 64 characters.
-fn shortened(ranges: &str) -> String {
-    match ranges.char_indices().nth(48) {
-        Some((at, _)) => format!("{}...", &ranges[..at]),
-        None => ranges.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_shot_begins_a_chunk() {
-        let frames: Vec<u32> = (1..=10).collect();
-        let found: Vec<String> = chunks(&frames, &[1, 6], 3).into_iter().map(ranges).collect();
-        assert_eq!(found, ["1-3", "4-5", "6-8", "9-10"]);
-    }
 
     #[test]
     fn chunks_have_frames_of_their_own() {

@@ -63,8 +63,7 @@ pub use post::{
 };
 #[cfg(not(target_family = "wasm"))]
 pub use session::{
-    BandReader, BandWriter, BandsMade, FrameInputs, FrameStep, InputImage, Session, StateBytes, TableErrors,
-    input_image,
+    BandReader, BandWriter, BandsMade, FrameInputs, FrameStep, InputImage, Session, TableErrors, input_image,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use stream::{Feed, Readback, download};

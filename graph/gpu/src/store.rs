@@ -113,27 +113,6 @@ pub(crate) fn upload_part(
     caught("the texels of a texture", write)
 }
 
-/// Fills all levels and layers of a texture, whose texels follow each other level by level.
-///
-/// # Panics
-/// If these are not as many bytes as the texture has.
-#[cfg(not(target_family = "wasm"))]
-pub(crate) fn upload_levels(queue: &wgpu::Queue, stored: &Stored, mut bytes: &[u8]) -> Result<(), GpuError> {
-    for mip_level in 0..stored.desc.levels {
-        let size = extent(stored.desc).mip_level_size(mip_level, stored.texture.dimension());
-        let row = size.width * stored.desc.format.bytes() as u32;
-        let length = row as usize * size.height as usize * size.depth_or_array_layers as usize;
-        let (level, rest) = bytes.split_at(length);
-        bytes = rest;
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(size.height) };
-        let to = wgpu::TexelCopyTextureInfo { mip_level, ..stored.texture.as_image_copy() };
-        caught("the texels of a history", || queue.write_texture(to, level, layout, size))?;
-    }
-    assert!(bytes.is_empty(), "the texels are those of a larger texture");
-    Ok(())
-}
-
 /// Clears a texture to zero: a depth by a pass, others by a copy where the device has no clear command.
 pub(crate) fn clear(device: &wgpu::Device, stored: &Stored, encoder: &mut wgpu::CommandEncoder) {
     if stored.desc.format.is_depth() {

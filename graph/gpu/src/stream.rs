@@ -274,21 +274,6 @@ impl Readback {
         Ok(mapped.to_vec())
     }
 
-    /// The texels of all levels and layers of a texture in this format, row by row. Waits for the GPU.
-    pub(crate) fn levels(&mut self, texture: &wgpu::Texture, format: Format) -> Result<Vec<u8>, GpuError> {
-        let mut bytes = Vec::new();
-        for mip_level in 0..texture.mip_level_count() {
-            let whole = texture.size().mip_level_size(mip_level, texture.dimension());
-            let size = Size::volume(whole.width, whole.height, whole.depth_or_array_layers);
-            let (row, pitch) = row_and_pitch(size, format);
-            for (origin, extent) in pieces(size, (self.piece / pitch as u64).max(1)) {
-                let part = wgpu::TexelCopyTextureInfo { origin, mip_level, ..texture.as_image_copy() };
-                self.read(part, extent, row, pitch, &mut bytes)?;
-            }
-        }
-        Ok(bytes)
-    }
-
     /// The previous buffer if it has this size at least, otherwise a new one.
     fn buffer_of(&mut self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         let known = self.buffer.take().filter(|buffer| buffer.size() >= bytes);

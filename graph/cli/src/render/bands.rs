@@ -12,11 +12,11 @@ use afterimage_media::{ReadOptions, RowsFile, RowsOptions, Source, left_out, rea
 use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
+use super::metered::names;
 use super::read::{InputPicture, pool};
 use super::readings::{Reading, reading, value_of};
 use super::repairs::Repairs;
 use super::request::Request;
-use super::state;
 use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
@@ -169,12 +169,12 @@ fn crop(request: &Request<'_>, desc: ImageDesc) -> Result<Crop, Failure> {
 
 /// Refuses a frame of a sequence that depends on those before: their histories are not kept.
 fn check_state(request: &Request<'_>, plan: &Plan) -> Result<(), Failure> {
-    let is_alone = request.jobs.len() == 1 && request.state.is_none() && request.measured.is_empty();
+    let is_alone = request.jobs.len() == 1 && request.measured.is_empty();
     let items = plan.state();
-    if items.is_empty() || is_alone && request.args.state_out.is_none() {
+    if items.is_empty() || is_alone {
         return Ok(());
     }
-    let names = state::names(&items);
+    let names = names(&items);
     Err(Failure::user(format!("frames that are made in bands, or cropped, leave no state for the next one: {names}"))
         .hint("render them whole, with more memory: `--gpu-memory SIZE`"))
 }

@@ -11,12 +11,11 @@ use afterimage_plan::{Plan, PlanOutput};
 
 use super::bands;
 use super::kept::{KeptPictures, Repetition};
-use super::metered::unmetered;
-use super::read::{Cameras, InputPicture, Inputs, Read};
+use super::metered::{has_meter, names, unmetered};
+use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters};
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
-use super::state::{self, SavedState};
 use super::target::Target;
 use super::times::Times;
 use super::write::Rendered;
@@ -38,7 +37,6 @@ pub(super) fn render_all(
 ) -> Result<Times, Failure> {
     let info = session.session.gpu().adapter.get_info();
     report.adapter = Some([info.name, format!("{} {}", info.driver, info.driver_info).trim().to_owned()]);
-    let last = request.state.as_ref().map(SavedState::frame);
     let mut frames = Frames {
         request,
         session,
@@ -47,9 +45,8 @@ pub(super) fn render_all(
         said: Vec::new(),
         times: Times::default(),
         has_begun: false,
-        begins_shot: request.state.is_none(),
-        last,
-        cameras: Cameras::new(),
+        begins_shot: true,
+        last: None,
         report,
     };
     for (index, inputs) in from.iter().enumerate() {
@@ -71,9 +68,6 @@ pub(super) fn render_all(
     }
     // Everything is rendered: the writers may end.
     drop(to);
-    if request.args.state_out.is_some() && frames.report.state.is_none() {
-        frames.keep_state()?;
-    }
     Ok(frames.times)
 }
 
@@ -91,17 +85,15 @@ struct Frames<'a> {
     has_begun: bool,
     /// Whether the next frame follows none: it is the first, or a cut that could not be rendered was before it.
     begins_shot: bool,
-    /// The number of the frame that was rendered last, in this run or in that of the state.
+    /// The number of the frame that was rendered last, or measured.
     last: Option<u32>,
-    /// The cameras of that frame.
-    cameras: Cameras,
     report: &'a mut Report,
 }
 
 impl Frames<'_> {
     /// An image for each target; none for a frame that is not written.
     fn render(&mut self, index: usize, inputs: Inputs) -> Result<Vec<Rendered>, Failure> {
-        let Inputs { pictures, blocks, cameras } = inputs;
+        let Inputs { pictures, blocks } = inputs;
         let job = &self.request.jobs[index];
         self.say_notes(&pictures);
         check_rows(&self.session.session, &pictures)?;
@@ -132,7 +124,7 @@ impl Frames<'_> {
             session.number_next(job.frame.unwrap_or(0));
         }
         session.render(size, &images, step)?;
-        (self.begins_shot, self.last, self.cameras) = (false, job.frame, cameras);
+        (self.begins_shot, self.last) = (false, job.frame);
         let repaired = pictures.iter().map(|input| (input.name.clone(), input.repairs)).collect();
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         // The images are uploaded: their memory is freed while the GPU works.
@@ -162,8 +154,8 @@ impl Frames<'_> {
     /// Whether the next run can render this frame again: it is the only one, and what it is made from is kept.
     fn can_be_repeated(&self, has_camera: bool) -> bool {
         let args = self.request.args;
-        let is_alone = self.request.jobs.len() == 1 && self.request.state.is_none() && self.request.measured.is_empty();
-        self.repetition.keeps && is_alone && !has_camera && !args.timings && args.state_out.is_none()
+        let is_alone = self.request.jobs.len() == 1 && self.request.measured.is_empty();
+        self.repetition.keeps && is_alone && !has_camera && !args.timings
     }
 
     /// The same for a picture that is larger than the device.
@@ -197,25 +189,22 @@ impl Frames<'_> {
         Ok(rendered.collect())
     }
 
-    /// Before the first frame: it continues from a state, or the user learns which state begins with it.
+    /// Before the first frame: it continues from what was measured, and the user learns which state begins with it.
     fn begin(&mut self, size: Size, images: &[InputImage]) -> Result<(), Failure> {
         let session = &mut self.session.session;
         let plan = session.load(size, images)?.clone();
         self.report.plan = Some(plan.hash().to_string());
-        if let Some(state) = &self.request.state {
-            return Ok(session.write_state(&state.for_plan(&plan)?, Some(state.frame()))?);
-        }
         self.integrate(&plan, images)?;
         let rolled = self.request.jobs.iter().take_while(|job| job.out.is_empty()).count() as u32;
         let items: Vec<_> = if self.request.measured.is_empty() { plan.state() } else { unmetered(&plan).collect() };
         let lost: Vec<_> = items.iter().filter(|item| item.reach.is_none_or(|reach| reach > rolled)).collect();
         let Some(earlier) = self.request.earlier.filter(|_| !lost.is_empty()) else { return Ok(()) };
-        let names = state::names(lost);
+        let names = names(lost);
         match rolled {
             0 => note(&format!(
                 "warning: the sequence has frame {earlier} before the first one here, and this state begins anew: \
-                 {names}\n  hint: `--state-in FILE` continues from the `--state-out FILE` of the frames before; \
-                 `--preroll COUNT` renders some of them"
+                 {names}\n  hint: {}`--preroll COUNT` renders some of them",
+                if has_meter(&plan) { "`--meter FILE` has what `afterimage meter` measured in them; " } else { "" }
             )),
             _ => note(&format!(
                 "note: {rolled} frames before the range are rendered; the sequence has more, to which this state \
@@ -246,17 +235,6 @@ impl Frames<'_> {
             let report = FrameReport::without_picture(job, Outcome::Failed, Some(failure.message()));
             self.report.frames.insert(index, report);
         }
-    }
-
-    /// Keeps what the last frame leaves for later ones, for a file.
-    fn keep_state(&mut self) -> Result<(), Failure> {
-        let Some(frame) = self.last.filter(|_| self.has_begun) else {
-            return Err(Failure::user("no frame was rendered, so `--state-out` has no state to write"));
-        };
-        let session = &mut self.session.session;
-        let state = session.read_state()?;
-        self.report.state = Some(state::encode(session.plan(), frame, &self.cameras, &state));
-        Ok(())
     }
 
     fn say_notes(&mut self, pictures: &[InputPicture]) {
@@ -291,9 +269,6 @@ impl Frames<'_> {
 
     /// GPU milliseconds of each pass, from a second rendering of the last frame.
     fn time_passes(&mut self, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
-        if self.request.args.state_out.is_some() {
-            self.keep_state()?;
-        }
         let session = &mut self.session.session;
         let times = session.pass_times_once(images, FrameStep::FIRST)?;
         let passes = session.plan().work();

@@ -78,8 +78,6 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         frames: given.frames.clone(),
         cut: given.cut.clone(),
         detect_cuts: given.detect_cuts,
-        state_out: None,
-        state_in: None,
         meter: None,
         preroll: 0,
         keep_going: false,

@@ -11,7 +11,6 @@ use afterimage_plan::{Metering, Plan, StateContent, StateItem};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::state::names;
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
 
@@ -182,5 +181,11 @@ pub(super) fn no_meter(plan: &Plan) -> Failure {
     }
     let names = names(&state);
     Failure::user(format!("this pipeline has no meter that measures a frame alone: earlier frames make {names}"))
-        .hint("`--state-in` continues from the `--state-out` of the frames before; `--preroll COUNT` comes near it")
+        .hint("`--preroll COUNT` renders frames before the range")
+}
+
+/// The names of items as a list.
+pub(super) fn names<'a>(items: impl IntoIterator<Item = &'a StateItem>) -> String {
+    let names: Vec<String> = items.into_iter().map(|item| format!("`{}`", item.name)).collect();
+    names.join(", ")
 }

@@ -12,7 +12,6 @@ mod repairs;
 mod request;
 mod shots;
 mod stages;
-mod state;
 mod target;
 mod times;
 mod write;
@@ -22,7 +21,6 @@ use std::time::Instant;
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
-use afterimage_media::write_atomic;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables};
 
 use crate::args::RenderArgs;
@@ -110,10 +108,7 @@ fn prepare<'a>(
     for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
         run.reads(&source.path, &format!("the image of input `{name}`"));
     }
-    if let Some(path) = &args.state_in {
-        run.reads(path, "the state of `--state-in`");
-    }
-    let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json).chain(&args.state_out);
+    let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json);
     written.try_for_each(|out| run.writes(out))?;
     let graph = if request.is_measuring() { graph } else { request.prepare(graph) };
     Ok(Prepared { request, graph, facts, options })
@@ -148,9 +143,6 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut O
         report.write_json(path, &args.pipeline, start.elapsed().as_secs_f64(), rendered.as_ref().err())?;
     }
     let times = rendered?;
-    if let Some((path, state)) = args.state_out.as_ref().zip(report.state) {
-        write_atomic(path, &state)?;
-    }
     if args.timings {
         note(&times.to_string());
     }

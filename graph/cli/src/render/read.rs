@@ -45,15 +45,13 @@ pub(super) struct Inputs {
     pub(super) pictures: Vec<InputPicture>,
     /// The cameras, by the names of inputs.
     pub(super) blocks: Vec<(String, BlockData)>,
-    /// The files of these cameras, for the next frame.
-    pub(super) cameras: Cameras,
 }
 
 /// The inputs of a job.
 pub(super) type Read = Result<Inputs, Failure>;
 
 /// The cameras of a frame, by the names of inputs.
-pub(super) type Cameras = BTreeMap<String, CameraFile>;
+type Cameras = BTreeMap<String, CameraFile>;
 
 /// The size of the first image of each input.
 type Sizes = BTreeMap<String, (u32, u32)>;
@@ -85,9 +83,6 @@ pub(super) fn pool() -> rayon::ThreadPool {
 
 /// The cameras of the frame before the first one, if the first one follows it.
 fn read_cameras_before(request: &Request<'_>, cameras: &mut Cameras) -> Result<(), Failure> {
-    if let Some(state) = &request.state {
-        cameras.clone_from(state.cameras());
-    }
     for (name, source) in request.job_before().iter().flat_map(|job| &job.sources) {
         if request.has_camera(name) {
             read_camera(name, source, cameras)?;
@@ -100,7 +95,7 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras, sizes: &mut 
     if request.is_cut(job) {
         before.clear();
     }
-    let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new(), cameras: Cameras::new() };
+    let mut inputs = Inputs { pictures: Vec::new(), blocks: Vec::new() };
     for (name, source) in &job.sources {
         if request.has_camera(name) {
             inputs.blocks.push((name.clone(), read_camera(name, source, before)?));
@@ -109,7 +104,6 @@ fn read_job(request: &Request<'_>, job: &Job, before: &mut Cameras, sizes: &mut 
             inputs.pictures.push(read_input(request, name, source, is_missing, sizes)?);
         }
     }
-    inputs.cameras.clone_from(before);
     Ok(inputs)
 }
 

@@ -81,8 +81,6 @@ pub(crate) struct Report {
     pub(super) frames: BTreeMap<usize, FrameReport>,
     /// The frames whose files existed.
     pub(super) skipped: Vec<FrameReport>,
-    /// The bytes of the file of `--state-out`.
-    pub(super) state: Option<Vec<u8>>,
 }
 
 impl Report {

@@ -13,7 +13,6 @@ use afterimage_nodes::DemoScene;
 use super::jobs::{Job, NumberedFiles, with_inputs, without_inputs};
 use super::metered::{Metered, MeteredFrame};
 use super::shots;
-use super::state::SavedState;
 use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
@@ -34,8 +33,6 @@ pub(super) struct Request<'a> {
     pub(super) cuts: Vec<u32>,
     /// The pipeline's inputs.
     pub(super) inputs: Vec<GraphInput>,
-    /// The state with which the sequence begins.
-    pub(super) state: Option<SavedState>,
     /// The frame of the sequence before the first one that is rendered, if there is one.
     pub(super) earlier: Option<u32>,
     /// What was measured in the frames before the first one that is rendered.
@@ -73,13 +70,12 @@ impl<'a> Request<'a> {
             Some(share) => detected_cuts(args, graph, &numbered.files, share)?,
             None => cuts(args, &jobs, &numbered)?,
         };
-        let state = args.state_in.as_deref().map(SavedState::read).transpose()?;
-        check_state(args, &jobs, state.as_ref())?;
+        check_is_sequence(args, &jobs)?;
         let step = frame_step(&jobs);
         let earlier = numbered.roll_back(&mut jobs, args.preroll, step, &cuts);
         let (inputs, scene) = (graph.inputs.clone(), scene(graph));
         let (measured, skipped, files) = (Vec::new(), Vec::new(), numbered);
-        Ok(Self { args, targets, jobs, cuts, inputs, state, earlier, measured, files, skipped, scene })
+        Ok(Self { args, targets, jobs, cuts, inputs, earlier, measured, files, skipped, scene })
     }
 
     /// Begins with the state that follows from what was measured in the frames before, and renders so many of them at
@@ -150,10 +146,8 @@ impl<'a> Request<'a> {
                 self.skipped.push(Job { sources: Vec::new(), frame, out, is_written: false, missing: Vec::new() });
             }
         }
-        if self.args.state_out.is_none() {
-            let needed = jobs.iter().rposition(|job| job.is_written).map_or(0, |last| last.saturating_add(1));
-            jobs.truncate(needed);
-        }
+        let needed = jobs.iter().rposition(|job| job.is_written).map_or(0, |last| last.saturating_add(1));
+        jobs.truncate(needed);
         self.jobs = jobs;
     }
 
@@ -218,23 +212,14 @@ fn cuts(args: &RenderArgs, jobs: &[Job], files: &NumberedFiles) -> Result<Vec<u3
     }
 }
 
-/// The state that a run begins or ends with is that of a sequence, and goes on.
-fn check_state(args: &RenderArgs, jobs: &[Job], state: Option<&SavedState>) -> Result<(), Failure> {
-    let first = jobs.first().and_then(|job| job.frame);
-    let is_used = args.state_in.is_some() || args.state_out.is_some() || args.preroll > 0 || args.meter.is_some();
-    if is_used && first.is_none() {
-        return Err(Failure::user(
-            "`--meter`, `--state-in`, `--state-out` and `--preroll` are for sequences, and this is one image",
-        )
-        .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
+/// Refuses options about earlier frames where there is one image.
+fn check_is_sequence(args: &RenderArgs, jobs: &[Job]) -> Result<(), Failure> {
+    let is_used = args.preroll > 0 || args.meter.is_some();
+    if is_used && jobs.first().is_none_or(|job| job.frame.is_none()) {
+        return Err(Failure::user("`--meter` and `--preroll` are for sequences, and this is one image")
+            .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));
     }
-    match first.zip(state.map(SavedState::frame)) {
-        Some((first, last)) if first <= last => Err(Failure::user(format!(
-            "the state of `--state-in` is that after frame {last}, and frame {first} is first"
-        ))
-        .hint(format!("continue with a later frame: `--frames {}-...`", last + 1))),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 /// The distance of the first two frames; `None` for one frame.

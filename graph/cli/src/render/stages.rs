@@ -9,7 +9,7 @@ use afterimage_plan::Options;
 
 use super::frames::render_all;
 use super::kept::{Kept, Repetition};
-use super::read::{Cameras, Inputs, pool, read_all};
+use super::read::{Inputs, pool, read_all};
 use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
@@ -49,7 +49,7 @@ pub(super) fn run(
         let reader = scope.spawn(move || match pictures {
             Some(pictures) => {
                 // A receiver that is gone reports the error.
-                let _ = read_to.send(Ok(Inputs { pictures, blocks: Vec::new(), cameras: Cameras::new() }));
+                let _ = read_to.send(Ok(Inputs { pictures, blocks: Vec::new() }));
                 Duration::ZERO
             }
             None => pool().install(|| read_all(request, &read_to)),

@@ -7,11 +7,11 @@ mod frame;
 mod host_draw;
 mod load;
 mod loaded;
+#[cfg(not(target_family = "wasm"))]
+mod metering;
 mod record;
 mod rectangle;
 mod repeat;
-#[cfg(not(target_family = "wasm"))]
-mod state;
 
 use std::sync::Arc;
 
@@ -45,8 +45,6 @@ pub(crate) use loaded::residency::Residency;
 use loaded::uniforms::Staging;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
 pub use rectangle::Rectangle;
-#[cfg(not(target_family = "wasm"))]
-pub(crate) use state::StatePart;
 
 /// Runs plans on the host's device.
 pub struct Executor {

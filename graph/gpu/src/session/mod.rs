@@ -6,7 +6,6 @@ mod faults;
 mod frame;
 mod metering;
 mod passes;
-mod state;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -20,7 +19,6 @@ use wgpu::{CommandEncoder, TextureView};
 pub use bands::{BandReader, BandWriter, BandsMade};
 pub use faults::TableErrors;
 pub use frame::{FrameStep, InputImage};
-pub use state::StateBytes;
 
 use crate::clock::{Clock, FrameTime, TimedCommands};
 use crate::platform::submit;
@@ -129,6 +127,11 @@ impl Session {
     /// Sets the host block of an input, such as a camera, for all frames from now on.
     pub fn set_block(&mut self, input: &str, data: BlockData) {
         self.blocks.insert(input.to_owned(), data);
+    }
+
+    /// Sets the number of the next frame, from which noise is made; further ones count on. Histories go on.
+    pub fn number_next(&mut self, number: u32) {
+        self.post.executor().number_next(number);
     }
 
     /// What plans need to know of images and blocks.

@@ -1,58 +1,13 @@
-//! The memory of the state of a plan: buffers that outlive frames, and the textures of histories. The passes of meters,
-//! which make the state without the rest of a frame.
+//! The passes of meters, which make the state without the rest of a frame.
 
 use afterimage_graph::node::{BufferId, Resource};
-use afterimage_plan::{StateContent, StateItem};
 use wgpu::{Buffer, CommandEncoder};
 
 use super::{Executor, Frame, FrameCommands, FrameKind};
 use crate::GpuError;
-use crate::executor::loaded::residency::{ImageBinding, ring_place};
 use crate::frame_constants::FrameConstants;
-use crate::store::Stored;
-
-/// A part of the memory of an item of the state.
-#[derive(Clone)]
-pub(crate) enum StatePart {
-    /// A buffer.
-    Buffer(Buffer),
-    /// The image of one frame.
-    Image(Stored),
-}
 
 impl Executor {
-    /// The memory of an item of the plan in use, as the next frame reads it: a buffer, or an image for each frame, the
-    /// last frame first.
-    pub(crate) fn state_parts(&self, item: &StateItem) -> Vec<StatePart> {
-        let Some(loaded) = &self.loaded else { return Vec::new() };
-        match item.content {
-            StateContent::Buffer { buffer, .. } => {
-                vec![StatePart::Buffer(loaded.residency.buffers[buffer.0 as usize].clone())]
-            }
-            StateContent::History { image, frames, .. } => {
-                let of_age = |ring: &[Stored], age| ring[ring_place(ring.len(), self.frame_index, age)].clone();
-                match &loaded.residency.bindings[image.0 as usize] {
-                    ImageBinding::Ring(ring, _) => {
-                        (1..=frames).map(|age| StatePart::Image(of_age(ring, age))).collect()
-                    }
-                    ImageBinding::Fixed(held) => vec![StatePart::Image(held.clone())],
-                    _ => Vec::new(),
-                }
-            }
-        }
-    }
-
-    /// Notes that the memory of the state was written: the next frame continues from it, after the frame `last`.
-    pub(crate) fn continue_state(&mut self, last: Option<u32>) {
-        self.fresh = false;
-        self.last_number = last;
-        if let Some(loaded) = &mut self.loaded {
-            loaded.uninitialized.clear();
-            loaded.turns.made.fill();
-            loaded.forget_frame();
-        }
-    }
-
     /// A buffer of the plan in use.
     pub(crate) fn plan_buffer(&self, buffer: BufferId) -> Option<&Buffer> {
         self.loaded.as_ref().map(|loaded| &loaded.residency.buffers[buffer.0 as usize])
