@@ -282,11 +282,6 @@ def _(out):
     return need(same("out/same.0001.png", "out/shot.0001.png") and "4 skipped" in out, "4 skipped, cmp: equal")
 
 
-@task("cuts are found", "render tsushima cut/shot.####.exr -o out/cut.####.png --detect-cuts")
-def _(out):
-    return need("5" in out and "--cut 5" in out, "--cut 5, where the picture changes")
-
-
 @task("a report", "render tsushima shot.####.exr -o out/r.####.png --frames 1-2 --json report.json")
 def _(out):
     report = json.loads((FOLDER / "report.json").read_text())

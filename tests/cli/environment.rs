@@ -23,7 +23,7 @@ fn each_command_has_a_manual_page() {
     let page = |name: &str| std::fs::read_to_string(folder.file("pages/man1").join(name)).expect(name);
     assert!(page("afterimage.1").contains(".TH afterimage 1"));
     let render = page("afterimage-render.1");
-    assert!(render.contains("AFTERIMAGE_ADAPTER") && render.contains("detect\\-cuts"), "{render}");
+    assert!(render.contains("AFTERIMAGE_ADAPTER") && render.contains("skip\\-existing"), "{render}");
     folder.with("file", b"");
     folder.run("man file").fails_saying(2, &["file: "]);
 }
@@ -82,36 +82,4 @@ fn a_jpeg_is_an_input() {
     assert!(worst < 0.03 && a.iter().any(|value| *value > 0.3), "{worst}");
     let told = folder.run("info a.jpg").good();
     assert!(told.contains("JPEG") && told.contains("ICC profile"), "{told}");
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn cuts_are_found_and_rendered_as_named_ones() {
-    let folder = Folder::new("detect");
-    for frame in 1..=6 {
-        let mut picture = room(32, 16);
-        let gain = if frame < 4 { 1.0 } else { 0.02 } * (1.0 + 0.01 * frame as f32);
-        if let afterimage_media::Pixels::Float(values) = &mut picture.pixels {
-            values.iter_mut().for_each(|value| *value *= gain);
-        }
-        save(&folder.file(&format!("shot.{frame}.exr")), &picture);
-    }
-    let notes = folder.run("render {exposure} shot.#.exr -o a.#.png --detect-cuts").notes();
-    assert!(notes.contains("note: cuts are found at 4 (") && notes.contains("`--cut 4`"), "{notes}");
-    folder.run("render {exposure} shot.#.exr -o b.#.png --cut 4").good();
-    folder.run("render {exposure} shot.#.exr -o c.#.png").good();
-    let file = |name: &str| std::fs::read(folder.file(name)).expect("it is written");
-    for frame in 1..=6 {
-        assert!(file(&format!("a.{frame}.png")) == file(&format!("b.{frame}.png")), "{frame}");
-    }
-    assert!(file("a.4.png") != file("c.4.png"), "the cut has an effect");
-    let part = folder.run("render {exposure} shot.#.exr -o d.#.png --frames 4-6 --detect-cuts").notes();
-    assert!(part.contains("`--cut 4`") && file("d.6.png") == file("b.6.png"), "{part}");
-    let job = folder.run("job {exposure} shot.#.exr -o e.#.png --detect-cuts").good();
-    assert!(job.contains("\"--cut\"") && !job.contains("--detect-cuts"), "{job}");
-    for frame in 4..=6 {
-        std::fs::remove_file(folder.file(&format!("shot.{frame}.exr"))).expect("it is there");
-    }
-    let calm = folder.run("render {exposure} shot.#.exr -o a.#.png --detect-cuts").notes();
-    assert!(calm.contains("no cut is found"), "{calm}");
 }

@@ -25,7 +25,7 @@ use view::ViewArgs;
 pub(crate) use files::OUTPUT_SPACE;
 pub(crate) use options::{
     Crop, DeviceOptions, ImageOptions, KindOptions, NODES, NoAlias, PipelineOptions, PlanOptions, parse_crop,
-    parse_fps, parse_share, parse_size,
+    parse_fps, parse_size,
 };
 
 /// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
@@ -175,11 +175,6 @@ pub(crate) struct RenderArgs {
     /// Frames that begin a new shot: adaptation and histories start again; written as for `--frames`
     #[arg(help_heading = SEQUENCES, long, value_name = "FRAMES")]
     pub(crate) cut: Option<String>,
-    /// Find the frames that begin a new shot in the whole sequence, and print them as `--cut` takes them: those that
-    /// differ from the frame before by this share, 0 to 1; 0.25 without a number
-    #[arg(help_heading = SEQUENCES, long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
-    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.25")]
-    pub(crate) detect_cuts: Option<f32>,
     /// Begin with the exposure that follows from what `afterimage meter` has measured in the frames before, so that any
     /// range has the pixels of the whole sequence: a file, or numbered files: `--meter shot.####.meter`
     #[arg(help_heading = SEQUENCES, long, value_name = "FILE")]

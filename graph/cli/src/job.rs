@@ -25,20 +25,13 @@ pub(crate) fn run(args: &JobArgs, words: &[OsString], tables: &[&[NodeKind]]) ->
     if args.render.watch {
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
     }
-    let mut words = render_words(words)?;
+    let words = render_words(words)?;
     if let Some(word) = words.iter().find(|word| word.contains("{{")) {
         return Err(
             Failure::user(format!("`{word}`: a template has its own meaning for `{{{{`")).hint("rename the file")
         );
     }
     let sequence = sequence(&args.render, tables)?;
-    if args.render.detect_cuts.is_some() {
-        // No task looks for them again.
-        words = without(&words, &[], &["--detect-cuts"]);
-        if !sequence.cuts.is_empty() {
-            words.extend(["--cut".to_owned(), ranges(&sequence.cuts)]);
-        }
-    }
     if sequence.frames.is_empty() {
         return Err(Failure::user("a job is a sequence, and this is one image")
             .hint("name a sequence: `shot.####.exr`, or frames: `--frames 1-48`"));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::files::ReadArgs;
-use super::options::{DeviceOptions, ImageOptions, PipelineOptions, PlanOptions, parse_fps, parse_share, parse_size};
+use super::options::{DeviceOptions, ImageOptions, PipelineOptions, PlanOptions, parse_fps, parse_size};
 
 #[derive(Debug, Args)]
 pub(crate) struct MeterArgs {
@@ -28,10 +28,6 @@ pub(crate) struct MeterArgs {
     /// Frames that begin a new shot, as for `render`
     #[arg(long, value_name = "FRAMES")]
     pub(crate) cut: Option<String>,
-    /// Find the frames that begin a new shot, as for `render`
-    #[arg(long, value_name = "SHARE", conflicts_with = "cut", value_parser = parse_share)]
-    #[arg(num_args = 0..=1, require_equals = true, default_missing_value = "0.25")]
-    pub(crate) detect_cuts: Option<f32>,
     /// Frames per second
     #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,

@@ -183,12 +183,6 @@ pub(crate) fn parse_fps(text: &str) -> Result<f32, String> {
     fps.ok_or_else(|| "frames per second are a number above 0, such as 24 or 23.976".into())
 }
 
-/// A share, from 0 to 1.
-pub(crate) fn parse_share(text: &str) -> Result<f32, String> {
-    let share = text.parse().ok().filter(|share| (0.0..=1.0).contains(share));
-    share.ok_or_else(|| "a share is a number from 0 to 1, such as 0.25".into())
-}
-
 /// `0.5` or `25%`: above 0, and 1 at most.
 pub(crate) fn parse_scale(text: &str) -> Result<f64, String> {
     let (number, whole) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 100.0));

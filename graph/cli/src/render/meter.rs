@@ -77,7 +77,6 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         outputs: Vec::new(),
         frames: given.frames.clone(),
         cut: given.cut.clone(),
-        detect_cuts: given.detect_cuts,
         meter: None,
         preroll: 0,
         keep_going: false,

@@ -10,7 +10,6 @@ mod read;
 mod readings;
 mod repairs;
 mod request;
-mod shots;
 mod stages;
 mod target;
 mod times;

@@ -12,12 +12,10 @@ use afterimage_nodes::DemoScene;
 
 use super::jobs::{Job, NumberedFiles, with_inputs, without_inputs};
 use super::metered::{Metered, MeteredFrame};
-use super::shots;
 use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
-use crate::frame_ranges::ranges;
 use crate::save::FileFormat;
 use crate::terminal::note;
 
@@ -66,10 +64,7 @@ impl<'a> Request<'a> {
         let numbered = NumberedFiles { files: files.clone(), missing: args.reading.missing, start: None };
         let mut jobs =
             if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
-        let cuts = match args.detect_cuts {
-            Some(share) => detected_cuts(args, graph, &numbered.files, share)?,
-            None => cuts(args, &jobs, &numbered)?,
-        };
+        let cuts = cuts(args, &jobs, &numbered)?;
         check_is_sequence(args, &jobs)?;
         let step = frame_step(&jobs);
         let earlier = numbered.roll_back(&mut jobs, args.preroll, step, &cuts);
@@ -173,29 +168,6 @@ impl<'a> Request<'a> {
         unquantized.notes.iter().for_each(|text| note(&format!("note: {text}")));
         unquantized.graph
     }
-}
-
-/// The cuts of the first input that is a sequence of pictures, which are printed.
-fn detected_cuts(
-    args: &RenderArgs,
-    graph: &Graph,
-    files: &[(String, String)],
-    share: f32,
-) -> Result<Vec<u32>, Failure> {
-    let input_of = |name: &str| graph.inputs.iter().find(|input| input.name == name && is_picture(input));
-    let numbered = files.iter().filter(|(_, file)| sequence::is_numbered(file));
-    let Some((input, file)) = numbered.filter_map(|(name, file)| Some((input_of(name)?, file))).next() else {
-        return Err(Failure::user("`--detect-cuts` needs a sequence of images").hint("leave it out"));
-    };
-    let options = args.reading.options(args.images.budget(), args.reading.space_of(input));
-    let cuts = shots::detect(file, options, share)?;
-    let frames: Vec<u32> = cuts.iter().map(|(frame, _)| *frame).collect();
-    let told: Vec<String> = cuts.iter().map(|(frame, share)| format!("{frame} ({share:.2})")).collect();
-    match told.as_slice() {
-        [] => note("note: no cut is found"),
-        told => note(&format!("note: cuts are found at {}: `--cut {}`", told.join(", "), ranges(&frames))),
-    }
-    Ok(frames)
 }
 
 /// The frames of `--cut`. Each must be a frame of the sequence, which may be longer than the range that is rendered.
