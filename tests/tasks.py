@@ -64,9 +64,6 @@ def make_images():
         (FOLDER / "gap").mkdir(exist_ok=True)
         if frame != 4:
             write_exr(f"gap/shot.{frame:04}.exr", {"RGB": light(frame).astype(np.float16)})
-        scene = light(1) if frame < 5 else light(1)[::-1, ::-1] * 0.02
-        (FOLDER / "cut").mkdir(exist_ok=True)
-        write_exr(f"cut/shot.{frame:04}.exr", {"RGB": np.ascontiguousarray(scene).astype(np.float16)})
     write_exr("in.exr", {"RGB": light()})
     depth = np.linspace(1, 50, WIDTH * HEIGHT, dtype=np.float32).reshape(HEIGHT, WIDTH)
     write_exr("layers.exr", {"RGB": light().astype(np.float16), "Z": depth, "albedo.R": depth.astype(np.float16),

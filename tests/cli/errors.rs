@@ -24,7 +24,7 @@ fn errors_are_reported_with_a_hint() {
         ),
         (
             "render {glare} room.exr -o out.gif",
-            "error: `out.gif` ends in none of `.png`, `.jpg`, `.avif` and `.exr`\n  hint: `.png`, `.jpg` and `.avif` take an \
+            "error: `out.gif` ends in none of `.png`, `.jpg` and `.exr`\n  hint: `.png` and `.jpg` take an \
              encoded output, `.exr` a linear one",
         ),
         ("render {glare} room.exr -o out.png --depth 12", "error: a PNG has 8 or 16 bits, not 12"),

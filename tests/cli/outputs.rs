@@ -110,7 +110,7 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output hdr=b.gif",
-            "error: `b.gif` ends in none of `.png`, `.jpg`, `.avif` and `.exr`\n  hint: `.png`, `.jpg` and `.avif` take an \
+            "error: `b.gif` ends in none of `.png`, `.jpg` and `.exr`\n  hint: `.png` and `.jpg` take an \
              encoded output, `.exr` a linear one",
         ),
         (

@@ -151,7 +151,7 @@ pub(crate) struct RenderArgs {
     /// The image for the pipeline's first input: EXR, Radiance HDR, PNG or JPEG; `shot.####.exr` is a sequence,
     /// `file.exr#layer` a layer. It may stand before the pipeline
     pub(crate) input: Option<String>,
-    /// The output file: `.png`, `.jpg` or `.avif` for an encoded output, `.exr` for a linear one; `out.####.png` for a
+    /// The output file: `.png` or `.jpg` for an encoded output, `.exr` for a linear one; `out.####.png` for a
     /// sequence
     #[arg(help_heading = OUTPUT_FILES, short, long, value_name = "FILE")]
     pub(crate) out: Option<String>,
@@ -203,17 +203,17 @@ pub(crate) struct RenderArgs {
     /// picture, before the noise of 8 bits. Meters see all of it
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "X,Y,WxH", value_parser = parse_crop)]
     pub(crate) crop: Option<Crop>,
-    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG, 10 in AVIF; by default the first of them, and 16
+    /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG; by default the first of them, and 16
     /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`
     #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) depth: Option<u8>,
-    /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 10 and 16 bits are always rounded
+    /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 16 bits are always rounded
     #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) no_dither: bool,
     /// Whether a PNG has alpha
     #[arg(help_heading = OUTPUT_FILES, long, value_enum, default_value_t = AlphaChoice::Auto)]
     pub(crate) alpha: AlphaChoice,
-    /// Quality of a JPEG or AVIF, 1 to 100; 92 and 85 by default
+    /// Quality of a JPEG, 1 to 100; 92 by default
     #[arg(help_heading = OUTPUT_FILES, long, value_parser = clap::value_parser!(u8).range(1..=100))]
     pub(crate) quality: Option<u8>,
     /// Print the time of each stage and of each pass

@@ -21,8 +21,6 @@ use crate::failure::Failure;
 pub(crate) enum FileFormat {
     Png,
     Jpeg,
-    #[cfg(feature = "avif")]
-    Avif,
     Exr,
 }
 
@@ -33,8 +31,6 @@ impl FileFormat {
         match &*ending.to_lowercase() {
             "png" => Some(Self::Png),
             "jpg" | "jpeg" => Some(Self::Jpeg),
-            #[cfg(feature = "avif")]
-            "avif" => Some(Self::Avif),
             "exr" => Some(Self::Exr),
             _ => None,
         }
@@ -58,7 +54,7 @@ pub(crate) struct SaveOptions {
     pub(crate) noise: Noise,
     /// For PNG.
     pub(crate) alpha: Alpha,
-    /// For JPEG and AVIF, 1 to 100; that of the format if `None`.
+    /// For JPEG, 1 to 100; that of the format if `None`.
     pub(crate) quality: Option<u8>,
     /// For EXR.
     pub(crate) compression: ExrCompression,
@@ -103,8 +99,7 @@ impl SaveOptions {
         }
     }
 
-    /// How an image is written row by row; `None` if its first bytes depend on all of its pixels, as those of PQ and of
-    /// AVIF do.
+    /// How an image is written row by row; `None` if its first bytes depend on all of its pixels, as those of PQ do.
     pub(crate) fn rows(&self, stated: Stated) -> Option<RowsOptions> {
         match self.format {
             FileFormat::Png => {
@@ -112,8 +107,6 @@ impl SaveOptions {
                 PngRows::<File>::can_write(&options).then_some(RowsOptions::Png(options))
             }
             FileFormat::Jpeg => Some(RowsOptions::Jpeg(self.jpeg(stated.colorimetry, stated.frame))),
-            #[cfg(feature = "avif")]
-            FileFormat::Avif => None,
             FileFormat::Exr => {
                 let options = self.exr(stated.state, stated.colorimetry);
                 Some(RowsOptions::Exr(options, Box::new(kept_attributes(stated.meta?, stated.state))))
@@ -125,13 +118,6 @@ impl SaveOptions {
         let default = JpegOptions::default();
         let quality = self.quality.unwrap_or(default.quality);
         JpegOptions { quality, dither: self.seed(frame), color: Some(color) }
-    }
-
-    /// Ten bits are rounded: they show no banding, and noise costs space.
-    #[cfg(feature = "avif")]
-    fn avif(&self, color: Colorimetry) -> afterimage_media::AvifOptions {
-        let default = afterimage_media::AvifOptions::default();
-        afterimage_media::AvifOptions { quality: self.quality.unwrap_or(default.quality), color, ..default }
     }
 }
 
@@ -185,8 +171,6 @@ fn save_encoded(
     let (color, frame) = (stated.colorimetry, stated.frame);
     match options.format {
         FileFormat::Jpeg => Ok(write_jpeg(path, size, pixels, &options.jpeg(color, frame))?),
-        #[cfg(feature = "avif")]
-        FileFormat::Avif => Ok(afterimage_media::write_avif(path, size, pixels, &options.avif(color))?),
         _ => Ok(write_png(path, size, pixels, &options.png(color, frame))?),
     }
 }

@@ -20,12 +20,8 @@ pub use codec::{
     PictureChannels, Pixels, PngDepth, PngOptions, PngRows, ReadOptions, StatedCamera, Window, catch_panic, encode_exr,
     encode_exr_beside, encode_jpeg, encode_png, exr_left_out, limits, png_codes,
 };
-#[cfg(feature = "avif")]
-pub use codec::{AvifOptions, encode_avif};
 #[cfg(not(target_family = "wasm"))]
 pub use files::FileWatch;
-#[cfg(feature = "avif")]
-pub use files::write_avif;
 pub use files::{
     AtomicFile, FileError, RowsFile, RowsOptions, Source, address_space_limit, default_budget, images_in, left_out,
     read, read_bytes, read_camera, read_description, read_statistics, read_text, read_within, real_output_path,

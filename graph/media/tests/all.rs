@@ -3,8 +3,6 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod atomic;
-#[cfg(feature = "avif")]
-mod avif;
 mod budget;
 mod described;
 mod exr_layouts;

@@ -100,7 +100,7 @@ fn no_light(output: &GraphOutput) -> Failure {
     Failure::user(format!("output `{name}` is {state}, and `--output-space` converts light")).hint("leave it out")
 }
 
-/// The named output, or the first whose color state fits the file: encoded for PNG, JPEG and AVIF, linear for EXR.
+/// The named output, or the first whose color state fits the file: encoded for PNG and JPEG, linear for EXR.
 pub(crate) fn choose_output<'g>(
     graph: &'g Graph,
     wanted: Option<&str>,
@@ -145,15 +145,11 @@ fn no_output(graph: &Graph, encoded: bool) -> Failure {
 }
 
 fn unknown_format(name: &str) -> Failure {
-    if name.to_lowercase().ends_with(".avif") {
-        return Failure::user(format!("{name}: this build of the program does not write AVIF"))
-            .hint("build it with `--features avif`, or write a `.png` file");
-    }
     if Path::new(name).is_dir() {
         return Failure::user(format!("`{name}` is a folder")).hint("name the file: `folder/out.png`");
     }
-    Failure::user(format!("`{name}` ends in none of `.png`, `.jpg`, `.avif` and `.exr`"))
-        .hint("`.png`, `.jpg` and `.avif` take an encoded output, `.exr` a linear one")
+    Failure::user(format!("`{name}` ends in none of `.png`, `.jpg` and `.exr`"))
+        .hint("`.png` and `.jpg` take an encoded output, `.exr` a linear one")
 }
 
 /// The bits of a channel. PQ and HLG need more than eight.
@@ -161,8 +157,6 @@ fn bits(format: FileFormat, asked: Option<u8>, is_hdr: bool) -> Result<u32, Fail
     let (name, known): (&str, &[u8]) = match format {
         FileFormat::Png => ("a PNG", &[8, 16]),
         FileFormat::Jpeg => ("a JPEG", &[8]),
-        #[cfg(feature = "avif")]
-        FileFormat::Avif => ("an AVIF", &[10]),
         FileFormat::Exr => ("an EXR", &[16, 32]),
     };
     let default = if is_hdr { known[known.len() - 1] } else { known[0] };

@@ -1,4 +1,4 @@
-//! Code points of ITU-T H.273, which PNG and AVIF use.
+//! Code points of ITU-T H.273, which PNG uses.
 
 use afterimage_base::color::{Chromaticities, Decimal, Transfer};
 

@@ -1,9 +1,7 @@
 //! Images as bytes: [`decode`] turns the bytes of an EXR, Radiance, PNG or JPEG file into a [`Picture`],
-//! [`encode_exr`], [`encode_png`], [`encode_jpeg`] and, with the feature `avif`, `encode_avif` turn pixels into bytes.
+//! [`encode_exr`], [`encode_png`] and [`encode_jpeg`] turn pixels into bytes.
 //! Nothing here uses the file system.
 
-#[cfg(feature = "avif")]
-mod avif;
 mod chromaticities;
 pub(crate) mod cicp;
 mod codes;
@@ -31,8 +29,6 @@ pub(crate) use chromaticities::{convert, to_rec709};
 
 use std::io::{BufRead, Read as _, Seek};
 
-#[cfg(feature = "avif")]
-pub use avif::{AvifOptions, encode_avif};
 pub use description::{ChannelDescription, Description, PartDescription, PictureChannels, Window};
 pub use error::{CodecError, ErrorKind};
 #[cfg(test)]

@@ -171,17 +171,3 @@ pub fn write_jpeg(
 ) -> Result<(), FileError> {
     write_atomic(path, &encode_jpeg(size, pixels, options).map_err(|error| FileError::at(path, error))?)
 }
-
-/// Writes an AVIF of `size` (width, height), atomically.
-///
-/// # Errors
-/// See [`encode_avif`](crate::encode_avif) and [`write_atomic`].
-#[cfg(feature = "avif")]
-pub fn write_avif(
-    path: &Path,
-    size: (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &crate::AvifOptions,
-) -> Result<(), FileError> {
-    write_atomic(path, &crate::encode_avif(size, pixels, options).map_err(|error| FileError::at(path, error))?)
-}

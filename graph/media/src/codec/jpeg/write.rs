@@ -74,7 +74,7 @@ fn failed(error: &EncodingError) -> CodecError {
 fn profile(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
     icc::write(&color).ok_or_else(|| {
         CodecError::new(ErrorKind::Unsupported, "a JPEG has eight bits, too few for PQ and HLG")
-            .hint("write a PNG or an AVIF, or encode for an SDR display")
+            .hint("write a PNG, or encode for an SDR display")
     })
 }
 
