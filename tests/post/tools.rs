@@ -4,16 +4,14 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
-use afterimage_gpu::{Frame, FrameKind, Rectangle, Task, Texels, download, wgpu};
+use afterimage_gpu::Task;
 use afterimage_graph::check::Facts;
-use afterimage_lab::dump::Dump;
-use afterimage_media::{Source, read};
 use afterimage_nodes::Curve;
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
 
 use super::{Host, assert_same, fresh};
-use crate::support::gpu::{changed, graph};
+use crate::support::gpu::changed;
 
 /// Tasks that a host has been given and has not run.
 type Tasks = Arc<Mutex<Vec<Task>>>;
@@ -157,69 +155,4 @@ fn frames_and_plans_are_spans() {
         ("afterimage::prepare", 1),
     ];
     assert_eq!(SPANS.take(), BTreeMap::from(wanted));
-}
-
-const LOOK: &str = r#"Pipeline(
-    inputs: { "scene": Color },
-    nodes: {
-        "exposed": Exposure(source: "scene", stops: 0.5),
-        "mapped": ToneMap(source: "exposed", curve: Reinhard),
-        "dark": Vignette(source: "mapped", amount: 0.5, when: "night"),
-    },
-    outputs: { "display": "dark" },
-)"#;
-
-/// The program renders a dumped frame again: every number is equal.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn the_program_renders_a_dumped_frame_again() {
-    let mut host = Host::new(graph(LOOK));
-    let stops = host.post.parameter::<f32>("exposed.stops").unwrap();
-    host.post.set(stops, -0.75).unwrap();
-    host.post.set_fact("night", true);
-    host.post.set_fact("unused", 3.0);
-    let folder = std::env::temp_dir().join(format!("afterimage-dump-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let pipeline = folder.join("look of a host.ron");
-    std::fs::write(&pipeline, LOOK).unwrap();
-    let pixels: Vec<[f32; 4]> = (0..1200).map(|i| [0.01 * i as f32, 0.4, 2.0, 1.0]).collect();
-    let texture = readable(&host, &Texels::from_floats_as_half(40, 30, &pixels));
-    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let rectangles = &[("scene", Rectangle { x: 3, y: 2, width: 32, height: 24 })];
-    let frame = Frame { inputs: &[("scene", &view)], rectangles, kind: FrameKind::Cut, ..Frame::default() };
-    let mut encoder = host.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    host.post.encode(&mut encoder, &frame).unwrap();
-    host.gpu.queue.submit([encoder.finish()]);
-    let shown = download(&host.gpu.device, &host.gpu.queue, host.post.output("display")).unwrap();
-    let dump = Dump { pipeline: &pipeline, tier: None, folder: &folder };
-    let command = dump.write(&host.post, &host.gpu.device, &host.gpu.queue, &frame).unwrap();
-    assert!(command.contains("--set exposed.stops=-0.75") && command.contains("--fact night=true"), "{command}");
-    let program = command.replacen("afterimage", env!("CARGO_BIN_EXE_afterimage-under-test"), 1);
-    let output = std::process::Command::new("sh").args(["-c", &program]).output().unwrap();
-    assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
-    let again = read(&Source::file(folder.join("out.exr"))).unwrap();
-    assert_eq!((again.width, again.height), (32, 24));
-    assert!(shown.bytes.iter().any(|byte| *byte != shown.bytes[0]));
-    assert_same(again.bytes(), &shown.bytes);
-    assert!(std::fs::read_to_string(folder.join("plan.json")).unwrap().contains("\"passes\""));
-    std::fs::remove_dir_all(folder).unwrap();
-}
-
-/// A texture of a host that can be read back.
-fn readable(host: &Host, texels: &Texels) -> wgpu::Texture {
-    let size = texels.desc.size;
-    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC | wgpu::TextureUsages::COPY_DST;
-    let texture = host.gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage,
-        view_formats: &[],
-    });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * size.width), rows_per_image: None };
-    host.gpu.queue.write_texture(texture.as_image_copy(), &texels.bytes, layout, texture.size());
-    texture
 }

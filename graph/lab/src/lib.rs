@@ -4,7 +4,6 @@
 //! - [`tune`]: the quality switches with the smallest error in a time, or the shortest time within an error.
 //! - [`mod@bench`]: the time of a frame and of its passes, compared with the bandwidth of the device.
 //! - [`stress`]: every pipeline and every node kind with extreme images, parameters and sizes.
-//! - [`dump`]: a frame of a host as files, which the program renders again.
 //! - [`metrics`], [`plot`]: image metrics and SVG charts.
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
@@ -18,7 +17,6 @@
 )]
 
 pub mod bench;
-pub mod dump;
 mod error;
 mod files;
 mod frame_time;
