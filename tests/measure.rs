@@ -482,34 +482,6 @@ fn tables_are_measured_and_chosen() {
     assert!(folder.text("tuned.ron").contains("\"mapped.bake\": Off"), "{}", folder.text("tuned.ron"));
 }
 
-/// Errors of filters that read one another do not add up: such a pair is measured.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn random_choices_have_predicted_and_measured_errors() {
-    let folder = Folder::new("random");
-    folder.picture("in.exr", 0);
-    assert!(tuned(&folder, &["--random", "40", "-o", &folder.arg("out.csv")]));
-    let text = folder.text("out.csv");
-    let mut lines = text.lines();
-    assert_eq!(lines.next(), Some("choice,image,predicted,measured"));
-    let mut pairs = 0;
-    let mut choices = std::collections::BTreeSet::new();
-    for line in lines {
-        let (choice, figures) = line.strip_prefix('"').unwrap().split_once("\",\"in\",").expect(line);
-        let (predicted, measured) = figures.split_once(',').unwrap();
-        let (predicted, measured): (f64, f64) = (predicted.parse().unwrap(), measured.parse().unwrap());
-        let names: Vec<&str> = choice.split(' ').map(|word| word.split_once('=').unwrap().0).collect();
-        assert!(names.len() > 1 && choices.insert(choice.to_owned()), "{line}");
-        assert!((0.5..2.0).contains(&(predicted / measured)), "{line}");
-        if names == ["mips.filter", "bloom.filter"] {
-            pairs += 1;
-            assert!((predicted / measured - 1.0).abs() < 0.002, "{line}");
-        }
-    }
-    assert!(pairs > 0 && choices.len() > 20, "{pairs} of {}", choices.len());
-    assert!(!tuned(&folder, &["--random", "2", "--error", "1"]), "one goal");
-}
-
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_search_goes_on_where_it_was_interrupted() {

@@ -4,9 +4,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::measure::ClipOptions;
-use afterimage_lab::tune::{
-    Goal, PredictedError, Prediction, TunePipeline, TuneTarget, Tuned, changes, random_errors, tune,
-};
+use afterimage_lab::tune::{Goal, Prediction, TunePipeline, TuneTarget, Tuned, changes, tune};
 use afterimage_media::write_atomic;
 
 use crate::args::PipelineOptions;
@@ -42,10 +40,6 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         add_charts(&mut options.clips, &written);
     }
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
-    if let Some(count) = args.goal.random {
-        let errors = random_errors(&gpu, &registry, &tuned, &options, count, &Bar::at_most())?;
-        return write(args, &csv(&errors));
-    }
     let tuned = tune(&gpu, &registry, &tuned, &options, &goals, args.state.as_deref(), &Bar::at_most())?;
     let entries: Vec<_> = tuned.tiers.iter().map(|tier| changes(&plain, &tier.graph)).collect();
     write(args, &tier_file::text(args, &registry, &entries, &tuned)?)?;
@@ -92,20 +86,6 @@ fn write(args: &TuneArgs, text: &str) -> Result<(), Failure> {
             Ok(())
         }
     }
-}
-
-/// Errors in codes, a line for each choice and image.
-fn csv(errors: &[PredictedError]) -> String {
-    let mut lines = vec!["choice,image,predicted,measured".to_owned()];
-    for PredictedError { choice, image, predicted, measured } in errors {
-        lines.push(format!("{},{},{predicted:.4},{measured:.4}", quoted(choice), quoted(image)));
-    }
-    lines.join("\n") + "\n"
-}
-
-/// A text as a cell of CSV.
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 fn goals(args: &TuneArgs) -> Vec<Goal> {

@@ -94,7 +94,7 @@ pub(crate) struct MeasureArgs {
     pub(crate) error_image: Option<PathBuf>,
 }
 
-/// The limit that a tuned pipeline must keep, or what is written in the place of one.
+/// The limit that a tuned pipeline must keep.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub(crate) struct GoalArgs {
@@ -115,9 +115,6 @@ pub(crate) struct GoalArgs {
         value_parser = parse_ladder
     )]
     pub(crate) tiers: Option<Ladder>,
-    /// Searches nothing: writes the errors of this many random choices as CSV, predicted and measured
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(crate) random: Option<u32>,
 }
 
 #[derive(Debug, Args)]
@@ -130,7 +127,7 @@ pub(crate) struct TuneArgs {
     #[command(flatten)]
     pub(crate) goal: GoalArgs,
     /// Leave the pictures of `--charts` out of `--tiers`; images with lamps, dots or lines may exceed what is claimed
-    #[arg(long, conflicts_with_all = ["charts", "budget", "error", "random"])]
+    #[arg(long, conflicts_with_all = ["charts", "budget", "error"])]
     pub(crate) no_charts: bool,
     /// The name of the tier
     #[arg(long, default_value = "tuned", conflicts_with = "tiers")]

@@ -149,10 +149,6 @@ impl<'a> ClipMeasurer<'a> {
         self.space.graph(self.written, choice)
     }
 
-    pub(super) fn clip_names(&self) -> impl Iterator<Item = &str> {
-        self.pictures.iter().map(|picture| picture.clip.name.as_str())
-    }
-
     /// What a claim is measured on: adapter, size, clock and images. `worst` is the image of the largest error.
     pub(super) fn conditions(&self, worst: &str) -> String {
         let clock = if self.player.clock_source() == ClockSource::Gpu { "GPU time" } else { "host time" };

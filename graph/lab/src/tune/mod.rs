@@ -2,7 +2,6 @@
 
 mod measurer;
 mod prediction;
-mod random;
 mod search;
 mod space;
 mod state;
@@ -17,7 +16,6 @@ use afterimage_graph::node::Registry;
 
 pub use crate::measure::variants::changes;
 pub use measurer::TunePipeline;
-pub use random::{PredictedError, random_errors};
 pub use search::{MARGIN, Measured, TuneTarget};
 pub use tiers::{Goal, Tier};
 pub use tuner::Prediction;
