@@ -20,7 +20,7 @@ choices! {
         /// their saturation that the curve takes from the difference of the two, so that the brightest become white.
         /// From 1000 to 203 cd/m2, hues of Rec.709 stay within 2.8 degrees of JzAzBz. The curve on each channel would
         /// turn skin and fire yellow, by up to 40 degrees. Costs three cube roots.
-        Extremes formerly Channels,
+        Extremes,
     }
 }
 

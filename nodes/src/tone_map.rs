@@ -29,7 +29,7 @@ choices! {
         /// times white. With `peak` above 1 also for HDR displays. `Aces2Output` is the whole transform.
         Aces2ToneScale,
         /// Narkowicz's fit of ACES 1 (2016): high contrast.
-        AcesNarkowicz formerly Aces,
+        AcesNarkowicz,
         /// Hill's fit of the RRT and ODT of ACES 1: desaturates highlights. Light below 0.0033 becomes black.
         AcesHill,
         /// Hable's curve of Uncharted 2 (2010), exposure bias 2, white 11.2: a long toe, low contrast.

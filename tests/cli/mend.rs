@@ -2,7 +2,7 @@
 
 use super::Folder;
 
-/// Two misspelt names, a former one and a word in quotes; the misspelt parameter is found once its kind is known.
+/// Two misspelt names and two words in wrong quotes; the misspelt parameter is found once its kind is known.
 const WRONG: &str = r#"// a look
 Pipeline(
     inputs: { "scene": Color },

@@ -50,8 +50,6 @@ pub struct ChoiceName {
     pub name: &'static str,
     /// Its meaning.
     pub doc: &'static str,
-    /// Its former name, if it was renamed; otherwise empty.
-    pub former: &'static str,
 }
 
 /// The type of a parameter.
@@ -106,8 +104,6 @@ pub struct Param {
     pub domain: Option<(f64, f64)>,
     /// The range of a slider. It lies within the domain.
     pub usual: Option<(f64, f64)>,
-    /// Its former name, if it was renamed.
-    pub former: Option<Shared<str>>,
     /// The unit of its numbers. Empty for pure numbers.
     pub unit: Shared<str>,
     /// Whether a change needs a new plan. Otherwise a new uniform is enough.
@@ -139,7 +135,6 @@ impl Param {
             default,
             domain: None,
             usual: None,
-            former: None,
             unit: Shared::of(""),
             replan,
             neutral: None,
@@ -156,12 +151,6 @@ impl Param {
     /// Sets the range of a slider.
     pub fn usually(mut self, range: RangeInclusive<f64>) -> Self {
         self.usual = Some((*range.start(), *range.end()));
-        self
-    }
-
-    /// Declares its former name. A file that uses the former name gets an error with the present one.
-    pub fn formerly(mut self, name: impl Into<Shared<str>>) -> Self {
-        self.former = Some(name.into());
         self
     }
 

@@ -38,8 +38,7 @@ fn the_aspect_of_a_size_is_its_width_over_its_height() {
 #[test]
 fn a_parameter_accepts_the_values_of_its_type_and_domain() {
     use afterimage_base::value::ChoiceName;
-    const CHOICES: &[ChoiceName] =
-        &[ChoiceName { name: "One", doc: "1", former: "" }, ChoiceName { name: "Two", doc: "2", former: "" }];
+    const CHOICES: &[ChoiceName] = &[ChoiceName { name: "One", doc: "1" }, ChoiceName { name: "Two", doc: "2" }];
     let vector = |x: f64, n: usize| Value::Vector(std::array::from_fn(|at| if at < n { x } else { 0.0 }), n);
     let kinds = [
         (Type::Bool, vec![Value::Bool(true), Value::Bool(false)]),

@@ -295,8 +295,8 @@ pub(crate) struct CheckArgs {
     /// Print the diagnostics as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Write the right words into the files where the check knows them: misspelt and former names, quotes too many or
-    /// too few. Each change is printed
+    /// Write the right words into the files where the check knows them: misspelt names, quotes too many or too few.
+    /// Each change is printed
     #[arg(long)]
     pub(crate) fix: bool,
     /// Fail with status 1 for warnings, too

@@ -3,7 +3,7 @@
 use super::Source;
 use super::build::{Feed, GraphBuilder, Named, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
-use crate::document::{OutputEntry, renamed};
+use crate::document::OutputEntry;
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 use afterimage_base::image::ColorState;
@@ -121,11 +121,6 @@ impl GraphBuilder<'_> {
             Some(port) => outputs.iter().position(|output| output.name == port),
         };
         let Some(output) = output else {
-            if let Some(present) = outputs.iter().find(|output| output.former.as_deref() == wire.port) {
-                let former = Spanned::new(wire.port.unwrap_or_default().to_owned(), text.location.clone());
-                self.report(renamed(&former, &present.name));
-                return None;
-            }
             let kind = &self.drafts[node].kind;
             let names = || outputs.iter().map(|output| &*output.name);
             let message = format!("{} has no output {}", quote(kind.name()), quote(wire.port.unwrap_or_default()));

@@ -7,7 +7,7 @@ use super::build::{GraphBuilder, Named, NodeDraft};
 use super::files::{COMMAND_LINE, join, unreadable};
 use super::suggest::{kinds_about, known_kinds};
 use super::{Condition, GraphNode};
-use crate::document::{Field, Item, NodeEntry, Tree, doubled, renamed};
+use crate::document::{Field, Item, NodeEntry, Tree, doubled};
 use crate::node::{NodeInstance, NodeKind};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, nearest, quote};
 use afterimage_base::value::{ChoiceName, FileValue, Param, Type, Value};
@@ -65,14 +65,6 @@ impl GraphBuilder<'_> {
         if let Some(port) = kind.inputs().iter().position(|port| port.name == name.value) {
             draft.wire_texts[port] = self.wire(&name.value, item);
         } else if !self.change_field(draft, &name.value, item) {
-            if let Some(port) = kind.inputs().iter().position(|port| port.former.as_deref() == Some(&*name.value)) {
-                self.report(renamed(name, &kind.inputs()[port].name));
-                draft.wire_texts[port] = self.wire(&name.value, item);
-                return;
-            }
-            if let Some(param) = kind.former_param(&name.value) {
-                return self.report(renamed(name, &param.name));
-            }
             let ports = kind.inputs().iter().map(|port| &*port.name);
             let params = kind.params().iter().map(|param| &*param.name);
             let known: Vec<&str> = ports.clone().chain(params.clone()).chain(COMMON).collect();
@@ -289,9 +281,6 @@ fn vector(kind: &NodeKind, param: &Param, n: usize, items: &[Item], location: &L
 }
 
 fn unknown_choice(param: &Param, choices: &[ChoiceName], name: &str, location: &Location) -> Diagnostic {
-    if let Some(choice) = choices.iter().find(|choice| choice.former == name) {
-        return renamed(&Spanned::new(name.to_owned(), location.clone()), choice.name);
-    }
     let names = || choices.iter().map(|choice| choice.name);
     Diagnostic::error("unknown-choice", format!("{} has no value {}", quote(&param.name), quote(name)))
         .at(location, "")
@@ -347,8 +336,8 @@ fn about(param: &Param) -> String {
 /// The only port that a node needs and that no field names, for a field with an unknown name and the text of a wire.
 fn meant_port<'k>(kind: &'k NodeKind, fields: &[Field], name: &Spanned<String>, item: &Item) -> Option<&'k str> {
     let is_known = |name: &str| {
-        let is_port = kind.inputs().iter().any(|port| *port.name == *name || port.former.as_deref() == Some(name));
-        is_port || kind.param(name).is_some() || kind.former_param(name).is_some() || COMMON.contains(&name)
+        let is_port = kind.inputs().iter().any(|port| *port.name == *name);
+        is_port || kind.param(name).is_some() || COMMON.contains(&name)
     };
     let is_left_out = |port: &str| !fields.iter().any(|(field, _)| field.value == port);
     let mut missing = kind.inputs().iter().filter(|port| !port.optional && is_left_out(&port.name));

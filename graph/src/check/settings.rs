@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::build::{Change, GraphBuilder, Named, Scope};
 use super::files::COMMAND_LINE;
 use super::nodes::{COMMON, with_point};
-use crate::document::{Item, Override, Tree, read_tree, renamed};
+use crate::document::{Item, Override, Tree, read_tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, quote};
 
 /// What a key names.
@@ -148,10 +148,6 @@ impl GraphBuilder<'_> {
             return;
         }
         let kind = draft.kind.clone();
-        if let Some(param) = kind.former_param(field) {
-            let present = format!("{}{}", setting.key.value.trim_end_matches(field), param.name);
-            return self.report(renamed(&setting.key, &present));
-        }
         let known = || kind.params().iter().map(|param| &*param.name).chain(COMMON);
         let name = quote(&draft.name.value);
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))

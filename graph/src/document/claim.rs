@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::renamed::unknown;
 use super::tree::{Field, Item, Tree};
+use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 
 /// The word before the figures of a claim.

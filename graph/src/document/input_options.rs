@@ -1,8 +1,8 @@
 //! The types of inputs and their options: `Color(optional: true)`.
 
 use super::entries::InputEntry;
-use super::renamed::{removed, unknown};
 use super::tree::{Item, Tree};
+use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 use afterimage_base::image::ColorState;
 
@@ -55,9 +55,10 @@ pub(super) fn set_option(input: &mut InputEntry, option: &Spanned<String>, value
         "volume" => set_flag(&mut input.volume, option, value),
         "needs_alpha" => set_flag(&mut input.needs_alpha, option, value),
         "scale" => set_factor(&mut input.scale, option, value),
-        other => Some(removed(option).unwrap_or_else(|| {
-            unknown("unknown-option", format!("an input has no option {}", quote(other)), option, "options", &OPTIONS)
-        })),
+        other => {
+            let message = format!("an input has no option {}", quote(other));
+            Some(unknown("unknown-option", message, option, "options", &OPTIONS))
+        }
     }
 }
 

@@ -49,11 +49,11 @@ mod parser;
 mod quotes;
 mod read;
 mod recover;
-mod renamed;
 mod shape;
 mod syntax;
 mod token;
 mod tree;
+mod unknown;
 
 #[cfg(test)]
 mod tests;
@@ -65,5 +65,4 @@ pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;
 pub use read::{MAX_FILE, parse};
 pub(crate) use read::{doubled, settings, without_mark};
-pub(crate) use renamed::{moved, present_name, renamed};
 pub(crate) use tree::{Field, Group, Item, Tree};

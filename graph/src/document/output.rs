@@ -1,8 +1,8 @@
 //! Outputs: `"node"`, or `Output(source: "node", alpha: Coverage)`.
 
 use super::entries::OutputEntry;
-use super::renamed::unknown;
 use super::tree::{Field, Item, Tree};
+use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, quote};
 
 /// The word before the options of an output.

@@ -7,9 +7,9 @@ use super::entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tie
 use super::input_options::{contradiction, image_type, image_type_names, set_option};
 use super::output::{OUTPUT, output};
 use super::parser::{self, Parsed};
-use super::renamed::unknown;
 use super::syntax;
 use super::tree::{Field, Group, Item, Tree};
+use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, Spanned, did_you_mean, list, quote};
 use afterimage_base::image::ColorState;
 

@@ -162,11 +162,6 @@ impl NodeKind {
         self.outputs().iter().all(|port| port.fallback != Fallback::Absent)
     }
 
-    /// The parameter that had that name before.
-    pub fn former_param(&self, name: &str) -> Option<&Param> {
-        self.params().iter().find(|param| param.former.as_deref() == Some(name))
-    }
-
     /// The parameter of that name and its place in the table.
     pub fn param(&self, name: &str) -> Option<(usize, &Param)> {
         self.params().iter().enumerate().find(|(_, param)| param.name == name)

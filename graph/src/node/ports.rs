@@ -57,8 +57,6 @@ pub struct Input {
     pub content: Option<Shared<str>>,
     /// The declaration of a host block.
     pub block: Option<&'static HostBlock>,
-    /// Its former name, if it was renamed.
-    pub former: Option<Shared<str>>,
     /// What it is for.
     pub doc: Shared<str>,
 }
@@ -74,7 +72,6 @@ impl Input {
             only_x: false,
             content: None,
             block: None,
-            former: None,
             doc: Shared::of(doc),
         }
     }
@@ -107,13 +104,6 @@ impl Input {
     pub const fn accepts(mut self, states: &'static [ColorState]) -> Self {
         // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
         std::mem::forget(std::mem::replace(&mut self.states, Shared::of(states)));
-        self
-    }
-
-    /// Declares its former name. A file that uses the former name gets an error with the present one.
-    pub const fn formerly(mut self, name: &'static str) -> Self {
-        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
-        std::mem::forget(self.former.replace(Shared::of(name)));
         self
     }
 
@@ -177,34 +167,17 @@ pub struct Output {
     pub fallback: Fallback,
     /// What its numbers are, for a table, a value or a volume: the layout of a histogram, stops of exposure.
     pub content: Option<Shared<str>>,
-    /// Its former name, if it was renamed.
-    pub former: Option<Shared<str>>,
 }
 
 impl Output {
     /// A port. Its fallback is [`Fallback::of_type`], unless `or` or `or_input` sets another one.
     pub const fn new(name: &'static str, ty: PortType, state: OutputState, doc: &'static str) -> Self {
-        Self {
-            name: Shared::of(name),
-            ty,
-            state,
-            doc: Shared::of(doc),
-            fallback: Fallback::of_type(ty),
-            content: None,
-            former: None,
-        }
+        Self { name: Shared::of(name), ty, state, doc: Shared::of(doc), fallback: Fallback::of_type(ty), content: None }
     }
 
     /// An image port.
     pub const fn image(name: &'static str, state: OutputState, doc: &'static str) -> Self {
         Self::new(name, PortType::Image, state, doc)
-    }
-
-    /// Declares its former name. A file that uses the former name gets an error with the present one.
-    pub const fn formerly(mut self, name: &'static str) -> Self {
-        // A constant function cannot drop what it replaces, which is a part of the program and needs no drop.
-        std::mem::forget(self.former.replace(Shared::of(name)));
-        self
     }
 
     /// Sets what its readers get when the node does not run.

@@ -312,8 +312,7 @@ macro_rules! params {
     };
 }
 
-/// Declares a parameter type whose values are names. A value that was renamed states its former name, as in `Groups
-/// formerly Blocks`: a file that uses that one gets an error with the present name.
+/// Declares a parameter type whose values are names.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;
@@ -333,7 +332,7 @@ macro_rules! choices {
     (
         $(#[doc = $type_doc:literal])*
         pub enum $choice:ident {
-            $( $(#[doc = $doc:literal])* $variant:ident $(formerly $former:ident)? ),+ $(,)?
+            $( $(#[doc = $doc:literal])* $variant:ident ),+ $(,)?
         }
     ) => {
         $(#[doc = $type_doc])*
@@ -357,7 +356,6 @@ macro_rules! choices {
                 $crate::value::ChoiceName {
                     name: stringify!($variant),
                     doc: concat!($($doc),*),
-                    former: concat!($(stringify!($former))?),
                 }
             ),+]);
 

@@ -6,7 +6,7 @@ choices! {
     /// Tone curves.
     pub enum Curve {
         /// The film industry's.
-        Aces formerly Film,
+        Aces,
         /// x / (1 + x).
         Reinhard,
     }
@@ -32,7 +32,7 @@ params! {
         /// Light below this is dropped.
         pub threshold: f32 = 1.0 => within(0.0..=65504.0);
         /// Width of the soft step.
-        pub knee: f32 = 0.1 => within(0.0..=1.0), formerly("softness");
+        pub knee: f32 = 0.1 => within(0.0..=1.0);
     }
 }
 
@@ -127,9 +127,7 @@ node!(
     [
         Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs.")
             .content("histogram"),
-        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.")
-            .content("exposure")
-            .formerly("stops"),
+        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.").content("exposure"),
         Output::new("light", PortType::Value, OutputState::Nothing, "The light in lux.").content("lux")
     ]
 );
@@ -139,10 +137,7 @@ node!(Resolve, [Input::multisampled("source", "The samples.")], [SAME]);
 node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
 node!(
     Composite,
-    [
-        Input::image("base", "The picture.").accepts(LIGHT),
-        Input::image("bloom", "The light.").accepts(LIGHT).formerly("light")
-    ],
+    [Input::image("base", "The picture.").accepts(LIGHT), Input::image("bloom", "The light.").accepts(LIGHT)],
     [Output::image("result", OutputState::same("base"), "Their sum.")]
 );
 node!(Tint, [SOURCE], [SAME]);

@@ -28,12 +28,10 @@ fn mist_other(source: vec4f, eye: Eye) -> vec4f { return eye.view * source; }
 );
 static STRAY: Shader = Shader::new("Stray.wgsl", "fn stray(source: vec4f) -> vec4f { return source; }");
 
-const CHOICES: &[ChoiceName] = &[
-    ChoiceName { name: "One", doc: "The first.", former: "" },
-    ChoiceName { name: "Two", doc: "The other.", former: "" },
-];
+const CHOICES: &[ChoiceName] =
+    &[ChoiceName { name: "One", doc: "The first." }, ChoiceName { name: "Two", doc: "The other." }];
 const BAD_CHOICES: &[ChoiceName] =
-    &[ChoiceName { name: "one", doc: "The first.", former: "" }, ChoiceName { name: "Two", doc: " ", former: "" }];
+    &[ChoiceName { name: "one", doc: "The first." }, ChoiceName { name: "Two", doc: " " }];
 
 /// What a kind declares and records.
 #[derive(Clone)]

@@ -8,7 +8,6 @@
 //! | [`imports`], [`cycles`] | which file uses which, and is there a cycle? |
 //! | [`files`] | width and header of each file |
 //! | [`functions`] | how long are the functions? |
-//! | [`words`] | does a word occur that the glossary replaces? |
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`documents`] | does everything exist that a document links to and names? |
 //! | [`opens`] | is there a second place that opens files? |
@@ -34,5 +33,4 @@ pub mod revision;
 mod scopes;
 pub mod tokens;
 pub mod unsafes;
-pub mod words;
 pub mod workspace;

@@ -9,7 +9,7 @@ use afterimage_tidy::lines::{self, Lines};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::revision::Revision;
 use afterimage_tidy::workspace::{Crate, Workspace};
-use afterimage_tidy::{files, layers, licenses, packages, unsafes, words};
+use afterimage_tidy::{files, layers, licenses, packages, unsafes};
 
 const HELP: &str = "\
 afterimage-tidy layers                dependencies that break the layers of the crates
@@ -19,7 +19,6 @@ afterimage-tidy files                 files with wide lines or without a header
 afterimage-tidy functions [REVISION]  lengths of functions by crate
 afterimage-tidy licenses              dependencies whose license or source is not allowed
 afterimage-tidy unsafe                every `unsafe` block, with its reason
-afterimage-tidy words                 words that the glossary replaces
 afterimage-tidy lines [REVISION]      lines of code by crate
 
 A REVISION is one of git; without it the work tree is read.
@@ -48,7 +47,6 @@ fn answer(command: &str, workspace: &Workspace) -> Option<String> {
         "cycles" => of_cycles(workspace),
         "files" => list(&files::violations(workspace, &files::of_product(workspace))),
         "functions" => of_functions(workspace),
-        "words" => list(&words::violations(workspace, &words::replaced())),
         "licenses" => list(&licenses::violations(workspace)),
         "unsafe" => of_unsafe(workspace),
         "lines" => of_lines(&lines::by_crate(workspace)),

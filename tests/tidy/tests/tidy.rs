@@ -4,7 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, unsafes, words};
+use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, unsafes};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -51,11 +51,6 @@ fn unsafe_code_has_reasons() {
     let found = unsafes::all(&Workspace::this());
     assert!(found.len() > 10, "only {} `unsafe` blocks are found", found.len());
     assert_none(&unsafes::violations(&found));
-}
-
-#[test]
-fn old_words_are_gone() {
-    assert_none(&words::violations(&Workspace::this(), &words::replaced()));
 }
 
 #[test]

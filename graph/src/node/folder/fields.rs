@@ -1,7 +1,7 @@
 //! Fields of a `node.ron`, read one by one.
 
 use super::declaration::SizeRule;
-use crate::document::{Field, Group, Item, Tree, doubled, moved, present_name, renamed};
+use crate::document::{Field, Group, Item, Tree, doubled};
 use crate::node::{Input, OutputState, PortType};
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote};
 use afterimage_base::image::ColorState;
@@ -43,15 +43,7 @@ impl<'d> Fields<'d> {
         diagnostics: &'d mut Diagnostics,
     ) -> Self {
         let mut left: Vec<Field> = Vec::new();
-        for (mut name, item) in fields.entries {
-            if let Some(error) = moved(what, &name) {
-                diagnostics.push(error);
-                continue;
-            }
-            if let Some(present) = present_name(what, &name.value) {
-                diagnostics.push(renamed(&name, present));
-                name.value = present.to_owned();
-            }
+        for (name, item) in fields.entries {
             match left.iter().find(|(known, _)| known.value == name.value) {
                 Some((first, _)) => diagnostics.push(doubled(&name, &first.location, "field")),
                 None => left.push((name, item)),

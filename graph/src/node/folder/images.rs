@@ -49,15 +49,7 @@ pub(super) fn output(
     let fallback = fallback_of(fallback, type_of, is_main, inputs, fields.diagnostics);
     fields.finish(&known(&["doc", "state", "function", "reads", "fallback"], type_of, shape.as_ref()));
     let port = name.value.clone().into();
-    let port = Output {
-        name: port,
-        ty: type_of,
-        state: state?,
-        doc: doc?.value.into(),
-        fallback,
-        content: None,
-        former: None,
-    };
+    let port = Output { name: port, ty: type_of, state: state?, doc: doc?.value.into(), fallback, content: None };
     let (shape, size) = shape?;
     Some(Made { name, function: function?, shape, size, format: Format::Rgba16Float, reads, port: Some(port) })
 }

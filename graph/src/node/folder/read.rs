@@ -92,7 +92,6 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
         only_x: false,
         content,
         block: block?,
-        former: None,
         doc,
     };
     Some((input, name.location.clone()))
