@@ -321,3 +321,26 @@ fn measurements_do_not_replace_the_pipeline() {
     }
     assert_eq!(fs::read(folder.file("p.ron")).expect("it is there"), table(""));
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_run_writes_what_the_command_line_names_and_nothing_else() {
+    let folder = Folder::new("only-outputs");
+    save(&folder.file("room.exr"), &room(16, 9));
+    folder.with("look.cube", CUBE);
+    folder.with("p.ron", &table("look.cube"));
+    let mut names = folder.names();
+    for (line, written) in [
+        ("check p.ron --plan", &[][..]),
+        ("plan p.ron --format svg", &[]),
+        ("info room.exr look.cube", &[]),
+        ("render p.ron room.exr -o out.png --json out.json", &["out.json", "out.png"]),
+        ("render p.ron room.exr -o no/out.png", &[]),
+        ("measure p.ron room.exr --json measured.json", &["measured.json"]),
+    ] {
+        folder.run_soon(line);
+        names.extend(written.iter().map(|name| (*name).to_owned()));
+        names.sort();
+        assert_eq!(folder.names(), names, "{line}");
+    }
+}

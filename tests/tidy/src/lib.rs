@@ -10,6 +10,7 @@
 //! | [`functions`] | how long are the functions? |
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`documents`] | does everything exist that a document links to and names? |
+//! | [`promises`] | does a test hold each promise of a document? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
@@ -29,6 +30,7 @@ pub mod opens;
 pub mod packages;
 mod paths;
 pub mod places;
+pub mod promises;
 pub mod revision;
 mod scopes;
 pub mod tokens;

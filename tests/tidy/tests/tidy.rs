@@ -4,7 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, unsafes};
+use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, promises, unsafes};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -60,6 +60,22 @@ fn places_that_documents_name_exist() {
     let named = text.matches("` in `").count();
     assert!(named > 60, "only {named} functions are named");
     assert_none(&places::violations(&root, &text));
+}
+
+#[test]
+fn tests_hold_the_promises_about_security() {
+    let workspace = Workspace::this();
+    let text = read(&workspace.root.join(".github/SECURITY.md"));
+    assert!(text.matches("| tests |").count() == 2, "the tables are there");
+    assert_none(&promises::violations(&text, &promises::tests(&workspace)));
+}
+
+#[test]
+fn crates_that_read_what_strangers_write_have_no_unsafe_code() {
+    let found = unsafes::all(&Workspace::this());
+    let pure = ["graph/base/src", "graph/wgsl/src", "graph/src"];
+    let violations = found.iter().filter(|one| pure.iter().any(|folder| one.file.starts_with(folder)));
+    assert_none(&violations.map(|one| format!("{}:{}", one.file.display(), one.line)).collect::<Vec<_>>());
 }
 
 #[test]
