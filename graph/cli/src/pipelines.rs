@@ -1,7 +1,7 @@
 //! `afterimage pipelines`: the built-in pipelines.
 
 use std::cell::RefCell;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -58,19 +58,23 @@ fn write(name: &str, text: &str, file: &Path, tables: &[&[NodeKind]]) -> Result<
     let run = RunFiles::default();
     run.writes(file)?;
     write_atomic(file, text.as_bytes())?;
+    write_beside(file, &loader.0.into_inner().into_iter().collect::<Vec<_>>(), &run)
+}
+
+/// Writes the files that a built-in pipeline names next to its file, unless they are there.
+pub(crate) fn write_beside(file: &Path, named: &[(String, Arc<[u8]>)], run: &RunFiles) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new(""));
-    for named in loader.0.into_inner() {
-        let beside = folder.join(&named);
+    for (name, bytes) in named {
+        let beside = folder.join(name);
         if beside.exists() {
             continue;
         }
-        let bytes = BuiltIn.load(&named).map_err(Failure::machine)?;
         if let Some(folder) = beside.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder)
                 .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
         }
         run.writes(&beside)?;
-        write_atomic(&beside, &bytes)?;
+        write_atomic(&beside, bytes)?;
         note(&format!("note: `{}`, which it uses, is beside it", beside.display()));
     }
     Ok(())
@@ -78,12 +82,13 @@ fn write(name: &str, text: &str, file: &Path, tables: &[&[NodeKind]]) -> Result<
 
 /// Notes the files that a built-in pipeline names.
 #[derive(Default)]
-struct RecordingBuiltIn(RefCell<BTreeSet<String>>);
+struct RecordingBuiltIn(RefCell<BTreeMap<String, Arc<[u8]>>>);
 
 impl Loader for RecordingBuiltIn {
     fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        self.0.borrow_mut().insert(path.to_owned());
-        BuiltIn.load(path)
+        let bytes = BuiltIn.load(path)?;
+        self.0.borrow_mut().insert(path.to_owned(), bytes.clone());
+        Ok(bytes)
     }
 }
 

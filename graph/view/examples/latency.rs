@@ -24,7 +24,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::FileWatch;
 use afterimage_pipelines::BuiltIn;
 use afterimage_view::{
-    Checked, FrameTarget, Images, Model, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
+    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
 };
 
 const WINDOW: [u32; 2] = [1280, 720];
@@ -104,8 +104,8 @@ impl Project for Written {
     fn name(&self) -> String {
         "look.ron".into()
     }
-    fn read(&mut self) -> Result<String, Diagnostics> {
-        Ok(std::fs::read_to_string(self.folder.join("look.ron")).expect("it was written"))
+    fn read(&mut self) -> Result<Option<String>, Diagnostics> {
+        Ok(Some(std::fs::read_to_string(self.folder.join("look.ron")).expect("it was written")))
     }
     fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
         let begin = Instant::now();
@@ -130,8 +130,11 @@ impl Project for Written {
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String> {
         BuiltIn.load(path)
     }
-    fn write(&mut self, _: &str) -> Result<(), String> {
-        Ok(())
+    fn has_place(&self) -> bool {
+        false
+    }
+    fn write(&mut self, _: &str) -> Result<String, String> {
+        Err("nothing is saved".into())
     }
 }
 
@@ -156,8 +159,11 @@ impl Bench {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
+        let nothing = Problem::message("nothing is dropped or saved");
+        let refused = nothing.clone();
+        let new_files = NewFiles::Asked(Box::new(move |_, _| Err(refused.clone())));
         let mut bench = Self {
-            stage: Stage::new(model, FORMAT, Box::new(|_, _| Err(Problem::message("nothing is dropped")))),
+            stage: Stage::new(model, FORMAT, Box::new(move |_, _| Err(nothing.clone())), new_files),
             view: target.create_view(&Default::default()),
             gpu: gpu.clone(),
         };

@@ -23,4 +23,4 @@ pub use model::*;
 pub use problem::Problem;
 #[cfg(not(target_family = "wasm"))]
 pub use stage::{OpenFile, Opened, Stage, Target as FrameTarget};
-pub use ui::{Comparison, ExportKind, Exported, PictureView, Subject, Tab, Viewer};
+pub use ui::{Comparison, ExportKind, Exported, MakeProject, NewFiles, PictureView, Subject, Tab, Viewer};

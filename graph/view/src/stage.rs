@@ -8,7 +8,7 @@ use egui::epaint::{ImageDelta, TextureAtlas};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 
 use crate::render::device::onto;
-use crate::{Images, Model, Problem, Project, Viewer};
+use crate::{Images, Model, NewFiles, Problem, Project, Viewer};
 
 /// The viewer with what draws it.
 pub struct Stage {
@@ -38,12 +38,12 @@ pub struct Target<'t> {
 
 impl Stage {
     /// A stage for targets of that format, which hold encoded numbers: not one of the sRGB formats. `open` opens files
-    /// that are dropped.
-    pub fn new(model: Model, format: wgpu::TextureFormat, open: OpenFile) -> Self {
+    /// that are dropped, `new_files` makes those of pipelines that have none.
+    pub fn new(model: Model, format: wgpu::TextureFormat, open: OpenFile, new_files: NewFiles) -> Self {
         let ctx = egui::Context::default();
         Viewer::style(&ctx);
         let renderer = renderer(&model, format);
-        Self { viewer: Viewer::new(model, format), ctx, renderer, open, own_ms: 0.0 }
+        Self { viewer: Viewer::new(model, format, new_files), ctx, renderer, open, own_ms: 0.0 }
     }
 
     /// The context of the user interface.

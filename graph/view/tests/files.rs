@@ -87,7 +87,7 @@ fn what_is_saved_renders_what_was_shown() {
 fn every_parameter_of_every_pipeline_has_a_present_value() {
     for (name, _) in afterimage_pipelines::PIPELINES {
         let mut project = TextProject::built_in(name).unwrap();
-        let text = project.read().unwrap();
+        let text = project.text().to_owned();
         let graph = project.check(&text, None).unwrap().graph;
         let model = model(name);
         for parameter in graph.parameters() {
@@ -102,7 +102,7 @@ fn every_parameter_of_every_pipeline_has_a_present_value() {
 #[test]
 fn a_number_that_changes_in_the_text_again_needs_no_plan() {
     let with = |strength: &str| {
-        let text = TextProject::built_in("lynx").unwrap().read().unwrap();
+        let text = TextProject::built_in("lynx").unwrap().text().to_owned();
         let changed = text.replace("strength: 0.15", &format!("strength: {strength}"));
         assert_ne!(text, changed);
         changed

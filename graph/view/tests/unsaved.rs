@@ -1,15 +1,19 @@
 //! What the user has typed or set is never lost without a question.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use crate::support::{Window, of, parameter, render, settle};
 use afterimage_graph::check::Change;
-use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics};
 use afterimage_graph::value::Value;
-use afterimage_view::{Checked, Comparison, Conflict, Model, Project, Resolution, Tab, Tap, TextProject};
+use afterimage_view::{Checked, Comparison, Conflict, Model, NewFiles, Project, Resolution, Tab, Tap, TextProject};
 use egui::{Event, Key, Modifiers, pos2};
+
+/// The texts of a file that is not there, and of one that cannot be read.
+const GONE: &str = "";
+const UNREADABLE: &str = "\0";
 
 /// A pipeline in a file that other programs change, too.
 struct Shared {
@@ -23,8 +27,15 @@ impl Project for Shared {
         "shared.ron".into()
     }
 
-    fn read(&mut self) -> Result<String, Diagnostics> {
-        Ok(self.file.borrow().clone())
+    fn read(&mut self) -> Result<Option<String>, Diagnostics> {
+        match self.file.borrow().as_str() {
+            UNREADABLE => {
+                let mut diagnostics = Diagnostics::default();
+                diagnostics.push(Diagnostic::error("unreadable-file", "it is no text"));
+                Err(diagnostics)
+            }
+            text => Ok((text != GONE).then(|| text.to_owned())),
+        }
     }
 
     fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
@@ -50,16 +61,20 @@ impl Project for Shared {
         self.inner.file(path)
     }
 
-    fn write(&mut self, text: &str) -> Result<(), String> {
+    fn has_place(&self) -> bool {
+        true
+    }
+
+    fn write(&mut self, text: &str) -> Result<String, String> {
         self.file.replace(text.to_owned());
         self.seen = text.to_owned();
-        Ok(())
+        Ok("shared.ron".into())
     }
 }
 
 /// The text of `lynx.ron` with other numbers.
 fn lynx(strength: &str) -> String {
-    let text = TextProject::built_in("lynx").unwrap().read().unwrap();
+    let text = TextProject::built_in("lynx").unwrap().text().to_owned();
     // Without the comments at its beginning, into which a click would put the cursor.
     let text = &text[text.find("\nPipeline(").unwrap() + 1..];
     let changed = text.replace("strength: 0.15", &format!("strength: {strength}"));
@@ -199,6 +214,113 @@ fn a_broken_text_can_be_saved_and_values_wait() {
     model.edit(&lynx("0.15"));
     model.save(None).unwrap();
     assert_eq!(*file.borrow(), lynx("0.3"));
+}
+
+#[test]
+fn a_file_that_is_gone_is_not_saved_until_it_is_written_again() {
+    let (mut model, file) = shared();
+    file.replace(GONE.to_owned());
+    model.follow_files(None);
+    assert!(!model.is_saved() && model.changes().is_empty());
+    assert!(model.problem().is_some_and(|problem| problem.to_string().contains("is gone")), "{:?}", model.problem());
+    let mut window = window(model);
+    file.replace(GONE.to_owned());
+    window.stage.viewer.leave();
+    assert!(!window.stage.viewer.is_leaving(), "the text is nowhere");
+    window.key(Key::Escape, Modifiers::NONE);
+    window.key(Key::S, Modifiers::COMMAND);
+    assert_eq!(*file.borrow(), lynx("0.15"));
+    assert!(window.stage.viewer.model.is_saved() && window.stage.viewer.model.problem().is_none());
+    file.replace(GONE.to_owned());
+    window.stage.viewer.leave();
+    assert!(!window.stage.viewer.is_leaving(), "also if it has gone since the last frame");
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_not_replaced() {
+    let (mut model, file) = shared();
+    model.edit(&lynx("0.3"));
+    file.replace(UNREADABLE.to_owned());
+    assert!(model.save(None).is_err());
+    assert_eq!((&**file.borrow(), model.is_saved()), (UNREADABLE, false));
+    model.follow_files(None);
+    assert!(model.save(Some("strong")).is_err());
+    assert_eq!((&**file.borrow(), model.is_saved()), (UNREADABLE, false));
+}
+
+/// A window on a built-in pipeline with a changed value.
+fn changed_built_in(name: &str) -> Window {
+    let mut model = of(Box::new(TextProject::built_in(name).unwrap()));
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    model.release();
+    assert!(model.save(None).is_err() && !model.is_saved(), "it has no file");
+    window(model)
+}
+
+#[test]
+fn a_built_in_pipeline_is_saved_into_a_file_that_the_user_names() {
+    let mut window = changed_built_in("lynx");
+    window.key(Key::S, Modifiers::COMMAND);
+    assert!(window.disk.borrow().is_empty() && !window.stage.viewer.model.is_saved());
+    window.key(Key::Escape, Modifiers::NONE);
+    window.stage.viewer.leave();
+    window.frame(Vec::new());
+    assert!(!window.stage.viewer.is_leaving(), "it is in no file");
+    window.key(Key::Escape, Modifiers::NONE);
+    window.key(Key::S, Modifiers::COMMAND);
+    // Closing waits for the name.
+    window.stage.viewer.leave();
+    window.frame(vec![Event::Text("-mine.ron".into())]);
+    window.key(Key::Enter, Modifiers::NONE);
+    let (name, text) = window.disk.borrow().first_key_value().map(|(name, text)| (name.clone(), text.clone())).unwrap();
+    assert!(name.ends_with("lynx.ron-mine.ron") && text.contains("strength: 0.3"), "{name}");
+    assert_eq!(window.stage.viewer.model.project().name(), name);
+    assert!(window.stage.viewer.model.is_saved() && window.stage.viewer.is_leaving());
+}
+
+#[test]
+fn the_file_of_a_built_in_pipeline_replaces_none_and_those_that_it_names_lie_beside_it() {
+    let mut window = changed_built_in("tsushima-night");
+    window.disk.borrow_mut().insert("tsushima-night.ron".into(), "mine".into());
+    window.key(Key::S, Modifiers::COMMAND);
+    window.key(Key::Enter, Modifiers::NONE);
+    assert_eq!(window.disk.borrow().len(), 1);
+    assert!(!window.stage.viewer.model.is_saved(), "a file of this name is there");
+    window.frame(vec![Event::Text(".ron".into())]);
+    window.key(Key::Enter, Modifiers::NONE);
+    let disk = window.disk.borrow();
+    let names: Vec<&str> = disk.keys().map(String::as_str).collect();
+    assert_eq!(names, ["tsushima-night.ron", "tsushima-night.ron.ron", "tsushima.ron"]);
+    assert_eq!(disk["tsushima-night.ron"], "mine");
+    assert!(window.stage.viewer.model.is_saved());
+}
+
+#[test]
+fn a_page_saves_by_a_download_and_not_if_there_is_none() {
+    let (disk, is_refused) = (Rc::new(RefCell::new(String::new())), Rc::new(Cell::new(true)));
+    let (stored, refused) = (disk.clone(), is_refused.clone());
+    let make = move |path: &std::path::Path, _| {
+        let (stored, refused) = (stored.clone(), refused.clone());
+        let store = move |_: &str, text: &str| match refused.get() {
+            true => Err("the browser refuses".into()),
+            false => Ok(stored.replace(text.to_owned())),
+        };
+        let project = TextProject::new(&path.to_string_lossy(), "").stored_by(Box::new(store));
+        Ok(Box::new(project) as Box<dyn Project>)
+    };
+    let mut model = of(Box::new(TextProject::built_in("lynx").unwrap()));
+    model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
+    model.release();
+    let mut window = Window::with_new_files(model, NewFiles::Downloaded(Box::new(make)));
+    window.key(Key::S, Modifiers::COMMAND);
+    assert!(disk.borrow().is_empty() && !window.stage.viewer.model.is_saved());
+    is_refused.set(false);
+    for strength in [0.3, 0.6] {
+        window.stage.viewer.model.set(&parameter("lit.strength"), Some(Value::Float(strength)));
+        window.key(Key::S, Modifiers::COMMAND);
+        assert!(disk.borrow().contains(&format!("strength: {strength}")) && window.stage.viewer.model.is_saved());
+    }
+    assert_eq!(window.stage.viewer.model.project().name(), "lynx.ron");
 }
 
 fn window(model: Model) -> Window {

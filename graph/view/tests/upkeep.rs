@@ -4,11 +4,11 @@ use crate::support::{SIZE, Window, apart, gpu, model, of, parameter, picture, re
 use afterimage_gpu::wgpu;
 use afterimage_graph::value::Value;
 use afterimage_media::{Picture, Pixels};
-use afterimage_view::{Files, Images, Model, Problem, Project, Rendered, Scene, TextProject};
+use afterimage_view::{Files, Images, Model, Problem, Rendered, Scene, TextProject};
 
 #[test]
 fn a_text_that_is_wrong_from_the_start_stays_the_problem() {
-    let broken = TextProject::built_in("lynx").unwrap().read().unwrap().replace("Composite(", "Compositor(");
+    let broken = TextProject::built_in("lynx").unwrap().text().replace("Composite(", "Compositor(");
     let mut model = of(Box::new(TextProject::new("broken.ron", &broken)));
     let scene = Scene::new(gpu(), SIZE).unwrap();
     model.set_images(Images::Scene(Box::new(scene)));

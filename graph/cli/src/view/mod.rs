@@ -35,6 +35,10 @@ pub(crate) fn run(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
             Some(images) => images(gpu),
             None => Ok(Images::Scene(Box::new(Scene::new(gpu, size)?))),
         }),
+        new_file: Box::new({
+            let opener = opener.clone();
+            move |path, named| opener.new_file(path, named)
+        }),
         open: Box::new(move |gpu, path| opener.open(gpu, path)),
         tier: args.tier.clone(),
         facts: crate::pipeline::fact_list(&args.facts)?,

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use afterimage_gpu::Gpu;
 use afterimage_graph::node::NodeKind;
 use afterimage_media::{Budget, FileError, FileWatch, read_within, sequence};
-use afterimage_view::{Files, Images, Opened, Problem, Wake};
+use afterimage_view::{Files, Images, NamedFile, Opened, Problem, Project, Wake};
 
 use super::project::FileProject;
 use crate::args::KindOptions;
@@ -35,6 +35,12 @@ impl Opener {
 
     pub(super) fn project(&self, path: &Path) -> FileProject {
         FileProject::new(path.to_owned(), self.options.clone(), self.kinds.to_vec(), &self.wake)
+    }
+
+    /// The file of a pipeline that has none yet.
+    pub(super) fn new_file(&self, path: &Path, named: Vec<NamedFile>) -> Result<Box<dyn Project>, Problem> {
+        let project = self.project(path).new_file(named).map_err(Problem::message)?;
+        Ok(Box::new(project))
     }
 
     /// A file that is dropped on the window.

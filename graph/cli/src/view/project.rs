@@ -1,6 +1,7 @@
 //! A pipeline in a file, with the files that it names.
 
 use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,11 +10,12 @@ use afterimage_graph::check::{Change, Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{FileWatch, write_atomic};
-use afterimage_view::{Checked, Project, Wake, saved};
+use afterimage_view::{Checked, NamedFile, Project, Wake, saved};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
 use crate::files::{Files, registry, text};
+use crate::pipelines::write_beside;
 use crate::run_files::RunFiles;
 use crate::watch::RecordingLoader;
 
@@ -25,6 +27,8 @@ pub(super) struct FileProject {
     /// The kinds as they were when their files changed last. Kinds that are read again are others to a plan.
     registry: Option<Registry>,
     files: FileWatch,
+    /// The files that the first write makes beside a pipeline that is no file yet.
+    new: Option<Vec<NamedFile>>,
 }
 
 impl FileProject {
@@ -33,7 +37,18 @@ impl FileProject {
         let mut files = FileWatch::new(move || wake.call());
         let libraries = options.nodes.iter().map(|folder| folder.join("..").join(LIBRARY));
         files.extend(options.nodes.iter().cloned().chain(libraries).chain([path.clone()]));
-        Self { path, options, kinds, registry: None, files }
+        Self { path, options, kinds, registry: None, files, new: None }
+    }
+
+    /// The same for a file that is made by the first write, with those that the pipeline names.
+    pub(super) fn new_file(self, named: Vec<NamedFile>) -> Result<Self, String> {
+        if self.path.extension().is_none_or(|ending| ending != "ron") {
+            return Err("the name of a pipeline ends in `.ron`".into());
+        }
+        if self.path.symlink_metadata().is_ok() {
+            return Err(format!("`{}` exists already: choose another name", self.path.display()));
+        }
+        Ok(Self { new: Some(named), ..self })
     }
 
     /// Reads the kinds again if one of their files has changed.
@@ -72,8 +87,11 @@ impl Project for FileProject {
         self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    fn read(&mut self) -> Result<String, Diagnostics> {
-        text(&self.path, "pipeline").map_err(Failure::into_diagnostics)
+    fn read(&mut self) -> Result<Option<String>, Diagnostics> {
+        if matches!(self.path.metadata(), Err(error) if error.kind() == ErrorKind::NotFound) {
+            return Ok(None);
+        }
+        text(&self.path, "pipeline").map(Some).map_err(Failure::into_diagnostics)
     }
 
     fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
@@ -103,11 +121,19 @@ impl Project for FileProject {
         self.files_of_pipeline().load(&folder.join(path).to_string_lossy())
     }
 
-    fn write(&mut self, text: &str) -> Result<(), String> {
+    fn has_place(&self) -> bool {
+        true
+    }
+
+    fn write(&mut self, text: &str) -> Result<String, String> {
+        if let Some(named) = &self.new {
+            write_beside(&self.path, named, &RunFiles::default()).map_err(|failure| failure.message())?;
+        }
         write_atomic(&self.path, text.as_bytes()).map_err(|error| error.to_string())?;
+        self.new = None;
         // What is written here is known already.
         let changed = self.files.look();
         self.forget(&changed);
-        Ok(())
+        Ok(std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone()).display().to_string())
     }
 }

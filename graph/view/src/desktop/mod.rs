@@ -3,7 +3,6 @@
 mod surface;
 mod wake;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,6 +17,8 @@ use winit::window::{Window, WindowId};
 use crate::Problem;
 use crate::model::{Images, Model, Project};
 use crate::stage::{OpenFile, Stage, Target};
+use crate::ui::new_files::free_name;
+use crate::ui::{MakeProject, NewFiles};
 use surface::Surface;
 pub use wake::Wake;
 
@@ -32,6 +33,8 @@ pub struct Desktop {
     pub images: MakeImages,
     /// Opens a file that is dropped.
     pub open: OpenFile,
+    /// Makes the file of a pipeline that has none.
+    pub new_file: MakeProject,
     /// The tier to begin with.
     pub tier: Option<String>,
     /// What is known about the scene.
@@ -165,7 +168,7 @@ impl Shown {
         // A processor renders for long. While time stands, it renders what a change reaches alone.
         model.clock().is_playing = !gpu.is_processor();
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
-        let stage = Stage::new(model, surface.format(), desktop.open);
+        let stage = Stage::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
         let input = egui_winit::State::new(
             stage.ctx().clone(),
             egui::ViewportId::ROOT,
@@ -273,14 +276,6 @@ impl Shown {
 fn is_close(event: &egui::Event) -> bool {
     let egui::Event::Key { key: egui::Key::Q, pressed: true, modifiers, .. } = event else { return false };
     modifiers.command
-}
-
-/// The name, with a number where a file of that name is there.
-fn free_name(name: &str) -> PathBuf {
-    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
-    let numbered = (2..).map(|number| PathBuf::from(format!("{stem}-{number}.{ending}")));
-    let mut names = std::iter::once(PathBuf::from(name)).chain(numbered);
-    names.find(|path| !path.exists()).expect("one of endless names is free")
 }
 
 #[cfg(test)]

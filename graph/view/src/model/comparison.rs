@@ -44,7 +44,7 @@ impl Model {
             }
             CompareWith::Pipeline(name) => {
                 let mut project = super::TextProject::built_in(name).ok_or_else(no_pipeline)?;
-                let text = project.read().map_err(Problem::Pipeline)?;
+                let text = project.text().to_owned();
                 Some(project.check(&text, None).map_err(Problem::Pipeline)?.graph)
             }
         };

@@ -38,7 +38,7 @@ pub use files::{Files, HaveChanged, ReadFrame};
 pub use frame::Rendered;
 pub use frame_images::FrameImages;
 pub use images::{Images, Scene};
-pub use project::{Checked, Project, TextProject, saved};
+pub use project::{Checked, NamedFile, Project, Store, TextProject, saved};
 pub use savings::{Saving, Savings, SavingsTotal};
 pub use tap::{Tap, TapImage};
 
@@ -61,6 +61,8 @@ pub struct Model {
     fact_meanings: Vec<(String, String)>,
     changes: Changes,
     conflict: Option<Conflict>,
+    /// Whether the file of the pipeline was there and is gone.
+    is_gone: bool,
     /// Whether the last check of the text has found errors.
     has_errors: bool,
     /// Why the newest text, or a frame, cannot be shown. The last good picture stays.
@@ -96,6 +98,7 @@ impl Model {
             fact_meanings: Vec::new(),
             changes: Changes::default(),
             conflict: None,
+            is_gone: false,
             has_errors: false,
             problem: None,
             images,

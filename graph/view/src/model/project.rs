@@ -1,5 +1,7 @@
 //! Where the viewer's pipeline comes from.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver};
@@ -13,11 +15,11 @@ pub trait Project {
     /// Its name for people, such as `tsushima.ron`.
     fn name(&self) -> String;
 
-    /// Reads its text from where it is stored.
+    /// Reads its text from where it is stored; `None` if nothing is there.
     ///
     /// # Errors
-    /// It cannot be read.
-    fn read(&mut self) -> Result<String, Diagnostics>;
+    /// Something is there, and cannot be read.
+    fn read(&mut self) -> Result<Option<String>, Diagnostics>;
 
     /// Checks a text of it, for a tier.
     ///
@@ -47,12 +49,26 @@ pub trait Project {
     /// Why there are none, for people.
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
-    /// Writes a text to where the pipeline comes from.
+    /// Whether it has a place that [`write`](Self::write) writes to. A built-in pipeline has none.
+    fn has_place(&self) -> bool;
+
+    /// Writes a text to the place of the pipeline, and returns that place, for people.
     ///
     /// # Errors
-    /// Why it cannot be written, for people.
-    fn write(&mut self, text: &str) -> Result<(), String>;
+    /// Why it is written nowhere, for people.
+    fn write(&mut self, text: &str) -> Result<String, String>;
+
+    /// The files that a text of it names and that are in memory alone: their paths beside it, and their bytes.
+    fn files_in_memory(&self, _text: &str) -> Vec<NamedFile> {
+        Vec::new()
+    }
 }
+
+/// A path as a pipeline names it, and the bytes of the file.
+pub type NamedFile = (String, Arc<[u8]>);
+
+/// Stores a text under the name of its pipeline, and returns where, for people.
+pub type Store = Box<dyn Fn(&str, &str) -> Result<String, String>>;
 
 /// What a check has found.
 pub struct Checked {
@@ -102,11 +118,25 @@ pub fn saved(
     }
 }
 
-/// A pipeline that lies in memory: a built-in one, or a text that was pasted. What is written stays in memory.
+/// A pipeline that lies in memory: a built-in one, or a text that was pasted. It has no place to be written to, unless
+/// [one is given](Self::stored_by).
 pub struct TextProject {
     name: String,
     written: String,
     registry: Registry,
+    store: Option<Store>,
+}
+
+/// Notes the built-in files that are read.
+#[derive(Default)]
+struct NotingBuiltIn(RefCell<BTreeMap<String, Arc<[u8]>>>);
+
+impl Loader for NotingBuiltIn {
+    fn load(&self, path: &str) -> Result<Arc<[u8]>, String> {
+        let bytes = BuiltIn.load(path)?;
+        self.0.borrow_mut().insert(path.to_owned(), bytes.clone());
+        Ok(bytes)
+    }
 }
 
 impl TextProject {
@@ -121,7 +151,17 @@ impl TextProject {
 
     /// A pipeline of that name with kinds of its own. It may name the built-in files.
     pub fn with_registry(name: &str, text: &str, registry: Registry) -> Self {
-        Self { name: name.to_owned(), written: text.to_owned(), registry }
+        Self { name: name.to_owned(), written: text.to_owned(), registry, store: None }
+    }
+
+    /// The same with a place to be written to.
+    pub fn stored_by(self, store: Store) -> Self {
+        Self { store: Some(store), ..self }
+    }
+
+    /// Its text, as it is stored.
+    pub fn text(&self) -> &str {
+        &self.written
     }
 
     /// The built-in pipeline of that name, such as `lynx`.
@@ -136,8 +176,8 @@ impl Project for TextProject {
         self.name.clone()
     }
 
-    fn read(&mut self) -> Result<String, Diagnostics> {
-        Ok(self.written.clone())
+    fn read(&mut self) -> Result<Option<String>, Diagnostics> {
+        Ok(Some(self.written.clone()))
     }
 
     fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics> {
@@ -162,8 +202,24 @@ impl Project for TextProject {
         BuiltIn.load(path)
     }
 
-    fn write(&mut self, text: &str) -> Result<(), String> {
+    fn has_place(&self) -> bool {
+        self.store.is_some()
+    }
+
+    fn write(&mut self, text: &str) -> Result<String, String> {
+        let store = self.store.as_ref().ok_or_else(|| format!("{} has no file yet", self.name))?;
+        let place = store(&self.name, text)?;
         self.written = text.to_owned();
-        Ok(())
+        Ok(place)
+    }
+
+    fn files_in_memory(&self, text: &str) -> Vec<NamedFile> {
+        let loader = NotingBuiltIn::default();
+        let checked = Checked::of(&self.name, text, None, &self.registry, &loader);
+        for tier in checked.map_or(Vec::new(), |checked| checked.tiers) {
+            // A tier with errors names files, too.
+            let _ = Checked::of(&self.name, text, Some(&tier), &self.registry, &loader);
+        }
+        loader.0.into_inner().into_iter().collect()
     }
 }

@@ -7,7 +7,7 @@ use afterimage_graph::value::Value;
 
 use super::chains::Chains;
 use super::conflict::{Conflict, Resolution};
-use super::{Changes, Model, Project, Target};
+use super::{Changes, Model, NamedFile, Project, Target};
 use crate::Problem;
 
 impl Model {
@@ -15,6 +15,7 @@ impl Model {
     pub fn open(&mut self, project: Box<dyn Project>) {
         self.project = project;
         (self.tap, self.watched, self.graph, self.conflict) = (None, None, None, None);
+        self.is_gone = false;
         self.facts = Facts::default();
         self.chains = Chains::default();
         self.clock.cut();
@@ -24,9 +25,13 @@ impl Model {
     /// Reads the text for the first time, and checks it.
     pub(super) fn load(&mut self) {
         match self.project.read() {
-            Ok(text) => {
+            Ok(Some(text)) => {
                 self.changes = Changes::new(&text);
                 self.reload();
+            }
+            Ok(None) => {
+                self.changes = Changes::default();
+                self.problem = Some(Problem::message(format!("there is no file `{}`", self.project.name())));
             }
             Err(errors) => {
                 self.changes = Changes::default();
@@ -66,13 +71,24 @@ impl Model {
             if let Some(typed) = typed {
                 self.edit(typed);
             }
-            match self.project.read() {
-                Ok(text) if text == self.changes.written() => self.reload(),
-                Ok(text) => self.follow_text(text),
+            let read = self.project.read();
+            self.is_gone = matches!(read, Ok(None));
+            match read {
+                Ok(Some(text)) if text == self.changes.written() => self.reload(),
+                Ok(Some(text)) => self.follow_text(text),
+                Ok(None) => {
+                    let gone = Problem::message(format!("the file `{}` is gone", self.project.name()));
+                    self.problem = Some(gone.hint("a save writes it again"));
+                }
                 Err(errors) => self.problem = Some(Problem::Pipeline(errors)),
             }
         }
         has_changed
+    }
+
+    /// Whether the text and all values are in the file.
+    pub fn is_saved(&self) -> bool {
+        self.changes.is_empty() && !self.is_gone
     }
 
     /// The file has another text than before.
@@ -141,14 +157,15 @@ impl Model {
     }
 
     /// Writes the text with all changed values in it, where everything else stays as it is, or into a new tier of it,
-    /// which is shown from then on. A text with errors is written as it is, and the values stay changes.
+    /// which is shown from then on. A text with errors is written as it is, and the values stay changes. Returns where
+    /// the text is now, for people.
     ///
     /// # Errors
-    /// The file was changed, too, and the user has to choose; or the values or the file cannot be written. Nothing is
-    /// written then.
-    pub fn save(&mut self, new_tier: Option<&str>) -> Result<(), Problem> {
+    /// The file was changed, too, and the user has to choose; it cannot be read, and is not replaced; the values cannot
+    /// be written; or the project has no place. Nothing is written then.
+    pub fn save(&mut self, new_tier: Option<&str>) -> Result<String, Problem> {
         // The file may have changed since it was looked at last. One that is gone is written again.
-        if let Ok(text) = self.project.read()
+        if let Some(text) = self.project.read().map_err(Problem::Pipeline)?
             && text != self.changes.written()
         {
             self.follow_text(text);
@@ -157,19 +174,49 @@ impl Model {
             return Err(Problem::message("the file was changed by another program, too")
                 .hint("choose whether yours or the file's is kept, and save again"));
         }
+        let text = self.text_to_save(new_tier)?;
+        let place = self.project.write(&text).map_err(Problem::message)?;
+        self.note_saved(&text, new_tier);
+        Ok(place)
+    }
+
+    /// The same into another place, where the pipeline is from then on; the history stays.
+    ///
+    /// # Errors
+    /// The values or the text cannot be written. The pipeline stays where it was then.
+    pub fn save_as(&mut self, mut project: Box<dyn Project>, new_tier: Option<&str>) -> Result<String, Problem> {
+        let text = self.text_to_save(new_tier)?;
+        let place = project.write(&text).map_err(Problem::message)?;
+        (self.project, self.conflict) = (project, None);
+        self.note_saved(&text, new_tier);
+        Ok(place)
+    }
+
+    /// The files that the pipeline names and that are in memory alone.
+    pub fn files_in_memory(&self) -> Vec<NamedFile> {
+        self.project.files_in_memory(self.changes.text())
+    }
+
+    /// The text that a save writes.
+    fn text_to_save(&self, new_tier: Option<&str>) -> Result<String, Problem> {
         if self.has_errors && new_tier.is_none() {
-            self.project.write(self.changes.text()).map_err(Problem::message)?;
-            self.changes.save_text();
-            return Ok(());
+            return Ok(self.changes.text().to_owned());
         }
         let values: Vec<Change> = self.changes.iter().map(|(target, value)| target.change(value)).collect();
-        let tier = self.changes.tier().map(str::to_owned);
-        let saved = self.project.saved(self.changes.text(), tier.as_deref(), new_tier, &values);
-        let text = saved.map_err(Problem::Pipeline)?;
-        self.project.write(&text).map_err(Problem::message)?;
-        self.changes.save(&text, new_tier.map(str::to_owned).or(tier));
+        let saved = self.project.saved(self.changes.text(), self.changes.tier(), new_tier, &values);
+        saved.map_err(Problem::Pipeline)
+    }
+
+    /// Notes that this text, which [`text_to_save`](Self::text_to_save) has made, is written.
+    fn note_saved(&mut self, text: &str, new_tier: Option<&str>) {
+        self.is_gone = false;
+        if self.has_errors && new_tier.is_none() {
+            self.changes.save_text();
+            return self.reload();
+        }
+        let tier = new_tier.or(self.changes.tier()).map(str::to_owned);
+        self.changes.save(text, tier);
         self.reload();
         self.chains.reset_values(&self.changes);
-        Ok(())
     }
 }

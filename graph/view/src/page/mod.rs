@@ -19,8 +19,8 @@ use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use wasm_bindgen::JsCast as _;
 
 use crate::address::Address;
-use crate::model::{Files, Images, Model, Project, Scene, TextProject};
-use crate::{Problem, Rendered, Viewer};
+use crate::model::{Files, Images, Model, NamedFile, Project, Scene, TextProject};
+use crate::{Exported, NewFiles, Problem, Rendered, Viewer};
 use address::Stated;
 
 /// The size of the scene.
@@ -119,7 +119,7 @@ impl Page {
         let ctx = context.egui_ctx.clone();
         let wake = ctx.clone();
         let mut page = Self {
-            viewer: Viewer::new(model, state.target_format),
+            viewer: Viewer::new(model, state.target_format, NewFiles::Downloaded(Box::new(downloaded))),
             ctx,
             last: 0.0,
             address,
@@ -277,6 +277,16 @@ impl Page {
         address::set_title(model);
         self.stated = Some(stated);
     }
+}
+
+/// A pipeline that is saved by the downloads of the browser. Pages know the built-in files that it names.
+fn downloaded(path: &std::path::Path, _: Vec<NamedFile>) -> Result<Box<dyn Project>, Problem> {
+    let store = |name: &str, text: &str| {
+        let exported = Exported { name: name.to_owned(), bytes: text.into() };
+        files::download(&exported).map_err(|error| files::text_of(&error))?;
+        Ok(format!("{name}, among the downloads of the browser"))
+    };
+    Ok(Box::new(TextProject::new(&path.to_string_lossy(), "").stored_by(Box::new(store))))
 }
 
 /// The pipeline that an address names, and what is wrong with the name.

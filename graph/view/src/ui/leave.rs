@@ -25,14 +25,23 @@ impl Viewer {
 
     /// Whether the text or a value differs from the file.
     pub fn is_unsaved(&self) -> bool {
-        !self.model.changes().is_empty() || self.text.typed().is_some_and(|typed| typed != self.model.text())
+        !self.model.is_saved() || self.text.typed().is_some_and(|typed| typed != self.model.text())
     }
 
     fn request(&mut self, pending: Pending) {
         self.text.apply(&mut self.model);
+        // A hidden window draws no frames, and has not looked at the files.
+        self.model.follow_files(None);
         if self.is_unsaved() {
             self.pending = Some(pending);
         } else {
+            self.finish(pending);
+        }
+    }
+
+    /// Does what waits for the answer whether to save, once everything is saved.
+    pub(super) fn go_on_if_saved(&mut self) {
+        if let Some(pending) = self.pending.take_if(|_| self.model.is_saved()) {
             self.finish(pending);
         }
     }
@@ -65,6 +74,11 @@ impl Viewer {
         });
         if saves {
             self.save(ctx, None);
+            if self.new_file.is_some() {
+                // The answer to that question goes on.
+                self.pending = Some(pending);
+                return;
+            }
             stays = self.is_unsaved();
         }
         if goes || saves && !stays {

@@ -9,6 +9,7 @@ mod graph;
 mod help;
 mod keys;
 mod leave;
+pub(crate) mod new_files;
 mod parameters;
 mod pending;
 mod picture;
@@ -29,6 +30,8 @@ use cost::CostPanel;
 use exporter::Exporter;
 pub use exporter::{ExportKind, Exported};
 use graph::GraphPanel;
+use new_files::NewFile;
+pub use new_files::{MakeProject, NewFiles};
 use parameters::Parameters;
 use pending::Pending;
 pub use picture::{Comparison, PictureView, Subject};
@@ -76,6 +79,9 @@ pub struct Viewer {
     /// What waits until the user has answered whether to save.
     pending: Option<Pending>,
     is_leaving: bool,
+    new_files: NewFiles,
+    /// The open question for the path of a new file.
+    new_file: Option<NewFile>,
     /// Whether the panels have been shown: nothing is rendered before, so that the window appears at once.
     was_shown: bool,
     painter: Painter,
@@ -100,7 +106,7 @@ const MESSAGE_SECONDS: f64 = 6.0;
 
 impl Viewer {
     /// A viewer that draws into targets of that format.
-    pub fn new(model: Model, target: wgpu::TextureFormat) -> Self {
+    pub fn new(model: Model, target: wgpu::TextureFormat, new_files: NewFiles) -> Self {
         let gpu = model.gpu().clone();
         Self {
             model,
@@ -116,6 +122,8 @@ impl Viewer {
             shows_help: false,
             pending: None,
             is_leaving: false,
+            new_files,
+            new_file: None,
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
@@ -210,6 +218,8 @@ impl Viewer {
         help::show(ui.ctx(), &mut self.shows_help);
         if self.model.conflict().is_some() {
             self.ask_about_conflict(ui.ctx());
+        } else if self.new_file.is_some() {
+            self.ask_for_new_file(ui.ctx());
         } else {
             self.ask_to_save(ui.ctx());
         }

@@ -1,11 +1,14 @@
 //! A viewer without a window.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::OnceLock;
 
 use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_view::{
-    FrameTarget, Images, Model, Opened, Problem, Project, Rendered, Scene, Stage, Target, TextProject,
+    FrameTarget, Images, Model, NewFiles, Opened, Problem, Project, Rendered, Scene, Stage, Target, TextProject,
 };
 
 /// The size of the scene: small, and no multiple of anything.
@@ -22,7 +25,13 @@ pub(crate) fn gpu() -> &'static Gpu {
 
 /// A built-in pipeline on the scene, which stands still.
 pub(crate) fn model(name: &str) -> Model {
-    of(Box::new(TextProject::built_in(name).expect("it is built in")))
+    of(Box::new(stored(name)))
+}
+
+/// A built-in pipeline with a place to be written to.
+fn stored(name: &str) -> TextProject {
+    let project = TextProject::built_in(name).expect("it is built in");
+    project.stored_by(Box::new(|name, _| Ok(name.to_owned())))
 }
 
 /// A pipeline on the scene, which stands still.
@@ -70,6 +79,31 @@ pub(crate) struct Window {
     target: wgpu::Texture,
     size: [u32; 2],
     time: f64,
+    /// The files that the user has made.
+    pub(crate) disk: Disk,
+}
+
+/// Texts of files by their paths.
+type Disk = Rc<RefCell<BTreeMap<String, String>>>;
+
+/// Makes files on a disk.
+fn new_files(disk: &Disk) -> NewFiles {
+    let disk = disk.clone();
+    NewFiles::Asked(Box::new(move |path, named| {
+        let path = path.to_string_lossy();
+        if disk.borrow().contains_key(&*path) {
+            return Err(Problem::message("a file of this name is there"));
+        }
+        for (name, bytes) in named {
+            disk.borrow_mut().insert(name, String::from_utf8_lossy(&bytes).into_owned());
+        }
+        let disk = disk.clone();
+        let store = move |name: &str, text: &str| {
+            disk.borrow_mut().insert(name.to_owned(), text.to_owned());
+            Ok(name.to_owned())
+        };
+        Ok(Box::new(TextProject::new(&path, "").stored_by(Box::new(store))))
+    }))
 }
 
 /// What a window draws into.
@@ -115,8 +149,20 @@ impl Window {
 
     /// The same in a window of another size.
     pub(crate) fn of_size(model: Model, size: [u32; 2]) -> Self {
+        let disk = Disk::default();
+        let new_files = new_files(&disk);
+        Self { disk, ..Self::made(model, size, new_files) }
+    }
+
+    /// A viewer that stores pipelines without a file in another way.
+    pub(crate) fn with_new_files(model: Model, new_files: NewFiles) -> Self {
+        Self::made(model, WINDOW, new_files)
+    }
+
+    fn made(model: Model, size: [u32; 2], new_files: NewFiles) -> Self {
         let target = window_target(model.gpu(), size);
-        Self { stage: Stage::new(model, FORMAT, Box::new(open)), target, size, time: 0.0 }
+        let stage = Stage::new(model, FORMAT, Box::new(open), new_files);
+        Self { stage, target, size, time: 0.0, disk: Disk::default() }
     }
 
     /// Goes on on another device, as the window does after a loss.

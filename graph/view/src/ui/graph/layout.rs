@@ -117,7 +117,7 @@ mod tests {
 
     fn graph(name: &str) -> Graph {
         let mut project = TextProject::built_in(name).expect("it is built in");
-        let text = project.read().expect("it is in memory");
+        let text = project.text().to_owned();
         project.check(&text, None).expect("it is valid").graph
     }
 
