@@ -268,11 +268,11 @@ impl Frames<'_> {
     }
 
     /// GPU milliseconds of each pass, from a second rendering of the last frame.
-    fn time_passes(&mut self, images: &[InputImage]) -> Result<Vec<(String, f64)>, Failure> {
+    fn time_passes(&mut self, images: &[InputImage]) -> Result<Vec<(String, Option<f64>)>, Failure> {
         let session = &mut self.session.session;
         let times = session.pass_times_once(images, FrameStep::FIRST)?;
-        let passes = session.plan().work();
-        Ok(passes.map(|pass| pass.label.clone()).zip(times).collect())
+        let ms = |pass: usize| times.as_ref().map(|times| times[pass]);
+        Ok(session.plan().work().enumerate().map(|(number, pass)| (pass.label.clone(), ms(number))).collect())
     }
 }
 

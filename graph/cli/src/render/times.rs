@@ -14,9 +14,12 @@ pub(super) struct Times {
     pub(super) writers: usize,
     pub(super) all: Duration,
     pub(super) frames: usize,
-    /// GPU milliseconds of each pass.
-    pub(super) passes: Vec<(String, f64)>,
+    /// GPU milliseconds of each pass, where the adapter can time it.
+    pub(super) passes: Vec<(String, Option<f64>)>,
 }
+
+/// Why passes have no times.
+const UNTIMED: &str = "this adapter has no timestamps that part passes; `afterimage bench` times each pass alone";
 
 impl std::fmt::Display for Times {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -27,8 +30,11 @@ impl std::fmt::Display for Times {
         let writers = if self.writers > 1 { format!("; {} threads write", self.writers) } else { String::new() };
         writeln!(f, "  the device opened in {:.1}{writers}", self.start.as_secs_f64() * 1e3)?;
         for (label, ms) in &self.passes {
-            writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?;
+            match ms {
+                Some(ms) => writeln!(f, "  {ms:8.4} ms on the GPU: {label}")?,
+                None => writeln!(f, "  not timed: {label}")?,
+            }
         }
-        Ok(())
+        if self.passes.iter().any(|(_, ms)| ms.is_none()) { writeln!(f, "  {UNTIMED}") } else { Ok(()) }
     }
 }

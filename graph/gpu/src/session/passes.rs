@@ -33,15 +33,16 @@ impl Session {
         Ok(all.into_iter().map(median).collect())
     }
 
-    /// Milliseconds of each pass of one frame by timestamps; empty where the device has none inside passes.
+    /// Milliseconds of each pass of one frame by timestamps. `None` where the device has none inside passes, and on a
+    /// processor, whose drivers count what a pass draws as time of a later one.
     ///
     /// # Errors
     /// See [`encode`](Self::encode).
-    pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, PostError> {
-        match self.executor().enable_timing()? {
-            true => self.one(images, step),
-            false => Ok(Vec::new()),
+    pub fn pass_times_once(&mut self, images: &[InputImage], step: FrameStep) -> Result<Option<Vec<f64>>, PostError> {
+        if self.gpu.is_processor() || !self.executor().enable_timing()? {
+            return Ok(None);
         }
+        self.one(images, step).map(Some)
     }
 
     fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, PostError> {

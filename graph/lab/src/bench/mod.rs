@@ -12,8 +12,8 @@ use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Baked, Options, Plan, Stage};
 
-pub use copy::bandwidth;
-pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, PassReport};
+pub use copy::{CopyBandwidth, bandwidth};
+pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, MemoryFigures, PassReport};
 
 use crate::frame_time::{frame_time, next_step};
 use crate::{LabError, scene};
@@ -133,7 +133,7 @@ impl Bench<'_> {
         let clock = Clock::new(self.gpu)?;
         let frame = frame_time(&self.session, &clock, self.options.samples, &self.images)?;
         let host = self.host_times()?;
-        let copy_gbps = bandwidth(self.gpu, &clock)?;
+        let CopyBandwidth { gbps: copy_gbps, shape: copy_shape } = bandwidth(self.gpu, &clock)?;
         let pass_times = self.pass_times(&clock)?;
         let pipelines = self.session.executor().pipeline_cache_data().unwrap_or_default();
         let plan = self.session.plan();
@@ -144,12 +144,13 @@ impl Bench<'_> {
             driver: format!("{} {}", info.driver, info.driver_info),
             size: [self.options.size.width, self.options.size.height],
             frame: frame.into(),
-            host_us: host.encode_us + host.submit_us,
+            host_us: host.record_us + host.finish_us + host.submit_us,
             host,
             copy_gbps,
+            copy_shape,
             bytes: plan.bytes_moved(),
             share: share(plan.bytes_moved(), frame.ms(), copy_gbps),
-            memory: plan.memory.placed + plan.memory.kept,
+            memory: MemoryFigures { transient: plan.memory.bytes(plan.options.alias), kept: plan.memory.kept },
             first_frame_ms: first_frame,
             pipelines,
             passes: passes(plan, &pass_times, copy_gbps),
@@ -165,23 +166,25 @@ impl Bench<'_> {
     /// earlier frames would use the same cores: there each frame ends before the next begins.
     fn host_times(&mut self) -> Result<HostTimes, LabError> {
         let in_flight = if self.gpu.is_processor() { 0 } else { IN_FLIGHT };
-        let (mut encode, mut submit) = (Vec::new(), Vec::new());
+        let mut times: [Vec<f64>; 3] = Default::default();
         let mut submitted = VecDeque::new();
         for _ in 0..self.options.samples {
             let start = Instant::now();
             let mut encoder = self.gpu.encoder();
             self.session.encode(&mut encoder, &self.images, next_step(&mut self.frames))?;
+            let recorded = Instant::now();
             let commands = encoder.finish();
-            let encoded = Instant::now();
+            let finished = Instant::now();
             submitted.push_back(self.gpu.queue.submit([commands]));
-            submit.push(encoded.elapsed().as_secs_f64() * 1e6);
-            encode.push((encoded - start).as_secs_f64() * 1e6);
+            let spans = [recorded - start, finished - recorded, finished.elapsed()];
+            times.iter_mut().zip(spans).for_each(|(times, span)| times.push(span.as_secs_f64() * 1e6));
             if submitted.len() > in_flight {
                 self.gpu.wait_for(submitted.pop_front())?;
             }
         }
         self.gpu.wait()?;
-        Ok(HostTimes { encode_us: median(encode), submit_us: median(submit) })
+        let [record_us, finish_us, submit_us] = times.map(median);
+        Ok(HostTimes { record_us, finish_us, submit_us })
     }
 }
 

@@ -18,18 +18,20 @@ pub struct BenchReport {
     /// The time of a frame.
     #[serde(flatten)]
     pub frame: FrameFigures,
-    /// Microseconds of the host for recording and submitting a frame.
+    /// Microseconds of the host for recording, finishing and submitting a frame.
     pub host_us: f64,
     /// The same, split.
     pub host: HostTimes,
     /// The copy bandwidth of the device in gigabytes per second; reads and writes both count.
     pub copy_gbps: f64,
+    /// The shape of the copy that reached it: texels or vectors of an invocation, or a command.
+    pub copy_shape: &'static str,
     /// Bytes that the passes of a frame read and write.
     pub bytes: u64,
     /// The frame's bytes per time, as a share of the copy bandwidth.
     pub share: f64,
-    /// Bytes of transient images, outputs and histories.
-    pub memory: u64,
+    /// Bytes of the images on the device.
+    pub memory: MemoryFigures,
     /// The time to the first frame.
     pub first_frame_ms: FirstFrame,
     /// The driver's pipelines, for the next run of the program; empty if the device has no cache.
@@ -69,10 +71,21 @@ impl From<FrameTime> for FrameFigures {
 /// The host's work for a frame.
 #[derive(Debug, Serialize)]
 pub struct HostTimes {
-    /// Microseconds to record it.
-    pub encode_us: f64,
+    /// Microseconds to record its commands.
+    pub record_us: f64,
+    /// Microseconds of wgpu's `finish`, which checks and encodes them.
+    pub finish_us: f64,
     /// Microseconds to submit it.
     pub submit_us: f64,
+}
+
+/// Bytes of the images of a plan on the device.
+#[derive(Debug, Serialize)]
+pub struct MemoryFigures {
+    /// Images of one frame, which share memory.
+    pub transient: u64,
+    /// Outputs, histories, tables and held results, which share none.
+    pub kept: u64,
 }
 
 /// Milliseconds from the pipeline's text to its first frame, on an open device.
@@ -150,10 +163,21 @@ impl fmt::Display for BenchReport {
         let (ms, [low, high]) = (self.frame.gpu_ms, self.frame.gpu_ms_interval);
         let share = percent(self.share);
         writeln!(f, "{clock} {ms:.4} ms ({low:.4} to {high:.4} with 95 %), {share} of the copy bandwidth")?;
-        let HostTimes { encode_us, submit_us } = self.host;
-        writeln!(f, "host, a frame              {encode_us:.1} us to record, {submit_us:.1} us to submit")?;
-        writeln!(f, "copy bandwidth             {:.0} GB/s", self.copy_gbps)?;
-        writeln!(f, "memory                     {} MB", megabytes(self.memory))?;
+        let HostTimes { record_us, finish_us, submit_us } = self.host;
+        writeln!(
+            f,
+            "host, a frame              {record_us:.1} us to record, {finish_us:.1} us to finish, {submit_us:.1} us to \
+             submit"
+        )?;
+        writeln!(f, "copy bandwidth             {:.0} GB/s ({})", self.copy_gbps, self.copy_shape)?;
+        let MemoryFigures { transient, kept } = self.memory;
+        writeln!(
+            f,
+            "memory                     {} MB of transient images, {} MB kept: outputs, histories, tables, held \
+             results",
+            megabytes(transient),
+            megabytes(kept)
+        )?;
         let FirstFrame { cold, warm } = self.first_frame_ms;
         writeln!(f, "text to first frame        {cold:.1} ms, {warm:.1} ms with the driver's pipelines")
     }

@@ -132,7 +132,7 @@ impl Plan {
         let mut text = format!("\nmemory of transient images\n{}", right(&rows, &[1, 2]));
         let _ = writeln!(text, "  {}", self.verdict());
         if memory.kept > 0 {
-            let _ = writeln!(text, "  outputs and histories have {} of their own", mebibytes(memory.kept));
+            let _ = writeln!(text, "  outputs, histories, tables and held results keep {}", mebibytes(memory.kept));
         }
         text
     }

@@ -1,6 +1,7 @@
 //! What the built-in pipelines cost, counted in their plans and in the code of their passes. `AFTERIMAGE_BLESS=1`
 //! writes `golden/prices.txt` again, so that a commit shows the price of what it changes.
 
+mod memory;
 mod operations;
 
 use std::fmt::Write as _;
@@ -10,7 +11,7 @@ use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::Registry;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
-use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Memory, Options, Plan, PlanRequest, Requirement, plan};
 
 use super::planned::all_formats;
 use operations::operations;
@@ -33,6 +34,7 @@ const HEAD: &str =
 struct Prices {
     name: String,
     figures: [f64; 5],
+    memory: Option<Memory>,
 }
 
 impl Prices {
@@ -57,7 +59,7 @@ impl Prices {
             operations / size.texels() as f64,
             plan.memory.placed as f64 / (1 << 20) as f64,
         ];
-        Self { name, figures }
+        Self { name, figures, memory: Some(plan.memory) }
     }
 
     fn line(&self) -> String {
@@ -69,7 +71,7 @@ impl Prices {
         let mut words: Vec<&str> = line.split_whitespace().collect();
         let figures = words.split_off(words.len().checked_sub(5)?);
         let figures: Vec<f64> = figures.into_iter().map(|figure| figure.parse().ok()).collect::<Option<_>>()?;
-        Some(Self { name: words.join(" "), figures: figures.try_into().ok()? })
+        Some(Self { name: words.join(" "), figures: figures.try_into().ok()?, memory: None })
     }
 
     /// Whether a figure is neither higher nor lower than the known one.
@@ -110,7 +112,9 @@ fn all() -> Vec<Prices> {
 fn no_pipeline_costs_more_than_is_known() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/prices.txt");
     let prices = all();
-    if std::env::var_os("AFTERIMAGE_BLESS").is_some() {
+    let blesses = std::env::var_os("AFTERIMAGE_BLESS").is_some();
+    memory::compare(&prices, blesses);
+    if blesses {
         let lines: String = prices.iter().map(|row| row.line() + "\n").collect();
         std::fs::write(path, HEAD.to_owned() + &lines).unwrap_or_else(|error| panic!("{path}: {error}"));
     }
@@ -130,7 +134,8 @@ fn no_pipeline_costs_more_than_is_known() {
 
 #[test]
 fn a_price_that_differs_by_more_than_the_tolerance_is_noticed() {
-    let of = |operations| Prices { name: "lynx low".into(), figures: [200.0, 12.0, 9.0, operations, 37.5] };
+    let figures = |operations| [200.0, 12.0, 9.0, operations, 37.5];
+    let of = |operations| Prices { name: "lynx low".into(), figures: figures(operations), memory: None };
     let known = Prices::parse(&of(500.0).line()).expect("a line can be read");
     assert!([490.1, 500.0, 509.9].into_iter().all(|operations| of(operations).is_as_known(&known)));
     assert!([489.0, 511.0].into_iter().all(|operations| !of(operations).is_as_known(&known)));

@@ -40,6 +40,10 @@ impl CostPanel {
             self.frames.pop_front();
         }
         self.frames.push_back(times.sum());
+        // What a pass draws on a processor counts as time of a later one.
+        if model.gpu().is_processor() {
+            return;
+        }
         if self.passes.len() == times.ms.len() {
             self.passes.iter_mut().zip(&times.ms).for_each(|(mean, new)| *mean += NEW * (new - *mean));
         } else {
@@ -96,9 +100,10 @@ impl CostPanel {
         };
         self.plot(ui);
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        let memory = plan.memory.bytes(plan.options.alias) + plan.memory.kept;
+        let [transient, kept] = [plan.memory.bytes(plan.options.alias), plan.memory.kept].map(mib);
         ui.label(format!("{} passes in {} batches at {}", plan.passes.len(), plan.batches.len(), plan.size));
-        ui.label(format!("{:.1} MiB of images, {:.1} MiB moved", mib(memory), mib(plan.bytes_moved())));
+        let moved = mib(plan.bytes_moved());
+        ui.label(format!("{transient:.1} MiB of transient images, {kept:.1} MiB kept, {moved:.1} MiB moved"));
         let own = format!("{:.2} ms of the processor for a frame of the viewer", self.own);
         ui.label(RichText::new(own).color(DIM));
         ui.label(RichText::new(model.gpu().name()).color(DIM));
@@ -137,7 +142,9 @@ impl CostPanel {
 /// What plans on this device do without.
 fn lacking(model: &Model) -> String {
     let is_vulkan = model.gpu().adapter.get_info().backend == wgpu::Backend::Vulkan;
-    if is_vulkan { String::new() } else { "Plans here have no placed memory.".into() }
+    let memory = if is_vulkan { "" } else { "Plans here have no placed memory. " };
+    let times = if model.gpu().is_processor() { "A processor does not time single passes." } else { "" };
+    format!("{memory}{times}")
 }
 
 /// What each node would save if it were off.

@@ -36,7 +36,7 @@ pub(crate) fn kinds(
 ) -> Result<KindsReport, LabError> {
     let clock = Clock::new(gpu)?;
     let (subjects, mut skipped) = alone(registry, tables);
-    let copy_gbps = bandwidth(gpu, &clock)?;
+    let copy_gbps = bandwidth(gpu, &clock)?.gbps;
     let mut rows: Vec<KindFigures> = subjects.iter().map(|subject| KindFigures::new(&subject.kind)).collect();
     for size in sizes {
         let images = SceneImages::new(gpu, registry, *size)?;
