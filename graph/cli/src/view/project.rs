@@ -137,3 +137,38 @@ impl Project for FileProject {
         Ok(std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone()).display().to_string())
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn at(path: &Path) -> FileProject {
+        FileProject::new(path.to_owned(), KindOptions::default(), Vec::new(), &Wake::default())
+    }
+
+    #[test]
+    fn a_new_file_replaces_none_and_lies_beside_those_that_it_names() {
+        let folder = std::env::temp_dir().join(format!("afterimage-new-file-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("mine.ron");
+        assert_eq!(at(&path).read().unwrap(), None, "nothing is there");
+        let named = || vec![("looks/dusk.cube".to_owned(), Arc::from(&b"a table"[..]))];
+        let mut project = at(&path).new_file(named()).unwrap_or_else(|error| panic!("{error}"));
+        assert!(project.write("a pipeline").unwrap().ends_with("mine.ron"));
+        assert_eq!(project.read().unwrap().as_deref(), Some("a pipeline"));
+        assert_eq!(fs::read(folder.join("looks/dusk.cube")).unwrap(), b"a table");
+        for (taken, why) in
+            [("mine.ron", "exists already"), ("mine.txt", "ends in `.ron`"), ("looks", "ends in `.ron`")]
+        {
+            let refused = at(&folder.join(taken)).new_file(named()).err().unwrap();
+            assert!(refused.contains(why), "{refused}");
+        }
+        // Later writes replace the project's own file.
+        project.write("another text").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "another text");
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
