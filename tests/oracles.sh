@@ -1,6 +1,7 @@
 #!/bin/sh
-# Lets OpenEXR, libpng and LittleCMS read files of every format and label. Installs the packages of
-# tests/oracles/requirements.txt into a virtual environment: target/oracles/venv. CI does not run this.
+# Lets OpenEXR, OpenImageIO, libpng, libjpeg-turbo, exiftool and LittleCMS read files of every format and label, those
+# of the library and those of the program. Installs the packages of tests/oracles/requirements.txt into a virtual
+# environment: target/oracles/venv. CI does not run this.
 set -e
 cd "$(dirname "$0")/.."
 out="$PWD/target/oracles"
@@ -8,4 +9,6 @@ mkdir -p "$out/files"
 [ -x "$out/venv/bin/python" ] || python3 -m venv "$out/venv"
 "$out/venv/bin/pip" install --quiet -r tests/oracles/requirements.txt
 AFTERIMAGE_ORACLES="$out/files" cargo test --quiet -p afterimage-media --test all oracles::
-exec "$out/venv/bin/python" tests/oracles/read.py "$out/files"
+"$out/venv/bin/python" tests/oracles/read.py "$out/files"
+cargo build --quiet -p afterimage-cli
+exec "$out/venv/bin/python" tests/oracles/written.py "${CARGO_TARGET_DIR:-target}/debug/afterimage" "$out/written"
