@@ -2,8 +2,8 @@
 // of an invocation come before its stores, so that they are in flight together.
 @group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var copied: texture_storage_2d<rgba16float, write>;
-@group(0) @binding(2) var<storage, read> from: array<vec4u>;
-@group(0) @binding(3) var<storage, read_write> to: array<vec4u>;
+@group(0) @binding(2) var<storage, read> numbers: array<vec4u>;
+@group(0) @binding(3) var<storage, read_write> stored: array<vec4u>;
 
 // Loads outside of an image give zero, stores outside of it nothing: only whole workgroups check nothing.
 @compute @workgroup_size(16, 16)
@@ -36,7 +36,7 @@ fn vectors_1(
     @builtin(local_invocation_index) local: u32,
 ) {
     let at = first(group, groups, local, 1);
-    if at < arrayLength(&from) { to[at] = from[at]; }
+    if at < arrayLength(&numbers) { stored[at] = numbers[at]; }
 }
 
 @compute @workgroup_size(256)
@@ -46,13 +46,13 @@ fn vectors_4(
     @builtin(local_invocation_index) local: u32,
 ) {
     let at = first(group, groups, local, 4);
-    if at + 768 >= arrayLength(&from) { return; }
-    let a = from[at];
-    let b = from[at + 256];
-    let c = from[at + 512];
-    let d = from[at + 768];
-    to[at] = a;
-    to[at + 256] = b;
-    to[at + 512] = c;
-    to[at + 768] = d;
+    if at + 768 >= arrayLength(&numbers) { return; }
+    let a = numbers[at];
+    let b = numbers[at + 256];
+    let c = numbers[at + 512];
+    let d = numbers[at + 768];
+    stored[at] = a;
+    stored[at + 256] = b;
+    stored[at + 512] = c;
+    stored[at + 768] = d;
 }

@@ -54,7 +54,7 @@ impl Viewer {
             ui.label(RichText::new("A tier has this name.").color(ERROR));
         }
         let can = !name.is_empty() && !is_taken;
-        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let entered = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         if ui.add_enabled(can, egui::Button::new("Save")).clicked() || entered && can {
             let ctx = ui.ctx().clone();
             self.save(&ctx, Some(&name));
