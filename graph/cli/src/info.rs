@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
 use crate::failure::Failure;
+use crate::render::tell_other_numbers;
 use crate::terminal::say;
 
 /// The numbers of the channels of each part; nothing if they were not asked for.
@@ -19,6 +20,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let mut sources = Vec::new();
     for file in &args.files {
         sources.extend(sequence::Input::find(file, None)?.sources().into_iter().map(|(_, source)| source));
+        tell_other_numbers(file);
     }
     let (mut objects, mut failed) = (Vec::new(), 0);
     for source in &sources {

@@ -76,6 +76,28 @@ fn frames_are_found_in_the_order_of_their_numbers() {
 }
 
 #[test]
+fn numbers_that_the_pattern_does_not_write_are_named() {
+    let folder = shots("others", &[1, 2]);
+    let others = ["shot.1.exr", "shot.00003.exr", "shot.-0004.exr", "shot.+0005.exr", "shot.0006.EXR", "Shot.0007.exr"];
+    let large = ["shot.4294967296.exr", "shot.99999999999999999999.exr"];
+    for name in others.into_iter().chain(large).chain(["shot.0008.exr.part", "shot.0009a.exr", "shots.0010.exr"]) {
+        folder.with(name, b"");
+    }
+    let mut expected: Vec<&str> = others.into_iter().chain(large).collect();
+    expected.sort_unstable();
+    let other_numbers = |name: &str| sequence::other_numbers(folder.file(name).to_str().unwrap());
+    assert_eq!(other_numbers("shot.####.exr"), expected);
+    assert_eq!(other_numbers("shot.####.exr#diffuse"), expected);
+    assert_eq!(other_numbers("shot.0001.exr"), Vec::<String>::new());
+    assert_eq!(other_numbers("nothing.####.exr"), Vec::<String>::new());
+    let error = find(&folder, "shot.##########.exr", None).unwrap_err();
+    assert_eq!(
+        message_and_hint(&error),
+        "no file fits this pattern; `Shot.0007.exr` is there: a `#` stands for each digit of a number"
+    );
+}
+
+#[test]
 fn the_first_missing_frame_is_named() {
     let folder = shots("gaps", &[1, 2, 4, 7]);
     let error = find(&folder, "shot.####.exr", None).unwrap_err();

@@ -87,6 +87,9 @@ pub(super) fn with_inputs(
         let frames = args.frames.as_deref().filter(|_| sequence::is_numbered(&file));
         let (input, gaps) = find(&file, frames, args.reading.missing)?;
         tell_missing(&name, &gaps, args.reading.missing);
+        if args.frames.is_none() {
+            tell_other_numbers(&file);
+        }
         missing.extend(gaps.into_iter().map(|frame| (name.clone(), frame)));
         inputs.push((name, input));
     }
@@ -136,6 +139,19 @@ fn tell_missing(name: &str, frames: &BTreeSet<u32>, missing: MissingFrames) {
         _ => "the frame before takes their place",
     };
     note(&format!("note: {frames} {gaps} of input `{name}` {are} missing: {instead}"));
+}
+
+/// Notes numbered files beside a sequence that are no frames of it.
+pub(crate) fn tell_other_numbers(file: &str) {
+    const ENOUGH: usize = 6;
+    let others = sequence::other_numbers(file);
+    let named: Vec<String> = others.iter().take(ENOUGH).map(|name| format!("`{name}`")).collect();
+    let more = others.len().checked_sub(ENOUGH + 1).map(|more| format!(", and {} more", more + 1));
+    let (are, frames) = if others.len() == 1 { ("is", "frame") } else { ("are", "frames") };
+    if !others.is_empty() {
+        let (named, more) = (named.join(", "), more.unwrap_or_default());
+        note(&format!("note: {named}{more} {are} no {frames} of `{file}`: its pattern writes numbers in another way"));
+    }
 }
 
 fn idle_frames() -> Failure {

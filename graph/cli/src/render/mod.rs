@@ -35,6 +35,7 @@ use request::Request;
 use target::{Target, targets};
 use times::Times;
 
+pub(crate) use jobs::tell_other_numbers;
 pub(crate) use kept::Kept;
 pub(crate) use meter::run as meter;
 pub(crate) use target::choose_output;

@@ -88,6 +88,16 @@ impl Input {
     }
 }
 
+/// The files that look like frames of a sequence, but whose numbers its pattern would not write so: with other digits, a
+/// sign, more than 32 bits, or the letters of the name in another case. They are no frames of it.
+pub fn other_numbers(name: &str) -> Vec<String> {
+    let (file, _) = split_layer(name);
+    match Pattern::parse(file) {
+        Ok(Some(pattern)) if !Path::new(file).is_file() => pattern.other_numbers(),
+        _ => Vec::new(),
+    }
+}
+
 /// Whether a name is that of a sequence: it has a placeholder, and no file has the name itself.
 pub fn is_numbered(name: &str) -> bool {
     let (file, _) = split_layer(name);
@@ -185,19 +195,44 @@ impl Pattern {
 
     /// Every frame on disk, ascending; an error if there is none.
     pub fn frames(&self) -> Result<Vec<u32>, FileError> {
+        let frames: BTreeSet<u32> = self.names()?.filter_map(|name| self.frame_of(&name)).collect();
+        if frames.is_empty() {
+            let pattern = self.folder.join(self.shown());
+            let others = self.other_numbers();
+            let hint = match others.first() {
+                Some(other) => format!("`{other}` is there: a `#` stands for each digit of a number"),
+                None => "check the folder, and that there is a `#` for each digit".to_owned(),
+            };
+            return Err(FileError::new(&pattern, ErrorKind::Missing, "no file fits this pattern").hint(hint));
+        }
+        Ok(frames.into_iter().collect())
+    }
+
+    /// The names of the files in the folder.
+    fn names(&self) -> Result<impl Iterator<Item = String> + use<>, FileError> {
         let folder = if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder };
         let entries = fs::read_dir(folder).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => FileError::new(folder, ErrorKind::Missing, "there is no such folder"),
             _ => FileError::reading(folder, &error),
         })?;
-        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        let frames: BTreeSet<u32> = names.filter_map(|name| self.frame_of(&name)).collect();
-        if frames.is_empty() {
-            let pattern = self.folder.join(self.shown());
-            return Err(FileError::new(&pattern, ErrorKind::Missing, "no file fits this pattern")
-                .hint("check the folder, and that there is a `#` for each digit"));
-        }
-        Ok(frames.into_iter().collect())
+        Ok(entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()))
+    }
+
+    /// The names in the folder with a number in the place of the placeholder, which are no frames.
+    fn other_numbers(&self) -> Vec<String> {
+        let is_other = |name: &String| self.has_number(name) && self.frame_of(name).is_none();
+        // A folder that cannot be listed is reported by who needs its files.
+        let mut others: Vec<String> = self.names().into_iter().flatten().filter(is_other).collect();
+        others.sort();
+        others
+    }
+
+    /// Whether a name is that of the pattern in any case, with a whole number, which may have a sign.
+    fn has_number(&self, name: &str) -> bool {
+        let [name, before, after] = [name, &self.before, &self.after].map(str::to_lowercase);
+        let number = name.strip_prefix(&before).and_then(|rest| rest.strip_suffix(&after));
+        let digits = number.map(|number| number.strip_prefix(['-', '+']).unwrap_or(number));
+        digits.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()))
     }
 
     fn gap(&self, frames: &[u32], first_missing: u32) -> FileError {
