@@ -1,6 +1,8 @@
 //! Sequences with gaps, and with frames of other sizes.
 
-use afterimage_media::{Pixels, Source, read};
+use std::fs;
+
+use afterimage_media::{EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, Source, encode_exr, encode_png, read};
 
 use super::{Folder, room, save};
 
@@ -60,7 +62,7 @@ fn a_chunk_after_a_gap_has_the_pixels_of_the_whole() {
     folder.run(&format!("meter exposure {options} -o all.meter")).good();
     folder.run(&format!("render exposure {options} -o part.#.png --meter all.meter --frames 4-6")).good();
     for frame in 4..=6 {
-        let bytes = |name: &str| std::fs::read(folder.file(&format!("{name}.{frame}.png"))).expect("it was written");
+        let bytes = |name: &str| fs::read(folder.file(&format!("{name}.{frame}.png"))).expect("it was written");
         assert!(bytes("whole") == bytes("part"), "frame {frame}");
     }
 }
@@ -81,4 +83,59 @@ fn a_frame_of_another_size_is_told_and_can_be_scaled() {
     let fitted = read(&Source::file(folder.file("out.0002.exr"))).expect("it was written");
     let row: Vec<f32> = (0..6).map(|x| fitted.pixel(x, 1)[0]).collect();
     assert_eq!(row, [0.0, 4.0, 4.0, 4.0, 4.0, 0.0]);
+}
+
+/// Half files, other files, and files of other pictures are no results.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn only_whole_files_of_the_picture_are_left_as_they_are() {
+    let frames: Vec<u32> = (1..=13).collect();
+    let folder = shot("gaps-existing", &frames);
+    let mut wide = room(6, 4);
+    wide.meta.image.pixel_aspect = 2.0;
+    save(&folder.file("shot.0001.exr"), &wide);
+    save(&folder.file("shot.1.exr"), &wide);
+    let pipeline = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"same\": Exposure(source: \"scene\", stops: 1.0), \
+                    \"mapped\": ToneMap(source: \"same\"), \"shown\": Encode(source: \"mapped\") }, \
+                    outputs: { \"light\": \"same\", \"a\": \"shown\", \"b\": \"shown\" })";
+    folder.with("three.ron", pipeline.as_bytes());
+    let run = "render three.ron shot.####.exr --output light=o.####.exr --output a=o.####.png --output b=o.####.jpg";
+    let notes = folder.run(run).notes();
+    assert!(notes.contains("note: `shot.1.exr` is no frame of `shot.####.exr`"), "{notes}");
+    assert!(notes.contains("note: the pixels of the image are 2 times as wide as high"), "{notes}");
+    let name = |frame: u32, ending: &str| format!("o.{frame:04}.{ending}");
+    let bytes = |frame: u32, ending: &str| fs::read(folder.file(&name(frame, ending))).expect("it was written");
+    let all = || frames.iter().flat_map(|frame| ["exr", "png", "jpg"].map(|ending| bytes(*frame, ending)));
+    let before: Vec<Vec<u8>> = all().collect();
+    let cut = |frame: u32, ending: &str, less: usize| {
+        let whole = bytes(frame, ending);
+        (frame, ending.to_owned(), whole[..whole.len() - less].to_vec())
+    };
+    let half = |frame: u32, ending: &str| cut(frame, ending, bytes(frame, ending).len() / 2);
+    let exr = |size: (u32, u32), float: bool| {
+        let pixels = Pixels::Float(vec![1.0; (4 * size.0 * size.1) as usize]);
+        encode_exr(&Picture::new(size.0, size.1, pixels), &ExrOptions { float, ..ExrOptions::default() })
+            .expect("a file")
+    };
+    let small = encode_png((5, 4), EncodedPixels::Byte(&[9; 80]), &PngOptions::default()).expect("a file");
+    let damaged = [
+        half(1, "jpg"),
+        cut(2, "jpg", 2),
+        (3, "jpg".to_owned(), vec![0; 900]),
+        (4, "jpg".to_owned(), b"hello".to_vec()),
+        (5, "jpg".to_owned(), bytes(5, "png")),
+        cut(6, "png", 4),
+        half(7, "png"),
+        (8, "png".to_owned(), small),
+        half(9, "exr"),
+        cut(10, "exr", 1),
+        (11, "exr".to_owned(), exr((6, 5), false)),
+        (12, "exr".to_owned(), exr((6, 4), true)),
+    ];
+    for (frame, ending, bytes) in damaged {
+        folder.with(&name(frame, &ending), &bytes);
+    }
+    let notes = folder.run(&format!("{run} --skip-existing")).notes();
+    assert!(notes.contains("frames: 12 good, 1 skipped, 0 failed"), "{notes}");
+    assert!(all().eq(before), "each file is there again");
 }

@@ -144,9 +144,17 @@ impl Stated {
     pub(crate) fn of(output: &PlanOutput) -> Self {
         Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0, original: None }
     }
+
+    /// The sentence about an aspect of pixels that no other file than an EXR states.
+    pub(crate) fn square_pixels(&self) -> Option<String> {
+        let aspect = self.meta.as_ref().map_or(1.0, |meta| meta.image.pixel_aspect);
+        let note =
+            || format!("the pixels of the image are {aspect} times as wide as high, which only an EXR file states");
+        ((aspect - 1.0).abs() > 1e-6).then(note)
+    }
 }
 
-/// Writes an image. Returns sentences about layers that are left out.
+/// Writes an image. Returns sentences about what is left out.
 pub(crate) fn save(
     path: &Path,
     texels: &Texels,
@@ -156,8 +164,8 @@ pub(crate) fn save(
     if options.format == FileFormat::Exr {
         return save_exr(path, texels, stated, options);
     }
-    let saved = with_encoded_pixels(texels, |pixels| save_encoded(path, texels, pixels, &stated, options));
-    saved.map(|()| Vec::new())
+    with_encoded_pixels(texels, |pixels| save_encoded(path, texels, pixels, &stated, options))?;
+    Ok(stated.square_pixels().into_iter().collect())
 }
 
 fn save_encoded(
@@ -181,7 +189,7 @@ fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions)
     let exr = options.exr(stated.state, stated.colorimetry);
     match stated.original.filter(|_| is_light(stated.state)) {
         Some(Original { source, reading }) => Ok(write_exr_beside(path, &picture, &exr, &source, &reading)?),
-        None => Ok(write_exr(path, &picture, &exr).map(|()| Vec::new())?),
+        None => Ok(write_exr(path, &picture, &exr)?),
     }
 }
 

@@ -24,6 +24,6 @@ pub use codec::{
 pub use files::FileWatch;
 pub use files::{
     AtomicFile, FileError, RowsFile, RowsOptions, Source, address_space_limit, default_budget, images_in, left_out,
-    read, read_bytes, read_camera, read_description, read_statistics, read_text, read_within, real_output_path,
-    real_path, sequence, write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
+    read, read_bytes, read_camera, read_description, read_statistics, read_text, read_whole, read_within,
+    real_output_path, real_path, sequence, write_atomic, write_exr, write_exr_beside, write_jpeg, write_png,
 };

@@ -76,10 +76,10 @@ fn pixels_are_left_out_on_each_side_of_the_display_window() {
 #[test]
 fn an_exr_without_a_picture_is_described_too() {
     let folder = Folder::new("described-none");
-    let path = write(&folder, plain(), vec![part("", (0, 0), &[("a", 1.0, HALF), ("b", 2.0, FLOAT)])]);
+    let path = write(&folder, plain(), vec![part("", (0, 0), &[("m", 1.0, HALF), ("n", 2.0, FLOAT)])]);
     let found = read_description(&Source::file(path)).unwrap();
     assert_eq!((found.picture, found.color, found.parts[0].name.as_deref()), (None, None, None));
-    assert_eq!(channels(&found.parts[0]), [("a", "half"), ("b", "float")]);
+    assert_eq!(channels(&found.parts[0]), [("m", "half"), ("n", "float")]);
 }
 
 /// The codes and the names of OpenEXR. One row is one block, whatever packs it.
@@ -112,7 +112,8 @@ fn what_states_the_colors_of_an_exr_is_named() {
     let id = |id: &str| AttributeValue::Text(id.into());
     let table = [
         ("colorInteropID", id("lin_ap1_scene"), Some("colorInteropID"), Chromaticities::ACES_CG),
-        ("colorInteropID", id("srgb_rec709_scene"), None, Chromaticities::REC709),
+        ("colorInteropID", id("srgb_p3d65_scene"), Some("colorInteropID"), Chromaticities::DISPLAY_P3),
+        ("colorInteropID", id("unknown"), None, Chromaticities::REC709),
         ("acesImageContainerFlag", AttributeValue::I32(1), Some("acesImageContainerFlag"), Chromaticities::ACES_AP0),
         ("acesImageContainerFlag", AttributeValue::I32(0), None, Chromaticities::REC709),
     ];

@@ -24,12 +24,18 @@ fn first_pixel(folder: &Folder, names: &[&str], layer: Option<&str>) -> Result<[
 #[test]
 fn channels_make_a_color_a_vector_or_a_gray() {
     let folder = Folder::new("layouts-channels");
-    let table: [(&[&str], Option<&str>, [f32; 4]); 17] = [
+    let table: [(&[&str], Option<&str>, [f32; 4]); 23] = [
         (&["R", "G", "B"], None, [1.0, 2.0, 3.0, 1.0]),
         (&["B", "A", "R", "G"], None, [3.0, 4.0, 1.0, 2.0]),
         (&["R", "B"], None, [1.0, 0.0, 2.0, 1.0]),
-        (&["G"], None, [0.0, 1.0, 0.0, 1.0]),
+        (&["G"], None, [1.0, 1.0, 1.0, 1.0]),
         (&["R"], None, [1.0, 1.0, 1.0, 1.0]),
+        (&["A"], None, [1.0, 1.0, 1.0, 1.0]),
+        (&["R", "A"], None, [1.0, 1.0, 1.0, 2.0]),
+        (&["A", "U"], None, [2.0, 2.0, 2.0, 1.0]),
+        (&["l.B"], None, [1.0, 1.0, 1.0, 1.0]),
+        (&["U", "V", "W"], None, [1.0, 2.0, 3.0, 1.0]),
+        (&["w", "v", "u", "A"], None, [3.0, 2.0, 1.0, 4.0]),
         (&["X", "Y", "Z"], None, [1.0, 2.0, 3.0, 1.0]),
         (&["X", "Y"], None, [1.0, 2.0, 0.0, 1.0]),
         (&["Y", "X", "A"], None, [2.0, 1.0, 0.0, 3.0]),
@@ -46,7 +52,7 @@ fn channels_make_a_color_a_vector_or_a_gray() {
     for (names, layer, expected) in table {
         assert_eq!(first_pixel(&folder, names, layer), Ok(expected), "{names:?} {layer:?}");
     }
-    for names in [&["R", "A"][..], &["U", "A"], &["p", "q"]] {
+    for names in [&["U", "W"][..], &["p", "q"], &["p", "q", "A"]] {
         assert!(
             first_pixel(&folder, names, None).unwrap_err().starts_with("no layer of this EXR is a color"),
             "{names:?}"
@@ -55,6 +61,59 @@ fn channels_make_a_color_a_vector_or_a_gray() {
     for names in [&["RY", "BY", "Y"][..], &["BY", "Y"], &["Y", "ry"]] {
         assert!(first_pixel(&folder, names, None).unwrap_err().starts_with("chroma-subsampled EXR"), "{names:?}");
     }
+}
+
+/// The layers of a file, each a color; the first pixel is the number of the layer. Returns which of them is read, and
+/// what is said about that.
+fn chosen(folder: &Folder, parts: &[(&str, &[&str])]) -> (f32, Vec<String>) {
+    let mut number = 0.0;
+    let parts = parts.iter().map(|(name, layers)| {
+        let mut channels = Vec::new();
+        for layer in *layers {
+            number += 1.0;
+            let dot = if layer.is_empty() { "" } else { "." };
+            channels.extend(["R", "G", "B"].map(|letter| (format!("{layer}{dot}{letter}"), number)));
+        }
+        let channels: Vec<_> = channels.iter().map(|(name, number)| (name.as_str(), *number, HALF)).collect();
+        part(name, (0, 0), &channels)
+    });
+    let path = write(folder, plain(), parts.collect());
+    let picture = read(&Source::file(path)).unwrap();
+    (picture.pixel(0, 0)[0], picture.notes)
+}
+
+#[test]
+fn the_picture_is_what_renderers_call_so() {
+    let folder = Folder::new("layouts-pictures");
+    let table: [(&[(&str, &[&str])], f32, bool); 14] = [
+        (&[("", &["ViewLayer.AO", "ViewLayer.Combined", "ViewLayer.DiffCol"])], 2.0, true),
+        (&[("", &["ViewLayer.AO.left", "ViewLayer.Combined.right", "ViewLayer.Combined.left"])], 3.0, true),
+        (&[("", &["albedo", "RGBA", "beauty"])], 2.0, true),
+        (&[("", &["GI", "Beauty", "Lighting"])], 2.0, true),
+        (&[("", &["A_first", "C", "direct"])], 2.0, true),
+        (&[("", &["albedo", "Ci"])], 2.0, true),
+        (&[("", &["albedo", ""])], 2.0, false),
+        (&[("", &["right", ""])], 2.0, false),
+        (&[("", &["right", "left"])], 2.0, true),
+        (&[("", &["only"])], 1.0, false),
+        (&[("", &["second", "first"])], 2.0, true),
+        (&[("albedo", &[""]), ("beauty", &[""])], 2.0, true),
+        (&[("rgba.right", &[""]), ("rgba.left", &[""])], 2.0, true),
+        (&[("depth", &["depth"]), ("combined", &["combined"])], 2.0, true),
+    ];
+    for (parts, expected, is_told) in table {
+        let (found, notes) = chosen(&folder, parts);
+        assert_eq!((found, notes.len()), (expected, usize::from(is_told)), "{parts:?}: {notes:?}");
+    }
+    let (_, notes) = chosen(&folder, &[("", &["ViewLayer.AO", "ViewLayer.Combined"])]);
+    let note = "the layer `ViewLayer.Combined` is read, and not `ViewLayer.AO`; `FILE.exr#LAYER` chooses another";
+    assert_eq!(notes, [note]);
+    // Numbers of objects are no picture, and a gray is one if there is no color.
+    let mut objects = part("", (0, 0), &[("Crypto00.R", 9.0, HALF), ("Crypto00.G", 9.0, HALF), ("mask.Y", 4.0, HALF)]);
+    let name = Text::from("cryptomatte/1a2b3c4/name");
+    objects.attributes.other.insert(name, AttributeValue::Text("Crypto".into()));
+    let path = write(&folder, plain(), vec![objects]);
+    assert_eq!(read(&Source::file(path)).unwrap().pixel(0, 0)[0], 4.0);
 }
 
 #[test]
@@ -204,23 +263,23 @@ fn attributes_are_sorted_and_state_what_the_options_say() {
     source.meta.image.other.insert(Text::from("both"), AttributeValue::I32(1));
     source.meta.layer.other.insert(Text::from("both"), AttributeValue::I32(2));
     let with = |color| encode_exr(&source, &ExrOptions { color, ..ExrOptions::default() }).unwrap();
-    let kept = with(None);
+    let data = with(None);
     let of = |file: &[u8]| floats(attribute(file, "chromaticities", "chromaticities"));
     let numbers = |primaries: &Chromaticities| {
         primaries.points().iter().flat_map(|xy| [xy.x.get() as f32, xy.y.get() as f32]).collect::<Vec<f32>>()
     };
-    assert_eq!(of(&kept), numbers(&Chromaticities::ACES_CG));
-    assert_eq!(floats(attribute(&kept, "whiteLuminance", "float")), [80.0]);
-    assert_eq!(floats(attribute(&kept, "adoptedNeutral", "v2f")), [0.25, 0.5]);
-    assert_eq!(floats(attribute(&kept, "pixelAspectRatio", "float")), [1.5]);
-    assert_eq!(attribute(&kept, "lineOrder", "lineOrder"), [0], "rows from the top");
+    assert!(!data.windows(14).any(|window| window == b"chromaticities"), "data has no primaries");
+    assert_eq!(floats(attribute(&data, "whiteLuminance", "float")), [80.0]);
+    assert_eq!(floats(attribute(&data, "adoptedNeutral", "v2f")), [0.25, 0.5]);
+    assert_eq!(floats(attribute(&data, "pixelAspectRatio", "float")), [1.5]);
+    assert_eq!(attribute(&data, "lineOrder", "lineOrder"), [0], "rows from the top");
     let plain = Colorimetry::linear(Chromaticities::DISPLAY_P3);
     let stated = with(Some(plain));
     assert_eq!(of(&stated), numbers(&Chromaticities::DISPLAY_P3));
     assert_eq!(floats(attribute(&stated, "whiteLuminance", "float")), [80.0], "nothing else is known");
     let bright = with(Some(Colorimetry { white_nits: Some(Decimal::new(203.0)), ..plain }));
     assert_eq!(floats(attribute(&bright, "whiteLuminance", "float")), [203.0]);
-    for file in [&kept, &stated, &bright] {
+    for file in [&data, &stated, &bright] {
         let mut names = Vec::new();
         let mut at = 8;
         while file[at] != 0 {

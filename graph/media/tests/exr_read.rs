@@ -138,12 +138,12 @@ fn parts_count_as_layers() {
 #[test]
 fn a_file_without_a_picture_says_what_it_has() {
     let folder = Folder::new("no-picture");
-    let channels = [("a", 1.0, FLOAT), ("b", 2.0, FLOAT), ("s.p", 3.0, FLOAT), ("s.q", 4.0, HALF)];
+    let channels = [("m", 1.0, FLOAT), ("n", 2.0, FLOAT), ("s.p", 3.0, FLOAT), ("s.q", 4.0, HALF)];
     let path = write(&folder, plain(), vec![part("", (0, 0), &channels)]);
     assert_eq!(
         message_and_hint(&read(&Source::file(&path)).unwrap_err()),
         "no layer of this EXR is a color picture; name a channel after `#`, for example \
-         `file.exr#Z`; it has `a`, `b`, `s.p`, `s.q`"
+         `file.exr#Z`; it has `m`, `n`, `s.p`, `s.q`"
     );
     assert_eq!(
         message_and_hint(&read_layer(&path, "s").unwrap_err()),

@@ -83,8 +83,8 @@ fn subsampled_and_deep_files_say_so() {
     let error = folder.read(&file).unwrap_err();
     assert_eq!(
         message_and_hint(&error),
-        "chroma-subsampled EXR (luminance with `RY` and `BY`) is not supported; \
-         save it again with full-size `R`, `G` and `B` channels"
+        "its channel `A` has one number for 3x1 pixels, which is not supported; \
+         save it again with that channel in full size, or without it"
     );
     let mut file = small_exr();
     let at = value_of(&file, "type");

@@ -125,3 +125,102 @@ fn what_a_file_states_can_be_overruled() {
         assert!([r, g, b].iter().all(|value| (value - light).abs() < 3e-4), "{space}: {r} {g} {b}");
     }
 }
+
+/// A file of the color 0.25, 0.5, 0.75 whose `colorInteropID` is this.
+fn named(folder: &Folder, id: &str, primaries: Option<Chromaticities>) -> std::path::PathBuf {
+    let mut source = Picture::new(1, 1, Pixels::Float(vec![0.25, 0.5, 0.75, 1.0]));
+    source.meta.set_text("other", id);
+    let color = Some(Colorimetry::linear(primaries.unwrap_or(Chromaticities::REC709)));
+    let bytes = encode_exr(&source, &ExrOptions { float: true, color, ..ExrOptions::default() }).unwrap();
+    // The name of the attribute has as many letters as that of another one, to stay in its place.
+    let renamed = |bytes: &[u8], from: &str, to: &str| {
+        let at = bytes.windows(from.len()).position(|window| window == from.as_bytes()).unwrap();
+        [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
+    };
+    let bytes = renamed(&bytes, "other\0string", "colorInteropID\0string");
+    let bytes = if primaries.is_none() { renamed(&bytes, "chromaticities\0chr", "notaspaceatall\0chr") } else { bytes };
+    // The table of offsets moved by nine letters.
+    let table = bytes.len() - 8 - 8 - 16;
+    let offset = (table as u64 + 8).to_le_bytes();
+    folder.with("named.exr", &[&bytes[..table], &offset, &bytes[table + 8..]].concat())
+}
+
+#[test]
+fn every_name_of_the_color_interop_forum_is_read() {
+    let folder = Folder::new("spaces-names");
+    let adobe = [0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329];
+    let adobe = Chromaticities::from_numbers(adobe).unwrap();
+    let (srgb, g) = (|v: f64| ((v + 0.055) / 1.055).powf(2.4), |power: f64| move |v: f64| v.powf(power));
+    let same = |v: f64| v;
+    let of = |primaries: &Chromaticities, curve: &dyn Fn(f64) -> f64| {
+        let light = glam::DVec3::new(curve(0.25), curve(0.5), curve(0.75));
+        primaries.conversion(&Chromaticities::REC709) * light
+    };
+    use Chromaticities as C;
+    let table = [
+        ("lin_rec709_scene", of(&C::REC709, &same)),
+        ("lin_ap1_scene", of(&C::ACES_CG, &same)),
+        ("lin_ap0_scene", of(&C::ACES_AP0, &same)),
+        ("lin_rec2020_scene", of(&C::REC2020, &same)),
+        ("lin_p3d65_scene", of(&C::DISPLAY_P3, &same)),
+        ("lin_adobergb_scene", of(&adobe, &same)),
+        ("lin_ciexyzd65_scene", C::REC709.to_xyz().inverse() * glam::DVec3::new(0.25, 0.5, 0.75)),
+        ("srgb_rec709_scene", of(&C::REC709, &srgb)),
+        ("g22_rec709_scene", of(&C::REC709, &g(2.2))),
+        ("g18_rec709_scene", of(&C::REC709, &g(1.8))),
+        ("srgb_ap1_scene", of(&C::ACES_CG, &srgb)),
+        ("g22_ap1_scene", of(&C::ACES_CG, &g(2.2))),
+        ("srgb_p3d65_scene", of(&C::DISPLAY_P3, &srgb)),
+        ("g22_adobergb_scene", of(&adobe, &g(2.2))),
+        ("srgb_rec709_display", of(&C::REC709, &srgb)),
+        ("g24_rec709_display", of(&C::REC709, &g(2.4))),
+        ("g26_p3d65_display", of(&C::DISPLAY_P3, &g(2.6))),
+        ("data", glam::DVec3::new(0.25, 0.5, 0.75)),
+    ];
+    for (id, expected) in table {
+        let back = read(&Source::file(named(&folder, id, None))).unwrap();
+        let [r, g, b, _] = back.pixel(0, 0).map(f64::from);
+        assert!((glam::DVec3::new(r, g, b) - expected).abs().max_element() < 1e-5, "{id}: {r} {g} {b}, {expected}");
+        assert_eq!((back.notes.len(), back.meta.has_unknown_colors), if id == "data" { (1, true) } else { (0, false) });
+    }
+    // PQ of 0.5 is 92.2 cd/m2; 1 is 203.
+    let pq = read(&Source::file(named(&folder, "pq_rec2020_display", Some(Chromaticities::REC709)))).unwrap();
+    assert!((pq.pixel(0, 0)[1] - 92.2 / 203.0).abs() < 1e-3, "{:?}", pq.pixel(0, 0));
+}
+
+#[test]
+fn a_name_that_is_not_known_is_told_and_nothing_else_is_claimed() {
+    let folder = Folder::new("spaces-unknown");
+    for (primaries, has_chromaticities) in [(None, false), (Some(Chromaticities::REC2020), true)] {
+        for id in ["unknown", "studio:log_scene", "lin_rec709", "g26_xyzd65_display"] {
+            let back = read(&Source::file(named(&folder, id, primaries))).unwrap();
+            assert!(matches!(&back.notes[..], [note] if note.contains(&format!("`{id}`"))), "{:?}", back.notes);
+            let options = ExrOptions { scene: true, ..ExrOptions::default() };
+            let written = encode_exr(&back, &options).unwrap();
+            let states = |name: &str| written.windows(name.len()).any(|window| window == name.as_bytes());
+            let found = [states("colorInteropID"), states("\0chromaticities\0chromaticities\0")];
+            assert_eq!(found, [false, has_chromaticities], "{id}");
+        }
+    }
+    let told = read(&Source::file(named(&folder, "lin_ap1_scene", Some(Chromaticities::REC2020)))).unwrap().notes;
+    assert!(matches!(&told[..], [note] if note.contains("contradict")), "{told:?}");
+    let stated = ReadOptions { space: ColorSpace::named("ACEScg"), ..Budget(1 << 30).into() };
+    let back = read_within(&Source::file(named(&folder, "unknown", None)), stated).unwrap();
+    assert_eq!((back.notes.len(), back.meta.has_unknown_colors), (0, false), "the command line states the space");
+}
+
+#[test]
+fn tristimulus_values_come_back_as_they_were() {
+    let third = 1.0 / 3.0;
+    let xyz = Chromaticities::from_numbers([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, third, third]).unwrap();
+    let folder = Folder::new("spaces-xyz");
+    let options = ExrOptions { float: true, scene: true, primaries: Some(xyz), ..ExrOptions::default() };
+    let back = folder.read(&encode_exr(&lights(), &options).unwrap()).unwrap();
+    for (value, expected) in back.pixels.to_f32().iter().zip(LIGHTS) {
+        assert!((value - expected).abs() < 1e-5, "{value} is not {expected}");
+    }
+    // Red has the luminance of Rec.709, whatever the white of the numbers.
+    let (stored, [named, _]) = stored(&folder, &options);
+    assert!((stored[1][0] - 0.2126).abs() < 1e-4, "{stored:?}");
+    assert_eq!(named.as_deref(), Some("lin_ciexyzd65_scene"));
+}

@@ -51,15 +51,25 @@ impl Transfer {
     /// and `Gamma`; 10000 cd/m2 for `Pq`; and for `Hlg` it is scene light from 0 to 1, before the system gamma of the
     /// display. `Linear` limits nothing.
     pub fn to_light(self, signal: f64) -> f64 {
-        let bounded = signal.clamp(0.0, 1.0);
+        if self == Self::Linear { signal } else { self.curve(signal.clamp(0.0, 1.0)) }
+    }
+
+    /// Light of any signal, as floats have it. The curves of `Srgb` and `Gamma` go on above 1, and all are mirrored at 0.
+    pub fn extended_to_light(self, signal: f64) -> f64 {
+        let size = signal.abs();
+        let size = if matches!(self, Self::Pq | Self::Hlg) { size.clamp(0.0, 1.0) } else { size };
+        self.curve(size).copysign(signal)
+    }
+
+    fn curve(self, signal: f64) -> f64 {
         match self {
             Self::Linear => signal,
-            Self::Srgb if bounded <= 0.04045 => bounded / 12.92,
-            Self::Srgb => ((bounded + 0.055) / 1.055).powf(2.4),
-            Self::Gamma(exponent) => bounded.powf(exponent.get()),
-            Self::Pq => pq_to_light(bounded),
-            Self::Hlg if bounded <= 0.5 => bounded * bounded / 3.0,
-            Self::Hlg => (((bounded - C) / A).exp() + B) / 12.0,
+            Self::Srgb if signal <= 0.04045 => signal / 12.92,
+            Self::Srgb => ((signal + 0.055) / 1.055).powf(2.4),
+            Self::Gamma(exponent) => signal.powf(exponent.get()),
+            Self::Pq => pq_to_light(signal),
+            Self::Hlg if signal <= 0.5 => signal * signal / 3.0,
+            Self::Hlg => (((signal - C) / A).exp() + B) / 12.0,
         }
     }
 

@@ -97,7 +97,11 @@ pub(super) fn render(
         let is_large = is_streamed || desc.bytes() > request.args.images.budget().0;
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         let stated = Stated { meta, frame: job.frame.unwrap_or(0), ..Stated::of(&output) };
+        let square_pixels = stated.square_pixels();
         let options = target.saving.rows(stated).filter(|_| is_large);
+        if let (Some(RowsOptions::Png(_) | RowsOptions::Jpeg(_)), Some(text)) = (&options, square_pixels) {
+            note(&format!("note: {text}"));
+        }
         if let (Some(RowsOptions::Exr(..)), true) = (&options, is_light(output.state)) {
             say_left_out(request, job)?;
         }
@@ -287,7 +291,9 @@ impl OutputRows<'_> {
             return Ok(());
         };
         if first == y {
-            self.open = Some(RowsFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?);
+            let file = RowsFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?;
+            file.notes().iter().for_each(|text| note(&format!("note: {text}")));
+            self.open = Some(file);
         }
         let size = Size { height: end - first, ..self.desc.size };
         let part = Texels { desc: ImageDesc { size, ..self.desc }, bytes: mem::take(texels) };

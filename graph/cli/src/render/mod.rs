@@ -1,6 +1,7 @@
 //! `afterimage render`: images through a pipeline.
 
 mod bands;
+mod existing;
 mod frames;
 mod jobs;
 mod kept;
@@ -61,7 +62,7 @@ pub(crate) struct Sequence {
 /// The frames that a run with these arguments would render.
 pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequence, Failure> {
     let Prepared { request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
-    let plan = typical_plan(&request, &graph, facts, options);
+    let plan = typical_plan(&request, &graph, facts, options, typical_size());
     // A pipeline that cannot be planned at that size is rendered as if it had state, which is never wrong.
     let has_state = plan.as_ref().is_none_or(|plan| !plan.state().is_empty());
     let is_metered =
@@ -98,7 +99,7 @@ fn prepare<'a>(
     let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
     check_spaces(&request)?;
     if let Some(name) = &args.meter {
-        let plan = typical_plan(&request, &graph, facts.clone(), options);
+        let plan = typical_plan(&request, &graph, facts.clone(), options, typical_size());
         if let Some(plan) = plan.as_ref().filter(|plan| !has_meter(plan)) {
             return Err(no_meter(plan));
         }
@@ -120,8 +121,10 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut O
     let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
     let mut report = Report::default();
     if args.skip_existing {
-        let plan = typical_plan(&request, &graph, facts.clone(), options);
-        request.skip_existing(plan.is_none_or(|plan| !plan.state().is_empty()));
+        let plan = |size| typical_plan(&request, &graph, facts.clone(), options, size);
+        let has_state = plan(typical_size()).is_none_or(|plan| !plan.state().is_empty());
+        let done = existing::done(&request, plan);
+        request.skip(&done, has_state);
         let skipped = request.skipped.iter();
         report.skipped = skipped.map(|job| FrameReport::without_picture(job, Outcome::Skipped, None)).collect();
     }
@@ -149,12 +152,16 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut O
     Ok(())
 }
 
-/// The plan for a typical device: what frames leave for later ones is the same on all. `None` if the pipeline cannot be
-/// planned at that size.
-fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options) -> Option<Plan> {
+/// The size of a typical image.
+fn typical_size() -> Size {
+    Size::new(1920, 1080)
+}
+
+/// The plan for a typical device: what frames leave for later ones, and the sizes of outputs, are the same on all.
+/// `None` if the pipeline cannot be planned at that size.
+fn typical_plan(request: &Request<'_>, graph: &Graph, facts: Facts, options: Options, size: Size) -> Option<Plan> {
     let given = request.jobs.first().map_or(&[][..], |job| &job.sources);
     let is_given = |input: &&GraphInput| !input.optional || given.iter().any(|(name, _)| *name == input.name);
-    let size = Size::new(1920, 1080);
     let image = GivenImage { desc: ImageDesc::new(size), finite: false };
     // A pass that makes several images would make each of them look as if it followed from all that the pass reads.
     let options = Options { row_downsample: When::Never, ..options };

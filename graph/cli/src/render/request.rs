@@ -1,13 +1,11 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
-use std::path::Path;
-
 use afterimage::offline::quantize::{EncodedFile, unquantized};
 use afterimage_gpu::{FrameKind, FrameStep};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
-use afterimage_media::{Source, read, sequence};
+use afterimage_media::sequence;
 use afterimage_nodes::DemoScene;
 
 use super::jobs::{Job, NumberedFiles, with_inputs, without_inputs};
@@ -16,7 +14,6 @@ use super::target::Target;
 use crate::args::RenderArgs;
 use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
-use crate::save::FileFormat;
 use crate::terminal::note;
 
 /// What `render` makes, from the command line and the pipeline's graph.
@@ -122,25 +119,25 @@ impl<'a> Request<'a> {
         job.frame.is_some_and(|frame| self.cuts.contains(&frame))
     }
 
-    /// Leaves frames out whose files are whole. Where later frames need the state after them, they are rendered and not
-    /// written.
-    pub(super) fn skip_existing(&mut self, has_state: bool) {
-        let is_done = |job: &Job, targets: &[Target]| {
-            let mut files = job.out.iter().zip(targets);
-            job.is_written && files.all(|(file, target)| is_whole(file, target.saving.format))
-        };
-        let mut jobs = std::mem::take(&mut self.jobs);
+    /// Leaves frames out that are done. Where later frames need the state after them, they are rendered and not written.
+    pub(super) fn skip(&mut self, done: &[bool], has_state: bool) {
+        let jobs = std::mem::take(&mut self.jobs).into_iter().zip(done);
         if !has_state {
-            (self.skipped, self.jobs) = jobs.into_iter().partition(|job| is_done(job, &self.targets));
+            let (skipped, jobs): (Vec<_>, Vec<_>) = jobs.partition(|(_, is_done)| **is_done);
+            self.skipped = skipped.into_iter().map(|(job, _)| job).collect();
+            self.jobs = jobs.into_iter().map(|(job, _)| job).collect();
             return;
         }
-        for job in &mut jobs {
-            if is_done(job, &self.targets) {
+        let mut kept = Vec::new();
+        for (mut job, is_done) in jobs {
+            if *is_done {
                 job.is_written = false;
                 let (frame, out) = (job.frame, job.out.clone());
                 self.skipped.push(Job { sources: Vec::new(), frame, out, is_written: false, missing: Vec::new() });
             }
+            kept.push(job);
         }
+        let mut jobs = kept;
         let needed = jobs.iter().rposition(|job| job.is_written).map_or(0, |last| last.saturating_add(1));
         jobs.truncate(needed);
         self.jobs = jobs;
@@ -198,15 +195,6 @@ fn check_is_sequence(args: &RenderArgs, jobs: &[Job]) -> Result<(), Failure> {
 fn frame_step(jobs: &[Job]) -> Option<u32> {
     let numbers: Vec<u32> = jobs.iter().take(2).filter_map(|job| job.frame).collect();
     if let [first, second] = numbers[..] { Some(second.saturating_sub(first).max(1)) } else { None }
-}
-
-/// Whether a file holds a whole picture of its format.
-fn is_whole(file: &Path, format: FileFormat) -> bool {
-    match format {
-        FileFormat::Png | FileFormat::Exr => read(&Source::file(file)).is_ok(),
-        // Files are written whole or not at all.
-        _ => file.metadata().is_ok_and(|meta| meta.is_file() && meta.len() > 0),
-    }
 }
 
 fn idle_size() -> Failure {

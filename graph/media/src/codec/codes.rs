@@ -52,9 +52,14 @@ impl Colors {
         if is_wide || self.is_hdr() { 4 } else { 2 }
     }
 
+    /// The light of a signal of 1; for HLG that of the scene.
+    fn unit(&self) -> f64 {
+        if self.transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 }
+    }
+
     /// Linear light for each code; scene light for HLG.
     fn table(&self, last: u32) -> Vec<f32> {
-        let scale = if self.transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 };
+        let scale = self.unit();
         let light = |code: u32| self.transfer.to_light(f64::from(code) / f64::from(last)) * scale;
         (0..=last).map(|code| light(code) as f32).collect()
     }
@@ -65,6 +70,22 @@ impl Colors {
         for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
             [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
         }
+    }
+
+    /// Whether the numbers of the file are linear Rec.709 as they are.
+    pub(crate) fn is_rec709_light(&self) -> bool {
+        self.transfer == Transfer::Linear && self.matrix.is_none()
+    }
+
+    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays.
+    pub(crate) fn to_light(&self, values: &mut [f32]) {
+        if self.transfer != Transfer::Linear {
+            let scale = self.unit();
+            for value in values.as_chunks_mut::<4>().0.iter_mut().flat_map(|pixel| &mut pixel[..3]) {
+                *value = (self.transfer.extended_to_light(f64::from(*value)) * scale) as f32;
+            }
+        }
+        self.convert(values);
     }
 
     fn convert_halves(&self, values: &mut [f16]) {

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::io;
 
+use crate::codec::metered::Unfinished;
+
 /// Why an image could not be decoded or encoded, and what the user can do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodecError {
@@ -44,6 +46,10 @@ impl CodecError {
     }
 
     pub(crate) fn reading(error: &io::Error) -> Self {
+        if error.get_ref().is_some_and(|cause| cause.is::<Unfinished>()) {
+            return Self::new(ErrorKind::Broken, "the file is unfinished: blocks of the image are missing")
+                .hint("it is still being written, or its writer was stopped; render it again");
+        }
         match error.kind() {
             io::ErrorKind::UnexpectedEof => Self::cut_short(),
             io::ErrorKind::FileTooLarge => Self::broken("its header is too long"),

@@ -44,6 +44,22 @@ impl<R: Read> Read for Metered<R> {
 
 impl<R: Seek> Seek for Metered<R> {
     fn seek(&mut self, to: SeekFrom) -> Result<u64> {
+        // After the header only an empty entry of a table of blocks leads back to it.
+        if self.left.0.get() > u64::MAX / 2 && to == SeekFrom::Start(0) {
+            return Err(Error::other(Unfinished));
+        }
         self.inner.seek(to)
     }
 }
+
+/// A block that was never written.
+#[derive(Debug)]
+pub(super) struct Unfinished;
+
+impl std::fmt::Display for Unfinished {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a block was never written")
+    }
+}
+
+impl std::error::Error for Unfinished {}

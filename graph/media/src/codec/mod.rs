@@ -27,7 +27,7 @@ mod statistics;
 #[cfg(test)]
 pub(crate) use chromaticities::{convert, to_rec709};
 
-use std::io::{BufRead, Read as _, Seek};
+use std::io::{BufRead, Read as _, Seek, SeekFrom};
 
 pub use description::{ChannelDescription, Description, PartDescription, PictureChannels, Window};
 pub use error::{CodecError, ErrorKind};
@@ -89,7 +89,7 @@ pub fn encode_exr_beside(
     reading: &ReadOptions,
 ) -> Result<(Vec<u8>, Vec<String>), CodecError> {
     if !matches!(Format::of(&mut original)?, Format::Exr) {
-        return Ok((encode_exr(picture, options)?, Vec::new()));
+        return exr::encode(picture, options);
     }
     let encoded = catch_panic(|| exr::encode_beside(picture, options, original, layer, reading));
     encoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
@@ -140,6 +140,32 @@ pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<
     });
     described.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
+
+/// Reads the headers of an image that was written, and returns what another reader would refuse, too. A file of another
+/// format than [`decode`] reads passes.
+pub(crate) fn check(mut reader: impl BufRead + Seek) -> Result<(), CodecError> {
+    match Format::of(&mut reader) {
+        Ok(Format::Exr) => catch_panic(|| exr::check(reader)).unwrap_or_else(|panic| Err(CodecError::broken(panic))),
+        Ok(_) => describe(reader, None).map(drop),
+        Err(error) if error.kind == ErrorKind::Unsupported => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Checks that a PNG and a JPEG end as their formats say; decoders forgive that.
+pub(crate) fn check_end(mut reader: impl BufRead + Seek, description: &Description) -> Result<(), CodecError> {
+    let end: &[u8] = match description.format {
+        "PNG" => b"\0\0\0\0IEND\xaeB`\x82",
+        "JPEG" => b"\xff\xd9",
+        _ => return Ok(()),
+    };
+    let mut found = Vec::new();
+    let read = reader.seek(SeekFrom::End(-(end.len() as i64))).and_then(|_| reader.read_to_end(&mut found));
+    read.map_err(|error| CodecError::reading(&error))?;
+    if found == end { Ok(()) } else { Err(CodecError::cut_short()) }
+}
+
+pub(crate) use exr::encode as encode_exr_with_notes;
 
 fn not_linear(space: &ColorSpace) -> CodecError {
     let linear: Vec<&str> = ColorSpace::ALL.iter().filter(|space| space.is_linear()).map(|space| space.name).collect();

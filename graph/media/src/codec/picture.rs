@@ -125,6 +125,8 @@ pub struct Metadata {
     pub data_size: Option<(u32, u32)>,
     /// Rows that the file packs together: those of a tile, or of a block of scan lines.
     pub block_rows: Option<u32>,
+    /// Whether the file names a color space that is not known, or none: what is made from it does not claim another.
+    pub has_unknown_colors: bool,
 }
 
 impl Metadata {
@@ -136,6 +138,7 @@ impl Metadata {
             layer: LayerAttributes::default(),
             data_size: None,
             block_rows: None,
+            has_unknown_colors: false,
         }
     }
 

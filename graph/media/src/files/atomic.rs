@@ -1,11 +1,12 @@
 //! Output files are written whole or not at all: next to the destination first, then renamed.
 
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
-use std::io::{self, Write};
+use std::io::{self, BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::codec::{ErrorKind, check};
 use crate::files::FileError;
 use crate::files::leftovers::{ENDING, remove_leftovers};
 use crate::files::rights::{keep_rights, private};
@@ -24,6 +25,13 @@ fn write_with_io_errors(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::open(path)?;
     file.file.write_all(bytes)?;
     file.replace()
+}
+
+/// Writes an image as [`write_atomic`] writes a file, after its headers are read back.
+pub(super) fn write_image(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut file = AtomicFile::create(path)?;
+    file.file.write_all(bytes).map_err(|error| FileError::writing(path, &error))?;
+    file.finish_image()
 }
 
 /// A file that is written in parts, as [`write_atomic`] writes one at once. It is at its place when it is
@@ -78,6 +86,21 @@ impl AtomicFile {
         self.replace().map_err(|error| FileError::writing(&to, &error))
     }
 
+    /// Puts an image at its place if its headers can be read.
+    ///
+    /// # Errors
+    /// As [`write_atomic`], and an image that could not be read: the file that was there stays.
+    pub(super) fn finish_image(mut self) -> Result<(), FileError> {
+        if self.temporary.is_some() {
+            self.file.rewind().map_err(|error| FileError::writing(&self.to, &error))?;
+            check(BufReader::new(&self.file)).map_err(|error| {
+                let what = format!("the image was written, but cannot be read again: {}", error.message);
+                FileError::new(&self.to, ErrorKind::Machine, what)
+            })?;
+        }
+        self.finish()
+    }
+
     fn replace(self) -> io::Result<()> {
         let Some(temporary) = self.temporary else { return Ok(()) };
         if let Some(old) = &self.old {
@@ -123,7 +146,7 @@ impl Temporary {
     /// A new file, locked, which another run takes for a leftover otherwise.
     fn beside(path: &Path, old: Option<&Metadata>) -> io::Result<(Self, File)> {
         let mut options = OpenOptions::new();
-        options.write(true).create_new(true);
+        options.read(true).write(true).create_new(true);
         if old.is_some() {
             private(&mut options);
         }

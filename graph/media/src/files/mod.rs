@@ -16,6 +16,7 @@ mod watch;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use atomic::write_image;
 pub use atomic::{AtomicFile, real_output_path, write_atomic};
 pub use error::FileError;
 pub use folder::images_in;
@@ -27,8 +28,8 @@ pub use watch::FileWatch;
 
 use crate::codec::{
     Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions,
-    StatedCamera, decode, decode_camera, describe, encode_exr, encode_exr_beside, encode_jpeg, encode_png,
-    exr_left_out, measure,
+    StatedCamera, check_end, decode, decode_camera, describe, encode_exr_beside, encode_exr_with_notes, encode_jpeg,
+    encode_png, exr_left_out, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -109,12 +110,26 @@ pub fn read_statistics(
     measure(BufReader::new(file), description, budget).map_err(|error| FileError::at(&source.path, error))
 }
 
-/// Writes `picture` as an EXR file, atomically.
+/// What the headers of a file state of which everything can be decoded, to its last byte.
 ///
 /// # Errors
-/// See [`encode_exr`] and [`write_atomic`].
-pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<(), FileError> {
-    write_atomic(path, &encode_exr(picture, options).map_err(|error| FileError::at(path, error))?)
+/// See [`FileError`], [`describe`] and [`measure`]; and a PNG or a JPEG without an end.
+pub fn read_whole(source: &Source, budget: Budget) -> Result<Description, FileError> {
+    let description = read_description(source)?;
+    read_statistics(source, &description, budget)?;
+    let (file, _) = regular::open(&source.path)?;
+    check_end(BufReader::new(file), &description).map_err(|error| FileError::at(&source.path, error))?;
+    Ok(description)
+}
+
+/// Writes `picture` as an EXR file, atomically. Returns sentences about attributes that are left out.
+///
+/// # Errors
+/// See [`encode_exr`](crate::encode_exr) and [`write_atomic`]; and a file whose header cannot be read back.
+pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<Vec<String>, FileError> {
+    let (bytes, notes) = encode_exr_with_notes(picture, options).map_err(|error| FileError::at(path, error))?;
+    write_image(path, &bytes)?;
+    Ok(notes)
 }
 
 /// Writes `picture` as an EXR file with the other layers of the file that it was made from, atomically. Returns
@@ -132,7 +147,7 @@ pub fn write_exr_beside(
     let (file, _) = regular::open(&original.path)?;
     let encoded = encode_exr_beside(picture, options, BufReader::new(file), original.layer.as_deref(), reading);
     let (bytes, notes) = encoded.map_err(|error| FileError::at(&original.path, error))?;
-    write_atomic(path, &bytes)?;
+    write_image(path, &bytes)?;
     Ok(notes)
 }
 
@@ -156,7 +171,7 @@ pub fn write_png(
     pixels: EncodedPixels<'_>,
     options: &PngOptions,
 ) -> Result<(), FileError> {
-    write_atomic(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+    write_image(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
 }
 
 /// Writes a JPEG of `size` (width, height), atomically.
@@ -169,5 +184,5 @@ pub fn write_jpeg(
     pixels: EncodedPixels<'_>,
     options: &JpegOptions,
 ) -> Result<(), FileError> {
-    write_atomic(path, &encode_jpeg(size, pixels, options).map_err(|error| FileError::at(path, error))?)
+    write_image(path, &encode_jpeg(size, pixels, options).map_err(|error| FileError::at(path, error))?)
 }

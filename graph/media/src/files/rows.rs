@@ -68,6 +68,11 @@ impl RowsFile {
         !matches!(self.rows, Rows::Exr(_))
     }
 
+    /// Sentences about attributes that are left out.
+    pub fn notes(&self) -> &[String] {
+        if let Rows::Exr(rows) = &self.rows { rows.notes() } else { &[] }
+    }
+
     /// Writes the next rows of an encoded picture.
     ///
     /// # Errors
@@ -113,7 +118,7 @@ impl RowsFile {
             Rows::Exr(rows) => rows.finish(),
         };
         finished.map_err(|error| FileError::at(&self.path, error))?;
-        self.file.finish()
+        self.file.finish_image()
     }
 
     fn located(&self, written: Result<(), CodecError>) -> Result<(), FileError> {

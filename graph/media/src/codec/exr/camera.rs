@@ -5,7 +5,7 @@ use std::io::{Read, Seek};
 use exr::meta::header::LayerAttributes;
 use glam::{DMat4, DVec3, DVec4};
 
-use super::read::open;
+use super::read::{Opened, open};
 use super::select::choose;
 use super::unsupported;
 use crate::codec::CodecError;
@@ -27,9 +27,9 @@ pub struct StatedCamera {
 
 /// The camera of the chosen layer's part.
 pub(crate) fn camera(reader: impl Read + Seek, layer: Option<&str>) -> Result<StatedCamera, CodecError> {
-    let reader = open(reader)?;
-    let part = choose(reader.headers(), layer)?.part;
-    of_attributes(&reader.headers()[part].own_attributes)
+    let Opened { headers, .. } = open(reader)?;
+    let part = choose(&headers, layer)?.part;
+    of_attributes(&headers[part].own_attributes)
 }
 
 /// `worldToCamera` and `worldToNDC` of the OpenEXR standard: for rows of coordinates, with a camera that looks along

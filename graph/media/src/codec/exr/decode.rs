@@ -11,7 +11,6 @@ use exr::math::Vec2;
 use exr::meta::MetaData;
 use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
-use glam::Mat3;
 use half::f16;
 use rayon::prelude::*;
 
@@ -19,7 +18,7 @@ use super::counters::check_chunk;
 use super::explain;
 use super::select::Choice;
 use crate::codec::CodecError;
-use crate::codec::chromaticities::convert;
+use crate::codec::codes::Colors;
 use crate::codec::limits::zeroed;
 use crate::codec::panics::catch_panic;
 
@@ -28,7 +27,8 @@ pub(super) struct Placement {
     pub(super) choice: Choice,
     pub(super) display: IntegerBounds,
     pub(super) data: IntegerBounds,
-    pub(super) color: Option<Mat3>,
+    /// What the numbers mean; `None` for those that stay as they are.
+    pub(super) colors: Option<Colors>,
 }
 
 /// A number of the picture: half or float.
@@ -227,8 +227,8 @@ impl Placement {
                 spread(bytes, sample_type, &mut out[slot..]);
             }
         }
-        if let Some(matrix) = &self.color {
-            to_rec709(matrix, &mut values);
+        if let Some(colors) = &self.colors {
+            to_rec709(colors, &mut values);
         }
         let at = |data: i32, block: usize, skip: usize, display: i32| {
             (i64::from(data) + (block + skip) as i64 - i64::from(display)) as usize
@@ -258,10 +258,20 @@ fn spread<T: Sample>(bytes: &[u8], sample_type: SampleType, out: &mut [T]) {
     }
 }
 
-fn to_rec709<T: Sample>(matrix: &Mat3, values: &mut [T]) {
-    for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-        let rgb = convert(matrix, [r.to_float(), g.to_float(), b.to_float()]);
-        [*r, *g, *b] = rgb.map(T::from_float);
+fn to_rec709<T: Sample>(colors: &Colors, values: &mut [T]) {
+    if colors.is_rec709_light() {
+        return;
+    }
+    let mut light = Vec::new();
+    for part in values.chunks_mut(4096) {
+        light.clear();
+        light.extend(part.iter().map(|value| value.to_float()));
+        colors.to_light(&mut light);
+        for (pixel, light) in part.as_chunks_mut::<4>().0.iter_mut().zip(light.as_chunks::<4>().0) {
+            for slot in 0..3 {
+                pixel[slot] = T::from_float(light[slot]);
+            }
+        }
     }
 }
 
@@ -270,7 +280,7 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
-    use crate::codec::exr::read::open;
+    use crate::codec::exr::read::{Opened, open};
     use crate::codec::{Budget, ErrorKind, ExrOptions, Picture, Pixels, decode, encode_exr};
 
     /// Chunks are decoded on threads of a pool, where the guard around the whole file does not reach.
@@ -279,12 +289,12 @@ mod tests {
         let picture = Picture::new(4, 4, Pixels::Half(vec![f16::ONE; 64]));
         let file = encode_exr(&picture, &ExrOptions::default()).expect("it can be written");
         assert!(decode(Cursor::new(&file), None, Budget(1 << 30)).is_ok());
-        let reader = open(Cursor::new(&file)).expect("the headers are valid");
-        let header = &reader.headers()[0];
+        let Opened { reader, headers } = open(Cursor::new(&file)).expect("the headers are valid");
+        let header = &headers[0];
         let (display, data) = (header.shared_attributes.display_window, header.data_window());
         // No file has a channel of this number.
         let choice = Choice { part: 0, slots: [Some(99), None, None, None], is_color: false };
-        let placement = Placement { choice, display, data, color: None };
+        let placement = Placement { choice, display, data, colors: None };
         let error = decode_blocks::<f16, _>(reader, &placement).expect_err("the channel is not there");
         assert_eq!(error.kind, ErrorKind::Broken);
     }

@@ -8,15 +8,16 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
 
-use super::label::naming_attribute;
-use super::read::{notes, open, stated_color, stated_primaries};
+use super::label::{is_data, named_colors};
+use super::read::{Opened, color_note, notes, open, stated_color, stated_colors};
 use super::select::{Choice, choose};
+use crate::codec::codes::Colors;
 use crate::codec::{ChannelDescription, CodecError, Description, PartDescription, PictureChannels, Window};
 
 /// Reads the headers of all parts. A file without a picture that could be chosen is described, too.
 pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<Description, CodecError> {
-    let reader = open(reader)?;
-    let headers = reader.headers();
+    let Opened { headers, .. } = open(reader)?;
+    let headers = headers.as_slice();
     let parts = headers.iter().map(part).collect();
     let mut description =
         Description { format: "EXR", parts, picture: None, color: None, stated_by: None, notes: Vec::new() };
@@ -27,13 +28,16 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
     };
     let header = &headers[choice.part];
     description.picture = Some(picture(header, &choice));
-    description.notes = notes(header, &choice, header.shared_attributes.display_window);
-    if choice.is_color {
-        let primaries = stated_primaries(header, &choice)?;
-        description.color =
-            Some(primaries.map_or(Colorimetry::linear(Chromaticities::REC709), |known| stated_color(header, known)));
-        let attribute = || header.shared_attributes.chromaticities.map(|_| "chromaticities");
-        description.stated_by = primaries.and_then(|_| attribute().or_else(|| naming_attribute(header)));
+    description.notes = notes(headers, &choice, layer, header.shared_attributes.display_window);
+    description.notes.extend(color_note(header, &choice));
+    if choice.is_color && !is_data(header) {
+        let stated = stated_colors(header, &choice)?;
+        let color = stated.map(|stated| Colors::new(Some(stated), None, Vec::new()));
+        let color = color.and_then(|color| color.stated).map(|color| stated_color(header, color));
+        description.color = Some(color.unwrap_or(Colorimetry::linear(Chromaticities::REC709)));
+        let attribute = header.shared_attributes.chromaticities.map(|_| "chromaticities");
+        let attribute = attribute.or_else(|| named_colors(header).map(|(.., attribute)| attribute));
+        description.stated_by = attribute.filter(|_| stated.is_some());
     }
     Ok(description)
 }

@@ -4,25 +4,25 @@
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
-use afterimage_base::color::Chromaticities;
+use afterimage_base::color::{Chromaticities, Transfer};
 use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
 use exr::block::reader::{ChunksReader, Reader};
 use exr::math::Vec2;
 use exr::meta::MetaData;
-use exr::meta::attribute::AttributeValue;
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
+use super::attributes::remove_unwritable;
 use super::counters::check_chunk;
 use super::decode::BATCH_BYTES;
 use super::explain;
 use super::label::is_cryptomatte;
 use super::pack::{Content, pack};
-use super::read::{file_primaries, open};
+use super::read::{Opened, file_colors, open};
 use super::select::{Choice, choose, light_channels};
-use super::write::{ExrOptions, encode_exr, part_of, picture_names};
-use crate::codec::limits::zeroed;
+use super::write::{ExrOptions, part_of, picture_names, settle};
+use crate::codec::limits::{check_size, zeroed};
 use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Picture, ReadOptions};
 
@@ -38,35 +38,40 @@ pub(crate) fn encode_beside(
     layer: Option<&str>,
     reading: &ReadOptions,
 ) -> Result<(Vec<u8>, Vec<String>), CodecError> {
-    let reader = open(original)?;
-    let Kept { part, channels, parts, primaries, notes } =
-        Kept::of(reader.headers(), picture, options, layer, reading)?;
-    if channels.is_empty() && parts.is_empty() {
-        return Ok((encode_exr(picture, options)?, notes));
-    }
+    check_size((picture.width.into(), picture.height.into()), if options.float { 4 } else { 2 })?;
+    let Opened { reader, headers: old } = open(original)?;
+    let Kept { part, channels, parts, primaries, mut notes } = Kept::of(&old, picture, options, layer, reading)?;
     let options = &ExrOptions { primaries, ..*options };
-    let old = reader.headers().to_vec();
-    let names = choose(&old, layer).map(|choice| written_names(&old[part], &choice))?;
+    let is_alone = channels.is_empty() && parts.is_empty();
+    let names = match is_alone {
+        true => picture_names(),
+        false => choose(&old, layer).map(|choice| written_names(&old[part], &choice))?,
+    };
     let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
     let size = (picture.width, picture.height);
     let (mut header, columns) = part_of(size, &picture.meta, options, &names, list, parts.is_empty());
-    keep_attributes(&old[part].own_attributes, &mut header.own_attributes);
+    keep_attributes(&old[part].own_attributes, &mut header.own_attributes, !channels.is_empty());
+    notes.extend(settle(&mut header, &picture.meta));
     let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
     let needed = bytes as u64 * u64::from(picture.width) * u64::from(picture.height);
     reading.budget.check((picture.width.into(), picture.height.into()), 4, needed)?;
     let mut rest =
         Rest { part, parts: &parts, channels: &channels, rows: zeroed(needed as usize)?, chunks: Vec::new() };
-    rest.read(reader)?;
+    if !is_alone {
+        rest.read(reader)?;
+    }
     let (rows, mut chunks) = (rest.rows, rest.chunks);
     let order: Vec<usize> = (0..old.len()).filter(|index| *index == part || parts.contains(index)).collect();
     let place = |old: usize| order.iter().position(|index| *index == old).expect("only kept parts are read");
     chunks.iter_mut().for_each(|(_, chunk)| chunk.layer_index = place(chunk.layer_index));
     let shared = header.shared_attributes.clone();
-    let new = |&index: &usize| match index == part {
-        true => header.clone(),
-        false => old[index].clone().with_shared_attributes(shared.clone()),
-    };
-    let headers: Vec<Header> = order.iter().map(new).collect();
+    let mut headers = Vec::new();
+    for &index in &order {
+        let mut new = if index == part { header.clone() } else { old[index].clone() };
+        new.shared_attributes = shared.clone();
+        notes.extend(remove_unwritable(&mut new));
+        headers.push(new);
+    }
     let content = Content {
         width: picture.width,
         pixels: &picture.pixels,
@@ -82,9 +87,9 @@ pub(crate) fn encode_beside(
 
 /// What a file has besides its picture, in sentences with the reason why it is left out.
 pub(crate) fn left_out(original: impl Read + Seek, layer: Option<&str>, why: &str) -> Result<Vec<String>, CodecError> {
-    let reader = open(original)?;
-    let mut kept = Kept::all(reader.headers(), &choose(reader.headers(), layer)?);
-    kept.leave_out(reader.headers(), |_, _| true, why);
+    let Opened { headers, .. } = open(original)?;
+    let mut kept = Kept::all(&headers, &choose(&headers, layer)?);
+    kept.leave_out(&headers, |_, _| true, why);
     Ok(kept.notes)
 }
 
@@ -158,11 +163,19 @@ impl Kept {
         if options.color.is_none() || !has_light {
             return Ok(());
         }
-        let own = match reading.space {
-            Some(space) => space.primaries,
-            None => file_primaries(&headers[self.part])?.unwrap_or(Chromaticities::REC709),
+        let header = &headers[self.part];
+        let (own, transfer) = match reading.space {
+            Some(space) => (space.primaries, Transfer::Linear),
+            None => file_colors(header)?.unwrap_or((Chromaticities::REC709, Transfer::Linear)),
         };
+        if transfer != Transfer::Linear {
+            let why = "their numbers are encoded for a display, and those of the output are light";
+            self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+            return Ok(());
+        }
         match self.primaries {
+            // The file that states colors that are not known does not state others now.
+            None if own == Chromaticities::REC709 && options.color.is_some_and(|color| color.primaries == own) => {}
             None => self.primaries = Some(own),
             Some(asked) if asked.close_to(&own, TOLERANCE) => {}
             Some(_) => {
@@ -208,9 +221,8 @@ fn written_names(header: &Header, choice: &Choice) -> [String; 4] {
     let name = |channel: usize| header.channels.list[channel].name.to_string();
     let first = choice.slots.iter().flatten().next().map(|channel| name(*channel)).unwrap_or_default();
     let layer = first.rsplit_once('.').map_or(String::new(), |(layer, _)| format!("{layer}."));
-    let is_rgb = choice.is_color && choice.slots[0] != choice.slots[1];
     let mut names = picture_names().map(|name| format!("{layer}{name}"));
-    if is_rgb {
+    if choice.is_rgb() {
         for (new, old) in names.iter_mut().zip(choice.slots) {
             new.clone_from(&old.map_or_else(|| new.clone(), name));
         }
@@ -218,15 +230,12 @@ fn written_names(header: &Header, choice: &Choice) -> [String; 4] {
     names
 }
 
-/// The attributes that belong to the channels and to the place of the part in its file.
-fn keep_attributes(old: &LayerAttributes, new: &mut LayerAttributes) {
+/// The attributes that belong to the place of the part in its file, and to its channels if there are other ones.
+fn keep_attributes(old: &LayerAttributes, new: &mut LayerAttributes, has_channels: bool) {
     new.layer_name.clone_from(&old.layer_name);
     new.view_name.clone_from(&old.view_name);
     new.multi_view_names.clone_from(&old.multi_view_names);
-    let manifests = old
-        .other
-        .iter()
-        .filter(|(name, value)| is_cryptomatte(&name.to_string()) && !matches!(value, AttributeValue::Custom { .. }));
+    let manifests = old.other.iter().filter(|(name, _)| has_channels && is_cryptomatte(&name.to_string()));
     new.other.extend(manifests.map(|(name, value)| (name.clone(), value.clone())));
 }
 

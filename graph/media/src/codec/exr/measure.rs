@@ -14,14 +14,14 @@ use rayon::prelude::*;
 use super::decode::BATCH_BYTES;
 use super::explain;
 use super::layers::decompress;
-use super::read::{open, working_bytes};
+use super::read::{Opened, open, working_bytes};
 use crate::codec::panics::catch_panic;
 use crate::codec::statistics::ChannelStatistics;
 use crate::codec::{Budget, CodecError};
 
 /// The numbers of the largest level of each channel, part by part.
 pub(crate) fn measure(reader: impl Read + Seek, budget: Budget) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {
-    let reader = open(reader)?;
+    let Opened { reader, .. } = open(reader)?;
     let mut parts: Vec<Vec<_>> =
         reader.headers().iter().map(|part| vec![ChannelStatistics::default(); part.channels.list.len()]).collect();
     let mut most = 1;

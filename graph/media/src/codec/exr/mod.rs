@@ -1,6 +1,7 @@
 //! OpenEXR in and out. Reading goes header → choice of layer → size limits → blocks, and nothing
 //! is allocated for pixels before the limits have passed.
 
+mod attributes;
 mod camera;
 mod counters;
 mod decode;
@@ -25,8 +26,10 @@ pub(crate) use camera::of_attributes;
 pub(crate) use describe::describe;
 pub(crate) use layers::{encode_beside, left_out};
 pub(crate) use measure::measure;
+pub(crate) use read::check;
 pub(crate) use read::decode;
 pub use rows::ExrRows;
+pub(crate) use write::encode;
 pub use write::{ExrCompression, ExrOptions, encode_exr};
 
 /// The first four bytes of every EXR file.
@@ -37,8 +40,6 @@ fn explain(error: &Error) -> CodecError {
     match error {
         Error::Io(error) => CodecError::reading(error),
         Error::Invalid(what) if what.contains("missing bytes") => CodecError::cut_short(),
-        Error::Invalid(what) if what.contains("channel sampling factor") => subsampled(),
-        Error::NotSupported(what) if what.contains("subsampling") => subsampled(),
         Error::NotSupported(what) if what.contains("deep") => deep(),
         Error::NotSupported(what) => unsupported(format!("this EXR cannot be read: {what}"))
             .hint("save it again as a flat, ZIP-compressed OpenEXR 2 file"),
@@ -56,7 +57,18 @@ fn deep() -> CodecError {
         .hint("flatten it first, for example `oiiotool deep.exr --flatten -o flat.exr`")
 }
 
-fn subsampled() -> CodecError {
+fn luminance_chroma() -> CodecError {
     unsupported("chroma-subsampled EXR (luminance with `RY` and `BY`) is not supported")
         .hint("save it again with full-size `R`, `G` and `B` channels")
+}
+
+/// Channels that are stored for some pixels only.
+fn subsampled(channels: &[(String, [i32; 2])]) -> Option<CodecError> {
+    let is_chroma = |name: &str| name.rsplit('.').next().is_some_and(|last| matches!(last, "RY" | "BY"));
+    let (name, [across, down]) = channels.first()?;
+    if channels.iter().any(|(name, _)| is_chroma(name)) {
+        return Some(luminance_chroma());
+    }
+    let what = format!("its channel `{name}` has one number for {across}x{down} pixels, which is not supported");
+    Some(unsupported(what).hint("save it again with that channel in full size, or without it"))
 }

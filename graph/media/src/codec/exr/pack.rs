@@ -6,16 +6,20 @@
 use std::borrow::Cow;
 use std::io::Cursor;
 
-use exr::block::chunk::Chunk;
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
-use exr::meta::attribute::SampleType;
+use exr::error::Error;
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::BlockDescription;
+use exr::meta::attribute::{Compression, IntegerBounds, LevelMode, SampleType, TileDescription};
 use exr::meta::header::Header;
 use glam::Mat3;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
+use super::attributes::{Head, LONG_NAMES};
 use super::explain;
 use crate::codec::chromaticities::convert;
 use crate::codec::panics::catch_panic;
@@ -55,6 +59,7 @@ pub(super) fn pack(content: &Content<'_>, stored: Vec<(usize, Chunk)>) -> Result
     let chunks = content.chunks(blocks)?;
     let mut bytes = file(content.headers, chunks.into_iter().chain(stored))?;
     sort_attributes(&mut bytes, content.headers.len());
+    announce_long_names(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -76,17 +81,25 @@ pub(super) fn head(header: &Header) -> Result<Vec<u8>, CodecError> {
     let packed = catch_panic(|| {
         let mut file = Cursor::new(&mut bytes);
         // The chunks are written elsewhere.
-        exr::block::write(&mut file, std::iter::once(header.clone()).collect(), false, |_, _| {
-            Err(exr::error::Error::Aborted)
-        })
+        exr::block::write(&mut file, std::iter::once(header.clone()).collect(), false, |_, _| Err(Error::Aborted))
     });
     match packed.map_err(|panic| ours(&panic))? {
-        Ok(()) | Err(exr::error::Error::Aborted) => {}
+        Ok(()) | Err(Error::Aborted) => {}
         Err(error) => return Err(explain(&error)),
     }
     let end = sort_attributes(&mut bytes, 1);
     bytes.truncate(end);
+    announce_long_names(&mut bytes)?;
     Ok(bytes)
+}
+
+/// Sets the flag of files with long names, which the `exr` crate does not do for those of channels and types.
+fn announce_long_names(file: &mut [u8]) -> Result<(), CodecError> {
+    let head = Head::read(&mut &*file).map_err(|error| CodecError::writing(&error))?;
+    if head.has_long_names() {
+        file[4..8].copy_from_slice(&(head.version | LONG_NAMES).to_le_bytes());
+    }
+    Ok(())
 }
 
 fn ours(panic: &str) -> CodecError {
@@ -96,10 +109,15 @@ fn ours(panic: &str) -> CodecError {
 impl Content<'_> {
     /// Packs blocks, whose rows are all here, on all cores.
     pub(super) fn chunks(&self, blocks: Vec<(usize, BlockIndex)>) -> Result<Vec<(usize, Chunk)>, CodecError> {
+        let header = &self.headers[self.part];
         let chunks = blocks.into_par_iter().map(|(number, index)| {
             let data = self.block(&index);
-            let chunk = catch_panic(|| UncompressedBlock { index, data }.compress_to_chunk(self.headers))
-                .map_err(|panic| ours(&panic))?;
+            // A block that would grow is stored as it is.
+            let chunk = catch_panic(|| match b44_grows(header, index.pixel_size) {
+                true => unpacked(header, index, data),
+                false => UncompressedBlock { index, data }.compress_to_chunk(self.headers),
+            });
+            let chunk = chunk.map_err(|panic| ours(&panic))?;
             chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
         });
         chunks.collect()
@@ -145,6 +163,34 @@ impl Content<'_> {
         }
         Row::Float(Cow::Owned(values))
     }
+}
+
+/// Whether B44 may need more bytes for a block than it has: the `exr` crate has no room for them. It packs each half of
+/// 4x4 pixels into 14 bytes, also where a block has fewer rows or columns.
+fn b44_grows(header: &Header, size: Vec2<usize>) -> bool {
+    let packed = |samples: SampleType| match samples {
+        SampleType::F16 => size.0.div_ceil(4) * size.1.div_ceil(4) * 14,
+        _ => size.area() * samples.bytes_per_sample(),
+    };
+    let all: usize = header.channels.list.iter().map(|channel| packed(channel.sample_type)).sum();
+    matches!(header.compression, Compression::B44 | Compression::B44A)
+        && all >= size.area() * header.channels.bytes_per_pixel
+}
+
+/// A chunk with the rows as they are, whatever the packing of the file.
+fn unpacked(header: &Header, index: BlockIndex, data: Vec<u8>) -> Result<Chunk, Error> {
+    // As a tile it may have several rows.
+    let tile = TileDescription {
+        tile_size: index.pixel_size,
+        level_mode: LevelMode::Singular,
+        rounding_mode: RoundingMode::Down,
+    };
+    let plain = Header { blocks: BlockDescription::Tiles(tile), ..header.clone() };
+    let section = IntegerBounds::from_dimensions(index.pixel_size);
+    let bytes = Compression::Uncompressed.compress_image_section_to_le(&plain, data, section)?;
+    let y_coordinate = index.pixel_position.1 as i32 + header.own_attributes.layer_position.1;
+    let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le: bytes };
+    Ok(Chunk { layer_index: index.layer, compressed_block: CompressedBlock::ScanLine(block) })
 }
 
 /// A row of the picture.

@@ -2,21 +2,27 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Xy};
+use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Transfer, Xy};
 use exr::block::reader::Reader;
+use exr::error::Error;
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{Chromaticities as ExrChromaticities, IntegerBounds, SampleType};
-use exr::meta::header::Header;
+use exr::meta::header::{Header, standard_names};
 
+use super::attributes::{Head, is_window, keep_bytes};
 use super::decode::{BATCH_BYTES, Placement, decode_blocks};
-use super::label::named_primaries;
-use super::select::{Choice, choose};
-use super::{explain, unsupported};
-use crate::codec::chromaticities::to_rec709;
+use super::label::{Interop, interop, is_data, named_colors};
+use super::select::{Choice, choose, chosen_layer};
+use super::{explain, subsampled, unsupported};
+use crate::codec::chromaticities::adopted_white;
+use crate::codec::codes::Colors;
 use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large};
 use crate::codec::metered::Metered;
 use crate::codec::{CodecError, Metadata, Picture, Pixels, ReadOptions};
+
+/// Primaries that differ by less count as equal.
+const TOLERANCE: f64 = 1e-3;
 
 /// Decodes the chosen layer of an EXR file: its data window, or placed in its display window.
 pub(crate) fn decode(
@@ -24,30 +30,35 @@ pub(crate) fn decode(
     layer: Option<&str>,
     options: &ReadOptions,
 ) -> Result<Picture, CodecError> {
-    let reader = open(reader)?;
-    let choice = choose(reader.headers(), layer)?;
-    let header = reader.headers()[choice.part].clone();
-    let primaries = match options.space.filter(|_| has_primaries(&choice)) {
-        Some(space) => Some(space.primaries),
-        None => stated_primaries(&header, &choice)?,
+    let Opened { reader, headers } = open(reader)?;
+    let choice = choose(&headers, layer)?;
+    let header = &headers[choice.part];
+    let colors = match options.space.filter(|_| choice.is_rgb()) {
+        Some(space) => Some((space.primaries, Transfer::Linear)),
+        None => stated_colors(header, &choice)?,
     };
-    let color = primaries.as_ref().and_then(to_rec709).map(|matrix| matrix.as_mat3());
+    let primaries = colors.map(|(primaries, _)| primaries);
+    let colors = colors.map(|colors| Colors::new(Some(colors), None, Vec::new()));
     let data = header.data_window();
     let whole = if options.data_window { data } else { header.shared_attributes.display_window };
     let display = options.rows.map_or(whole, |rows| part(whole, rows));
-    let pixel_type = pixel_type(&header, &choice);
+    let pixel_type = pixel_type(header, &choice);
     let sample_bytes = if pixel_type == SampleType::F16 { 2 } else { 4 };
-    options.budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(&header))?;
-    let placement = Placement { choice, display, data, color };
+    options.budget.check((display.size.0 as u64, display.size.1 as u64), sample_bytes, working_bytes(header))?;
+    let stated = colors.as_ref().and_then(|colors| colors.stated).map(|color| stated_color(header, color));
+    let placement = Placement { choice, display, data, colors };
     let pixels = match pixel_type {
         SampleType::F16 => Pixels::Half(decode_blocks(reader, &placement)?),
         _ => Pixels::Float(decode_blocks(reader, &placement)?),
     };
     let (width, height) = (display.size.0 as u32, display.size.1 as u32);
-    let notes = notes(&header, &placement.choice, whole);
-    let mut meta = metadata(&header, &choice, primaries.as_ref());
+    let mut notes = notes(&headers, &choice, layer, whole);
+    let mut meta = metadata(header, &choice, primaries.as_ref());
+    if options.space.is_none() {
+        notes.extend(color_note(header, &choice));
+        meta.has_unknown_colors = choice.is_rgb() && !matches!(interop(header), None | Some(Interop::Space(..)));
+    }
     meta.data_size = options.data_window.then_some((width, whole.size.1 as u32));
-    let stated = primaries.map(|primaries| stated_color(&header, primaries));
     Ok(Picture { width, height, pixels, meta, stated, notes })
 }
 
@@ -59,23 +70,66 @@ fn part(window: IntegerBounds, [first, count]: [u32; 2]) -> IntegerBounds {
     IntegerBounds { position, size: Vec2(window.size.0, (count as usize).clamp(1, (rows - first).max(1))) }
 }
 
+/// A file whose headers are read.
+pub(super) struct Opened<R> {
+    pub(super) reader: Reader<Metered<R>>,
+    /// The headers of all parts, with the attributes as they are stored.
+    pub(super) headers: Vec<Header>,
+}
+
 /// Reads the headers and refuses what would exhaust memory later.
-pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Reader<Metered<R>>, CodecError> {
+pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Opened<R>, CodecError> {
     let failed = |error| CodecError::reading(&error);
     let length = reader.seek(SeekFrom::End(0)).map_err(failed)?;
     reader.rewind().map_err(failed)?;
+    // What cannot be read here is reported by the decoder, which says more.
+    let head = Head::read(reader.by_ref().take(MAX_EXR_HEADER));
+    reader.rewind().map_err(failed)?;
     let (reader, allowance) = Metered::new(reader, MAX_EXR_HEADER);
-    let reader = exr::block::read(reader, false).map_err(|error| explain(&error))?;
+    let reader = exr::block::read(reader, false).map_err(|error| explain_header(&error, head.as_ref().ok()))?;
+    let head = head.map_err(failed)?;
     allowance.lift();
-    for header in reader.headers() {
+    let mut headers = reader.headers().to_vec();
+    for (part, header) in headers.iter_mut().enumerate() {
         check_header(header)?;
+        check_windows(&head, part)?;
+        keep_bytes(header, head.parts.get(part).map_or(&[], Vec::as_slice));
     }
     // The headers are followed by a table with the offset of each block, in eight bytes.
-    let blocks: u64 = reader.headers().iter().map(|header| header.chunk_count as u64).sum();
+    let blocks: u64 = headers.iter().map(|header| header.chunk_count as u64).sum();
     if blocks.saturating_mul(8) > length {
         return Err(CodecError::cut_short());
     }
-    Ok(reader)
+    Ok(Opened { reader, headers })
+}
+
+/// What is wrong with a header, by the name of the channel or the attribute if that is known.
+fn explain_header(error: &Error, head: Option<&Head>) -> CodecError {
+    let (Error::Invalid(what) | Error::NotSupported(what)) = error else { return explain(error) };
+    let channels = head.map(Head::subsampled).unwrap_or_default();
+    let known = match what.contains("sampling") {
+        true => subsampled(&channels),
+        false => head.and_then(Head::fault).map(CodecError::broken),
+    };
+    known.unwrap_or_else(|| explain(error))
+}
+
+/// Reads the headers of a file that was written, and reports what another reader would refuse.
+pub(crate) fn check(mut reader: impl Read + Seek) -> Result<(), CodecError> {
+    let head = Head::read(reader.by_ref().take(MAX_EXR_HEADER)).map_err(|error| CodecError::reading(&error))?;
+    reader.rewind().map_err(|error| CodecError::reading(&error))?;
+    open(reader)?;
+    head.fault().map_or(Ok(()), |fault| Err(CodecError::broken(fault)))
+}
+
+/// The decoder takes a window whose corners are swapped for the window between them.
+fn check_windows(head: &Head, part: usize) -> Result<(), CodecError> {
+    for (name, what) in [(standard_names::DISPLAY_WINDOW, "display"), (standard_names::DATA_WINDOW, "data")] {
+        if head.value(part, name).is_some_and(|window| !is_window(window)) {
+            return Err(CodecError::broken(format!("its {what} window is empty or inverted")));
+        }
+    }
+    Ok(())
 }
 
 fn check_header(header: &Header) -> Result<(), CodecError> {
@@ -122,27 +176,41 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
-/// Whether the numbers depend on primaries: not those of gray and of data.
-fn has_primaries(choice: &Choice) -> bool {
-    choice.is_color && choice.slots[0] != choice.slots[1]
-}
-
-/// The primaries that the file states; `None` if it states none, and for gray and data, which need none.
-pub(super) fn stated_primaries(header: &Header, choice: &Choice) -> Result<Option<Chromaticities>, CodecError> {
-    if !has_primaries(choice) {
+/// What the numbers of the picture mean, if the file states it; `None` for gray and data, too, which need nothing.
+pub(super) fn stated_colors(
+    header: &Header,
+    choice: &Choice,
+) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
+    if !choice.is_rgb() || is_data(header) {
         return Ok(None);
     }
-    file_primaries(header)
+    file_colors(header)
 }
 
-/// The primaries that the file states for all its layers of light.
-pub(super) fn file_primaries(header: &Header) -> Result<Option<Chromaticities>, CodecError> {
-    let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named_primaries(header)) };
+/// The primaries and the function that the file states for all its layers of light.
+pub(super) fn file_colors(header: &Header) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
+    let named = named_colors(header).map(|(primaries, transfer, _)| (primaries, transfer));
+    let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named) };
     let primaries = from_attribute(&attribute).ok_or_else(|| {
         unsupported("its `chromaticities` attribute describes no color space")
             .hint("correct or remove that attribute; without it, Rec.709 is assumed")
     })?;
-    Ok(Some(primaries))
+    Ok(Some((primaries, named.map_or(Transfer::Linear, |(_, transfer)| transfer))))
+}
+
+/// The sentence about a color space that is not known, or stated in two ways.
+pub(super) fn color_note(header: &Header, choice: &Choice) -> Option<String> {
+    let stated = header.shared_attributes.chromaticities.as_ref().and_then(from_attribute);
+    let read = if stated.is_some() { "`chromaticities`" } else { "Rec.709" };
+    match interop(header).filter(|_| choice.is_rgb())? {
+        Interop::Data => Some("its `colorInteropID` is `data`: the numbers are read as they are".to_owned()),
+        Interop::Unknown(id) => Some(format!(
+            "its `colorInteropID` is `{id}`, which is not known: the colors are read as linear light of {read}"
+        )),
+        Interop::Space(named, _) => stated.filter(|stated| !stated.close_to(&named, TOLERANCE)).map(|_| {
+            "its `chromaticities` and its `colorInteropID` contradict each other: the former are believed".to_owned()
+        }),
+    }
 }
 
 fn from_attribute(attribute: &ExrChromaticities) -> Option<Chromaticities> {
@@ -161,15 +229,18 @@ pub(super) fn point(xy: Xy) -> Vec2<f32> {
 }
 
 /// `whiteLuminance` and `adoptedNeutral` are stated only with the primaries that they belong to.
-pub(super) fn stated_color(header: &Header, primaries: Chromaticities) -> Colorimetry {
+pub(super) fn stated_color(header: &Header, color: Colorimetry) -> Colorimetry {
     let own = &header.own_attributes;
     let white_nits = own.white_luminance.filter(|nits| (1e-6..=1e9).contains(nits)).map(Decimal::from);
     let adopted_white = own.adopted_neutral.map(|xy| Xy::from([xy.0, xy.1]));
-    Colorimetry { white_nits, adopted_white, ..Colorimetry::linear(primaries) }
+    Colorimetry { white_nits: white_nits.or(color.white_nits), adopted_white, ..color }
 }
 
 /// A chromaticity after the adaptation from one white to another, which the pixels undergo, too.
 pub(super) fn adapted(xy: Vec2<f32>, from: Xy, to: Xy) -> Option<Vec2<f32>> {
+    if from == to {
+        return Some(xy);
+    }
     let adapt = Cones::Bradford.adaptation(from.to_xyz(), to.to_xyz());
     let at = adapt * Xy::from([xy.0, xy.1]).to_xyz();
     let sum = at.element_sum();
@@ -179,19 +250,23 @@ pub(super) fn adapted(xy: Vec2<f32>, from: Xy, to: Xy) -> Option<Vec2<f32>> {
 /// The attributes of the file, as they hold for pixels that [`decode`] has converted to Rec.709.
 fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>) -> Metadata {
     let mut image = header.shared_attributes.clone();
-    if choice.is_color && image.chromaticities.is_some() {
+    if is_data(header) {
+        image.chromaticities = None;
+    } else if choice.is_color && image.chromaticities.is_some() {
         image.chromaticities = Some(to_attribute(&Chromaticities::REC709));
     }
     let mut layer = header.own_attributes.clone();
     if let Some(primaries) = primaries {
-        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, primaries.white, Xy::D65));
+        layer.adopted_neutral = layer.adopted_neutral.and_then(|xy| adapted(xy, adopted_white(primaries), Xy::D65));
     }
-    Metadata { image, layer, data_size: None, block_rows: u32::try_from(block_size(header).1).ok() }
+    let block_rows = u32::try_from(block_size(header).1).ok();
+    Metadata { image, layer, data_size: None, block_rows, has_unknown_colors: false }
 }
 
-/// What the picture, which is this window, does not have of the file.
-pub(super) fn notes(header: &Header, choice: &Choice, window: IntegerBounds) -> Vec<String> {
-    let mut notes = Vec::new();
+/// Which layer the picture is, and what it, which is this window, does not have of the file.
+pub(super) fn notes(headers: &[Header], choice: &Choice, layer: Option<&str>, window: IntegerBounds) -> Vec<String> {
+    let header = &headers[choice.part];
+    let mut notes: Vec<String> = chosen_layer(headers).filter(|_| layer.is_none()).into_iter().collect();
     if !contains(window, header.data_window()) {
         notes.push("pixels outside the display window are left out".to_owned());
     }

@@ -8,7 +8,7 @@ use glam::Mat3;
 
 use super::explain;
 use super::pack::{Column, Content, head};
-use super::write::{ExrOptions, part_of, picture_names};
+use super::write::{ExrOptions, part_of, picture_names, settle};
 use crate::codec::limits::check_sides;
 use crate::codec::{CodecError, Metadata, Pixels};
 
@@ -29,6 +29,7 @@ pub struct ExrRows<W: Write + Seek> {
     table: u64,
     end: u64,
     offsets: Vec<u64>,
+    notes: Vec<String>,
 }
 
 impl<W: Write + Seek> ExrRows<W> {
@@ -38,7 +39,8 @@ impl<W: Write + Seek> ExrRows<W> {
     /// A side that is too long, and what writing to `to` reports.
     pub fn new(mut to: W, size: (u32, u32), meta: &Metadata, options: &ExrOptions) -> Result<Self, CodecError> {
         check_sides((size.0.into(), size.1.into()))?;
-        let (header, columns) = part_of(size, meta, options, &picture_names(), Vec::new(), true);
+        let (mut header, columns) = part_of(size, meta, options, &picture_names(), Vec::new(), true);
+        let notes = settle(&mut header, meta);
         let headers = [header];
         let mut blocks: Vec<_> = enumerate_ordered_header_block_indices(&headers).collect();
         blocks.reverse();
@@ -48,7 +50,12 @@ impl<W: Write + Seek> ExrRows<W> {
         written.map_err(|error| CodecError::writing(&error))?;
         let (conversion, end) = (options.conversion(), table + 8 * offsets.len() as u64);
         let (width, waiting) = (size.0, Pixels::Half(Vec::new()));
-        Ok(Self { to, width, headers, columns, conversion, blocks, waiting, first_row: 0, table, end, offsets })
+        Ok(Self { to, width, headers, columns, conversion, blocks, waiting, first_row: 0, table, end, offsets, notes })
+    }
+
+    /// Sentences about attributes that are left out.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// Writes the next rows: all of them halves, or all of them floats.

@@ -8,8 +8,12 @@ use afterimage_base::diagnostic::did_you_mean;
 use exr::meta::header::Header;
 
 use super::label::cryptomattes;
-use super::{subsampled, unsupported};
+use super::{luminance_chroma, unsupported};
 use crate::codec::{CodecError, ErrorKind};
+
+/// What renderers call the picture that all others are parts of, the first one first: Blender, Arnold and Nuke, Redshift
+/// and V-Ray, Karma, RenderMan.
+const PICTURES: [&str; 6] = ["combined", "rgba", "beauty", "rgb", "c", "ci"];
 
 /// Where each of red, green, blue and alpha is read from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,12 +28,34 @@ pub(super) struct Choice {
 
 /// Finds what `layer` names, or the most likely picture of the file where it is `None`.
 pub(super) fn choose(headers: &[Header], layer: Option<&str>) -> Result<Choice, CodecError> {
-    let parts: Vec<Part> = headers.iter().enumerate().map(|(index, header)| Part::new(index, header)).collect();
+    let parts = parts(headers);
     match layer {
         Some(name) => named(&parts, name),
-        None => likely(&parts).ok_or_else(|| no_picture(&parts)),
+        None => likely(headers, &parts).ok_or_else(|| no_picture(&parts)),
     }
-    .map_err(|error| if is_luminance_chroma(&parts, &error) { subsampled() } else { error })
+    .map_err(|error| if is_luminance_chroma(&parts, &error) { luminance_chroma() } else { error })
+}
+
+/// The sentence about the layer that is read if no name chooses one and several could be. Plain `R`, `G` and `B` are the
+/// picture, whatever there is besides.
+pub(super) fn chosen_layer(headers: &[Header]) -> Option<String> {
+    let parts = parts(headers);
+    let layers = layers(headers, &parts);
+    let chosen = layers.first().filter(|chosen| !(chosen.is_color && chosen.name.is_empty()))?;
+    let others = layers[1..].iter().filter(|other| other.is_color == chosen.is_color && !other.name.is_empty());
+    let mut others: Vec<String> = others.map(|other| format!("`{}`", other.name)).collect();
+    others.sort();
+    let others = match others.len() {
+        0 => return None,
+        1..=6 => others.join(", "),
+        all => format!("{}, and {} more", others[..6].join(", "), all - 6),
+    };
+    let chosen = if chosen.name.is_empty() { "without a name" } else { &format!("`{}`", chosen.name) };
+    Some(format!("the layer {chosen} is read, and not {others}; `FILE.exr#LAYER` chooses another"))
+}
+
+fn parts(headers: &[Header]) -> Vec<Part> {
+    headers.iter().enumerate().map(|(index, header)| Part::new(index, header)).collect()
 }
 
 struct Part {
@@ -95,17 +121,21 @@ impl Group {
             return None;
         }
         let alpha = self.find(&["A", "alpha"]);
+        let others: Vec<&(String, usize)> =
+            self.channels.iter().filter(|(_, index)| self.channels.len() == 1 || Some(*index) != alpha).collect();
         let rgb = [["R", "red"], ["G", "green"], ["B", "blue"]].map(|names| self.find(&names));
-        if let [_, Some(_), _] | [Some(_), _, Some(_)] = rgb {
-            return Some(Choice { part, slots: [rgb[0], rgb[1], rgb[2], alpha], is_color: true });
-        }
         let [x, y, z] = ["X", "Y", "Z"].map(|name| self.find(&[name]));
-        let [u, v] = ["U", "V"].map(|name| self.find(&[name]));
-        let (slots, is_color) = match (self.channels.as_slice(), y) {
+        let [u, v, w] = ["U", "V", "W"].map(|name| self.find(&[name]));
+        let (slots, is_color) = match (others.as_slice(), rgb, y) {
+            // One channel is gray, whatever its letter.
+            (&[&(_, only)], ..) => {
+                let is_light = y == Some(only) || rgb.contains(&Some(only));
+                (gray(only, alpha.filter(|alpha| *alpha != only)), is_light)
+            }
+            (_, [_, Some(_), _] | [Some(_), _, Some(_)], _) => ([rgb[0], rgb[1], rgb[2], alpha], true),
             _ if x.is_some() && y.is_some() => ([x, y, z, alpha], false),
-            _ if u.is_some() && v.is_some() => ([u, v, None, alpha], false),
-            (_, Some(luminance)) => (gray(luminance, alpha), true),
-            (&[(_, only)], _) => (gray(only, None), false),
+            _ if u.is_some() && v.is_some() => ([u, v, w, alpha], false),
+            (_, _, Some(luminance)) => (gray(luminance, alpha), true),
             _ => return None,
         };
         Some(Choice { part, slots, is_color })
@@ -116,28 +146,80 @@ impl Group {
 /// numbers of objects.
 pub(super) fn light_channels(header: &Header) -> Vec<usize> {
     let mattes = cryptomattes(header);
-    let is_matte = |prefix: &str| {
-        let mut ranks = mattes.iter().filter_map(|matte| prefix.strip_prefix(matte.as_str()));
-        ranks.any(|rank| rank.bytes().all(|byte| byte.is_ascii_digit()))
-    };
     let groups = Part::new(0, header).groups;
-    let choices = groups.iter().filter(|group| !is_matte(&group.prefix)).filter_map(|group| group.pick(0));
-    let light = choices.filter(|choice| choice.is_color && choice.slots[0] != choice.slots[1]);
+    let choices = groups.iter().filter(|group| !is_matte(&mattes, &group.prefix)).filter_map(|group| group.pick(0));
+    let light = choices.filter(|choice| choice.is_rgb());
     light.flat_map(|choice| [0, 1, 2].map(|slot| choice.slots[slot])).flatten().collect()
+}
+
+/// Whether a layer is a rank of one of these Cryptomattes.
+fn is_matte(mattes: &[String], layer: &str) -> bool {
+    let mut ranks = mattes.iter().filter_map(|matte| layer.strip_prefix(matte.as_str()));
+    ranks.any(|rank| rank.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+impl Choice {
+    /// Whether it is a color and not a gray.
+    pub(super) fn is_rgb(&self) -> bool {
+        self.is_color && self.slots[0] != self.slots[1]
+    }
 }
 
 fn gray(channel: usize, alpha: Option<usize>) -> [Option<usize>; 4] {
     [Some(channel), Some(channel), Some(channel), alpha]
 }
 
-/// Plain color channels first, then any color layer, then any channels that can be shown.
-fn likely(parts: &[Part]) -> Option<Choice> {
-    let layers = || parts.iter().flat_map(|part| part.groups.iter().map(move |g| (part, g)));
-    let color = |choice: &Choice| choice.is_color;
-    let nameless = parts.iter().filter_map(|part| part.layer("")).find(color);
-    let any_color = || layers().filter_map(|(part, g)| part.layer(&g.prefix)).find(color);
-    let anything = || parts.iter().find_map(Part::whole);
-    nameless.or_else(any_color).or_else(anything)
+/// A layer that can be shown.
+struct Layer {
+    choice: Choice,
+    /// Its name with that of its part.
+    name: String,
+    /// Whether it is light: neither data nor the numbers of objects.
+    is_color: bool,
+}
+
+/// The likely picture of a file.
+fn likely(headers: &[Header], parts: &[Part]) -> Option<Choice> {
+    layers(headers, parts).into_iter().next().map(|layer| layer.choice)
+}
+
+/// All layers that can be shown, the most likely picture first: a color before a gray and before data, then a layer
+/// without a name, then what is [called](PICTURES) so, then the channels without a layer of a part, then the first view.
+fn layers(headers: &[Header], parts: &[Part]) -> Vec<Layer> {
+    let views = views(headers);
+    let mut found = Vec::new();
+    for (part, header) in parts.iter().zip(headers) {
+        let mattes = cryptomattes(header);
+        for group in &part.groups {
+            let Some(choice) = group.pick(part.index) else { continue };
+            let own = part.name.as_deref().filter(|_| parts.len() > 1).unwrap_or_default();
+            let own = if part.below(&group.prefix).is_some() { "" } else { own };
+            let words: Vec<&str> =
+                [own, &group.prefix].iter().flat_map(|name| name.split('.')).filter(|word| !word.is_empty()).collect();
+            let view_of = |word: &str| views.iter().position(|view| view.eq_ignore_ascii_case(word));
+            let view = words.iter().find_map(|word| view_of(word)).map_or(0, |view| view + 1);
+            let rank = match words.iter().rfind(|word| view_of(word).is_none()) {
+                None => 0,
+                Some(word) => {
+                    let known = PICTURES.iter().position(|picture| picture.eq_ignore_ascii_case(word));
+                    known.map_or(usize::MAX, |known| known + 1)
+                }
+            };
+            let is_color = choice.is_color && !is_matte(&mattes, &group.prefix);
+            let order = (!is_color, !choice.is_rgb(), rank, !group.prefix.is_empty(), view);
+            found.push((order, Layer { choice, name: words.join("."), is_color }));
+        }
+    }
+    found.sort_by_key(|(order, _)| *order);
+    found.into_iter().map(|(_, layer)| layer).collect()
+}
+
+/// The names of the views, the default one first.
+fn views(headers: &[Header]) -> Vec<String> {
+    let own = headers.iter().map(|header| &header.own_attributes);
+    let listed = own.clone().flat_map(|own| own.multi_view_names.iter().flatten());
+    let named = listed.chain(own.filter_map(|own| own.view_name.as_ref())).map(ToString::to_string);
+    named.chain(["left".to_owned(), "right".to_owned()]).collect()
 }
 
 fn named(parts: &[Part], name: &str) -> Result<Choice, CodecError> {

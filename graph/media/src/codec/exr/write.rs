@@ -2,16 +2,16 @@
 
 use afterimage_base::color::{Chromaticities, Colorimetry};
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{
-    AttributeValue, ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType, Text,
-};
+use exr::meta::attribute::{ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
 use glam::Mat3;
 
+use super::attributes::{attribute_names, attributes_left_out, is_structure, remove_unwritable};
 use super::describe::compression_name;
 use super::label::{describes_old_pixels, name_primaries};
 use super::pack::{Column, Content, pack};
 use super::read::{adapted, point, to_attribute};
+use crate::codec::chromaticities::{adopted_white, conversion};
 use crate::codec::limits::check_size;
 use crate::codec::{CodecError, Metadata, Picture};
 
@@ -25,7 +25,7 @@ pub struct ExrOptions {
     /// How blocks are packed.
     pub compression: ExrCompression,
     /// What the numbers mean, which the file states: `chromaticities`, and `whiteLuminance` and `adoptedNeutral` where
-    /// they are known. `None` keeps the attributes of the picture, for data and for unknown colors.
+    /// they are known. `None` for data, of which the file states no `chromaticities`.
     pub color: Option<Colorimetry>,
     /// The primaries that the file has; those of `color` if `None`. Pixels are converted to them.
     pub primaries: Option<Chromaticities>,
@@ -41,8 +41,7 @@ impl ExrOptions {
 
     /// From the primaries of the picture to those of the file; `None` if they are the same.
     pub(super) fn conversion(&self) -> Option<Mat3> {
-        let (from, to) = (self.color?.primaries, self.written_primaries()?);
-        (from != to).then(|| from.conversion(&to).as_mat3())
+        conversion(&self.color?.primaries, &self.written_primaries()?).map(|matrix| matrix.as_mat3())
     }
 }
 
@@ -139,13 +138,34 @@ impl ExrCompression {
 
 /// Encodes an EXR file.
 pub fn encode_exr(picture: &Picture, options: &ExrOptions) -> Result<Vec<u8>, CodecError> {
+    encode(picture, options).map(|(file, _)| file)
+}
+
+/// The file, and sentences about attributes of the picture that are left out.
+pub(crate) fn encode(picture: &Picture, options: &ExrOptions) -> Result<(Vec<u8>, Vec<String>), CodecError> {
     let bytes = if options.float { 4 } else { 2 };
     check_size((picture.width.into(), picture.height.into()), bytes)?;
     let size = (picture.width, picture.height);
-    let (header, columns) = part_of(size, &picture.meta, options, &picture_names(), Vec::new(), true);
+    let (mut header, columns) = part_of(size, &picture.meta, options, &picture_names(), Vec::new(), true);
+    let notes = settle(&mut header, &picture.meta);
     let (headers, conversion) = ([header], options.conversion());
     let (width, pixels, headers, columns) = (picture.width, &picture.pixels, &headers, &columns);
-    pack(&Content { width, pixels, first_row: 0, conversion, headers, part: 0, columns, rows: &[] }, Vec::new())
+    let content = Content { width, pixels, first_row: 0, conversion, headers, part: 0, columns, rows: &[] };
+    Ok((pack(&content, Vec::new())?, notes))
+}
+
+/// Takes away what cannot be written of the attributes of a part with a picture. Returns sentences about that, and about
+/// what the picture has and the part has not.
+pub(super) fn settle(header: &mut Header, meta: &Metadata) -> Vec<String> {
+    let before = attribute_names(&meta.image, &meta.layer);
+    let wanted = attribute_names(&header.shared_attributes, &header.own_attributes);
+    let mut notes = remove_unwritable(header);
+    // Of the name of a part and of what the file consists of it has its own.
+    let old = before.difference(&wanted).filter(|name| !is_structure(name));
+    let old = old.filter(|name| name.as_slice() != standard_names::CHROMATICITIES);
+    let old = old.map(|name| format!("`{}`", String::from_utf8_lossy(name)));
+    notes.extend(attributes_left_out(old, "what they describe is not in the output"));
+    notes
 }
 
 /// The names of red, green, blue and alpha.
@@ -186,7 +206,8 @@ pub(super) fn part_of(
     let (channels, columns): (Vec<_>, Vec<_>) = channels.into_iter().unzip();
     let image = image_attributes(size, meta, options);
     let mut layer = stated_luminance(layer_attributes(size, meta, &image), options);
-    if let Some(primaries) = options.written_primaries().filter(|_| options.scene) {
+    let has_unknown_colors = meta.has_unknown_colors && options.primaries.is_none();
+    if let Some(primaries) = options.written_primaries().filter(|_| options.scene && !has_unknown_colors) {
         name_primaries(&mut layer, &primaries, is_plain);
     }
     let header = Header::new(Text::default(), (size.0 as usize, size.1 as usize), channels.into())
@@ -206,10 +227,11 @@ fn image_attributes(size: (u32, u32), meta: &Metadata, options: &ExrOptions) -> 
     if !(1e-6..=1e6).contains(&image.pixel_aspect) {
         image.pixel_aspect = 1.0;
     }
-    if let Some(primaries) = options.written_primaries() {
-        image.chromaticities = Some(to_attribute(&primaries));
+    let primaries = options.written_primaries().map(|primaries| to_attribute(&primaries));
+    if !(meta.has_unknown_colors && options.primaries.is_none() && image.chromaticities.is_none()) {
+        image.chromaticities = primaries;
     }
-    image.other.retain(|name, value| is_kept(name) && is_writable(name, value));
+    image.other.retain(|name, _| is_kept(name));
     image
 }
 
@@ -230,11 +252,7 @@ fn layer_attributes(size: (u32, u32), meta: &Metadata, image: &ImageAttributes) 
     layer.view_name = None;
     layer.deep_image_state = None;
     layer.screen_window_width = layer.screen_window_width.max(0.0);
-    let is_shared =
-        |value: &AttributeValue| matches!(value, AttributeValue::Chromaticities(_) | AttributeValue::TimeCode(_));
-    layer.other.retain(|name, value| {
-        is_kept(name) && is_writable(name, value) && !is_shared(value) && !image.other.contains_key(name)
-    });
+    layer.other.retain(|name, _| is_kept(name));
     layer
 }
 
@@ -243,9 +261,9 @@ fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttrib
     let white = options.color.and_then(|color| color.white_nits).map(|nits| nits.get() as f32);
     let neutral = options.color.and_then(|color| color.adopted_white).map(point);
     let neutral = neutral.or(layer.adopted_neutral).and_then(|xy| {
-        match options.color.map(|color| color.primaries.white).zip(options.primaries.map(|space| space.white)) {
-            Some((from, to)) if from != to => adapted(xy, from, to),
-            _ => Some(xy),
+        match options.color.map(|color| color.primaries).zip(options.primaries) {
+            Some((from, to)) => adapted(xy, adopted_white(&from), adopted_white(&to)),
+            None => Some(xy),
         }
     });
     LayerAttributes { white_luminance: white.or(layer.white_luminance), adopted_neutral: neutral, ..layer }
@@ -253,13 +271,9 @@ fn stated_luminance(layer: LayerAttributes, options: &ExrOptions) -> LayerAttrib
 
 /// Whether an attribute of the input is written: not those that the encoder makes, and none that would be false.
 fn is_kept(name: &Text) -> bool {
-    let is_reserved = standard_names::ALL.iter().any(|reserved| *reserved == name.as_slice());
-    !is_reserved && !describes_old_pixels(name)
+    !is_structure(name.as_slice()) && !BOUND.contains(&name.as_slice()) && !describes_old_pixels(name)
 }
 
-/// Whether the name and the type of an attribute have an end: a zero ends them, so neither may be empty or have one.
-/// The reader takes a zero at the beginning of a type for a letter.
-fn is_writable(name: &Text, value: &AttributeValue) -> bool {
-    let is_text = |text: &Text| !text.as_slice().is_empty() && !text.as_slice().contains(&0);
-    is_text(name) && !matches!(value, AttributeValue::Custom { kind, .. } if !is_text(kind))
-}
+/// Attributes that describe the old picture or the old parts, which are not copied whatever their type.
+const BOUND: [&[u8]; 4] =
+    [standard_names::PREVIEW, standard_names::MULTI_VIEW, standard_names::VIEW, standard_names::DEEP_IMAGE_STATE];

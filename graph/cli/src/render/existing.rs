@@ -1,0 +1,97 @@
+//! The files of earlier runs that `--skip-existing` keeps.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use afterimage_graph::image::Size;
+use afterimage_media::{ChannelDescription, PartDescription, Source, Window, read_description, read_whole};
+use afterimage_plan::Plan;
+
+use super::frames;
+use super::jobs::Job;
+use super::read::read_options;
+use super::request::{Request, is_picture};
+use super::target::Target;
+use crate::args::files::OtherSize;
+use crate::save::FileFormat;
+
+/// For each job, whether all of its files are there and whole: they are decoded, and have the size and the numbers that
+/// would be written.
+pub(super) fn done(request: &Request<'_>, plan: impl Fn(Size) -> Option<Plan>) -> Vec<bool> {
+    let mut plans = BTreeMap::new();
+    let mut first = None;
+    let mut done = Vec::new();
+    for job in &request.jobs {
+        let size = match (first, request.args.reading.resize) {
+            (Some(first), OtherSize::Fit) => Some(first),
+            _ => size(request, job),
+        };
+        first = first.or(size);
+        let is_there = job.is_written && job.out.iter().all(|file| file.exists());
+        let Some(size) = size.filter(|_| is_there) else {
+            done.push(false);
+            continue;
+        };
+        let plan = plans.entry((size.width, size.height)).or_insert_with(|| plan(size));
+        let mut files = job.out.iter().zip(&request.targets);
+        done.push(plan.as_ref().is_some_and(|plan| {
+            files.all(|(file, target)| is_whole(request, file, target, output_size(request, plan, target)))
+        }));
+    }
+    done
+}
+
+/// The size of a job's first image, from the headers of its file.
+fn size(request: &Request<'_>, job: &Job) -> Option<Size> {
+    let is_image = |name: &str| request.inputs.iter().any(|input| input.name == name && is_picture(input));
+    let Some((name, source)) = job.sources.iter().find(|(name, _)| is_image(name)) else {
+        return Some(frames::size(request, std::iter::empty()));
+    };
+    // A file that cannot be read is reported when it is.
+    let description = read_description(source).ok()?;
+    let part = description.parts.get(description.picture.map_or(0, |picture| picture.part))?;
+    let window = if read_options(request, name).data_window { part.data } else { part.display };
+    let scale = request.args.reading.scale.unwrap_or(1.0);
+    let [width, height] = [window.width, window.height].map(|side| (side as f64 * scale).round().max(1.0) as u32);
+    Some(Size::new(width, height))
+}
+
+fn output_size(request: &Request<'_>, plan: &Plan, target: &Target) -> Option<(u32, u32)> {
+    let size = plan.image(plan.output(Some(&target.output))?.image).desc.size;
+    Some(request.args.crop.map_or((size.width, size.height), |crop| crop.size))
+}
+
+/// Whether a file holds a whole picture of its format in this size.
+fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u32, u32)>) -> bool {
+    let Some(size) = size else { return false };
+    let format = target.saving.format;
+    let Ok(found) = read_whole(&Source::file(file), request.args.images.budget()) else { return false };
+    let is_written = |part: &PartDescription| {
+        let Window { width, height, .. } = part.data;
+        (width, height) == (size.0.into(), size.1.into()) && has_channels(&part.channels, target)
+    };
+    let name = match format {
+        FileFormat::Exr => "EXR",
+        FileFormat::Jpeg => "JPEG",
+        _ => "PNG",
+    };
+    found.format == name && found.parts.iter().any(is_written)
+}
+
+/// Whether a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
+fn has_channels(channels: &[ChannelDescription], target: &Target) -> bool {
+    let samples = match (target.saving.format, target.saving.bits) {
+        (FileFormat::Exr, 32) => "float",
+        (FileFormat::Exr, _) => "half",
+        (_, bits) if bits > 8 => "16 bits",
+        _ => "8 bits",
+    };
+    let is_there = |letter: &str| {
+        let name = |channel: &ChannelDescription| {
+            let last = channel.name.rsplit('.').next().unwrap_or_default();
+            last.get(..1).is_some_and(|first| first.eq_ignore_ascii_case(letter)) && channel.samples == samples
+        };
+        channels.iter().any(name)
+    };
+    ["r", "g", "b"].iter().all(|letter| is_there(letter))
+}
