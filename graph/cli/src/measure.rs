@@ -15,6 +15,7 @@ use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
+use crate::render::tell_other_numbers;
 use crate::run_files::RunFiles;
 use crate::terminal::{say_styled, visible};
 
@@ -66,6 +67,9 @@ pub(crate) fn note_images(args: &ClipArgs, run: &RunFiles) {
         let file = file.as_str();
         let frames = args.frames.as_deref().filter(|_| is_numbered(file));
         let found = Input::find(file, frames);
+        if args.frames.is_none() {
+            tell_other_numbers(file);
+        }
         for (_, source) in found.iter().flat_map(Input::sources) {
             run.reads(&source.path, "an image that is measured");
         }

@@ -113,7 +113,7 @@ fn every_type() -> Vec<Raw> {
     ]
 }
 
-/// What becomes of the attributes of a file: the written file, and what is said.
+/// A file that is read and written: the new file, and the sentences about it.
 fn rewritten(folder: &Folder, file: &[u8], way: usize) -> (Vec<u8>, Vec<String>) {
     let source = Source::file(folder.with("original.exr", file));
     let (read, out, options) = (read(&source).unwrap(), folder.file("out.exr"), ExrOptions::default());
@@ -181,7 +181,7 @@ fn an_attribute_that_no_reader_takes_is_refused_or_left_out_and_named() {
         for way in 0..3 {
             let (file, notes) = rewritten(&folder, &raw(2, &RGB, std::slice::from_ref(&attribute)), way);
             assert!(!attributes(&file).contains_key("short"), "{attribute:?}");
-            let why = "their values do not fit their types, or their names are too long";
+            let why = "a value that is none of its type, or a name that is too long";
             assert_eq!(notes, [format!("left out: attribute `short`; {why}")], "{attribute:?}");
         }
     }
@@ -196,7 +196,7 @@ fn attributes_of_the_old_picture_are_left_out_and_named() {
         let (file, notes) = rewritten(&folder, &raw(2, &RGB, &old), way);
         let found = attributes(&file);
         assert!(!found.contains_key("preview") && !found.contains_key("acesImageContainerFlag"));
-        let what = "left out: attributes `acesImageContainerFlag`, `preview`; what they describe is not in the output";
+        let what = "left out: attributes `acesImageContainerFlag`, `preview`; not true of the output";
         assert_eq!(notes, [what]);
     }
 }

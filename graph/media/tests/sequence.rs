@@ -95,6 +95,12 @@ fn numbers_that_the_pattern_does_not_write_are_named() {
         message_and_hint(&error),
         "no file fits this pattern; `Shot.0007.exr` is there: a `#` stands for each digit of a number"
     );
+    folder.with("shot.0004.exr", b"");
+    let error = find(&folder, "shot.####.exr", None).unwrap_err();
+    assert_eq!(
+        message_and_hint(&error),
+        "frame 3 is missing; `shot.00003.exr` is there, and this pattern writes numbers in another way: rename it"
+    );
 }
 
 #[test]

@@ -57,7 +57,9 @@ pub(crate) fn write_exr(
         ..ExrOptions::default()
     };
     let picture = Picture::new(size.0, size.1, pixels);
-    Ok(py.detach(|| afterimage_media::write_exr(&path, &picture, &options)).map_err(Failure::from)?)
+    // A picture of numbers has no attributes that could be left out.
+    py.detach(|| afterimage_media::write_exr(&path, &picture, &options)).map_err(Failure::from)?;
+    Ok(())
 }
 
 /// The PNG file of codes of 8 or 16 bits with 3 or 4 channels; written to `path` if there is one. The file states the

@@ -54,7 +54,7 @@ impl Transfer {
         if self == Self::Linear { signal } else { self.curve(signal.clamp(0.0, 1.0)) }
     }
 
-    /// Light of any signal, as floats have it. The curves of `Srgb` and `Gamma` go on above 1, and all are mirrored at 0.
+    /// Light of any signal, as floats have it. The curves of `Srgb` and `Gamma` go on above 1; all are mirrored at 0.
     pub fn extended_to_light(self, signal: f64) -> f64 {
         let size = signal.abs();
         let size = if matches!(self, Self::Pq | Self::Hlg) { size.clamp(0.0, 1.0) } else { size };

@@ -61,7 +61,7 @@ fn output_size(request: &Request<'_>, plan: &Plan, target: &Target) -> Option<(u
     Some(request.args.crop.map_or((size.width, size.height), |crop| crop.size))
 }
 
-/// Whether a file holds a whole picture of its format in this size.
+/// True if a file holds a whole picture of its format in this size.
 fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u32, u32)>) -> bool {
     let Some(size) = size else { return false };
     let format = target.saving.format;
@@ -78,7 +78,7 @@ fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u
     found.format == name && found.parts.iter().any(is_written)
 }
 
-/// Whether a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
+/// True if a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
 fn has_channels(channels: &[ChannelDescription], target: &Target) -> bool {
     let samples = match (target.saving.format, target.saving.bits) {
         (FileFormat::Exr, 32) => "float",

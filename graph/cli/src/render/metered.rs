@@ -11,6 +11,7 @@ use afterimage_plan::{Metering, Plan, StateContent, StateItem};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::jobs::tell_other_numbers;
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
 
@@ -89,6 +90,7 @@ impl Metered {
             Some(pattern) => pattern.frames()?.into_iter().map(|frame| pattern.at(frame)).collect(),
             None => vec![name.into()],
         };
+        tell_other_numbers(name);
         let mut frames = BTreeMap::new();
         for path in &paths {
             for frame in frames_of(path)? {

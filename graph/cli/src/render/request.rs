@@ -119,7 +119,7 @@ impl<'a> Request<'a> {
         job.frame.is_some_and(|frame| self.cuts.contains(&frame))
     }
 
-    /// Leaves frames out that are done. Where later frames need the state after them, they are rendered and not written.
+    /// Leaves frames out that are done. Where later frames need their state, they are rendered and not written.
     pub(super) fn skip(&mut self, done: &[bool], has_state: bool) {
         let jobs = std::mem::take(&mut self.jobs).into_iter().zip(done);
         if !has_state {

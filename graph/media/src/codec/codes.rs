@@ -72,7 +72,7 @@ impl Colors {
         }
     }
 
-    /// Whether the numbers of the file are linear Rec.709 as they are.
+    /// True if the numbers of the file are linear Rec.709 as they are.
     pub(crate) fn is_rec709_light(&self) -> bool {
         self.transfer == Transfer::Linear && self.matrix.is_none()
     }

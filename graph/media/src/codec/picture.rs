@@ -125,7 +125,8 @@ pub struct Metadata {
     pub data_size: Option<(u32, u32)>,
     /// Rows that the file packs together: those of a tile, or of a block of scan lines.
     pub block_rows: Option<u32>,
-    /// Whether the file names a color space that is not known, or none: what is made from it does not claim another.
+    /// True if the numbers are data, or colors of a space that the file names and that is not known: what is made from
+    /// them claims no space.
     pub has_unknown_colors: bool,
 }
 

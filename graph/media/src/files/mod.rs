@@ -110,7 +110,7 @@ pub fn read_statistics(
     measure(BufReader::new(file), description, budget).map_err(|error| FileError::at(&source.path, error))
 }
 
-/// What the headers of a file state of which everything can be decoded, to its last byte.
+/// The statements of the headers of a file, after everything in it was decoded, to its last byte.
 ///
 /// # Errors
 /// See [`FileError`], [`describe`] and [`measure`]; and a PNG or a JPEG without an end.

@@ -88,8 +88,8 @@ impl Input {
     }
 }
 
-/// The files that look like frames of a sequence, but whose numbers its pattern would not write so: with other digits, a
-/// sign, more than 32 bits, or the letters of the name in another case. They are no frames of it.
+/// The files that look like frames of a sequence, but whose numbers its pattern would not write so: with other digits,
+/// a sign, more than 32 bits, or the letters of the name in another case. They are no frames of it.
 pub fn other_numbers(name: &str) -> Vec<String> {
     let (file, _) = split_layer(name);
     match Pattern::parse(file) {
@@ -220,26 +220,33 @@ impl Pattern {
 
     /// The names in the folder with a number in the place of the placeholder, which are no frames.
     fn other_numbers(&self) -> Vec<String> {
-        let is_other = |name: &String| self.has_number(name) && self.frame_of(name).is_none();
+        let is_other = |name: &String| self.number_of(name).is_some() && self.frame_of(name).is_none();
         // A folder that cannot be listed is reported by who needs its files.
         let mut others: Vec<String> = self.names().into_iter().flatten().filter(is_other).collect();
         others.sort();
         others
     }
 
-    /// Whether a name is that of the pattern in any case, with a whole number, which may have a sign.
-    fn has_number(&self, name: &str) -> bool {
+    /// The number in a name that is that of the pattern in any case: digits, which may have a sign.
+    fn number_of(&self, name: &str) -> Option<String> {
         let [name, before, after] = [name, &self.before, &self.after].map(str::to_lowercase);
-        let number = name.strip_prefix(&before).and_then(|rest| rest.strip_suffix(&after));
-        let digits = number.map(|number| number.strip_prefix(['-', '+']).unwrap_or(number));
-        digits.is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()))
+        let number = name.strip_prefix(&before)?.strip_suffix(&after)?;
+        let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
+        let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+        is_number.then(|| number.to_owned())
     }
 
     fn gap(&self, frames: &[u32], first_missing: u32) -> FileError {
         let (first, last) = (frames[0], frames[frames.len() - 1]);
         let step = frames[1] - first;
         let is_even = frames.windows(2).all(|pair| pair[1] - pair[0] == step);
-        let hint = if is_even {
+        let others = self.other_numbers();
+        let is_missing =
+            |name: &&String| self.number_of(name).is_some_and(|number| number.parse() == Ok(first_missing));
+        let other = others.iter().find(is_missing);
+        let hint = if let Some(other) = other {
+            format!("`{other}` is there, and this pattern writes numbers in another way: rename it")
+        } else if is_even {
             format!("to take every frame that is there, add `--frames {first}-{last}x{step}`")
         } else {
             format!("render it, or choose others, for example `--frames {first}-{}`", first_missing - 1)

@@ -18,7 +18,7 @@ pub(super) const LONG_NAMES: u32 = 0x400;
 /// The flag of a file of several parts.
 const PARTS: u32 = 0x1000;
 
-/// What the encoder makes for each part.
+/// The attributes that the encoder makes for each part.
 const STRUCTURE: [&[u8]; 15] = [
     standard_names::TILES,
     standard_names::BLOCK_TYPE,
@@ -45,7 +45,7 @@ pub(super) struct Attribute {
     pub(super) value: Vec<u8>,
 }
 
-/// What stands before the table of offsets.
+/// The headers of a file, which end where the table of offsets begins.
 #[derive(Clone, Debug)]
 pub(super) struct Head {
     pub(super) version: u32,
@@ -88,7 +88,7 @@ impl Head {
         sampled.map(|(name, steps)| (String::from_utf8_lossy(name).into_owned(), steps)).collect()
     }
 
-    /// Whether a name of an attribute, a type or a channel needs [`LONG_NAMES`].
+    /// True if a name of an attribute, a type or a channel needs [`LONG_NAMES`].
     pub(super) fn has_long_names(&self) -> bool {
         self.parts.iter().flatten().any(|Attribute { name, kind, value }| {
             let listed = || channels(value).into_iter().flatten().any(|(name, _)| name.len() > SHORT_NAME);
@@ -96,7 +96,7 @@ impl Head {
         })
     }
 
-    /// What another reader would refuse, if there is anything.
+    /// The first fault that another reader would refuse.
     pub(super) fn fault(&self) -> Option<String> {
         let mut all = self.parts.iter().flatten();
         if let Some(wrong) = all.find(|attribute| !attribute.is_well_formed()) {
@@ -142,7 +142,7 @@ impl Attribute {
         String::from_utf8_lossy(&self.name).into_owned()
     }
 
-    /// Whether the name and the type have an end, which is a zero, and the value is one of the type, as OpenEXR reads
+    /// True if the name and the type have an end, which is a zero, and the value is one of the type, as OpenEXR reads
     /// it.
     fn is_well_formed(&self) -> bool {
         let Self { name, kind, value } = self;
@@ -254,7 +254,7 @@ pub(super) fn keep_bytes(header: &mut Header, stored: &[Attribute]) {
     }
 }
 
-/// Whether the encoder makes an attribute of that name.
+/// True for the name of an attribute that the encoder makes.
 pub(super) fn is_structure(name: &[u8]) -> bool {
     STRUCTURE.contains(&name)
 }
@@ -283,7 +283,7 @@ pub(super) fn remove_unwritable(header: &mut Header) -> Vec<String> {
     };
     own.other.retain(|name, value| is_writable(name, value));
     shared.other.retain(|name, value| is_writable(name, value) && !own.other.contains_key(name));
-    attributes_left_out(unwritable, "their values do not fit their types, or their names are too long")
+    attributes_left_out(unwritable, "a value that is none of its type, or a name that is too long")
 }
 
 /// The numbers of a key code, of which the `exr` crate writes six.
@@ -317,7 +317,7 @@ pub(super) fn attributes_left_out(names: impl IntoIterator<Item = String>, why: 
     (!names.is_empty()).then(sentence).into_iter().collect()
 }
 
-/// Whether the corners of a stored window are in order.
+/// True if the corners of a stored window are in order.
 pub(super) fn is_window(value: &[u8]) -> bool {
     let corners: Vec<i32> = value.as_chunks::<4>().0.iter().map(|bytes| i32::from_le_bytes(*bytes)).collect();
     matches!(corners[..], [left, top, right, bottom] if left <= right && top <= bottom)

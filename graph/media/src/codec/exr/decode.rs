@@ -27,7 +27,7 @@ pub(super) struct Placement {
     pub(super) choice: Choice,
     pub(super) display: IntegerBounds,
     pub(super) data: IntegerBounds,
-    /// What the numbers mean; `None` for those that stay as they are.
+    /// The meaning of the numbers; `None` for those that stay as they are.
     pub(super) colors: Option<Colors>,
 }
 

@@ -20,9 +20,8 @@ const G24: Transfer = Transfer::Gamma(Decimal::new(2.4));
 const G26: Transfer = Transfer::Gamma(Decimal::new(2.6));
 
 /// The names of color spaces (Color Interop Forum, "Color Space Encodings for Texture Assets and CG Rendering" and
-/// "Display Color Space IDs"), and of linear light of displays and of `g24_rec709_scene`, which OpenImageIO has besides.
-/// `data` and `unknown` name none, and `g26_xyzd65_display` has a scale that no other has. The linear ones of scenes come
-/// first.
+/// "Display Color Space IDs"), and those of OpenImageIO for linear light of displays and for `g24_rec709_scene`. `data`
+/// and `unknown` name none; `g26_xyzd65_display` has a scale that no other has. The linear ones of scenes come first.
 const SPACES: [(&str, Chromaticities, Transfer); 29] = [
     ("lin_rec709_scene", Chromaticities::REC709, Transfer::Linear),
     ("lin_p3d65_scene", Chromaticities::DISPLAY_P3, Transfer::Linear),
@@ -55,7 +54,7 @@ const SPACES: [(&str, Chromaticities, Transfer); 29] = [
     ("hlg_rec2020_display", Chromaticities::REC2020, Transfer::Hlg),
 ];
 
-/// What `colorInteropID` states.
+/// A statement of `colorInteropID`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Interop {
     Space(Chromaticities, Transfer),
@@ -65,7 +64,7 @@ pub(super) enum Interop {
     Unknown(String),
 }
 
-/// What the attribute `colorInteropID` of a part states.
+/// The statement of the attribute `colorInteropID` of a part.
 pub(super) fn interop(header: &Header) -> Option<Interop> {
     let Some(AttributeValue::Text(id)) = attribute(header, INTEROP_ID) else { return None };
     let id = id.to_string();
@@ -77,7 +76,7 @@ pub(super) fn interop(header: &Header) -> Option<Interop> {
     })
 }
 
-/// Whether the numbers of a part are stated to be no colors.
+/// True if the numbers of a part are stated to be no colors.
 pub(super) fn is_data(header: &Header) -> bool {
     interop(header) == Some(Interop::Data)
 }

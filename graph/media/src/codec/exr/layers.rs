@@ -169,7 +169,7 @@ impl Kept {
             None => file_colors(header)?.unwrap_or((Chromaticities::REC709, Transfer::Linear)),
         };
         if transfer != Transfer::Linear {
-            let why = "their numbers are encoded for a display, and those of the output are light";
+            let why = "their numbers are encoded, and those of the output are light";
             self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
             return Ok(());
         }

@@ -165,7 +165,7 @@ impl Content<'_> {
     }
 }
 
-/// Whether B44 may need more bytes for a block than it has: the `exr` crate has no room for them. It packs each half of
+/// True if B44 may need more bytes for a block than it has: the `exr` crate has no room for them. It packs each half of
 /// 4x4 pixels into 14 bytes, also where a block has fewer rows or columns.
 fn b44_grows(header: &Header, size: Vec2<usize>) -> bool {
     let packed = |samples: SampleType| match samples {

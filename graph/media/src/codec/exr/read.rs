@@ -56,7 +56,8 @@ pub(crate) fn decode(
     let mut meta = metadata(header, &choice, primaries.as_ref());
     if options.space.is_none() {
         notes.extend(color_note(header, &choice));
-        meta.has_unknown_colors = choice.is_rgb() && !matches!(interop(header), None | Some(Interop::Space(..)));
+        let is_known = matches!(interop(header), None | Some(Interop::Space(..)));
+        meta.has_unknown_colors = !choice.is_color || choice.is_rgb() && !is_known;
     }
     meta.data_size = options.data_window.then_some((width, whole.size.1 as u32));
     Ok(Picture { width, height, pixels, meta, stated, notes })
@@ -103,13 +104,14 @@ pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Opened<R>, CodecErro
     Ok(Opened { reader, headers })
 }
 
-/// What is wrong with a header, by the name of the channel or the attribute if that is known.
+/// The fault of a header, by the name of the channel or the attribute if that is known.
 fn explain_header(error: &Error, head: Option<&Head>) -> CodecError {
-    let (Error::Invalid(what) | Error::NotSupported(what)) = error else { return explain(error) };
-    let channels = head.map(Head::subsampled).unwrap_or_default();
-    let known = match what.contains("sampling") {
-        true => subsampled(&channels),
-        false => head.and_then(Head::fault).map(CodecError::broken),
+    let known = match error {
+        Error::Invalid(what) | Error::NotSupported(what) if what.contains("sampling") => {
+            subsampled(&head.map(Head::subsampled).unwrap_or_default())
+        }
+        Error::Invalid(_) => head.and_then(Head::fault).map(CodecError::broken),
+        _ => None,
     };
     known.unwrap_or_else(|| explain(error))
 }
@@ -176,7 +178,7 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     if all_half { SampleType::F16 } else { SampleType::F32 }
 }
 
-/// What the numbers of the picture mean, if the file states it; `None` for gray and data, too, which need nothing.
+/// The meaning of the numbers of the picture, if the file states it; `None` for gray and data, too, which need nothing.
 pub(super) fn stated_colors(
     header: &Header,
     choice: &Choice,
@@ -263,7 +265,7 @@ fn metadata(header: &Header, choice: &Choice, primaries: Option<&Chromaticities>
     Metadata { image, layer, data_size: None, block_rows, has_unknown_colors: false }
 }
 
-/// Which layer the picture is, and what it, which is this window, does not have of the file.
+/// Sentences about the layer that is read, and about what the picture, which is this window, lacks of the file.
 pub(super) fn notes(headers: &[Header], choice: &Choice, layer: Option<&str>, window: IntegerBounds) -> Vec<String> {
     let header = &headers[choice.part];
     let mut notes: Vec<String> = chosen_layer(headers).filter(|_| layer.is_none()).into_iter().collect();

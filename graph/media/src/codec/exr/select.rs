@@ -11,7 +11,7 @@ use super::label::cryptomattes;
 use super::{luminance_chroma, unsupported};
 use crate::codec::{CodecError, ErrorKind};
 
-/// What renderers call the picture that all others are parts of, the first one first: Blender, Arnold and Nuke, Redshift
+/// The names that renderers have for the picture that all others are parts of: Blender, Arnold and Nuke, Redshift
 /// and V-Ray, Karma, RenderMan.
 const PICTURES: [&str; 6] = ["combined", "rgba", "beauty", "rgb", "c", "ci"];
 
@@ -36,8 +36,8 @@ pub(super) fn choose(headers: &[Header], layer: Option<&str>) -> Result<Choice, 
     .map_err(|error| if is_luminance_chroma(&parts, &error) { luminance_chroma() } else { error })
 }
 
-/// The sentence about the layer that is read if no name chooses one and several could be. Plain `R`, `G` and `B` are the
-/// picture, whatever there is besides.
+/// The sentence about the layer that is read if no name chooses one and several could be. Plain `R`, `G` and `B` are
+/// the picture, whatever there is besides.
 pub(super) fn chosen_layer(headers: &[Header]) -> Option<String> {
     let parts = parts(headers);
     let layers = layers(headers, &parts);
@@ -152,14 +152,14 @@ pub(super) fn light_channels(header: &Header) -> Vec<usize> {
     light.flat_map(|choice| [0, 1, 2].map(|slot| choice.slots[slot])).flatten().collect()
 }
 
-/// Whether a layer is a rank of one of these Cryptomattes.
+/// True for a layer that is a rank of one of these Cryptomattes.
 fn is_matte(mattes: &[String], layer: &str) -> bool {
     let mut ranks = mattes.iter().filter_map(|matte| layer.strip_prefix(matte.as_str()));
     ranks.any(|rank| rank.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
 impl Choice {
-    /// Whether it is a color and not a gray.
+    /// True for a color that is not gray.
     pub(super) fn is_rgb(&self) -> bool {
         self.is_color && self.slots[0] != self.slots[1]
     }
@@ -174,7 +174,7 @@ struct Layer {
     choice: Choice,
     /// Its name with that of its part.
     name: String,
-    /// Whether it is light: neither data nor the numbers of objects.
+    /// True for light: neither data nor the numbers of objects.
     is_color: bool,
 }
 
@@ -184,7 +184,8 @@ fn likely(headers: &[Header], parts: &[Part]) -> Option<Choice> {
 }
 
 /// All layers that can be shown, the most likely picture first: a color before a gray and before data, then a layer
-/// without a name, then what is [called](PICTURES) so, then the channels without a layer of a part, then the first view.
+/// without a name, then what is [called](PICTURES) so, then the channels without a layer of a part, then the views in
+/// their order.
 fn layers(headers: &[Header], parts: &[Part]) -> Vec<Layer> {
     let views = views(headers);
     let mut found = Vec::new();
@@ -214,12 +215,12 @@ fn layers(headers: &[Header], parts: &[Part]) -> Vec<Layer> {
     found.into_iter().map(|(_, layer)| layer).collect()
 }
 
-/// The names of the views, the default one first.
+/// The names of the views, the default one first: the first that a list of views has, otherwise the left one.
 fn views(headers: &[Header]) -> Vec<String> {
     let own = headers.iter().map(|header| &header.own_attributes);
-    let listed = own.clone().flat_map(|own| own.multi_view_names.iter().flatten());
-    let named = listed.chain(own.filter_map(|own| own.view_name.as_ref())).map(ToString::to_string);
-    named.chain(["left".to_owned(), "right".to_owned()]).collect()
+    let listed = own.clone().flat_map(|own| own.multi_view_names.iter().flatten()).map(ToString::to_string);
+    let named = own.filter_map(|own| own.view_name.as_ref()).map(ToString::to_string);
+    listed.chain(["left".to_owned(), "right".to_owned()]).chain(named).collect()
 }
 
 fn named(parts: &[Part], name: &str) -> Result<Choice, CodecError> {

@@ -154,8 +154,8 @@ pub(crate) fn encode(picture: &Picture, options: &ExrOptions) -> Result<(Vec<u8>
     Ok((pack(&content, Vec::new())?, notes))
 }
 
-/// Takes away what cannot be written of the attributes of a part with a picture. Returns sentences about that, and about
-/// what the picture has and the part has not.
+/// Takes away what cannot be written of the attributes of a part with a picture. Returns sentences about that, and
+/// about what the picture has and the part has not.
 pub(super) fn settle(header: &mut Header, meta: &Metadata) -> Vec<String> {
     let before = attribute_names(&meta.image, &meta.layer);
     let wanted = attribute_names(&header.shared_attributes, &header.own_attributes);
@@ -164,7 +164,7 @@ pub(super) fn settle(header: &mut Header, meta: &Metadata) -> Vec<String> {
     let old = before.difference(&wanted).filter(|name| !is_structure(name));
     let old = old.filter(|name| name.as_slice() != standard_names::CHROMATICITIES);
     let old = old.map(|name| format!("`{}`", String::from_utf8_lossy(name)));
-    notes.extend(attributes_left_out(old, "what they describe is not in the output"));
+    notes.extend(attributes_left_out(old, "not true of the output"));
     notes
 }
 
