@@ -36,6 +36,26 @@ fn pipelines_are_listed_shown_and_written_with_what_they_use() {
         "{names:?}"
     );
     folder.run("check look.ron graded.ron cinematic").good();
+    // Again it is as good as written, and a file that was edited is not replaced.
+    folder.run("pipelines cinematic --write look.ron").good();
+    folder.with("tsushima.ron", b"// mine");
+    let refused = folder.run("pipelines cinematic --write other.ron");
+    refused.fails_saying(1, &["tsushima.ron: this file exists, and is not replaced by a new one"]);
+    folder.with("look.ron", b"// mine");
+    folder.run("pipelines grade --write look.ron").fails_saying(1, &["look.ron: this file exists"]);
+    assert_eq!(folder.names(), names, "nothing is left of what failed");
+    assert_eq!(fs::read(folder.file("look.ron")).expect("it is there"), b"// mine");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_built_in_pipeline_is_not_written_through_a_link() {
+    let folder = Folder::new("written-links");
+    fs::create_dir(folder.file("elsewhere")).expect("a folder");
+    folder.link("looks", "elsewhere");
+    folder.run("pipelines grade --write look.ron").fails_saying(1, &["`looks` is a link"]);
+    assert_eq!(folder.names(), ["elsewhere", "looks"]);
+    assert_eq!(fs::read_dir(folder.file("elsewhere")).expect("a folder").count(), 0);
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn what_cannot_be_written_is_said_before_anything_is_rendered() {
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output hdr=a.png",
-            "error: two outputs go to the file `a.png`\n  hint: name a file for each",
+            "error: a.png: two outputs go to this file\n  hint: name a file for each",
         ),
         (
             "render {hdr} room.exr --output sdr=a.png --output sdr=b.png",

@@ -292,7 +292,7 @@ fn the_pipeline_and_its_files_are_no_outputs() {
     for (line, what) in [
         ("render p.png room.exr -o p.png", "the pipeline"),
         ("render p.ron room.exr -o to-p.png", "the pipeline"),
-        ("render p.ron room.exr -o to-look.png", "a file that the pipeline uses"),
+        ("render p.ron room.exr -o to-look.png", "a file that the pipeline names"),
         ("render p.ron room.exr --output display=./to-p.png", "the pipeline"),
         ("render p.ron room.exr -o out.png --json p.ron", "the pipeline"),
         ("stress p.ron --quick --json ./p.ron", "the pipeline"),

@@ -4,26 +4,24 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::bench::{self, BenchOptions};
-use afterimage_media::write_atomic;
+use afterimage_media::{run_files, write_atomic};
 
 use crate::args::BenchArgs;
 use crate::device::{keep_pipeline_data, open_for, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
-use crate::run_files::RunFiles;
 use crate::terminal::say;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let run = RunFiles::default();
-    let registry = registry(tables, &args.options.kinds, &run)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let path = &args.pipeline;
     // Prints the warnings; the starts below do not print them again.
-    load_graph(path, &registry, &args.options, &run)?;
-    args.json.iter().try_for_each(|out| run.writes(out))?;
+    load_graph(path, &registry, &args.options)?;
+    args.json.iter().try_for_each(|out| run_files::writes(out))?;
     let gpu = open_for(&args.device, &args.plan)?;
     let load = || -> Result<Graph, Failure> {
-        let files = Files::of(path, &args.options.kinds, &run);
+        let files = Files::of(path, &args.options.kinds);
         Ok(PipelineFile::new(&read_document(path)?, &registry, &files).check(&args.options)?.0)
     };
     let options = BenchOptions {

@@ -7,14 +7,13 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_media::write_atomic;
+use afterimage_media::rewrite;
 use afterimage_plan::verify;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry, text};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
-use crate::run_files::RunFiles;
 use crate::terminal::{note, note_styled, say};
 
 /// How often a file is mended: a mended error can uncover others.
@@ -24,7 +23,7 @@ pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     if args.json {
         return json(args, tables);
     }
-    let registry = registry(tables, &args.options.kinds, &RunFiles::default())?;
+    let registry = registry(tables, &args.options.kinds)?;
     let mut failed = 0;
     for path in &args.pipelines {
         match one(path, args, &registry) {
@@ -70,7 +69,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
             all.absorb(failure.into_diagnostics());
         }
     };
-    match registry(tables, &args.options.kinds, &RunFiles::default()) {
+    match registry(tables, &args.options.kinds) {
         Ok(registry) => {
             for path in &args.pipelines {
                 add(examine(path, args, &registry).map(|(warnings, _)| warnings));
@@ -90,7 +89,7 @@ fn examine(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(Diagno
         mend(path, args, registry)?;
     }
     let document = read_document(path)?;
-    let files = Files::of(path, &args.options.kinds, &RunFiles::default());
+    let files = Files::of(path, &args.options.kinds);
     let file = PipelineFile::new(&document, registry, &files);
     let (graph, mut all) = file.check(&args.options)?;
     let mut graphs = vec![(String::new(), graph)];
@@ -140,7 +139,7 @@ fn mend(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(), Failur
             ))
             .hint("run the command again"));
         }
-        write_atomic(path, format!("{mark}{}", apply(checked, &fixes)).as_bytes())?;
+        rewrite(path, format!("{mark}{}", apply(checked, &fixes)).as_bytes())?;
         fixes.iter().for_each(|fix| report_fix(fix, &found));
     }
     Ok(())

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use afterimage_gpu::{Gpu, Opening, Session};
 use afterimage_graph::check::{Facts, Graph};
-use afterimage_media::{Budget, read_bytes, write_atomic};
+use afterimage_media::{Budget, read_bytes, rewrite};
 use afterimage_plan::Options;
 
 use crate::args::{DeviceOptions, PlanOptions};
@@ -123,7 +123,7 @@ fn keep(path: &std::path::Path, bytes: &[u8]) {
         return log::info!("`{}` is no file; the next start will be as slow as this one", path.display());
     }
     let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    if made.is_err() || write_atomic(path, bytes).is_err() {
+    if made.is_err() || rewrite(path, bytes).is_err() {
         log::info!("`{}` cannot be written; the next start will be as slow as this one", path.display());
     }
 }

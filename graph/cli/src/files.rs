@@ -8,16 +8,25 @@ use afterimage::host::{KindFiles, built_in, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_media::{read_bytes, read_text, real_path};
+use afterimage_media::{FileError, Permit, read_permitted, read_permitted_text, read_text, real_path, run_files};
 use afterimage_pipelines::BuiltIn;
 
 use crate::args::KindOptions;
 use crate::built_in::{MAX_TEXT, hint};
 use crate::failure::Failure;
-use crate::run_files::RunFiles;
 
 /// The most bytes of all files together that one pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
+
+/// Reads the files that a pipeline names.
+pub(crate) trait FileLoader: Loader {
+    /// A file that the pipeline names. Another run reads it, and so may this one.
+    fn name(&self, path: &str);
+}
+
+impl FileLoader for BuiltIn {
+    fn name(&self, _: &str) {}
+}
 
 /// Reads the files that a stranger's file may name: those of its folder and below, and of the folders of `--allow`.
 pub(crate) struct Files {
@@ -27,46 +36,44 @@ pub(crate) struct Files {
     folders: Vec<PathBuf>,
     /// How many bytes may still be read.
     left: Cell<u64>,
-    /// Notes the files that are read, as this.
-    run: RunFiles,
+    /// What a file is in the list of the run.
     what: &'static str,
     /// Whether the pipeline is a built-in one: the files that it names are built in, too.
     built_in: bool,
 }
 
 impl Files {
-    /// The files that a pipeline may name. The run notes them, and the pipeline itself.
-    pub(crate) fn of(pipeline: &Path, options: &KindOptions, run: &RunFiles) -> Self {
-        run.reads(pipeline, "the pipeline");
+    /// The files that a pipeline may name. The list of the run has the pipeline from now on.
+    pub(crate) fn of(pipeline: &Path, options: &KindOptions) -> Self {
+        run_files::reads(pipeline, "the pipeline");
         // The parent of a bare name is empty, and means the current folder.
         let folder = pipeline.parent().unwrap_or(Path::new(""));
         let folders = folders(folder, &options.allow);
-        let (own, what) = ("the folder of the pipeline", "a file that the pipeline uses");
+        let (own, what) = ("the folder of the pipeline", "a file that the pipeline names");
         let built_in = built_in(pipeline).is_some();
-        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what, built_in }
+        Self { own, folders, left: Cell::new(MAX_BYTES), what, built_in }
     }
 
     /// The files of a folder of kinds. A link may lead out of it.
-    fn of_kinds(folder: &Path, allow: &[PathBuf], run: &RunFiles) -> Self {
+    fn of_kinds(folder: &Path, allow: &[PathBuf]) -> Self {
         let folders = folders(folder, allow);
         let (own, what) = ("the folder of `--nodes`", "a file of a node kind");
-        Self { own, folders, left: Cell::new(MAX_BYTES), run: run.clone(), what, built_in: false }
+        Self { own, folders, left: Cell::new(MAX_BYTES), what, built_in: false }
     }
 
-    /// The file without links, or why it may not be read.
-    fn permitted(&self, path: &Path) -> Result<PathBuf, String> {
-        let real = real_path(path).map_err(|error| error.message)?;
+    /// Whether a file may be read, by its path without links, or why not.
+    fn permit(&self, real: &Path) -> Result<(), String> {
         if self.folders.iter().any(|folder| real.starts_with(folder)) {
-            return Ok(real);
+            return Ok(());
         }
-        let folder = real.parent().unwrap_or(&real);
+        let folder = real.parent().unwrap_or(real);
         Err(format!("only files in {} and below are read; `--allow {}` permits this one", self.own, folder.display()))
     }
 
-    fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
-        let bytes = read_bytes(path, self.left.get()).map_err(|error| error.message)?;
+    fn bytes(&self, path: &Path, permit: Permit<'_>) -> Result<Arc<[u8]>, String> {
+        let bytes = read_permitted(path, self.left.get(), permit).map_err(|error| error.message)?;
         self.left.set(self.left.get() - bytes.len() as u64);
-        self.run.reads(path, self.what);
+        run_files::reads(path, self.what);
         Ok(bytes.into())
     }
 }
@@ -83,11 +90,19 @@ impl Loader for Files {
         if self.built_in {
             return BuiltIn.load(path);
         }
-        self.bytes(&self.permitted(Path::new(path))?)
+        self.bytes(Path::new(path), &|real| self.permit(real))
     }
 
     fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        self.bytes(Path::new(path))
+        self.bytes(Path::new(path), &|_| Ok(()))
+    }
+}
+
+impl FileLoader for Files {
+    fn name(&self, path: &str) {
+        if !self.built_in {
+            run_files::reads(Path::new(path), self.what);
+        }
     }
 }
 
@@ -103,13 +118,13 @@ impl KindFiles for Files {
     }
 
     fn text(&self, path: &Path, what: &str) -> Result<String, Failure> {
-        self.permitted(path).map_err(|why| unreadable(path, what, &why))?;
-        self.run.reads(path, self.what);
-        text(path, what)
+        let text = read_permitted_text(path, MAX_TEXT, &|real| self.permit(real));
+        run_files::reads(path, self.what);
+        text.map_err(|error| unreadable(path, what, error))
     }
 
     fn permits(&self, path: &Path) -> bool {
-        self.permitted(path).is_ok()
+        real_path(path).is_ok_and(|real| self.permit(&real).is_ok())
     }
 
     fn no_kind(&self, message: String, hint: &str) -> Failure {
@@ -119,33 +134,31 @@ impl KindFiles for Files {
 
 /// The text of a file that the user names; `what` names it in the error.
 pub(crate) fn text(path: &Path, what: &str) -> Result<String, Failure> {
-    read_text(path, MAX_TEXT).map_err(|error| {
-        let failure = unreadable(path, what, &error.message);
-        match error.hint {
-            Some(hint) => failure.hint(hint),
-            None => failure,
-        }
-    })
+    read_text(path, MAX_TEXT).map_err(|error| unreadable(path, what, error))
 }
 
-fn unreadable(path: &Path, what: &str, why: &str) -> Failure {
-    Failure::unreadable(format!("cannot read the {what} `{}`: {why}", path.display()))
+fn unreadable(path: &Path, what: &str, error: FileError) -> Failure {
+    let failure = Failure::unreadable(format!("cannot read the {what} `{}`: {}", path.display(), error.message));
+    match error.hint {
+        Some(hint) => failure.hint(hint),
+        None => failure,
+    }
 }
 
-/// The kinds of the program and of plug-in folders. The run notes the files of the latter.
-pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions, run: &RunFiles) -> Result<Registry, Failure> {
-    let from_folders = folder_kinds(folders, run)?;
+/// The kinds of the program and of plug-in folders.
+pub(crate) fn registry(tables: &[&[NodeKind]], folders: &KindOptions) -> Result<Registry, Failure> {
+    let from_folders = folder_kinds(folders)?;
     let mut all = tables.to_vec();
     all.push(&from_folders);
     let hint = "a kind of `--nodes` needs a name that no other kind has; `afterimage nodes` lists the built-in ones";
     Registry::new(&all).map_err(|error| Failure::user(error).hint(hint))
 }
 
-/// The kinds of the folders. The run notes their files.
-pub(crate) fn folder_kinds(folders: &KindOptions, run: &RunFiles) -> Result<Vec<NodeKind>, Failure> {
+/// The kinds of the folders.
+pub(crate) fn folder_kinds(folders: &KindOptions) -> Result<Vec<NodeKind>, Failure> {
     let mut kinds = Vec::new();
     for folder in &folders.nodes {
-        let found = kinds_in(folder, &Files::of_kinds(folder, &folders.allow, run))?;
+        let found = kinds_in(folder, &Files::of_kinds(folder, &folders.allow))?;
         if found.is_empty() {
             return Err(Failure::user(format!("no folder in `{}` has a `node.ron`", folder.display())));
         }

@@ -26,7 +26,6 @@ mod pipelines;
 mod plan;
 mod progress;
 mod render;
-mod run_files;
 mod save;
 mod scaffold;
 mod stress;
@@ -41,6 +40,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use afterimage_graph::node::NodeKind;
+use afterimage_media::{run_files, write_atomic};
 use clap::parser::ValueSource;
 use clap::{CommandFactory as _, FromArgMatches as _};
 
@@ -62,6 +62,11 @@ fn silence_driver() {
         // SAFETY: this is the only thread, so nothing reads variables meanwhile.
         unsafe { std::env::set_var(LAYER, "1") };
     }
+}
+
+/// The definition of the command line, for those who describe or test it.
+pub fn command() -> clap::Command {
+    Arguments::command()
 }
 
 /// The script that completes the words of the program in a shell.
@@ -86,7 +91,23 @@ fn parse(words: &[std::ffi::OsString]) -> Result<Arguments, clap::Error> {
 fn manual(folder: &Path) -> Result<(), Failure> {
     let unwritable = |error: std::io::Error| Failure::machine(format!("{}: {error}", folder.display()));
     std::fs::create_dir_all(folder).map_err(unwritable)?;
-    clap_mangen::generate_to(Arguments::command(), folder).map_err(unwritable)
+    let mut program = Arguments::command().disable_help_subcommand(true);
+    program.build();
+    let commands: Vec<clap::Command> = program.get_subcommands().cloned().collect();
+    for command in [program].into_iter().chain(commands) {
+        let page = clap_mangen::Man::new(command);
+        let mut text = Vec::new();
+        page.render(&mut text).map_err(unwritable)?;
+        write_atomic(&folder.join(page.get_filename()), &text)?;
+    }
+    Ok(())
+}
+
+/// Begins the list of files of a run, with those that were read before and are not read again.
+fn begin_run() {
+    run_files::begin();
+    #[cfg(feature = "ocio")]
+    ocio::list_files();
 }
 
 /// The kinds whose passes a host fills, without those whose names the tables have.
@@ -115,6 +136,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
         _ => {}
     }
+    begin_run();
     #[cfg(feature = "ocio")]
     if let Some(config) = &arguments.ocio
         && let Err(failure) = ocio::choose(config)

@@ -5,7 +5,7 @@ use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline, write_chart};
 use afterimage_lab::plot::is_chart;
 use afterimage_media::sequence::{Input, is_numbered};
-use afterimage_media::write_atomic;
+use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
 
 use crate::args::PipelineOptions;
@@ -16,19 +16,17 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
 use crate::render::tell_other_numbers;
-use crate::run_files::RunFiles;
 use crate::terminal::{say_styled, visible};
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
         return Err(Failure::user(format!("`--plot {}` ends neither in `.svg` nor in `.png`", path.display())));
     }
-    let run = RunFiles::default();
-    let registry = registry(tables, &args.clips.options.kinds, &run)?;
+    let registry = registry(tables, &args.clips.options.kinds)?;
     let mut options = measure_options(&args.clips)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
-    let report = report(args, &registry, &options, &run)?;
+    let report = report(args, &registry, &options)?;
     say_styled(&measure::table(&report));
     write(args, &report)
 }
@@ -59,7 +57,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
 }
 
 /// Notes the images that a pipeline is measured on. Names without files are reported when they are read.
-pub(crate) fn note_images(args: &ClipArgs, run: &RunFiles) {
+pub(crate) fn note_images(args: &ClipArgs) {
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
     // A folder that cannot be listed is reported when it is read.
     let images = args.images.iter().flat_map(|image| measure::files(image).unwrap_or_default());
@@ -71,20 +69,15 @@ pub(crate) fn note_images(args: &ClipArgs, run: &RunFiles) {
             tell_other_numbers(file);
         }
         for (_, source) in found.iter().flat_map(Input::sources) {
-            run.reads(&source.path, "an image that is measured");
+            run_files::reads(&source.path, "an image that is measured");
         }
     }
 }
 
-fn report(
-    args: &MeasureArgs,
-    registry: &Registry,
-    options: &MeasureOptions,
-    run: &RunFiles,
-) -> Result<MeasureReport, Failure> {
+fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> Result<MeasureReport, Failure> {
     let path = &args.pipeline;
     let document = read_document(path)?;
-    let files = Files::of(path, &args.clips.options.kinds, run);
+    let files = Files::of(path, &args.clips.options.kinds);
     let file = PipelineFile::new(&document, registry, &files);
     let pipeline = &args.clips.options;
     let tiers = file.tiers().into_iter().map(|tier| {
@@ -97,10 +90,10 @@ fn report(
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,
     };
-    note_images(&args.clips, run);
-    args.json.iter().chain(&args.plot).try_for_each(|out| run.writes(out))?;
+    note_images(&args.clips);
+    args.json.iter().chain(&args.plot).try_for_each(|out| run_files::writes(out))?;
     if let Some(folder) = &args.error_image {
-        run.writes_into(folder, |name| options.clips.may_name_error_image(name))?;
+        run_files::writes_into(folder, |name| options.clips.may_name_error_image(name))?;
     }
     let gpu = open(&args.clips.device)?;
     Ok(measure::measure(&gpu, registry, &pipeline, options, &Bar::new(0))?)

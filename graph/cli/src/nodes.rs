@@ -11,7 +11,6 @@ use anstyle::{AnsiColor, Style};
 use crate::args::NodesArgs;
 use crate::failure::Failure;
 use crate::files::registry;
-use crate::run_files::RunFiles;
 use crate::scaffold;
 use crate::terminal::{say, say_styled, wrapped};
 
@@ -19,7 +18,7 @@ const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
 
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &args.kinds, &RunFiles::default())?;
+    let registry = registry(tables, &args.kinds)?;
     match &args.new {
         Some(name) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
         Some(name) => say(&scaffold::folder(name, &registry)?),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage_graph::check::{Checker, FactKind, Facts, Graph, Loader};
+use afterimage_graph::check::{Checker, FactKind, Facts, Graph};
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, list, quote};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
@@ -13,17 +13,18 @@ use afterimage_plan::{
 
 use crate::args::{NoAlias, PipelineOptions, PlanOptions};
 use crate::failure::Failure;
-use crate::files::{Files, read_document};
-use crate::run_files::RunFiles;
+use crate::files::{FileLoader, Files, read_document};
 use crate::terminal::note_styled;
 
 /// A parsed pipeline file, which is checked for each tier. The files that it names are read once, too.
 pub(crate) struct PipelineFile<'a>(Checker<'a>);
 
 impl<'a> PipelineFile<'a> {
-    /// A pipeline whose files `loader` reads.
-    pub(crate) fn new(document: &'a Document, registry: &'a Registry, loader: &'a dyn Loader) -> Self {
-        Self(Checker::new(document, registry, loader))
+    /// A pipeline whose files `loader` reads. No output may replace those that it names, also for other tiers.
+    pub(crate) fn new<L: FileLoader>(document: &'a Document, registry: &'a Registry, loader: &'a L) -> Self {
+        let checker = Checker::new(document, registry, loader);
+        list_files(&checker, loader);
+        Self(checker)
     }
 
     /// The graph; prints the warnings.
@@ -50,14 +51,14 @@ impl<'a> PipelineFile<'a> {
     }
 }
 
+/// Adds the files that a pipeline names to those of the run.
+pub(crate) fn list_files(checker: &Checker<'_>, loader: &impl FileLoader) {
+    checker.named_files().iter().for_each(|path| loader.name(path));
+}
+
 /// A checked pipeline file, for commands that need it once; prints the warnings.
-pub(crate) fn load_graph(
-    path: &Path,
-    registry: &Registry,
-    options: &PipelineOptions,
-    run: &RunFiles,
-) -> Result<Graph, Failure> {
-    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds, run)).graph(options)
+pub(crate) fn load_graph(path: &Path, registry: &Registry, options: &PipelineOptions) -> Result<Graph, Failure> {
+    PipelineFile::new(&read_document(path)?, registry, &Files::of(path, &options.kinds)).graph(options)
 }
 
 /// `name=value` of each use of an option.

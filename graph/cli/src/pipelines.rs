@@ -2,20 +2,20 @@
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_media::write_atomic;
+use afterimage_media::write_new;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 
 use crate::args::PipelinesArgs;
 use crate::built_in::hint;
 use crate::failure::Failure;
+use crate::files::FileLoader;
 use crate::pipeline::PipelineFile;
-use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
 
 pub(crate) fn run(args: &PipelinesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -49,33 +49,24 @@ fn caption(text: &str) -> String {
     lines.join(" ")
 }
 
-/// Writes a pipeline, and the files that it names next to it, unless they are there.
+/// Writes a built-in pipeline, and the files that it names next to it.
 fn write(name: &str, text: &str, file: &Path, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = Registry::new(tables).map_err(Failure::user)?;
     let document = parse(&format!("{name}.ron"), text)?;
     let loader = RecordingBuiltIn::default();
     PipelineFile::new(&document, &registry, &loader).check(&Default::default())?;
-    let run = RunFiles::default();
-    run.writes(file)?;
-    write_atomic(file, text.as_bytes())?;
-    write_beside(file, &loader.0.into_inner().into_iter().collect::<Vec<_>>(), &run)
+    write_with_files(file, text, &loader.0.into_inner().into_iter().collect::<Vec<_>>())
 }
 
-/// Writes the files that a built-in pipeline names next to its file, unless they are there.
-pub(crate) fn write_beside(file: &Path, named: &[(String, Arc<[u8]>)], run: &RunFiles) -> Result<(), Failure> {
+/// Writes a new pipeline, and the files that it names next to it: all of them or none. What is there is not replaced.
+pub(crate) fn write_with_files(file: &Path, text: &str, named: &[(String, Arc<[u8]>)]) -> Result<(), Failure> {
+    let own = file.file_name().ok_or_else(|| Failure::user(format!("`{}` is no name of a file", file.display())))?;
+    let mut files = vec![(PathBuf::from(own), text.as_bytes().to_vec())];
+    files.extend(named.iter().map(|(name, bytes)| (name.into(), bytes.to_vec())));
     let folder = file.parent().unwrap_or(Path::new(""));
-    for (name, bytes) in named {
-        let beside = folder.join(name);
-        if beside.exists() {
-            continue;
-        }
-        if let Some(folder) = beside.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder)
-                .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", folder.display())))?;
-        }
-        run.writes(&beside)?;
-        write_atomic(&beside, bytes)?;
-        note(&format!("note: `{}`, which it uses, is beside it", beside.display()));
+    let are_new = write_new(folder, &files)?;
+    for ((name, _), _) in files.iter().zip(are_new).skip(1).filter(|(_, is_new)| *is_new) {
+        note(&format!("note: `{}`, which it uses, is beside it", folder.join(name).display()));
     }
     Ok(())
 }
@@ -90,6 +81,10 @@ impl Loader for RecordingBuiltIn {
         self.0.borrow_mut().insert(path.to_owned(), bytes.clone());
         Ok(bytes)
     }
+}
+
+impl FileLoader for RecordingBuiltIn {
+    fn name(&self, _: &str) {}
 }
 
 #[cfg(test)]

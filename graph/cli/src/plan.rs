@@ -12,7 +12,6 @@ use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
-use crate::run_files::RunFiles;
 use crate::terminal::say;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -32,14 +31,13 @@ pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
-    let run = RunFiles::default();
-    let registry = registry(tables, &args.options.kinds, &run)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds, &run);
+    let files = Files::of(&args.pipeline, &args.options.kinds);
     let file = PipelineFile::new(&document, &registry, &files);
     let this = plan_of(&file.graph(&args.options)?, args)?;
     let other = match (&args.diff, &args.diff_tier) {
-        (Some(path), _) => load_graph(path, &registry, &args.options, &run)?,
+        (Some(path), _) => load_graph(path, &registry, &args.options)?,
         (None, Some(tier)) => file.graph(&PipelineOptions { tier: Some(tier.clone()), ..args.options.clone() })?,
         (None, None) if args.bake_error => {
             return Ok(shown(&this, args.format) + &table_errors(&registry, file.graph(&args.options)?, args)?);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use afterimage_graph::node::{Registry, kind_file_name};
-use afterimage_media::{real_path, write_atomic};
+use afterimage_media::{real_path, write_new};
 
 use crate::failure::Failure;
 
@@ -80,22 +80,19 @@ fn renamed(text: &str, name: &str, file: &str) -> String {
     text.replace("MyKind", name).replace("my_kind", file)
 }
 
-/// Writes the files into a folder that must not exist.
+/// Writes the files into a folder that must not exist, all of them or none.
 fn write(file: &str, templates: &[Template], fill: &dyn Fn(&str) -> String) -> Result<(), Failure> {
     let folder = Path::new(file);
-    std::fs::create_dir(folder).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => {
+    if folder.symlink_metadata().is_ok() {
+        return Err(
             Failure::user(format!("`{file}` exists, and nothing in it is replaced")).hint("choose another name")
-        }
-        _ => Failure::machine(format!("cannot make the folder `{file}`: {error}")),
-    })?;
-    for (path, text) in templates {
-        let path = folder.join(path.replace("my_kind", file));
-        let parent = path.parent().expect("the files are in the folder");
-        std::fs::create_dir_all(parent)
-            .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", parent.display())))?;
-        write_atomic(&path, fill(text).as_bytes())?;
+        );
     }
+    let mut files = Vec::new();
+    for (path, text) in templates {
+        files.push((folder.join(path.replace("my_kind", file)), fill(text).into_bytes()));
+    }
+    write_new(Path::new(""), &files)?;
     Ok(())
 }
 

@@ -1,11 +1,11 @@
 //! `afterimage stress`: every pipeline and every kind with extreme inputs.
 
 use afterimage::host::built_in;
-use afterimage_graph::check::Graph;
+use afterimage_graph::check::{Checker, Graph};
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::stress::{self, StressOptions, Subject};
-use afterimage_media::write_atomic;
+use afterimage_media::{run_files, write_atomic};
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_plan::Options;
 
@@ -13,25 +13,23 @@ use crate::args::stress::StressArgs;
 use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, read_document, text};
-use crate::pipeline::{assignments, check_facts, facts};
+use crate::pipeline::{assignments, check_facts, facts, list_files};
 use crate::progress::Bar;
-use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
 
 /// Failed cases that are listed for each pipeline and kind without `--all`.
 const LISTED: usize = 8;
 
 pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let run = RunFiles::default();
-    let from_folders = folder_kinds(&args.options.kinds, &run)?;
+    let from_folders = folder_kinds(&args.options.kinds)?;
     let mut tables = tables.to_vec();
     tables.push(&from_folders);
     let registry = stress::registry(&tables).map_err(Failure::user)?;
     if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
         return Err(unknown_case(case));
     }
-    let (subjects, skipped) = subjects(args, &registry, &tables, &run)?;
-    args.json.iter().try_for_each(|out| run.writes(out))?;
+    let (subjects, skipped) = subjects(args, &registry, &tables)?;
+    args.json.iter().try_for_each(|out| run_files::writes(out))?;
     skipped.iter().for_each(|kind| note(kind));
     let gpu = open(&args.device)?;
     let options = StressOptions {
@@ -65,7 +63,6 @@ fn subjects(
     args: &StressArgs,
     registry: &Registry,
     tables: &[&[NodeKind]],
-    run: &RunFiles,
 ) -> Result<(Vec<Subject>, Vec<String>), Failure> {
     let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
     let tier = args.options.tier.as_deref();
@@ -76,10 +73,11 @@ fn subjects(
             continue;
         }
         let file = path.to_string_lossy();
-        read_document(path)?;
+        let document = read_document(path)?;
         let text = text(path, "pipeline")?;
         // A subject may live as long as the program.
-        let files = Box::leak(Box::new(Files::of(path, &args.options.kinds, run)));
+        let files: &Files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
+        list_files(&Checker::new(&document, registry, files), files);
         subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
     }
     if everything {

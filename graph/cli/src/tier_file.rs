@@ -11,7 +11,6 @@ use afterimage_media::real_path;
 use crate::args::measure::TuneArgs;
 use crate::failure::Failure;
 use crate::files::Files;
-use crate::run_files::RunFiles;
 
 /// The figures as text.
 pub(crate) fn figures(tier: &Tier) -> String {
@@ -26,7 +25,7 @@ pub(crate) fn figures(tier: &Tier) -> String {
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry, name: &str) -> Result<(), Failure> {
     let text = document(args, &[tier_entry(name, &[])], "");
     let document = parse("the tuned pipeline", &text)?;
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
     let options = CheckOptions { tier: Some(name.to_owned()), sets: Vec::new(), loader: &files };
     // Only the name is checked here; the file itself was checked before.
     match document.tiers.first() {
@@ -47,7 +46,7 @@ pub(crate) fn text(
     let claims: String = tuned.tiers.iter().map(claim).collect();
     let text = document(args, &tiers, &format!("    claims: {{\n{claims}    }},\n"));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds, &RunFiles::default());
+    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
     let document = parse(&path.to_string_lossy(), &text)?;
     for tier in &tuned.tiers {
         let options = CheckOptions { tier: Some(tier.name.clone()), sets: Vec::new(), loader: &files };

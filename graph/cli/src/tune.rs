@@ -5,7 +5,7 @@ use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::measure::ClipOptions;
 use afterimage_lab::tune::{Goal, Prediction, TunePipeline, TuneTarget, Tuned, changes, tune};
-use afterimage_media::write_atomic;
+use afterimage_media::{run_files, write_atomic};
 
 use crate::args::PipelineOptions;
 use crate::args::measure::{Ladder, TuneArgs};
@@ -15,23 +15,21 @@ use crate::files::{Files, read_document, registry};
 use crate::measure::{measure_options, note_images};
 use crate::pipeline::PipelineFile;
 use crate::progress::Bar;
-use crate::run_files::RunFiles;
 use crate::terminal::{note, say};
 use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let pipeline = &args.clips.options;
-    let run = RunFiles::default();
-    let registry = registry(tables, &pipeline.kinds, &run)?;
+    let registry = registry(tables, &pipeline.kinds)?;
     let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &pipeline.kinds, &run);
+    let files = Files::of(&args.pipeline, &pipeline.kinds);
     let file = PipelineFile::new(&document, &registry, &files);
     let written = file.graph(pipeline)?;
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
-    note_images(&args.clips, &run);
-    args.out.iter().chain(&args.state).try_for_each(|out| run.writes(out))?;
+    note_images(&args.clips);
+    args.out.iter().chain(&args.state).try_for_each(|out| run_files::writes(out))?;
     let goals = goals(args);
     goals.iter().try_for_each(|goal| tier_file::check_name(args, &registry, &goal.name))?;
     let gpu = open(&args.clips.device)?;

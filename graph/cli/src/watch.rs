@@ -11,10 +11,9 @@ use afterimage_media::{FileWatch, sequence};
 
 use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
-use crate::files::{Files, read_document, registry};
+use crate::files::{FileLoader, Files, read_document, registry};
 use crate::pipeline::PipelineFile;
 use crate::render::{self, Kept};
-use crate::run_files::RunFiles;
 use crate::terminal::note;
 
 /// `afterimage render`: once, or with `--watch` again after each change.
@@ -36,6 +35,7 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
         if crate::ocio::forget(&changed) {
             kept = None;
         }
+        crate::begin_run();
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
         match render::run(args, tables, Some(&mut kept)) {
@@ -104,12 +104,17 @@ impl Loader for RecordingLoader {
     }
 }
 
+impl FileLoader for RecordingLoader {
+    fn name(&self, path: &str) {
+        self.files.name(path);
+    }
+}
+
 /// The pipeline file and the files that it names: extended and used pipelines, looks, tables. Files that cannot be read
 /// name no others.
 fn files_of(path: &Path, tables: &[&[NodeKind]], options: &PipelineOptions) -> BTreeSet<PathBuf> {
-    let run = RunFiles::default();
-    let loader = RecordingLoader::new(Files::of(path, &options.kinds, &run));
-    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds, &run), read_document(path)) {
+    let loader = RecordingLoader::new(Files::of(path, &options.kinds));
+    if let (Ok(registry), Ok(document)) = (registry(tables, &options.kinds), read_document(path)) {
         let file = PipelineFile::new(&document, &registry, &loader);
         // The command that uses the pipeline reports its errors.
         let _ = file.check(&PipelineOptions { sets: Vec::new(), facts: Vec::new(), ..options.clone() });

@@ -16,6 +16,7 @@ mod labels;
 mod layers;
 mod names;
 mod oracles;
+mod permitted;
 mod png;
 mod png_layouts;
 mod sequence;

@@ -45,9 +45,10 @@ fn places_that_cannot_be_written_are_the_users_or_the_machines() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_the_machines_fault() {
+fn a_device_is_written_to_and_may_refuse() {
     let error = write_atomic(Path::new("/dev/full"), b"x").unwrap_err();
-    assert_eq!((error.message.as_str(), error.exit()), ("the disk is full", 2));
+    assert!(error.message.starts_with("this device or pipe takes no more: No space left"), "{error}");
+    assert_eq!(error.exit(), 2);
     write_atomic(Path::new("/dev/null"), b"x").unwrap();
     let is_device = !fs::metadata("/dev/null").unwrap().is_file();
     assert!(is_device, "a device is written to, not replaced");
@@ -88,7 +89,7 @@ fn a_link_to_no_file_stays_a_link() {
 fn a_replaced_file_keeps_its_mode_and_its_owner() {
     use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
     let folder = Folder::new("rights");
-    for mode in [0o600, 0o640, 0o444, 0o777] {
+    for mode in [0o600, 0o640, 0o644, 0o777] {
         let path = folder.with("file", b"old");
         fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
         // Only root may give files away; others keep their own.
@@ -107,6 +108,67 @@ fn a_replaced_file_keeps_its_mode_and_its_owner() {
     let usual = rights_of_a_new_file(&folder);
     write_atomic(&folder.file("new"), b"new").unwrap();
     assert_eq!(fs::metadata(folder.file("new")).unwrap().mode(), usual);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_file_is_not_replaced_also_by_root_and_by_its_owner() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = Folder::new("read-only");
+    let path = folder.with("file", b"old");
+    std::os::unix::fs::symlink("file", folder.file("link")).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o444)).unwrap();
+    for name in ["file", "link"] {
+        for written in [write_atomic(&folder.file(name), b"new"), rewrite(&folder.file(name), b"new")] {
+            let error = written.unwrap_err();
+            assert_eq!((error.message.as_str(), error.exit()), ("this file is read-only, and it is not replaced", 1));
+        }
+    }
+    assert_eq!((fs::read(&path).unwrap().as_slice(), names(&folder).len()), (b"old".as_slice(), 2));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_folder_of_the_kernel_takes_no_files() {
+    for name in ["/proc/x.png", "/proc/self/x.png", "/proc/version"] {
+        let error = write_atomic(Path::new(name), b"x").unwrap_err();
+        let words = ["no file can be made in this folder", "this file is read-only, and it is not replaced"];
+        assert!(words.contains(&error.message.as_str()), "{error}");
+    }
+}
+
+#[test]
+fn new_files_are_made_all_or_none_and_replace_nothing() {
+    let folder = Folder::new("new-files");
+    let files = |names: &[&str]| -> Vec<(std::path::PathBuf, Vec<u8>)> {
+        names.iter().map(|name| ((*name).into(), name.as_bytes().to_vec())).collect()
+    };
+    assert_eq!(write_new(&folder.0, &files(&["a", "b/c/d"])).unwrap(), [true, true]);
+    // What is there is as good as written.
+    assert_eq!(write_new(&folder.0, &files(&["a", "e"])).unwrap(), [false, true]);
+    folder.with("edited", b"mine");
+    for taken in ["edited", "b"] {
+        let error = write_new(&folder.0, &files(&["f", "g/h", taken])).unwrap_err();
+        assert_eq!(error.message, "this file exists, and is not replaced by a new one", "{taken}");
+    }
+    // A file stands where a folder has to be: that is seen when the first file is made already.
+    assert!(write_new(&folder.0, &files(&["g/h", "a/i"])).is_err());
+    assert_eq!(names(&folder), ["a", "b", "e", "edited"]);
+    assert_eq!(fs::read(folder.file("edited")).unwrap(), b"mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn new_files_are_not_written_through_links() {
+    let folder = Folder::new("new-links");
+    fs::create_dir(folder.file("elsewhere")).unwrap();
+    std::os::unix::fs::symlink("elsewhere", folder.file("looks")).unwrap();
+    std::os::unix::fs::symlink("nothing", folder.file("dangling")).unwrap();
+    for name in ["looks/a.png", "dangling"] {
+        write_new(&folder.0, &[("first".into(), Vec::new()), (name.into(), Vec::new())]).unwrap_err();
+    }
+    assert_eq!(names(&folder), ["dangling", "elsewhere", "looks"]);
+    assert_eq!(fs::read_dir(folder.file("elsewhere")).unwrap().count(), 0);
 }
 
 #[cfg(unix)]

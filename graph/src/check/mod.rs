@@ -43,6 +43,7 @@ mod inherit;
 pub mod limits;
 mod loaded_files;
 mod mixes;
+mod named_files;
 mod nodes;
 mod options;
 mod order;

@@ -8,6 +8,7 @@ use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind};
+use afterimage_media::run_files;
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
@@ -17,22 +18,20 @@ use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
 use crate::render::choose_output;
-use crate::run_files::RunFiles;
 use crate::save::{FileFormat, SaveOptions, Stated, save};
 use crate::terminal::say;
 use graph::{RENDERER, graph};
 
 pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let registry = registry(tables, &KindOptions::default(), &RunFiles::default())?;
-    let gpu = open(&args.device)?;
+    let registry = registry(tables, &KindOptions::default())?;
     let size = Size::new(args.size.0, args.size.1);
     std::fs::create_dir_all(&args.out)
         .map_err(|error| Failure::machine(format!("cannot make the folder `{}`: {error}", args.out.display())))?;
-    let run = RunFiles::default();
     let pictures = PIPELINES.iter().map(|(name, _)| format!("{name}.png"));
     for name in pictures.chain(["scene.exr".to_owned(), "contact-sheet.png".to_owned()]) {
-        run.writes(&args.out.join(name))?;
+        run_files::writes(&args.out.join(name))?;
     }
+    let gpu = open(&args.device)?;
     let saved = |name: &str, texels: &Texels, stated: Stated, format: FileFormat| {
         let extension = if format == FileFormat::Exr { "exr" } else { "png" };
         let path = args.out.join(format!("{name}.{extension}"));

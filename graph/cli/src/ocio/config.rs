@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use afterimage_graph::diagnostic::{did_you_mean, list};
+use afterimage_media::run_files;
 use ocio::fileformats::file_transform::clear_file_transform_caches;
 use ocio::{Config, Processor};
 
@@ -39,7 +40,7 @@ fn read() -> Result<Arc<Config>, String> {
     let name = NAME.get().cloned().or_else(|| std::env::var("OCIO").ok().filter(|name| !name.is_empty()));
     let name = name.ok_or("no config is chosen: name it with `--ocio FILE`, or in the variable `OCIO`")?;
     if !name.starts_with("ocio://") {
-        locked(&FILES).insert(name.as_str().into());
+        note_files([name.as_str().into()]);
         // OpenColorIO would wait for the writer of a pipe.
         if !Path::new(&name).is_file() {
             return Err(format!("there is no regular file `{name}`"));
@@ -55,18 +56,27 @@ fn read() -> Result<Arc<Config>, String> {
 
 /// A processor of the config, or what OpenColorIO says. Notes the files that it is made from, or lacks.
 pub(super) fn noted(made: ocio::Result<Processor>) -> Result<Processor, String> {
-    let mut files = locked(&FILES);
     match made {
         Ok(processor) => {
-            files.extend(processor.processor_metadata().files().iter().map(PathBuf::from));
+            note_files(processor.processor_metadata().files().iter().map(PathBuf::from));
             Ok(processor)
         }
         Err(error) => {
             // OpenColorIO quotes the file that is wrong, and all places where it has looked for one.
-            files.extend(error.message().split('\'').skip(1).step_by(2).map(PathBuf::from));
+            note_files(error.message().split('\'').skip(1).step_by(2).map(PathBuf::from));
             Err(sentence(&error))
         }
     }
+}
+
+fn note_files(files: impl IntoIterator<Item = PathBuf>) {
+    locked(&FILES).extend(files);
+    list_files();
+}
+
+/// Adds the files to the list of the run: OpenColorIO opens them by itself.
+pub(crate) fn list_files() {
+    locked(&FILES).iter().for_each(|file| run_files::reads(file, "a file of OpenColorIO"));
 }
 
 /// The files whose change makes other transforms, as far as transforms have been made.

@@ -14,7 +14,7 @@ use ocio::{Config, OptimizationFlags};
 use crate::failure::Failure;
 use config::{LIGHT, config, no_space, noted};
 
-pub(crate) use config::{choose, files};
+pub(crate) use config::{choose, files, list_files};
 
 /// The kinds of configs.
 pub(crate) static KINDS: &[NodeKind] = &[NodeKind::of::<node::OcioTransform>()];

@@ -5,6 +5,7 @@ use std::sync::mpsc::sync_channel;
 
 use afterimage_gpu::FrameStep;
 use afterimage_graph::node::NodeKind;
+use afterimage_media::run_files;
 use afterimage_media::sequence::Pattern;
 
 use super::frames::{feed, size};
@@ -21,13 +22,11 @@ use crate::args::{AlphaChoice, RenderArgs};
 use crate::device::CachedSession;
 use crate::failure::Failure;
 use crate::progress::Bar;
-use crate::run_files::RunFiles;
 use crate::terminal::note;
 
 pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let render = render_args(args);
-    let files = RunFiles::default();
-    let Prepared { request, graph, facts, options } = prepare(&render, tables, &files, |_, _| Ok(Vec::new()))?;
+    let Prepared { request, graph, facts, options } = prepare(&render, tables, |_, _| Ok(Vec::new()))?;
     let frames: Vec<u32> = request.jobs.iter().filter_map(|job| job.frame).collect();
     if frames.is_empty() {
         return Err(Failure::user("frames of a sequence are measured, and this is one image")
@@ -36,8 +35,8 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let pattern = Pattern::parse(&args.out)?;
     let path = |frame: u32| pattern.as_ref().map_or_else(|| PathBuf::from(&args.out), |pattern| pattern.at(frame));
     match pattern {
-        Some(_) => frames.iter().try_for_each(|frame| files.writes(&path(*frame)))?,
-        None => files.writes(&path(0))?,
+        Some(_) => frames.iter().try_for_each(|frame| run_files::writes(&path(*frame)))?,
+        None => run_files::writes(&path(0))?,
     }
     let request = &request;
     let mut measured = Vec::new();

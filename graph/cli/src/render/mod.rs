@@ -21,13 +21,13 @@ use std::time::Instant;
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::NodeKind;
+use afterimage_media::run_files;
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
-use crate::run_files::RunFiles;
 use crate::terminal::note;
 use metered::{Metered, has_meter, no_meter, unmetered};
 use read::check_spaces;
@@ -61,7 +61,7 @@ pub(crate) struct Sequence {
 
 /// The frames that a run with these arguments would render.
 pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequence, Failure> {
-    let Prepared { request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
+    let Prepared { request, graph, facts, options } = prepare(args, tables, targets)?;
     let plan = typical_plan(&request, &graph, facts, options, typical_size());
     // A pipeline that cannot be planned at that size is rendered as if it had state, which is never wrong.
     let has_state = plan.as_ref().is_none_or(|plan| !plan.state().is_empty());
@@ -87,12 +87,11 @@ struct Prepared<'a> {
 fn prepare<'a>(
     args: &'a RenderArgs,
     tables: &[&[NodeKind]],
-    run: &RunFiles,
     targets: impl FnOnce(&RenderArgs, &Graph) -> Result<Vec<Target>, Failure>,
 ) -> Result<Prepared<'a>, Failure> {
-    let registry = registry(tables, &args.options.kinds, run)?;
+    let registry = registry(tables, &args.options.kinds)?;
     let document = read_document(&args.pipeline)?;
-    let files = Files::of(&args.pipeline, &args.options.kinds, run);
+    let files = Files::of(&args.pipeline, &args.options.kinds);
     let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
     let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
     let named_inputs = assignments(&args.inputs, "--input")?;
@@ -107,10 +106,13 @@ fn prepare<'a>(
         request.continue_measured(Metered::read(name)?, reach.unwrap_or(0))?;
     }
     for (name, source) in request.jobs.iter().flat_map(|job| &job.sources) {
-        run.reads(&source.path, &format!("the image of input `{name}`"));
+        let what = if request.has_camera(name) { "camera" } else { "image" };
+        run_files::reads(&source.path, &format!("the {what} of input `{name}`"));
     }
-    let mut written = request.jobs.iter().flat_map(|job| &job.out).chain(&args.json);
-    written.try_for_each(|out| run.writes(out))?;
+    for out in request.jobs.iter().flat_map(|job| &job.out) {
+        if args.skip_existing { run_files::claims(out)? } else { run_files::writes(out)? }
+    }
+    args.json.iter().try_for_each(|out| run_files::writes(out))?;
     let graph = if request.is_measuring() { graph } else { request.prepare(graph) };
     Ok(Prepared { request, graph, facts, options })
 }
@@ -118,7 +120,7 @@ fn prepare<'a>(
 /// Renders. `kept` is what a run with these arguments leaves for the next one, if there may be one.
 pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut Option<Kept>>) -> Result<(), Failure> {
     let start = Instant::now();
-    let Prepared { mut request, graph, facts, options } = prepare(args, tables, &RunFiles::default(), targets)?;
+    let Prepared { mut request, graph, facts, options } = prepare(args, tables, targets)?;
     let mut report = Report::default();
     if args.skip_existing {
         let plan = |size| typical_plan(&request, &graph, facts.clone(), options, size);

@@ -40,6 +40,10 @@ pub(super) struct Request<'a> {
     scene: Option<DemoScene>,
 }
 
+/// The most frames from which a frame may follow: as many as `--frames` may name. The numbers in the files of `--meter`
+/// come from anywhere.
+const MOST_MEASURED: usize = 1_000_000;
+
 impl<'a> Request<'a> {
     /// `named_inputs` are the files of `--input`, by the name of the input.
     pub(super) fn new(
@@ -81,6 +85,11 @@ impl<'a> Request<'a> {
         let mut needed = Vec::new();
         let mut next = earlier;
         while let Some(frame) = next {
+            if needed.len() == MOST_MEASURED {
+                let first = self.jobs.first().and_then(|job| job.frame).unwrap_or(0);
+                return Err(Failure::user(format!("frame {first} follows from more than {MOST_MEASURED} frames"))
+                    .hint("`--cut` names frames that begin anew"));
+            }
             needed.push(frame);
             let before = frame.checked_sub(step.unwrap_or(1)).filter(|_| !self.cuts.contains(&frame));
             next = before.filter(|before| self.files.job(*before).is_some());

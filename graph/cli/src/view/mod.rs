@@ -15,7 +15,6 @@ use crate::built_in::hint;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::PipelineFile;
-use crate::run_files::RunFiles;
 use open::Opener;
 
 /// The pipeline that is shown if none is named.
@@ -51,11 +50,10 @@ fn check_fact_names(args: &ViewArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     if args.facts.is_empty() {
         return Ok(());
     }
-    let run = RunFiles::default();
     let path = args.pipeline.as_deref().unwrap_or(Path::new(FIRST));
     let Ok(document) = read_document(path) else { return Ok(()) };
-    let registry = registry(tables, &args.kinds, &run)?;
-    let files = Files::of(path, &args.kinds, &run);
+    let registry = registry(tables, &args.kinds)?;
+    let files = Files::of(path, &args.kinds);
     let (tier, facts, kinds) = (args.tier.clone(), args.facts.clone(), args.kinds.clone());
     let options = PipelineOptions { sets: Vec::new(), facts, tier, kinds };
     match PipelineFile::new(&document, &registry, &files).check(&options) {

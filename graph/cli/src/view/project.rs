@@ -9,14 +9,13 @@ use afterimage::host::LIBRARY;
 use afterimage_graph::check::{Change, Loader as _, Saver};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_media::{FileWatch, write_atomic};
+use afterimage_media::{FileWatch, rewrite};
 use afterimage_view::{Checked, NamedFile, Project, Wake, saved};
 
 use crate::args::KindOptions;
 use crate::failure::Failure;
 use crate::files::{Files, registry, text};
-use crate::pipelines::write_beside;
-use crate::run_files::RunFiles;
+use crate::pipelines::write_with_files;
 use crate::watch::RecordingLoader;
 
 /// A pipeline in a file.
@@ -60,12 +59,12 @@ impl FileProject {
     }
 
     fn read_kinds(&self) -> Result<Registry, Failure> {
-        registry(&[&self.kinds], &self.options, &RunFiles::default())
+        registry(&[&self.kinds], &self.options)
     }
 
     /// The files that the pipeline may name. The viewer saves the pipeline alone, which replaces none of them.
     fn files_of_pipeline(&self) -> Files {
-        Files::of(&self.path, &self.options, &RunFiles::default())
+        Files::of(&self.path, &self.options)
     }
 
     fn checked(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Failure> {
@@ -126,10 +125,10 @@ impl Project for FileProject {
     }
 
     fn write(&mut self, text: &str) -> Result<String, String> {
-        if let Some(named) = &self.new {
-            write_beside(&self.path, named, &RunFiles::default()).map_err(|failure| failure.message())?;
+        match &self.new {
+            Some(named) => write_with_files(&self.path, text, named).map_err(|failure| failure.message())?,
+            None => rewrite(&self.path, text.as_bytes()).map_err(|error| error.to_string())?,
         }
-        write_atomic(&self.path, text.as_bytes()).map_err(|error| error.to_string())?;
         self.new = None;
         // What is written here is known already.
         let changed = self.files.look();

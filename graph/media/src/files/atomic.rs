@@ -1,4 +1,5 @@
-//! Output files are written whole or not at all: next to the destination first, then renamed.
+//! Output files are written whole or not at all: next to the destination first, then renamed. Nothing else in the
+//! program writes a file.
 
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufReader, Seek, Write};
@@ -7,9 +8,10 @@ use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::codec::{ErrorKind, check};
-use crate::files::FileError;
 use crate::files::leftovers::{ENDING, remove_leftovers};
+use crate::files::regular::read_bytes;
 use crate::files::rights::{keep_rights, private};
+use crate::files::{FileError, run_files};
 
 /// Writes `bytes` to `path`. Whatever fails, the file that was there before stays as it was and
 /// nothing half written is left. Through a symbolic link the file behind it is replaced or made; devices
@@ -17,14 +19,19 @@ use crate::files::rights::{keep_rights, private};
 ///
 /// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. What killed runs have
 /// left in the folder is removed.
+///
+/// # Errors
+/// The file is an input of the [run](super::run_files), it is read-only or this user may not write it, or writing fails.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    write_with_io_errors(path, bytes).map_err(|error| FileError::writing(path, &error))
+    AtomicFile::create(path)?.write_all(bytes)
 }
 
-fn write_with_io_errors(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = AtomicFile::open(path)?;
-    file.file.write_all(bytes)?;
-    file.replace()
+/// The same for a file that this run may have read before: a text that is corrected, a cache.
+///
+/// # Errors
+/// As [`write_atomic`], but for inputs.
+pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    AtomicFile::open(path, true)?.write_all(bytes)
 }
 
 /// Writes an image as [`write_atomic`] writes a file, after its headers are read back.
@@ -40,8 +47,13 @@ pub struct AtomicFile {
     file: File,
     /// `None` for what cannot be replaced.
     temporary: Option<Temporary>,
+    /// The name that the user gave.
+    name: PathBuf,
+    /// The file that is replaced or made.
     to: PathBuf,
     old: Option<Metadata>,
+    /// Whether it may be a file that the run has read.
+    is_own: bool,
 }
 
 impl AtomicFile {
@@ -50,23 +62,29 @@ impl AtomicFile {
     /// # Errors
     /// As [`write_atomic`].
     pub fn create(path: &Path) -> Result<Self, FileError> {
-        Self::open(path).map_err(|error| FileError::writing(path, &error))
+        Self::open(path, false)
     }
 
-    fn open(path: &Path) -> io::Result<Self> {
-        let (to, old) = match fs::metadata(path) {
-            Ok(meta) if meta.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-            Ok(meta) if !meta.is_file() => {
-                let file = File::options().write(true).open(path)?;
-                return Ok(Self { file, temporary: None, to: path.to_owned(), old: None });
-            }
-            Ok(meta) => (fs::canonicalize(path)?, Some(meta)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => (behind_links(path)?, None),
-            Err(error) => return Err(error),
-        };
+    fn open(path: &Path, is_own: bool) -> Result<Self, FileError> {
+        if !is_own {
+            run_files::check_output(path)?;
+        }
+        let name = path.to_owned();
+        let old = replaced(path)?;
+        if old.as_ref().is_some_and(|meta| !meta.is_file()) {
+            let file = File::options().write(true).open(path).map_err(|error| FileError::writing(path, &error))?;
+            return Ok(Self { file, temporary: None, to: name.clone(), name, old: None, is_own });
+        }
+        let to = real_output_path(path)?;
         remove_leftovers(&to);
-        let (temporary, file) = Temporary::beside(&to, old.as_ref())?;
-        Ok(Self { file, temporary: Some(temporary), to, old })
+        let (temporary, file) = Temporary::beside(&to, old.as_ref()).map_err(|error| match error.kind() {
+            // The folder is there: those that the kernel makes take no files.
+            io::ErrorKind::NotFound => {
+                FileError::new(path, ErrorKind::Naming, "no file can be made in this folder").hint("choose another one")
+            }
+            _ => FileError::writing(path, &error),
+        })?;
+        Ok(Self { file, temporary: Some(temporary), name, to, old, is_own })
     }
 
     /// The file, to be written.
@@ -74,7 +92,21 @@ impl AtomicFile {
     /// # Errors
     /// The system has no handle for it.
     pub fn handle(&self) -> Result<File, FileError> {
-        self.file.try_clone().map_err(|error| FileError::writing(&self.to, &error))
+        self.file.try_clone().map_err(|error| FileError::writing(&self.name, &error))
+    }
+
+    fn write_all(mut self, bytes: &[u8]) -> Result<(), FileError> {
+        self.file.write_all(bytes).map_err(|error| self.refused(&error))?;
+        self.finish()
+    }
+
+    fn refused(&self, error: &io::Error) -> FileError {
+        match self.temporary {
+            Some(_) => FileError::writing(&self.name, error),
+            None => {
+                FileError::new(&self.name, ErrorKind::Machine, format!("this device or pipe takes no more: {error}"))
+            }
+        }
     }
 
     /// Puts the file at its place.
@@ -82,8 +114,12 @@ impl AtomicFile {
     /// # Errors
     /// As [`write_atomic`].
     pub fn finish(self) -> Result<(), FileError> {
-        let to = self.to.clone();
-        self.replace().map_err(|error| FileError::writing(&to, &error))
+        // It may have become an input since it was begun.
+        if !self.is_own && self.temporary.is_some() {
+            run_files::check_output(&self.name)?;
+        }
+        let name = self.name.clone();
+        self.replace().map_err(|error| FileError::writing(&name, &error))
     }
 
     /// Puts an image at its place if its headers can be read.
@@ -92,10 +128,10 @@ impl AtomicFile {
     /// As [`write_atomic`], and an image that could not be read: the file that was there stays.
     pub(super) fn finish_image(mut self) -> Result<(), FileError> {
         if self.temporary.is_some() {
-            self.file.rewind().map_err(|error| FileError::writing(&self.to, &error))?;
+            self.file.rewind().map_err(|error| FileError::writing(&self.name, &error))?;
             check(BufReader::new(&self.file)).map_err(|error| {
                 let what = format!("the image was written, but cannot be read again: {}", error.message);
-                FileError::new(&self.to, ErrorKind::Machine, what)
+                FileError::new(&self.name, ErrorKind::Machine, what)
             })?;
         }
         self.finish()
@@ -110,6 +146,45 @@ impl AtomicFile {
         self.file.sync_data()?;
         temporary.rename(&self.to)
         // The lock of the file ends here, when nobody can take it for a leftover any more.
+    }
+}
+
+/// Looks whether a file can be replaced or made, as far as that is known without writing.
+pub(super) fn check(path: &Path) -> Result<(), FileError> {
+    replaced(path).map(drop)
+}
+
+/// What there is at the place of an output, if this user may replace it.
+fn replaced(path: &Path) -> Result<Option<Metadata>, FileError> {
+    match fs::metadata(path) {
+        Ok(meta) if meta.is_dir() => Err(FileError::writing(path, &io::ErrorKind::IsADirectory.into())),
+        Ok(meta) if meta.is_file() && !may_write(path, &meta)? => {
+            Err(FileError::new(path, ErrorKind::Naming, "this file is read-only, and it is not replaced")
+                .hint("choose another name, or make it writable"))
+        }
+        Ok(meta) => Ok(Some(meta)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(FileError::writing(path, &error)),
+    }
+}
+
+/// Whether this user may write a file. Its folder alone decides whether it can be replaced, which its owner may not
+/// know, and root may write everything.
+fn may_write(path: &Path, meta: &Metadata) -> Result<bool, FileError> {
+    if meta.permissions().readonly() {
+        return Ok(false);
+    }
+    let mut options = OpenOptions::new();
+    options.write(true);
+    // It may be a pipe by now.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
+    match options.open(path) {
+        Ok(_) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(false),
+        // A program that runs.
+        Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => Ok(true),
+        Err(error) => Err(FileError::writing(path, &error)),
     }
 }
 
@@ -139,6 +214,89 @@ fn behind_links(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
+/// Writes files that do not exist yet into a folder, all of them or none, with the folders that they need. A file of the
+/// same content is as good as written. Returns whether each is new.
+///
+/// # Errors
+/// There is another file of that name, or a link on the way to it; writing fails.
+pub fn write_new(folder: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<Vec<bool>, FileError> {
+    let mut are_new = Vec::new();
+    for (name, bytes) in files {
+        are_new.push(is_new(folder, name, bytes)?);
+    }
+    let mut made = Made::default();
+    for ((name, bytes), is_new) in files.iter().zip(&are_new) {
+        if *is_new {
+            made.file(folder, name, bytes)?;
+        }
+    }
+    made.is_whole = true;
+    Ok(are_new)
+}
+
+/// Whether a file is not there yet. Refuses links below the folder, which may lead anywhere, and other files.
+fn is_new(folder: &Path, name: &Path, bytes: &[u8]) -> Result<bool, FileError> {
+    let path = folder.join(name);
+    for part in name.ancestors().skip(1).filter(|part| !part.as_os_str().is_empty()) {
+        let part = folder.join(part);
+        if part.is_symlink() {
+            return Err(FileError::new(&path, ErrorKind::Naming, format!("`{}` is a link", part.display()))
+                .hint("choose another folder: new files are not written through links"));
+        }
+    }
+    match fs::symlink_metadata(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+        Err(error) => Err(FileError::writing(&path, &error)),
+        Ok(meta) if meta.is_file() && meta.len() == bytes.len() as u64 && read_bytes(&path, meta.len())? == bytes => {
+            Ok(false)
+        }
+        Ok(_) => Err(FileError::new(&path, ErrorKind::Naming, "this file exists, and is not replaced by a new one")
+            .hint("choose another name or another folder")),
+    }
+}
+
+/// New files and folders, which are removed when dropped unless all are made.
+#[derive(Default)]
+struct Made {
+    files: Vec<PathBuf>,
+    folders: Vec<PathBuf>,
+    is_whole: bool,
+}
+
+impl Made {
+    fn file(&mut self, folder: &Path, name: &Path, bytes: &[u8]) -> Result<(), FileError> {
+        let path = folder.join(name);
+        let parts: Vec<&Path> = name.ancestors().skip(1).filter(|part| !part.as_os_str().is_empty()).collect();
+        for part in parts.into_iter().rev().map(|part| folder.join(part)) {
+            match fs::create_dir(&part) {
+                Ok(()) => self.folders.push(part),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(FileError::writing(&part, &error)),
+            }
+        }
+        place_new(&path, bytes).map_err(|error| FileError::writing(&path, &error))?;
+        self.files.push(path);
+        Ok(())
+    }
+}
+
+fn place_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let (temporary, mut file) = Temporary::beside(path, None)?;
+    file.write_all(bytes)?;
+    file.sync_data()?;
+    temporary.place_new(path)
+}
+
+impl Drop for Made {
+    fn drop(&mut self) {
+        if !self.is_whole {
+            // An error is already on its way to the user.
+            self.files.iter().for_each(|file| drop(fs::remove_file(file)));
+            self.folders.iter().rev().for_each(|folder| drop(fs::remove_dir(folder)));
+        }
+    }
+}
+
 /// A file that is removed when dropped, unless it was renamed.
 struct Temporary(Option<PathBuf>);
 
@@ -160,6 +318,17 @@ impl Temporary {
             if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) && own.exists() {
                 return Ok((Self(Some(own)), file));
             }
+        }
+    }
+
+    /// Gives the file its name, which no other has.
+    fn place_new(&self, to: &Path) -> io::Result<()> {
+        let Some(from) = &self.0 else { return Ok(()) };
+        match fs::hard_link(from, to) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(error),
+            // Some file systems have no links.
+            Err(_) if to.symlink_metadata().is_err() => fs::rename(from, to),
+            placed => placed,
         }
     }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use crate::files::regular::open;
+use crate::files::regular::open_unlisted;
 
 /// The end of the names of unfinished files.
 pub(super) const ENDING: &str = ".afterimage.part";
@@ -29,7 +29,7 @@ fn is_unfinished(name: &str) -> bool {
 }
 
 fn remove_unlocked(path: &Path) {
-    let Ok((file, _)) = open(path) else { return };
+    let Ok((file, _)) = open_unlisted(path) else { return };
     if file.try_lock().is_ok() {
         // One that cannot be removed takes space, and is tried again by the next run.
         let _ = fs::remove_file(path);

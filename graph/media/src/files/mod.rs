@@ -9,6 +9,7 @@ mod memory;
 mod regular;
 mod rights;
 mod rows;
+pub mod run_files;
 pub mod sequence;
 #[cfg(not(target_family = "wasm"))]
 mod watch;
@@ -17,11 +18,11 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use atomic::write_image;
-pub use atomic::{AtomicFile, real_output_path, write_atomic};
+pub use atomic::{AtomicFile, real_output_path, rewrite, write_atomic, write_new};
 pub use error::FileError;
 pub use folder::images_in;
 pub use memory::{address_space_limit, default_budget};
-pub use regular::{read_bytes, read_text, real_path};
+pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_text, real_path};
 pub use rows::{RowsFile, RowsOptions};
 #[cfg(not(target_family = "wasm"))]
 pub use watch::FileWatch;
@@ -69,6 +70,15 @@ pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<P
     }
     let (file, _) = regular::open(path)?;
     decode(BufReader::new(file), source.layer.as_deref(), options).map_err(|error| FileError::at(path, error))
+}
+
+/// Reads an image that this run may write, to see whether it is whole: it is no input.
+///
+/// # Errors
+/// See [`read_within`].
+pub fn read_back(path: &Path) -> Result<Picture, FileError> {
+    let (file, _) = regular::open_unlisted(path)?;
+    decode(BufReader::new(file), None, default_budget()).map_err(|error| FileError::at(path, error))
 }
 
 /// Reads the camera that an EXR file states.

@@ -3,16 +3,24 @@
 //! Names come from strangers: a pipeline, an archive, a folder of kinds. To open a pipe can take forever, to open a
 //! device can change its state, and to read one may never end.
 
-use std::fs::{File, Metadata, OpenOptions};
-use std::io::Read as _;
+use std::fs::{self, File, Metadata, OpenOptions};
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use crate::codec::ErrorKind;
 use crate::codec::limits::size_of_bytes;
-use crate::files::FileError;
+use crate::files::{FileError, run_files};
 
-/// Opens a regular file for reading; returns it with its length in bytes.
+/// Opens a regular file for reading; returns it with its length in bytes. The list of the run has it from then on.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), FileError> {
+    let (file, length) = open_unlisted(path)?;
+    // Where the file is, whatever its name leads to by now.
+    run_files::opened(&path_of(&file, path).unwrap_or_else(|_| path.to_owned()));
+    Ok((file, length))
+}
+
+/// The same for a file that is no input of the run.
+pub(super) fn open_unlisted(path: &Path) -> Result<(File, u64), FileError> {
     // An empty path names the current folder.
     if path.as_os_str().is_empty() {
         return Err(folder(path));
@@ -24,6 +32,57 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), FileError> {
     let meta = file.metadata().map_err(|error| FileError::reading(path, &error))?;
     refuse_special(path, &meta)?;
     Ok((file, meta.len()))
+}
+
+/// Opens a regular file that `permit` permits by its path without links: the file that is open, and not one that had
+/// the name when it was looked at.
+fn open_permitted(path: &Path, permit: Permit<'_>) -> Result<(File, u64), FileError> {
+    let permitted = |real: &Path| permit(real).map_err(|why| FileError::new(path, ErrorKind::Unreadable, why));
+    let real = real_path(path)?;
+    permitted(&real)?;
+    let (file, length) = open_unlisted(&real).map_err(|error| FileError { path: path.to_owned(), ..error })?;
+    // A link may have taken its place, or that of a folder above it.
+    let opened = path_of(&file, &real).map_err(|error| FileError::reading(path, &error))?;
+    permitted(&opened)?;
+    run_files::opened(&opened);
+    Ok((file, length))
+}
+
+/// Whether a file may be read, by its path without links, or why not.
+pub type Permit<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
+
+/// The path of an open file without links; it was opened as `named`.
+#[cfg(target_os = "linux")]
+fn path_of(file: &File, named: &Path) -> io::Result<PathBuf> {
+    use std::os::fd::AsRawFd;
+    // Without this file system, names have to do.
+    fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())).or_else(|_| path_by_name(file, named))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn path_of(file: &File, named: &Path) -> io::Result<PathBuf> {
+    path_by_name(file, named)
+}
+
+/// The path that the name has, if it still leads to the open file.
+fn path_by_name(file: &File, named: &Path) -> io::Result<PathBuf> {
+    let real = fs::canonicalize(named)?;
+    match is_same(&file.metadata()?, &fs::symlink_metadata(&real)?) {
+        true => Ok(real),
+        false => Err(io::Error::other("it was replaced while it was read")),
+    }
+}
+
+#[cfg(unix)]
+fn is_same(a: &Metadata, b: &Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// Other systems do not tell files apart.
+#[cfg(not(unix))]
+fn is_same(_: &Metadata, _: &Metadata) -> bool {
+    true
 }
 
 /// Looks whether a file can be opened for reading, without opening it.
@@ -59,6 +118,19 @@ fn folder(path: &Path) -> FileError {
 /// There is no such file, it is no regular file, it is larger, or it cannot be read.
 pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
     let (file, length) = open(path)?;
+    bytes_of(path, file, length, most)
+}
+
+/// The bytes of a regular file that `permit` permits.
+///
+/// # Errors
+/// See [`read_bytes`]; and a file that is not permitted.
+pub fn read_permitted(path: &Path, most: u64, permit: Permit<'_>) -> Result<Vec<u8>, FileError> {
+    let (file, length) = open_permitted(path, permit)?;
+    bytes_of(path, file, length, most)
+}
+
+fn bytes_of(path: &Path, file: File, length: u64, most: u64) -> Result<Vec<u8>, FileError> {
     if length > most {
         let message = format!("the file has {}, and at most {} are read", size_of_bytes(length), size_of_bytes(most));
         return Err(FileError::new(path, ErrorKind::TooLarge, message));
@@ -73,7 +145,19 @@ pub fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>, FileError> {
 /// # Errors
 /// See [`read_bytes`]; and a file that is not in UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
-    String::from_utf8(read_bytes(path, most)?).map_err(|error| {
+    text_of(path, read_bytes(path, most)?)
+}
+
+/// The text of a regular file that `permit` permits.
+///
+/// # Errors
+/// See [`read_text`] and [`read_permitted`].
+pub fn read_permitted_text(path: &Path, most: u64, permit: Permit<'_>) -> Result<String, FileError> {
+    text_of(path, read_permitted(path, most, permit)?)
+}
+
+fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, FileError> {
+    String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = valid.iter().filter(|byte| **byte == b'\n').count() + 1;
         FileError::new(path, ErrorKind::Broken, format!("line {line} is not text in UTF-8"))
@@ -88,5 +172,5 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, FileError> {
 pub fn real_path(path: &Path) -> Result<PathBuf, FileError> {
     // An empty path names the current folder.
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    std::fs::canonicalize(path).map_err(|error| FileError::reading(path, &error))
+    fs::canonicalize(path).map_err(|error| FileError::reading(path, &error))
 }
