@@ -1,7 +1,7 @@
 //! The files of a pipeline: what has been read, and whether it has changed since.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use afterimage_graph::check::Loader;
 use afterimage_pipelines::BuiltIn;
 
 use crate::error::Error;
-use crate::kinds::KindFiles;
+use crate::kinds::{KindFiles, LIBRARY};
 
 /// The most bytes of a file that a pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
@@ -44,8 +44,10 @@ fn stamp_of(path: &Path) -> Stamp {
 
 /// What has been read of the files that a pipeline may name. Each is read once, so that all tiers are of one state.
 pub(crate) struct Files {
-    /// The folders whose files may be read, without links.
+    /// The folders whose files the pipeline may name, without links.
     folders: Vec<PathBuf>,
+    /// Those with node kinds, and with what these share.
+    kind_folders: Vec<PathBuf>,
     /// Whether the pipeline lies in no folder: then it may name built-in files.
     is_built_in: bool,
     read: Mutex<Read>,
@@ -58,11 +60,32 @@ struct Read {
 }
 
 impl Files {
-    /// The files in the folder of a pipeline, if it lies in one, in other folders, and below.
-    pub(crate) fn new(own: Option<&Path>, allowed: &[PathBuf]) -> Self {
-        let folders = own.into_iter().chain(allowed.iter().map(PathBuf::as_path));
-        let folders = folders.filter_map(|folder| std::fs::canonicalize(or_current(folder)).ok()).collect();
-        Self { folders, is_built_in: own.is_none(), read: Mutex::default() }
+    /// The files in the folder of a pipeline, if it lies in one, in other folders, and below; and those of kinds.
+    pub(crate) fn new(own: Option<&Path>, allowed: &[PathBuf], kinds: &[PathBuf]) -> Self {
+        let folders = own.into_iter().chain(allowed.iter().map(PathBuf::as_path)).filter_map(real_folder).collect();
+        let mut kind_folders = Vec::new();
+        for folder in kinds.iter().map(PathBuf::as_path).chain(own).filter_map(real_folder) {
+            kind_folders.extend(folder.parent().map(|parent| parent.join(LIBRARY)));
+            kind_folders.push(folder);
+        }
+        Self { folders, kind_folders, is_built_in: own.is_none(), read: Mutex::default() }
+    }
+
+    /// The text of the pipeline, which the host names: a link may lead to it.
+    pub(crate) fn pipeline(&self, path: &Path) -> Result<String, Error> {
+        self.text_if(path, &|_| true)
+    }
+
+    /// Whether a file may be a part of a kind.
+    fn permits_kind(&self, real: &Path) -> bool {
+        self.folders.iter().chain(&self.kind_folders).any(|folder| real.starts_with(folder))
+    }
+
+    fn text_if(&self, path: &Path, permits: Permits<'_>) -> Result<String, Error> {
+        let unreadable =
+            |why: &dyn std::fmt::Display| Error::Unreadable(format!("`{}` cannot be read: {why}", path.display()));
+        let bytes = self.bytes(path, permits).map_err(|why| unreadable(&why))?;
+        String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
     }
 
     /// What has been read, and when it was changed.
@@ -76,14 +99,14 @@ impl Files {
         read.bytes.iter().filter_map(|(path, bytes)| Some((path.clone(), bytes.clone().ok()?))).collect()
     }
 
-    fn bytes(&self, path: &Path) -> Result<Arc<[u8]>, String> {
+    fn bytes(&self, path: &Path, permits: Permits<'_>) -> Result<Arc<[u8]>, String> {
         let mut read = self.lock();
         if let Some(known) = read.bytes.get(path) {
             return known.clone();
         }
         // Before the file is read: a change in between is seen as one.
         read.stamps.0.insert(path.to_owned(), stamp_of(path));
-        let bytes = read_regular(path);
+        let bytes = read_regular(path, permits);
         read.bytes.insert(path.to_owned(), bytes.clone());
         bytes
     }
@@ -110,10 +133,7 @@ impl KindFiles for Files {
     }
 
     fn text(&self, path: &Path, _: &str) -> Result<String, Error> {
-        let unreadable =
-            |why: &dyn std::fmt::Display| Error::Unreadable(format!("`{}` cannot be read: {why}", path.display()));
-        let bytes = self.bytes(path).map_err(|why| unreadable(&why))?;
-        String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
+        self.text_if(path, &|real| self.permits_kind(real))
     }
 
     fn permits(&self, _: &Path) -> bool {
@@ -133,20 +153,18 @@ impl Loader for Files {
             self.lock().bytes.insert(path.into(), Ok(bytes.clone()));
             return Ok(bytes);
         }
-        let path = Path::new(path);
-        // A file that does not exist is watched, too: that it appears is a change.
-        if let Ok(real) = std::fs::canonicalize(path)
-            && !self.folders.iter().any(|folder| real.starts_with(folder))
-        {
-            return Err("only files in the folder of the pipeline and below are read, and in those of `allow`".into());
-        }
-        self.bytes(path)
+        self.bytes(Path::new(path), &|real| self.folders.iter().any(|folder| real.starts_with(folder)))
     }
 
     /// Not kept: the user may correct the file, and name it again.
     fn load_override(&self, path: &str) -> Result<Arc<[u8]>, String> {
-        read_regular(Path::new(path))
+        read_regular(Path::new(path), &|_| true)
     }
+}
+
+/// A folder without links, if there is one.
+fn real_folder(folder: &Path) -> Option<PathBuf> {
+    std::fs::canonicalize(or_current(folder)).ok()
 }
 
 /// An empty path means the current folder.
@@ -154,17 +172,99 @@ pub(crate) fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
-/// The bytes of a regular file. A pipe or a device, which a stranger's file may name, is not opened.
-fn read_regular(path: &Path) -> Result<Arc<[u8]>, String> {
-    let meta = path.metadata().map_err(|error| error.to_string())?;
+/// Whether a file may be read, by its path without links.
+type Permits<'a> = &'a dyn Fn(&Path) -> bool;
+
+/// The bytes of a regular file that is permitted: of the file that is open, and not of one that had the name before. A
+/// pipe or a device, which a stranger's file may name, is not opened.
+fn read_regular(path: &Path, permits: Permits<'_>) -> Result<Arc<[u8]>, String> {
+    let real = std::fs::canonicalize(path).map_err(|error| error.to_string())?;
+    let refused = "only files in the folder of the pipeline and below are read, and in those of `allow`";
+    if !permits(&real) {
+        return Err(refused.into());
+    }
+    check_regular(&real.metadata().map_err(|error| error.to_string())?)?;
+    let file = File::open(&real).map_err(|error| error.to_string())?;
+    let meta = file.metadata().map_err(|error| error.to_string())?;
+    check_regular(&meta)?;
+    // A link may have taken its place, or that of a folder above it.
+    if !path_of(&file, &meta, &real).is_ok_and(|opened| permits(&opened)) {
+        return Err(refused.into());
+    }
+    let mut bytes = Vec::new();
+    file.take(meta.len()).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes.into())
+}
+
+fn check_regular(meta: &Metadata) -> Result<(), String> {
     if !meta.is_file() {
         return Err("it is no file".into());
     }
     if meta.len() > MAX_BYTES {
         return Err(format!("it has {} bytes, and at most {MAX_BYTES} are read", meta.len()));
     }
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    file.take(meta.len()).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
-    Ok(bytes.into())
+    Ok(())
+}
+
+/// The path of an open file without links; it was opened as `real`.
+fn path_of(file: &File, meta: &Metadata, real: &Path) -> std::io::Result<PathBuf> {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::fd::AsRawFd;
+        if let Ok(path) = std::fs::read_link(format!("/proc/self/fd/{}", file.as_raw_fd())) {
+            return Ok(path);
+        }
+    }
+    let path = std::fs::canonicalize(real)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let now = std::fs::symlink_metadata(&path)?;
+        if (now.dev(), now.ino()) != (meta.dev(), meta.ino()) {
+            return Err(std::io::Error::other("it was replaced while it was read"));
+        }
+    }
+    let _ = (file, meta);
+    Ok(path)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::fs;
+    use std::os::unix::fs::symlink;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use super::*;
+
+    #[test]
+    fn a_link_that_changes_while_it_is_read_leads_to_no_file_outside() {
+        let folder = std::env::temp_dir().join(format!("afterimage-swapped-{}", std::process::id()));
+        fs::create_dir_all(folder.join("inside")).expect("a temporary folder");
+        fs::write(folder.join("inside/file"), "inside").expect("a temporary file");
+        fs::write(folder.join("outside"), "outside").expect("a temporary file");
+        let (link, next) = (folder.join("inside/link"), folder.join("inside/next"));
+        symlink("file", &link).expect("a link");
+        let is_over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for target in ["../outside", "file"].iter().cycle().take(4000) {
+                    symlink(target, &next).expect("a link");
+                    fs::rename(&next, &link).expect("it is replaced");
+                }
+                is_over.store(true, Ordering::Relaxed);
+            });
+            while !is_over.load(Ordering::Relaxed) {
+                let files = Files::new(Some(&folder.join("inside")), &[], &[]);
+                if let Ok(bytes) = files.load(&link.to_string_lossy()) {
+                    assert_eq!(&*bytes, b"inside");
+                }
+            }
+        });
+        // A link that stays is refused, too, as a part of a kind.
+        fs::remove_file(&link).expect("a link");
+        symlink("../outside", &link).expect("a link");
+        let files = Files::new(Some(&folder.join("inside")), &[], &[]);
+        assert!(files.text(&link, "shader").is_err() && files.load(&link.to_string_lossy()).is_err());
+        fs::remove_dir_all(folder).expect("it was made");
+    }
 }

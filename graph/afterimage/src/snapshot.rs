@@ -11,7 +11,7 @@ use afterimage_graph::node::{NodeKind, Registry};
 
 use crate::error::Error;
 use crate::files::{Files, or_current};
-use crate::kinds::{KindFiles as _, kinds_in};
+use crate::kinds::kinds_in;
 use crate::source::{Place, Source, built_in, built_in_hint};
 
 /// A pipeline and all that it names, as read at one moment. Clones share it.
@@ -179,7 +179,7 @@ fn is_among(folder: &Path, own: &Path) -> bool {
 
 /// The files that a source may name.
 pub(crate) fn files_of(source: &Source) -> Arc<Files> {
-    Files::new(folder_of(source), &source.allowed).into()
+    Files::new(folder_of(source), &source.allowed, &source.kind_folders).into()
 }
 
 /// The folder of a source that is a file.
@@ -195,5 +195,5 @@ fn text_of(path: &Path, files: &Files) -> Result<String, Error> {
         let message = format!("there is no pipeline `{}`\n  hint: {}", path.display(), built_in_hint());
         return Err(Error::Unreadable(message));
     }
-    files.text(path, "pipeline")
+    files.pipeline(path)
 }
