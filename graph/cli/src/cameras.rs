@@ -130,6 +130,34 @@ mod tests {
         assert_eq!(data.get("previous_jitter"), Some(vec![0.0, 0.125]));
     }
 
+    /// Whatever stands in a file, it is refused, or it is a camera beside any other.
+    fn examine(text: &[u8], plain: &CameraFile) {
+        let Ok(file) = serde_json::from_slice::<CameraFile>(text) else { return };
+        if file.data(None).is_ok() {
+            file.data(Some(plain)).expect("it was accepted");
+            plain.data(Some(&file)).expect("it was accepted");
+        }
+    }
+
+    #[test]
+    fn a_camera_with_any_byte_or_number_changed_is_refused_or_one() {
+        let plain: CameraFile = serde_json::from_str(TEXT).expect("it is a camera");
+        let mut seed = 1_u32;
+        for at in 0..TEXT.len() {
+            for _ in 0..8 {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let mut text = TEXT.as_bytes().to_vec();
+                text[at] = (seed >> 24) as u8;
+                examine(&text, &plain);
+            }
+        }
+        for (at, digit) in TEXT.match_indices(|c: char| c.is_ascii_digit()) {
+            for number in ["1e39", "-1e38", "1e-46", "1e999", "null", "[]", "4294967296"] {
+                examine([&TEXT[..at], number, &TEXT[at + digit.len()..]].concat().as_bytes(), &plain);
+            }
+        }
+    }
+
     #[test]
     fn the_camera_of_the_scene_sees_what_its_depth_says() {
         let size = Size::new(640, 360);

@@ -13,7 +13,7 @@ use super::bands;
 use super::kept::{KeptPictures, Repetition};
 use super::metered::{has_meter, names, unmetered};
 use super::read::{InputPicture, Inputs, Read};
-use super::readings::{FrameReport, Outcome, Report, read_meters};
+use super::readings::{FrameReport, Outcome, Report, read_meters, value_of};
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
@@ -224,6 +224,14 @@ impl Frames<'_> {
             session.number_next(measured.frame);
             session.integrate(metering, images, step, &bytes)?;
             (self.begins_shot, self.last) = (false, Some(measured.frame));
+        }
+        // A number that is not finite would stay in the state.
+        for meter in self.meters.iter().filter(|_| !self.request.measured.is_empty()) {
+            let value = self.session.session.value(&value_of(meter))?;
+            if value.is_some_and(|value| value.iter().any(|number| !number.is_finite())) {
+                return Err(Failure::user(format!("`--meter`: `{meter}` makes no exposure of what its files state"))
+                    .hint("measure the frames again"));
+            }
         }
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use afterimage_media::sequence::Pattern;
-use afterimage_media::{read_text, write_atomic};
+use afterimage_media::{read_text, run_files, write_atomic};
 use afterimage_plan::{Metering, Plan, StateContent, StateItem};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -138,7 +138,11 @@ impl Metered {
 
 /// The frames of a file.
 fn frames_of(path: &Path) -> Result<Vec<MeteredFrame>, Failure> {
-    let text = read_text(path, MAX_BYTES)?;
+    run_files::reads(path, "a file of `--meter`");
+    parse(path, &read_text(path, MAX_BYTES)?)
+}
+
+fn parse(path: &Path, text: &str) -> Result<Vec<MeteredFrame>, Failure> {
     let mut frames = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let wrong = |why: String| {
@@ -190,4 +194,59 @@ pub(super) fn no_meter(plan: &Plan) -> Failure {
 pub(super) fn names<'a>(items: impl IntoIterator<Item = &'a StateItem>) -> String {
     let names: Vec<String> = items.into_iter().map(|item| format!("`{}`", item.name)).collect();
     names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::check::{Checker, NoFiles};
+    use afterimage_graph::document;
+    use afterimage_graph::image::Size;
+    use afterimage_graph::node::Registry;
+
+    use super::*;
+    use crate::pipeline::plan_without_device;
+
+    const METERED: &str = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "mean": MeanLuminance(source: "scene"),
+            "meter": Adapt(mean: "mean"),
+            "lit": Exposure(source: "scene", meter: "meter"),
+        },
+        outputs: { "light": "lit" },
+    )"#;
+
+    #[test]
+    fn a_frame_with_any_byte_changed_is_refused_or_fits_the_plan() {
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("names differ");
+        let document = document::parse("meter.ron", METERED).expect("it is a pipeline");
+        let checked = Checker::new(&document, &registry, &NoFiles).check(None, &[]);
+        let (graph, _) = checked.unwrap_or_else(|errors| panic!("{errors:?}"));
+        let plan = plan_without_device(&graph, Size::new(64, 32), Default::default(), Default::default());
+        let plan = plan.expect("it can be planned");
+        let metering = plan.metering();
+        let sizes: Vec<usize> =
+            metering.measured.iter().map(|buffer| plan.buffers[buffer.0 as usize].bytes as usize).collect();
+        let zeros: Vec<Vec<u8>> = sizes.iter().map(|bytes| vec![0; *bytes]).collect();
+        let line = MeteredFrame::new(&plan, &metering, 7, Value::Null, &zeros).line();
+        let (mut seed, mut fitting, mut refused) = (1_u32, 0, 0);
+        for at in 0..line.len() {
+            for _ in 0..8 {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let mut bytes = line.clone().into_bytes();
+                bytes[at] = b' ' + (seed >> 24) as u8 % 95;
+                let text = String::from_utf8(bytes).expect("it is ASCII");
+                for frame in parse(Path::new("a.meter"), &text).unwrap_or_default() {
+                    match frame.for_plan(&plan, &metering) {
+                        Ok(bytes) => {
+                            assert!(bytes.iter().map(Vec::len).eq(sizes.iter().copied()), "{text}");
+                            fitting += 1;
+                        }
+                        Err(_) => refused += 1,
+                    }
+                }
+            }
+        }
+        assert!(fitting > 0 && refused > 0, "{fitting} {refused}");
+    }
 }

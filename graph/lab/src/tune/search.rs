@@ -66,6 +66,12 @@ impl Measured {
         MARGIN * self.p999
     }
 
+    /// Whether a measurement can have these figures.
+    pub(super) fn is_possible(&self) -> bool {
+        let figures = [self.ms, self.p999, self.p999_without_worst.unwrap_or(0.0), self.max];
+        figures.iter().all(|figure| figure.is_finite() && *figure >= 0.0)
+    }
+
     pub(super) fn point(&self) -> (f64, f64) {
         (self.ms, self.p999.max(MIN_ERROR))
     }

@@ -10,7 +10,7 @@ use super::measurer::Confirmed;
 use super::search::Measured;
 use crate::LabError;
 use crate::files::MAX_TEXT;
-use afterimage_media::{read_text, write_atomic};
+use afterimage_media::{read_text, rewrite};
 
 /// Figures by choice.
 pub(super) struct SearchState {
@@ -77,7 +77,7 @@ impl SearchState {
         let Some(path) = &self.path else { return Ok(()) };
         let text = serde_json::to_string_pretty(&self.content)
             .map_err(|error| LabError::Machine(format!("cannot write the state: {error}")))?;
-        Ok(write_atomic(path, format!("{text}\n").as_bytes())?)
+        Ok(rewrite(path, format!("{text}\n").as_bytes())?)
     }
 
     /// The number of measured choices.
@@ -92,6 +92,12 @@ fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
     let content: Content = serde_json::from_str(&text).map_err(|error| {
         LabError::request(format!("`{shown}` is not the state of a search: {error}")).hint("name another file")
     })?;
+    let confirmed = content.confirmed.values().map(|confirmed| &confirmed.measured);
+    let figures = content.measured.values().chain(content.predicted.values()).chain(confirmed);
+    if !figures.clone().all(Measured::is_possible) {
+        return Err(LabError::request(format!("`{shown}` has figures below 0, which nothing has measured"))
+            .hint("remove it, or name another file"));
+    }
     if content.identity != *identity {
         return Err(LabError::request(format!(
             "the state `{shown}` is of another pipeline, other images or another device"
@@ -99,4 +105,38 @@ fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
         .hint("remove it, or name another file"));
     }
     Ok(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_state_with_any_number_changed_is_refused_or_possible() {
+        let folder = std::env::temp_dir().join(format!("afterimage-search-state-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        let path = folder.join("state.json");
+        let identity = json!({ "size": 8 });
+        let mut state = SearchState::open(Some(&path), identity.clone()).expect("there is none");
+        let measured =
+            Measured { ms: 2.0, p999: 3.0, p999_without_worst: Some(4.0), max: 5.0, bytes: 6, is_predicted: false };
+        state.insert("a=1".to_owned(), measured).expect("it is written");
+        state.confirm("a=1".to_owned(), Confirmed { measured, worst: "b".to_owned() }).expect("it is written");
+        let text = std::fs::read_to_string(&path).expect("it was written");
+        let mut refused = 0;
+        for (at, digit) in text.match_indices(|c: char| c.is_ascii_digit()) {
+            for number in ["-1", "-1e300", "1e999", "null", "[]", "1e300"] {
+                let changed = [&text[..at], number, &text[at + digit.len()..]].concat();
+                std::fs::write(&path, changed).expect("a temporary file");
+                match SearchState::open(Some(&path), identity.clone()) {
+                    Ok(state) => assert!(state.measured("a=1").is_none_or(|figures| figures.is_possible()), "{number}"),
+                    Err(_) => refused += 1,
+                }
+            }
+        }
+        assert!(refused > 0);
+        std::fs::remove_dir_all(folder).expect("it was made");
+    }
 }
