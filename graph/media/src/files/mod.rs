@@ -72,15 +72,6 @@ pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<P
     decode(BufReader::new(file), source.layer.as_deref(), options).map_err(|error| FileError::at(path, error))
 }
 
-/// Reads an image that this run may write, to see whether it is whole: it is no input.
-///
-/// # Errors
-/// See [`read_within`].
-pub fn read_back(path: &Path) -> Result<Picture, FileError> {
-    let (file, _) = regular::open_unlisted(path)?;
-    decode(BufReader::new(file), None, default_budget()).map_err(|error| FileError::at(path, error))
-}
-
 /// Reads the camera that an EXR file states.
 ///
 /// # Errors
@@ -120,15 +111,18 @@ pub fn read_statistics(
     measure(BufReader::new(file), description, budget).map_err(|error| FileError::at(&source.path, error))
 }
 
-/// The statements of the headers of a file, after everything in it was decoded, to its last byte.
+/// The statements of the headers of a file of an earlier run, after everything in it was decoded, to its last byte. The
+/// file is no input of this run, which may replace it.
 ///
 /// # Errors
 /// See [`FileError`], [`describe`] and [`measure`]; and a PNG or a JPEG without an end.
 pub fn read_whole(source: &Source, budget: Budget) -> Result<Description, FileError> {
-    let description = read_description(source)?;
-    read_statistics(source, &description, budget)?;
-    let (file, _) = regular::open(&source.path)?;
-    check_end(BufReader::new(file), &description).map_err(|error| FileError::at(&source.path, error))?;
+    let path = &source.path;
+    let open = || regular::open_unlisted(path).map(|(file, _)| BufReader::new(file));
+    let at = |error| FileError::at(path, error);
+    let description = describe(open()?, source.layer.as_deref()).map_err(at)?;
+    measure(open()?, &description, budget).map_err(at)?;
+    check_end(open()?, &description).map_err(at)?;
     Ok(description)
 }
 
