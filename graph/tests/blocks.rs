@@ -108,3 +108,26 @@ fn facts_are_shown_as_files_write_them() {
     let shown = [Fact::from(true), Fact::from(false), Fact::from(0.5), Fact::from(2.0), Fact::from(-1e-7)];
     assert_eq!(shown.map(|fact| fact.to_string()), ["true", "false", "0.5", "2.0", "-1e-7"]);
 }
+
+#[test]
+fn a_transposed_matrix_of_a_camera_is_named() {
+    let view = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.8, 0.6, 0.0], [0.0, -0.6, 0.8, 0.0], [0.5, -1.0, -3.0, 1.0]];
+    let [near, wide] = [-0.101, 1.2];
+    let perspective = [[wide, 0.0, 0.0, 0.0], [0.0, 2.1, 0.0, 0.0], [0.1, 0.2, -1.01, -1.0], [0.0, 0.0, near, 0.0]];
+    let reversed = [[wide, 0.0, 0.0, 0.0], [0.0, 2.1, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, 0.1, 0.0]];
+    let orthographic = [[0.1, 0.0, 0.0, 0.0], [0.0, 0.2, 0.0, 0.0], [0.0, 0.0, -0.01, 0.0], [0.3, 0.1, -0.001, 1.0]];
+    let transposed =
+        |matrix: [[f32; 4]; 4]| [0, 1, 2, 3].map(|row| [0, 1, 2, 3].map(|column: usize| matrix[column][row]));
+    for projection in [perspective, reversed, orthographic] {
+        assert!(Camera::still(view, projection).data().is_ok());
+        let error = Camera::still(view, transposed(projection)).data().unwrap_err();
+        assert!(error.starts_with("`Camera.projection` is transposed"), "{error}");
+        let error = Camera::still(transposed(view), projection).data().unwrap_err();
+        assert!(error.starts_with("`Camera.view` is transposed: its last row is 0.5 -1 -3 1"), "{error}");
+        let earlier = Camera { previous_view: transposed(view), ..Camera::still(view, projection) };
+        assert!(earlier.data().unwrap_err().starts_with("`Camera.previous_view` is transposed"));
+        // Rows of a projection are no view.
+        let error = Camera::still(perspective, projection).data().unwrap_err();
+        assert!(error.starts_with("`Camera.view` is no view"), "{error}");
+    }
+}

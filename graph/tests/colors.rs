@@ -387,7 +387,10 @@ fn a_graph_lists_its_parameters_and_facts() {
     assert_eq!(graph.facts(), [("dark".to_owned(), FactKind::Flag), ("lux".to_owned(), FactKind::Number)]);
     assert_eq!(graph.parameter("c.dim").unwrap_err(), "no node is called `c`: did you mean `a`?");
     assert_eq!(graph.parameter("b.dimm").unwrap_err(), "`b` has no parameter `dimm`: did you mean `dim`?");
-    assert!(graph.parameter("b").unwrap_err().starts_with("`b` has no parameter ``"));
+    // Names of other things are told as such.
+    assert_eq!(graph.parameter("b").unwrap_err(), "`b` is a node; it has `b.deed` and `b.dim`");
+    assert_eq!(graph.parameter("in.dim").unwrap_err(), "no node is called `in`: that is an image input");
+    assert_eq!(graph.parameter("lux").unwrap_err(), "no node is called `lux`: that is a fact");
 }
 
 /// All that a host must know of a graph but the values of parameters is its structure.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use petgraph::graph::DiGraph;
 
 use crate::node::{Bake, HostBlock, NodeInstance, NodeKind, PortType};
-use afterimage_base::diagnostic::did_you_mean;
+use afterimage_base::diagnostic::{did_you_mean, list, quote};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::{Param, Value};
 
@@ -137,6 +137,13 @@ impl GraphNode {
     }
 }
 
+fn with_hint(message: String, hint: Option<String>) -> String {
+    match hint {
+        Some(hint) => format!("{message}: {hint}"),
+        None => message,
+    }
+}
+
 /// A parameter of a node of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ParameterId {
@@ -153,18 +160,43 @@ impl Graph {
     /// There is none: a sentence that suggests the nearest name.
     pub fn parameter(&self, name: &str) -> Result<ParameterId, String> {
         let (node_name, parameter) = name.rsplit_once('.').unwrap_or((name, ""));
-        let with_hint =
-            |message: String, hint: Option<String>| hint.map_or(message.clone(), |hint| format!("{message}: {hint}"));
         let Some((node, found)) = self.node(node_name) else {
             let names = self.nodes.iter().map(|node| node.name.as_str());
-            return Err(with_hint(format!("no node is called `{node_name}`"), did_you_mean(node_name, names)));
+            let is_other = self.meaning_of(node_name).map(|meaning| format!("that is {meaning}"));
+            let hint = is_other.or_else(|| did_you_mean(node_name, names));
+            return Err(with_hint(format!("no node is called {}", quote(node_name)), hint));
         };
         let Some((index, _)) = found.kind().param(parameter) else {
             let names = found.kind().params().iter().map(|param| &*param.name);
-            let message = format!("`{node_name}` has no parameter `{parameter}`");
-            return Err(with_hint(message, did_you_mean(parameter, names)));
+            let node_name = quote(node_name);
+            if name.contains('.') {
+                let message = format!("{node_name} has no parameter {}", quote(parameter));
+                return Err(with_hint(message, did_you_mean(parameter, names)));
+            }
+            let all: Vec<String> = names.map(|name| format!("{}.{name}", found.name)).collect();
+            return Err(match all.is_empty() {
+                true => format!("{node_name} is a node without parameters"),
+                false => format!("{node_name} is a node; it has {}", list(all.iter().map(String::as_str), 16)),
+            });
         };
         Ok(ParameterId { node, index })
+    }
+
+    /// What a name of this pipeline is, in words: a hint for a name in the wrong place.
+    pub fn meaning_of(&self, name: &str) -> Option<String> {
+        let input = self.inputs.iter().find(|input| input.name == name);
+        let inner =
+            self.nodes.iter().find(|node| node.name.strip_prefix(name).is_some_and(|rest| rest.starts_with('/')));
+        Some(match (input, inner) {
+            (Some(input), _) if input.block.is_some() => "an input for a block".into(),
+            (Some(_), _) => "an image input".into(),
+            _ if self.node(name).is_some() => "a node".into(),
+            (_, Some(inner)) => format!("a pipeline with nodes like {}", quote(&inner.name)),
+            _ if self.outputs.iter().any(|output| output.name == name) => "an output".into(),
+            _ if self.facts().iter().any(|(fact, _)| fact == name) => "a fact".into(),
+            _ if self.parameters().any(|id| self.parameter_name(id) == name) => "a parameter".into(),
+            _ => return None,
+        })
     }
 
     /// Whether another graph has the same inputs, nodes, wires and outputs: then at most values differ.

@@ -69,7 +69,7 @@ impl Camera {
     /// The block.
     ///
     /// # Errors
-    /// A number that is not finite, or a matrix without an inverse: a sentence.
+    /// A number that is not finite, a matrix that is transposed, or one without an inverse: a sentence.
     pub fn data(&self) -> Result<BlockData, String> {
         let mut data = BlockData::new(&CAMERA);
         self.write(&mut data)?;
@@ -87,7 +87,10 @@ impl Camera {
             ("previous_view", self.previous_view),
             ("previous_projection", self.previous_projection),
         ];
-        matrices.iter().try_for_each(|(name, matrix)| data.set(name, matrix.as_flattened()))?;
+        for (name, matrix) in &matrices {
+            check_columns(name, matrix)?;
+            data.set(name, matrix.as_flattened())?;
+        }
         for (name, matrix) in [("inverse_view", self.view), ("inverse_projection", self.projection)] {
             let inverse = inverse(&matrix);
             let set = data.set(name, inverse.as_flattened());
@@ -96,6 +99,33 @@ impl Camera {
         data.set("jitter", &self.jitter)?;
         data.set("previous_jitter", &self.previous_jitter)
     }
+}
+
+/// A view has the last row 0 0 0 1; so has an orthographic projection, and a perspective one 0 0 -1 0. A matrix that
+/// has this as its last column is transposed.
+fn check_columns(name: &str, matrix: &Matrix) -> Result<(), String> {
+    let is_view = name.ends_with("view");
+    let row @ [a, b, c, d] = matrix.map(|column| column[3]);
+    if is_last_row(row, is_view) || !row.iter().all(|number| number.is_finite()) {
+        return Ok(());
+    }
+    let wanted = if is_view { "0 0 0 1" } else { "0 0 -1 0 or 0 0 0 1" };
+    if is_last_row(matrix[3], is_view) {
+        return Err(format!(
+            "`Camera.{name}` is transposed: its last row is {a} {b} {c} {d}, and its last column is what the last row \
+             must be, {wanted}"
+        ));
+    }
+    match is_view && [a, b, c] != [0.0; 3] {
+        true => Err(format!("`Camera.{name}` is no view: its last row is {a} {b} {c} {d}, not {wanted}")),
+        false => Ok(()),
+    }
+}
+
+/// Whether these numbers are the last row of a view, or else of a projection.
+fn is_last_row(row: [f32; 4], is_view: bool) -> bool {
+    let is = |wanted: [f32; 4]| row.iter().zip(wanted).all(|(is, wanted)| (is - wanted).abs() < 1e-3);
+    is([0.0, 0.0, 0.0, 1.0]) || !is_view && is([0.0, 0.0, -1.0, 0.0])
 }
 
 fn inverse(matrix: &Matrix) -> Matrix {
