@@ -152,7 +152,7 @@ impl Host {
     }
 
     fn shown(&self, name: &str) -> Picture {
-        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output(name));
+        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output(name).unwrap());
         Picture::of(&texels.unwrap_or_else(|error| panic!("{error}")))
     }
 }

@@ -2,7 +2,6 @@
 
 mod again;
 mod captured;
-mod expected;
 mod fade;
 #[cfg(target_os = "linux")]
 mod foreign;
@@ -12,6 +11,7 @@ mod incoming;
 mod names;
 mod offline;
 mod opened;
+mod prepared;
 mod rectangles;
 mod tools;
 mod unsubmitted;
@@ -19,7 +19,8 @@ mod unsubmitted;
 use std::sync::Arc;
 
 use afterimage_gpu::{
-    Frame, FrameKind, FrameStep, Gpu, InputImage, Post, PostError, Session, Texels, download, upload, wgpu,
+    ExpectedFrame, Frame, FrameKind, FrameStep, Gpu, HostImage, InputImage, Post, PostError, Session, Texels, download,
+    upload, wgpu,
 };
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
@@ -63,7 +64,7 @@ impl Host {
         self.post.executor().count_from(0);
         self.time = 0.0;
         self.frame().unwrap_or_else(|error| panic!("{error}"));
-        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output("display"));
+        let texels = download(&self.gpu.device, &self.gpu.queue, self.post.output("display").unwrap());
         texels.unwrap_or_else(|error| panic!("{error}")).bytes
     }
 
@@ -267,13 +268,16 @@ fn a_fact_changes_the_plan_in_the_background_and_another_size_at_once() {
 fn expected_sizes_are_planned_in_the_background_also_after_a_fact() {
     let sizes = [Size::new(64, 36), Size::new(80, 45)];
     let mut host = Host::new(changed("caracal.ron", None, &[]));
-    host.post.expect_sizes(&sizes);
+    let images = sizes.map(|size| HostImage::new(size.width, size.height, wgpu::TextureFormat::Rgba16Float));
+    let inputs = images.map(|image| [("scene", image)]);
+    let frames = inputs.each_ref().map(|inputs| ExpectedFrame { inputs, ..ExpectedFrame::default() });
     let tasks = Arc::new(std::sync::atomic::AtomicUsize::new(0));
     let counted = tasks.clone();
     host.post.set_task_pool(Arc::new(move |task| {
         counted.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         task();
     }));
+    host.post.prepare(&frames).unwrap_or_else(|error| panic!("{error}"));
     let first = host.scene.clone();
     for emissive in [true, false] {
         host.post.set_fact("emissive", emissive);
@@ -281,19 +285,78 @@ fn expected_sizes_are_planned_in_the_background_also_after_a_fact() {
         for _ in 0..8 {
             host.frame().unwrap();
         }
-        assert!(host.post.has_expected_plans());
+        assert!(host.post.is_prepared().unwrap());
         let made = tasks.load(std::sync::atomic::Ordering::Relaxed);
         for size in sizes {
             host.scene = scene(&host.gpu, size);
-            let known = host.post.expected_plan(size).expect("it was planned");
             let shown = host.shown();
-            assert!(Arc::ptr_eq(&known, &host.plan()), "the plan of {size} is the one from the background");
             let mut alone = Host::new(changed("caracal.ron", None, &[]));
             alone.post.set_fact("emissive", emissive);
             alone.scene = host.scene.clone();
             assert_same(&shown, &alone.shown());
         }
         assert_eq!(tasks.load(std::sync::atomic::Ordering::Relaxed), made, "nothing is left to do");
+    }
+}
+
+/// The host sets values while a tier, another pipeline or one that cannot be planned is on its way.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn values_reach_the_plan_that_renders_while_another_graph_is_on_its_way() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let strength = host.post.parameter::<f32>("lit.strength").unwrap();
+    host.shown();
+    let plan = host.plan();
+    let tasks: Arc<std::sync::Mutex<Vec<afterimage_gpu::Task>>> = Arc::default();
+    let given = tasks.clone();
+    host.post.set_task_pool(Arc::new(move |task| given.lock().unwrap().push(task)));
+    let mut unplannable = changed("lynx.ron", None, &[]);
+    unplannable.inputs[0].name = "other".into();
+    let next = [changed("lynx.ron", Some("low"), &[]), changed("grade.ron", None, &[]), unplannable];
+    for (graph, value) in next.into_iter().zip([0.25_f32, 0.5, 0.75]) {
+        host.post.change(graph);
+        host.post.set(strength, value).unwrap();
+        assert_same(&host.shown(), &fresh("lynx.ron", None, &[("lit.strength", &format!("{value:?}"))]));
+        assert!(host.post.is_changing() && Arc::ptr_eq(&plan, &host.plan()), "the old plan renders");
+    }
+    // What cannot be planned leaves the old plan, and the host's values are still its own.
+    host.post.set_task_pool(Arc::new(|task| task()));
+    tasks.lock().unwrap().drain(..).for_each(|task| task());
+    let errors = (0..3).filter_map(|_| host.frame().err()).count();
+    assert_eq!(errors, 1);
+    host.post.unset(strength.control()).unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[]));
+    host.post.change(changed("lynx.ron", Some("low"), &[]));
+    host.post.set(strength, 0.5).unwrap();
+    host.post.finish_changes().unwrap();
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[("lit.strength", "0.5")]));
+}
+
+/// A table does not depend on the size: it is filled once, unless a number in it has changed with the size.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn another_size_reads_the_tables_that_are_filled() {
+    for is_dynamic in [false, true] {
+        let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
+        let hue = is_dynamic.then(|| host.post.parameter::<f32>("mapped.keep_hue").unwrap());
+        host.shown();
+        assert!(host.post.executor().has_filled_tables());
+        for size in [Size::new(64, 36), Size::new(33, 17), Size::new(96, 54)] {
+            host.scene = scene(&host.gpu, size);
+            let shown = host.shown();
+            assert!(!host.post.executor().has_filled_tables(), "{size}, dynamic: {is_dynamic}");
+            let mut alone = Host::new(changed("lynx.ron", Some("high"), &[]));
+            alone.scene = host.scene.clone();
+            assert_same(&shown, &alone.shown());
+        }
+        let Some(hue) = hue else { continue };
+        host.post.set(hue, 0.5).unwrap();
+        host.scene = scene(&host.gpu, Size::new(48, 27));
+        host.frame().unwrap();
+        assert!(host.post.executor().has_filled_tables(), "it holds another number");
+        let mut alone = Host::new(changed("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
+        alone.scene = host.scene.clone();
+        assert_same(&host.shown(), &alone.shown());
     }
 }
 
@@ -386,13 +449,13 @@ fn the_meter_is_read_back_without_a_wait_with_the_frame_that_it_belongs_to() {
         host.scene = flat(&host.gpu, light);
         host.frame().unwrap();
         host.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let Some(reading) = host.post.reading(meter) else { continue };
+        let Some(reading) = host.post.reading(meter).unwrap() else { continue };
         assert!(reading.frame < host.post.frame() && host.post.frame() - reading.frame <= 3, "it is not old");
         assert_eq!(reading.value(), Some(wanted[reading.frame as usize - 1]), "frame {}", reading.frame);
         seen.insert(reading.frame);
     }
     assert!(seen.len() > 18, "nearly every frame was read: {seen:?}");
-    assert_eq!(host.post.reading(nothing), None);
+    assert_eq!(host.post.reading(nothing).unwrap(), None);
 }
 
 #[test]
@@ -404,7 +467,7 @@ fn two_views_of_one_pipeline_are_two_pipelines() {
         host.scene = views[view].clone();
         host.time = 0.1 * number as f32;
         host.frame().unwrap_or_else(|error| panic!("{error}"));
-        let texels = download(&host.gpu.device, &host.gpu.queue, host.post.output("display"));
+        let texels = download(&host.gpu.device, &host.gpu.queue, host.post.output("display").unwrap());
         texels.unwrap_or_else(|error| panic!("{error}")).bytes
     };
     let alone: Vec<Vec<Vec<u8>>> = (0..2)

@@ -35,7 +35,7 @@ fn frame(gpu: &Gpu, post: &mut Post, draws: &mut [HostDraw<'_>]) -> Result<(), S
 }
 
 fn shown(gpu: &Gpu, post: &Post, output: &str) -> Picture {
-    Picture::of(&download(&gpu.device, &gpu.queue, post.output(output)).expect("the device is there"))
+    Picture::of(&download(&gpu.device, &gpu.queue, post.output(output).unwrap()).expect("the device is there"))
 }
 
 /// A host's pipeline that draws triangles whose numbers are in its shader; a third number is light.

@@ -115,7 +115,8 @@ fn shown(gpu: &Gpu, graph: &Graph, input: &wgpu::TextureView) -> Result<Picture,
     let frame = Frame { inputs: &[("in", input)], ..Frame::default() };
     post.encode(&mut encoder, &frame).map_err(|error| error.to_string())?;
     gpu.queue.submit([encoder.finish()]);
-    Ok(Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).map_err(|error| error.to_string())?))
+    let texels = post.output("out").and_then(|texture| download(&gpu.device, &gpu.queue, texture));
+    Ok(Picture::of(&texels.map_err(|error| error.to_string())?))
 }
 
 #[test]

@@ -228,7 +228,8 @@ fn shown(gpu: &Gpu, graph: &Graph, [scene, depth, fog]: [&TextureView; 3]) -> Re
     let frame = Frame { inputs: &[("in", scene), ("depth", depth), ("fog", fog)], ..Frame::default() };
     post.encode(&mut encoder, &frame).map_err(|error| error.to_string())?;
     gpu.queue.submit([encoder.finish()]);
-    Ok(Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).map_err(|error| error.to_string())?))
+    let texels = post.output("out").and_then(|texture| download(&gpu.device, &gpu.queue, texture));
+    Ok(Picture::of(&texels.map_err(|error| error.to_string())?))
 }
 
 fn flat(picture: &Picture) -> Texels {

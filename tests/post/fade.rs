@@ -198,6 +198,31 @@ fn each_frame_of_a_fade_is_a_mix_of_both_plans_and_the_one_after_it_of_the_new_p
     }
 }
 
+/// The memory of the old plan is copied in the first frame of a fade.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_fade_whose_first_frame_is_dropped_ends() {
+    let [_, mut new, mut faded] = hosts(FRAMES);
+    for host in [&mut new, &mut faded] {
+        host.shown();
+        host.night(true);
+        host.shown();
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame {
+            inputs: &[("scene", &host.scenes[host.frame % 3])],
+            outputs: &[("display", &host.view)],
+            dt: 0.1,
+            ..Frame::default()
+        };
+        host.post.encode(&mut encoder, &frame).unwrap();
+    }
+    assert!(faded.post.is_fading());
+    for _ in 0..3 {
+        assert!(new.shown() == faded.shown());
+        assert!(faded.missed(&FadeSkipReason::NewBeginning));
+    }
+}
+
 /// The device decodes and encodes, so that light is mixed.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -283,7 +308,8 @@ fn a_parameter_that_is_set_during_a_fade_moves_both_pictures() {
     assert!(new.shown() == faded.shown());
 }
 
-/// Another graph, in which nodes have other numbers: what is set there is nothing to the old plan.
+/// Another graph, in which nodes have other numbers. What the host sets reaches both plans, also before the other one
+/// is there.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_fade_leads_from_one_pipeline_to_another() {
@@ -305,11 +331,16 @@ fn a_fade_leads_from_one_pipeline_to_another() {
     for host in &mut hosts[1..] {
         host.post.change(graph(other));
     }
-    all(&mut hosts);
-    for number in 1..=FRAMES {
-        one_frame(&mut hosts, number, FRAMES);
-        for (host, stops) in hosts.iter_mut().zip(stops).skip(1) {
+    for number in 0..=FRAMES {
+        for (host, stops) in hosts.iter_mut().zip(stops) {
             host.post.set(stops, 0.2 * f32::from(number)).unwrap();
+        }
+        match number {
+            0 => {
+                let [old, new, shown] = all(&mut hosts);
+                assert!(old == shown && new == shown, "the old plan alone, bit for bit");
+            }
+            _ => one_frame(&mut hosts, number, FRAMES),
         }
     }
     let [_, new, faded] = &mut hosts;

@@ -287,7 +287,7 @@ fn images_of_another_vulkan_device_come_in_and_go_out_without_a_copy() {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         post.encode(&mut encoder, &Frame { inputs: &[("scene", &view)], ..Frame::default() }).expect("a frame");
         gpu.queue.submit([encoder.finish()]);
-        download(&gpu.device, &gpu.queue, post.output("display")).expect("a picture").bytes
+        download(&gpu.device, &gpu.queue, post.output("display").unwrap()).expect("a picture").bytes
     };
 
     let gpu = gpu();

@@ -33,7 +33,7 @@ fn render(host: &mut Host, load: f64, frames: usize) -> Vec<usize> {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_best_tier_within_the_budget_is_rendered() {
     let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
-    host.post.govern(4.0, tiers(None));
+    host.post.govern(4.0, tiers(None)).unwrap();
     assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
     // `ultra` would be over the budget, and `high` leaves too little room to try it.
     let rendered = render(&mut host, 5.0, 200);
@@ -64,11 +64,23 @@ fn times_of_frames_before_the_tier_do_not_count() {
     let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
     host.frame().unwrap();
     let before = host.post.frame();
-    host.post.govern(4.0, tiers(None));
+    host.post.govern(4.0, tiers(None)).unwrap();
     for _ in 0..200 {
         host.post.report_frame_time(before, 1.0);
     }
     assert!(host.post.tier_change().is_none());
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_budget_without_a_tier_is_an_error_and_changes_nothing() {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let error = host.post.govern(4.0, Vec::new()).unwrap_err().to_string();
+    assert_eq!(error, "a budget needs at least one tier to choose from");
+    assert!(host.post.governor().is_none());
+    host.post.govern(4.0, tiers(None)).unwrap();
+    let error = host.post.change_governed(Vec::new()).unwrap_err().to_string();
+    assert_eq!(error, "the budget chooses from 3 tiers, and 0 graphs are given");
 }
 
 /// The device measures the passes where it can: then the times are those of the passes.
@@ -76,7 +88,7 @@ fn times_of_frames_before_the_tier_do_not_count() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn passes_are_measured_unless_the_host_measures() {
     let mut host = Host::new(changed("lynx.ron", None, &[]));
-    host.post.govern(1e6, tiers(None));
+    host.post.govern(1e6, tiers(None)).unwrap();
     host.frame().unwrap();
     if !host.post.time_passes().unwrap() {
         return;

@@ -64,7 +64,7 @@ fn an_output_that_holds_linear_light_is_decoded() {
     let codes = host.shown();
     host.post.set_output_linear("display");
     host.frame().unwrap();
-    let texture = host.post.output("display");
+    let texture = host.post.output("display").unwrap();
     let texels = download(&host.gpu.device, &host.gpu.queue, texture).unwrap();
     let picture = Picture::of(&texels);
     let encoded = |x: f64| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
@@ -112,7 +112,7 @@ fn inputs_of_an_engine_are_read_as_they_are() {
         let frame = Frame { inputs: &[("in", &view)], kind: FrameKind::Cut, ..Frame::default() };
         post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
         gpu.queue.submit([encoder.finish()]);
-        Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).unwrap()).at(0, 0)
+        Picture::of(&download(&gpu.device, &gpu.queue, post.output("out").unwrap()).unwrap()).at(0, 0)
     };
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
     for (format, bytes, wanted, tolerance) in cases {
@@ -145,6 +145,109 @@ fn clear_depth(gpu: &Gpu, texture: &wgpu::Texture) {
     gpu.queue.submit([encoder.finish()]);
 }
 
+/// A texture with a scene in its second level.
+fn with_levels(gpu: &Gpu, usage: wgpu::TextureUsages) -> wgpu::Texture {
+    let texels = super::scene_texels(Size::new(48, 27));
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 96, height: 54, depth_or_array_layers: 1 },
+        mip_level_count: 3,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: usage | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let to = wgpu::TexelCopyTextureInfo { mip_level: 1, ..texture.as_image_copy() };
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(48 * 8), rows_per_image: None };
+    let size = wgpu::Extent3d { width: 48, height: 27, depth_or_array_layers: 1 };
+    gpu.queue.write_texture(to, &texels.bytes, layout, size);
+    texture
+}
+
+fn level(texture: &wgpu::Texture, base_mip_level: u32, mip_level_count: Option<u32>) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor { base_mip_level, mip_level_count, ..Default::default() })
+}
+
+/// wgpu does not say which level a view shows. It is found where it can be tried, and stated elsewhere.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_view_of_a_level_has_the_size_of_that_level() {
+    let mut host = Host::new(changed("caracal.ron", None, &[]));
+    host.scene = super::scene(&host.gpu, Size::new(48, 27));
+    let wanted = host.shown();
+    let drawable = with_levels(&host.gpu, wgpu::TextureUsages::RENDER_ATTACHMENT);
+    host.scene = level(&drawable, 1, Some(1));
+    assert_same(&host.shown(), &wanted);
+    assert_eq!(host.plan().size, Size::new(48, 27));
+    // Of all levels from the second on, and of a texture that nothing can be tried with.
+    let closed = with_levels(&host.gpu, wgpu::TextureUsages::empty());
+    for view in [level(&drawable, 1, None), level(&closed, 1, Some(1))] {
+        host.scene = view;
+        let error = host.frame().unwrap_err().to_string();
+        assert!(error.contains("has 3 levels") && error.contains(r#"`levels: &[("scene", 0)]`"#), "{error}");
+        let inputs = &[("scene", &host.scene)];
+        let frame = Frame { inputs, levels: &[("scene", 1)], dt: 0.1, kind: FrameKind::Cut, ..Frame::default() };
+        host.post.executor().count_from(0);
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        host.post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+        host.gpu.queue.submit([encoder.finish()]);
+        let shown = download(&host.gpu.device, &host.gpu.queue, host.post.output("display").unwrap()).unwrap();
+        assert_same(&shown.bytes, &wanted);
+        let frame = Frame { levels: &[("scene", 3)], ..frame };
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        let error = host.post.encode(&mut encoder, &frame).unwrap_err().to_string();
+        assert!(error.contains("the level 3 is stated, and its texture has 3"), "{error}");
+    }
+    // An output, too: a pipeline without inputs has its size.
+    let shown = level(&drawable, 2, Some(1));
+    let text = r#"Pipeline(nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#;
+    let document = parse("scene.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+    let graph = check(&document, &crate::support::gpu::registry(), &CheckOptions::default()).unwrap().0;
+    let mut post = Post::new(&host.gpu.adapter, &host.gpu.device, &host.gpu.queue, graph);
+    let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+    let frame = Frame { outputs: &[("scene", &shown)], ..Frame::default() };
+    post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+    host.gpu.queue.submit([encoder.finish()]);
+    assert_eq!(post.plan().map(|plan| plan.size), Some(Size::new(24, 13)));
+}
+
+/// Each error names what is wrong, and nothing else.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_image_that_does_not_fit_is_told_by_the_one_difference_that_matters() {
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, Rgba16Float};
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    host.frame().unwrap();
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+    let mut error = |[width, height]: [u32; 2], format, view_format: Option<wgpu::TextureFormat>, usage| {
+        let texture = host.gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: view_format.as_slice(),
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor { format: view_format, ..Default::default() });
+        let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+        let frame = Frame { inputs: &[("scene", &host.scene)], outputs: &[("display", &view)], ..Frame::default() };
+        host.post.encode(&mut encoder, &frame).map(|()| String::new()).unwrap_or_else(|error| error.to_string())
+    };
+    let size = [96, 54];
+    assert_eq!(
+        error([64, 36], Bgra8Unorm, None, usage),
+        "the image given for `display` is 64x36, but the plan was made for 96x54"
+    );
+    let unusable = error(size, Bgra8Unorm, None, wgpu::TextureUsages::COPY_DST);
+    assert!(unusable.ends_with("its texture lacks the usage `RENDER_ATTACHMENT`"), "{unusable}");
+    let encodes = error(size, Bgra8Unorm, Some(Bgra8UnormSrgb), usage);
+    assert!(encodes.contains(r#"`formats: &[("display", TextureFormat::Bgra8UnormSrgb)]` in `Frame`"#), "{encodes}");
+    assert_eq!(error(size, Rgba16Float, None, usage), "");
+}
+
 /// Engines keep a stencil next to the depth. A shader can read a view of the depth alone, which not every engine makes.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
@@ -175,7 +278,8 @@ fn the_depth_next_to_a_stencil_is_read_through_any_view() {
                 gpu.queue.submit([encoder.finish()]);
             }
             assert_eq!(post.executor().passes_bound(), 0, "{format:?}, {aspect:?}: a view is bound once");
-            let shown = Picture::of(&download(&gpu.device, &gpu.queue, post.output("out")).unwrap()).at(5, 3)[0];
+            let shown =
+                Picture::of(&download(&gpu.device, &gpu.queue, post.output("out").unwrap()).unwrap()).at(5, 3)[0];
             assert!((shown - 0.625).abs() < 1e-3, "{format:?}, {aspect:?}: {shown}");
         }
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use afterimage::host::{Executor, GraphPost, Size, Snapshot, caps, download, wanted_features};
-use afterimage::{Error, Frame, FrameKind, Gpu, Post, Source};
+use afterimage::{Error, Frame, FrameKind, Gpu, Post, Source, wgpu};
 
 use super::{Host, assert_same, fresh, scene};
 use crate::support::gpu::{another_device, gpu, graph, pipelines};
@@ -25,7 +25,7 @@ fn shown_at(size: Size, gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
         post.finish_changes().unwrap_or_else(|error| panic!("{error}"));
         post.executor().count_from(0);
     }
-    download(&gpu.device, &gpu.queue, post.output("display")).unwrap().bytes
+    download(&gpu.device, &gpu.queue, post.output("display").unwrap()).unwrap().bytes
 }
 
 fn open(gpu: &Gpu, source: impl Into<Source>) -> Post {
@@ -217,6 +217,24 @@ fn kinds_beside_a_file_are_known_and_files_elsewhere_are_not_read() {
     assert!(error.contains("`allow`"), "{error}");
     let source = Source::from(&file).allow(outside.parent().unwrap_or(Path::new("")));
     assert_same(&shown(&gpu, &mut open(&gpu, source)), &exposed("-2.0"));
+}
+
+/// What a driver has compiled in one run is there in the next one; damaged bytes are ignored.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn the_cache_of_the_driver_is_loaded_when_a_pipeline_is_opened() {
+    let gpu = gpu();
+    let mut first = open(&gpu, Source::from("caracal").pipeline_cache(*b"damaged"));
+    let wanted = shown(&gpu, &mut first);
+    let has_cache = gpu.device.features().contains(wgpu::Features::PIPELINE_CACHE);
+    let Some(data) = first.executor().pipeline_cache_data().filter(|_| has_cache) else {
+        assert!(!has_cache, "the cache was opened");
+        return;
+    };
+    let mut second = open(&gpu, Source::from("caracal").pipeline_cache(data.clone()));
+    let before = second.executor().pipeline_cache_data().expect("the device has a cache");
+    assert!(before.len() >= data.len() && open(&gpu, "caracal").executor().pipeline_cache_data().is_none());
+    assert_same(&shown(&gpu, &mut second), &wanted);
 }
 
 #[test]

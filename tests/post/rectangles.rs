@@ -178,7 +178,7 @@ fn two_halves_of_a_screen_are_recorded_into_one_encoder() {
 const SAME: &str = r#"Pipeline(inputs: { "scene": Color }, nodes: {}, outputs: { "display": "scene" })"#;
 
 fn pixels(host: &Host) -> Picture {
-    Picture::of(&download(&host.gpu.device, &host.gpu.queue, host.post.output("display")).unwrap())
+    Picture::of(&download(&host.gpu.device, &host.gpu.queue, host.post.output("display").unwrap()).unwrap())
 }
 
 #[test]

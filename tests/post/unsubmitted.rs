@@ -4,8 +4,8 @@ use afterimage_gpu::{Frame, FrameKind, Gpu, Post, Rectangle, Texels, download, u
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Camera;
 
-use super::{assert_same, scene_texels};
-use crate::support::gpu::{Shared, another_device, gpu, graph};
+use super::{Host, assert_same, fresh, scene_texels};
+use crate::support::gpu::{Shared, another_device, changed, gpu, graph};
 
 /// What depends on the camera, on a parameter, on time, on the frame before and on the number of the frame.
 const LOOK: &str = r#"Pipeline(
@@ -107,7 +107,7 @@ fn pictures(gpu: &Gpu, order: Order) -> (Vec<Vec<u8>>, Vec<[f32; 4]>) {
             gpu.queue.submit(commands.drain(..));
         }
         gpu.wait().unwrap_or_else(|error| panic!("{error}"));
-        readings.extend(post.reading(watch).cloned());
+        readings.extend(post.reading(watch).unwrap().cloned());
     }
     readings.dedup();
     let bytes = |screen| download(&gpu.device, &gpu.queue, screen).unwrap_or_else(|error| panic!("{error}")).bytes;
@@ -142,4 +142,79 @@ fn a_frame_that_is_not_submitted_leaves_nothing_after_a_reset() {
     let (wanted, _) = pictures(&gpu, Order::ThirdLeftOut);
     assert!(shown[2].iter().all(|code| *code == 0), "the third is not shown");
     shown.iter().zip(&wanted).for_each(|(shown, wanted)| assert_same(shown, wanted));
+}
+
+/// A host whose frames are dropped as encoders or as finished command buffers.
+fn drop_frame(host: &mut Host, is_finished: bool) {
+    let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
+    let frame = Frame { inputs: &[("scene", &host.scene)], dt: 0.1, kind: FrameKind::Next, ..Frame::default() };
+    host.post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
+    if is_finished {
+        drop(encoder.finish());
+    }
+}
+
+/// What it shows in a frame that is no cut, but the first one that is submitted.
+fn shown_next(host: &mut Host) -> Vec<u8> {
+    host.time = 0.1;
+    host.frame().unwrap_or_else(|error| panic!("{error}"));
+    download(&host.gpu.device, &host.gpu.queue, host.post.output("display").unwrap()).unwrap().bytes
+}
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_plan_whose_first_frame_is_dropped_begins_in_the_next_one() {
+    // It has a table of colors, which its first frame fills.
+    let wanted = fresh("lynx.ron", Some("high"), &[]);
+    for is_finished in [false, true] {
+        let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
+        drop_frame(&mut host, is_finished);
+        assert_same(&shown_next(&mut host), &wanted);
+        // So does a table that a value has made stale.
+        let hue = host.post.parameter::<f32>("mapped.keep_hue").unwrap();
+        host.frame().unwrap();
+        host.post.finish_changes().unwrap();
+        host.frame().unwrap();
+        host.post.set(hue, 0.5).unwrap();
+        drop_frame(&mut host, is_finished);
+        assert_same(&shown_next(&mut host), &fresh("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
+        // And the plan of another tier.
+        host.post.change(changed("lynx.ron", None, &[]));
+        host.post.finish_changes().unwrap();
+        drop_frame(&mut host, is_finished);
+        assert_same(&shown_next(&mut host), &fresh("lynx.ron", None, &[("mapped.keep_hue", "0.5")]));
+    }
+}
+
+/// What is held between frames, histories and meters begin in the first frame that is submitted.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn results_that_last_begin_in_the_first_frame_that_is_submitted() {
+    let text = r#"Pipeline(
+        inputs: { "scene": Color },
+        nodes: {
+            "wide": Gaussian(source: "scene", sigma: 4.0, every: 4),
+            "lit": Composite(base: "scene", bloom: "wide", strength: 0.5),
+            "bins": Histogram(source: "lit"),
+            "meter": AutoExposure(histogram: "bins"),
+            "exposed": Exposure(source: "lit", meter: "meter"),
+            "trail": Composite(base: "exposed", bloom: "trail@previous", blend: Mix, strength: 0.5, filter: Bilinear),
+            "mapped": ToneMap(source: "trail", curve: Reinhard),
+            "display": Encode(source: "mapped", transfer: Srgb),
+        },
+        outputs: { "display": "display" },
+    )"#;
+    let mut alone = Host::new(graph(text));
+    alone.post.parameter::<f32>("wide.sigma").unwrap();
+    let wanted = alone.shown();
+    let mut host = Host::new(graph(text));
+    let sigma = host.post.parameter::<f32>("wide.sigma").unwrap();
+    drop_frame(&mut host, false);
+    assert_same(&shown_next(&mut host), &wanted);
+    // A new value makes what is held anew, also if the frame with it is dropped.
+    host.post.set(sigma, 9.0).unwrap();
+    drop_frame(&mut host, true);
+    let same = alone.post.parameter::<f32>("wide.sigma").unwrap();
+    alone.post.set(same, 9.0).unwrap();
+    assert_same(&host.shown(), &alone.shown());
 }

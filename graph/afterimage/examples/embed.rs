@@ -9,7 +9,7 @@ use std::env;
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use afterimage::host::{Size, Texels, download, upload};
+use afterimage::host::{ExpectedFrame, HostImage, Size, Texels, download, upload};
 use afterimage::{Frame, FrameKind, Gpu, Opening, Post, wgpu};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -26,6 +26,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Once: the name of a built-in pipeline, or a file.
     let mut post = Post::open(&gpu, "caracal")?;
     let strength = post.parameter::<f32>("lit.strength")?;
+
+    // Its plan is made and compiled in the background: a renderer draws a loading screen meanwhile.
+    let image = |format| HostImage::new(size.width, size.height, format);
+    let inputs = &[("scene", image(wgpu::TextureFormat::Rgba16Float))];
+    let outputs = &[("display", image(wgpu::TextureFormat::Rgba8Unorm))];
+    post.prepare(&[ExpectedFrame { inputs, outputs, ..ExpectedFrame::default() }])?;
+    while !post.is_prepared()? {
+        std::thread::sleep(Duration::from_millis(1));
+    }
 
     for frame in 0..4_u8 {
         // A parameter with a handle needs no plan. It holds from the next frame on.

@@ -29,6 +29,7 @@
 //! | open text, node kinds in folders or in Rust, files elsewhere | [`Source`] |
 //! | build a pipeline in code | [`Pipeline`] |
 //! | resize | [`Frame::inputs`]: the size is that of the images |
+//! | plan and compile before the first frame | [`prepare`](host::GraphPost::prepare) |
 //! | continue after a lost device | [`Post::rebuild`], when `encode` or the device's callback has reported it |
 //! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
 //! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
@@ -68,10 +69,10 @@ pub use source::Source;
 pub mod host {
     //! What the signatures for hosts name.
     pub use afterimage_gpu::{
-        Control, DrawTargets, ErrorLog, Executor, FadeSkipReason, GovernedTier, Governor, GpuError, HostDraw,
-        Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading, Rectangle, Task,
-        TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format, upload, upload_bytes,
-        wanted_features,
+        Control, DrawTargets, ErrorLog, Executor, ExpectedFrame, FadeSkipReason, GovernedTier, Governor, GpuError,
+        HostDraw, HostImage, Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading,
+        Rectangle, Task, TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format,
+        upload, upload_bytes, wanted_features,
     };
     #[cfg(not(target_family = "wasm"))]
     pub use afterimage_gpu::{FrameStep, Readback, download};

@@ -35,7 +35,8 @@ pub struct Post {
 
 impl Post {
     /// Opens a pipeline: a file, the name of a built-in pipeline, or another [`Source`]. Reads and checks the files on
-    /// this thread, about a millisecond without large tables; the plan is made for the first frame.
+    /// this thread, about a millisecond without large tables. The plan is made by [`prepare`](GraphPost::prepare), or
+    /// for the first frame.
     ///
     /// # Errors
     /// There is no such pipeline, or it or what it names is wrong; the text has all errors with their excerpts.
@@ -44,6 +45,10 @@ impl Post {
         let files = files_of(&source);
         let snapshot = Snapshot::read(&source, files.clone())?;
         let executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
+        let executor = match &source.pipeline_cache {
+            Some(data) => executor.with_pipeline_cache(data),
+            None => executor,
+        };
         let post = Self::of_snapshot(executor, snapshot, source.tier.as_deref())?;
         Ok(Self { source: Some(source), stamps: files.stamps(), ..post })
     }
@@ -128,10 +133,7 @@ impl Post {
     /// [claims](Self::claim).
     ///
     /// # Errors
-    /// There is no such tier.
-    ///
-    /// # Panics
-    /// There is no tier in the list.
+    /// There is no such tier, or none in the list. Nothing changes.
     pub fn govern(&mut self, budget_ms: f64, tiers: &[&str]) -> Result<(), Error> {
         let mut graphs = Vec::with_capacity(tiers.len());
         for tier in tiers {
@@ -139,7 +141,7 @@ impl Post {
             let cost = self.claim(tier).and_then(|claim| claim.ms);
             graphs.push(TierGraph { tier: GovernedTier { name: (*tier).to_owned(), cost }, graph });
         }
-        self.post.govern(budget_ms, graphs);
+        self.post.govern(budget_ms, graphs)?;
         self.governed = tiers.iter().map(|tier| (*tier).to_owned()).collect();
         Ok(())
     }
@@ -183,7 +185,7 @@ impl Post {
     pub fn reload(&mut self, snapshot: Snapshot) -> Result<(), Error> {
         if self.post.governor().is_some() {
             let graphs: Result<_, Error> = self.governed.iter().map(|tier| snapshot.graph(Some(tier))).collect();
-            self.post.change_governed(graphs?);
+            self.post.change_governed(graphs?)?;
         } else {
             self.post.change(snapshot.graph(self.tier.as_deref())?);
         }

@@ -1,6 +1,7 @@
 //! Where a pipeline comes from.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use afterimage_graph::node::NodeKind;
 use afterimage_pipelines::PIPELINES;
@@ -31,6 +32,7 @@ pub struct Source {
     pub(crate) kind_folders: Vec<PathBuf>,
     pub(crate) allowed: Vec<PathBuf>,
     pub(crate) tier: Option<String>,
+    pub(crate) pipeline_cache: Option<Arc<[u8]>>,
 }
 
 #[derive(Clone, Debug)]
@@ -61,7 +63,14 @@ impl Source {
     }
 
     fn of(place: Place) -> Self {
-        Self { place, kinds: Vec::new(), kind_folders: Vec::new(), allowed: Vec::new(), tier: None }
+        Self {
+            place,
+            kinds: Vec::new(),
+            kind_folders: Vec::new(),
+            allowed: Vec::new(),
+            tier: None,
+            pipeline_cache: None,
+        }
     }
 
     /// Adds node kinds in Rust to the built-in ones.
@@ -79,6 +88,17 @@ impl Source {
     /// Permits the pipeline to name files of a folder and below.
     pub fn allow(mut self, folder: impl Into<PathBuf>) -> Self {
         self.allowed.push(folder.into());
+        self
+    }
+
+    /// Lets [`Post::open`](crate::Post::open) begin with the driver's cache of compiled pipelines, as
+    /// [`pipeline_cache_data`](crate::host::Executor::pipeline_cache_data) of the [executor] returned it in an earlier
+    /// run. Bytes that are damaged, or of another adapter, driver or version, are ignored. Browsers have a cache of
+    /// their own.
+    ///
+    /// [executor]: crate::host::GraphPost::executor
+    pub fn pipeline_cache(mut self, data: impl Into<Arc<[u8]>>) -> Self {
+        self.pipeline_cache = Some(data.into());
         self
     }
 

@@ -189,7 +189,8 @@ impl CameraPost {
         let mut sent = report.lock();
         sent.readings.retain(|label, _| self.watches.iter().any(|(known, _)| known == label));
         for (label, watch) in &self.watches {
-            let Some(value) = self.post.reading(*watch).and_then(Reading::value).map(Vec4::from) else { continue };
+            let reading = self.post.reading(*watch).expect("the watch is of this pipeline");
+            let Some(value) = reading.and_then(Reading::value).map(Vec4::from) else { continue };
             match sent.readings.get_mut(label) {
                 Some(known) => *known = value,
                 None => _ = sent.readings.insert(label.clone(), value),

@@ -18,7 +18,7 @@ use std::error::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{Frame, Gpu, Opening, Post, wgpu};
+use afterimage_gpu::{ExpectedFrame, Frame, Gpu, HostImage, Opening, Post, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -126,7 +126,9 @@ impl<'g> Host<'g> {
         let strength = self.post.parameter::<f32>("lit.strength")?;
         let smaller = Size::new(self.size.width * 3 / 4, self.size.height * 3 / 4);
         let sizes = [self.size, smaller];
-        self.post.expect_sizes(&sizes);
+        let image = |size: Size| HostImage::new(size.width, size.height, wgpu::TextureFormat::Rgba16Float);
+        let inputs = sizes.map(|size| [("scene", image(size))]);
+        self.post.prepare(&inputs.each_ref().map(|inputs| ExpectedFrame { inputs, ..ExpectedFrame::default() }))?;
         self.post.set_fact("emissive", false);
         // A host does this on another thread.
         let mut tiers = BTreeMap::from([(30, graph(Some("low"))?), (70, graph(Some("high"))?), (95, graph(None)?)]);

@@ -7,7 +7,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{Frame, Gpu, Opening, Parameter, Post, Texels, upload, wgpu};
+use afterimage_gpu::{ExpectedFrame, Frame, Gpu, HostImage, Opening, Parameter, Post, Texels, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -59,8 +59,10 @@ fn parameter(host: &mut Host<'_>, frames: usize, strength: Parameter<f32>) -> Re
 /// Another size in every fourth frame: known from before, and never seen.
 fn sizes(host: &mut Host<'_>, frames: usize) -> Result<(), Box<dyn Error>> {
     let smaller = |step: usize| Size::new(SIZE.width - 16 * step as u32, SIZE.height - 9 * step as u32);
-    host.post.expect_sizes(&[smaller(0), smaller(1), smaller(2), smaller(3)]);
-    while !host.post.has_expected_plans() {
+    let image = |size: Size| HostImage::new(size.width, size.height, wgpu::TextureFormat::Rgba16Float);
+    let inputs = [0, 1, 2, 3].map(|step| [("scene", image(smaller(step)))]);
+    host.post.prepare(&inputs.each_ref().map(|inputs| ExpectedFrame { inputs, ..ExpectedFrame::default() }))?;
+    while !host.post.is_prepared()? {
         host.measure(1, &mut |_, _| Ok(()))?;
     }
     let mut resize = |host: &mut Host<'_>, frame: usize| host.resize(smaller(frame / 4 % 4));

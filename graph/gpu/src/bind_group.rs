@@ -7,7 +7,7 @@ use wgpu::{BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, 
 
 use crate::frame_constants;
 use crate::layout::{bound_slots, manual_filtering, sampler};
-use crate::store::part_view;
+use crate::store::level_view;
 
 /// The samplers that all passes share.
 #[derive(Clone)]
@@ -92,7 +92,9 @@ impl PassBindings<'_> {
     /// The views of single mip levels, in the order of their slots.
     fn level_views(&self) -> Vec<TextureView> {
         let level = |slot: &Slot| match slot.kind {
-            SlotKind::Level(part) => Some(part_view((self.view)(part.image).texture(), part.level, part.layer)),
+            SlotKind::Level(part) => {
+                Some(level_view((self.view)(part.image), self.plan.image(part.image).desc, part.level, part.layer))
+            }
             _ => None,
         };
         bound_slots(self.composed, self.stage).filter_map(level).collect()

@@ -1,5 +1,7 @@
 //! Errors of the device and of the host's images, as values.
 
+use afterimage_base::diagnostic::list;
+use afterimage_plan::Plan;
 use afterimage_wgsl::ShaderError;
 
 /// The reason why nothing was rendered.
@@ -140,6 +142,12 @@ pub enum GpuError {
 }
 
 impl GpuError {
+    /// The plan has no output of that name.
+    pub(crate) fn unknown_output(plan: &Plan, name: &str) -> Self {
+        let known = plan.outputs.iter().map(|output| output.name.as_str());
+        Self::UnknownOutput { name: name.to_owned(), known: list(known, 16) }
+    }
+
     /// The device is lost, for the reason that wgpu gives.
     pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
         Self::DeviceLost { why: why.to_string() }

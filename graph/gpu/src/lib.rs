@@ -59,7 +59,8 @@ pub use kernel_faults::KernelFaults;
 pub use median::{MedianEstimate, median};
 pub use platform::{Task, TaskPool};
 pub use post::{
-    Control, FadeSkipReason, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading, TierGraph, Watch,
+    Control, ExpectedFrame, FadeSkipReason, HostImage, Parameter, ParameterInfo, PassTimes, Post, PostError, Reading,
+    TierGraph, Watch,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use session::{

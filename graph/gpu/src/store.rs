@@ -76,6 +76,12 @@ pub(crate) fn part_view(texture: &wgpu::Texture, level: u32, layer: u32) -> wgpu
     })
 }
 
+/// The view of one mip level of one layer of an image. A view of the host may be of any level of its texture.
+pub(crate) fn level_view(view: &wgpu::TextureView, desc: ImageDesc, level: u32, layer: u32) -> wgpu::TextureView {
+    let is_whole = desc.levels == 1 && desc.layers == 1;
+    if is_whole { view.clone() } else { part_view(view.texture(), level, layer) }
+}
+
 pub(crate) fn extent(desc: ImageDesc) -> wgpu::Extent3d {
     let depth_or_array_layers = if desc.volume { desc.size.depth } else { desc.layers };
     wgpu::Extent3d { width: desc.size.width, height: desc.size.height, depth_or_array_layers }

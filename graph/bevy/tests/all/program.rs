@@ -42,7 +42,7 @@ pub(crate) fn rendered(pipeline: &str, scene: &Texels) -> Vec<u8> {
     let frame = Frame { inputs: &[("scene", &view)], kind: FrameKind::Cut, ..default() };
     post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
     gpu.queue.submit([encoder.finish()]);
-    download(&gpu.device, &gpu.queue, post.output("display")).unwrap_or_else(|error| panic!("{error}")).bytes
+    download(&gpu.device, &gpu.queue, post.output("display").unwrap()).unwrap_or_else(|error| panic!("{error}")).bytes
 }
 
 /// How many bytes differ, and by how much at most.

@@ -84,7 +84,7 @@ fn draw(
     if let Some(plan) = post.plan() {
         println!("{}", plan.to_text());
     }
-    save(gpu, post.output("display"), file)
+    save(gpu, post.output("display")?, file)
 }
 
 fn save(gpu: &Gpu, texture: &wgpu::Texture, file: &Path) -> Result<(), Box<dyn Error>> {

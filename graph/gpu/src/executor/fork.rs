@@ -8,6 +8,7 @@ use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
 use super::Executor;
 use super::frame::Frame;
 use super::host_draw::host_node;
+use super::recorded::Lost;
 use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::executor::bind::host_images::check_encoding;
@@ -58,9 +59,15 @@ impl Executor {
         self.loaded.as_ref().map(|loaded| &loaded.residency)
     }
 
+    /// Whether a frame was recorded and dropped on which later ones rely.
+    pub(crate) fn has_lost_frames(&self) -> bool {
+        self.recorded.take_lost() > Lost::Nothing
+    }
+
     /// Copies histories, and buffers that outlive frames, from the memory of the same plan in another executor.
     pub(crate) fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
         let Some(loaded) = &self.loaded else { return };
+        self.recorded.watch(encoder, Lost::State);
         for &index in &loaded.persistent {
             encoder.copy_buffer_to_buffer(&from.buffers[index], 0, &loaded.residency.buffers[index], 0, None);
         }
@@ -99,7 +106,7 @@ impl Executor {
     ) -> Result<TextureFormat, GpuError> {
         let (device, stated) = (&self.compiler.device, frame.stated_format(&output.name));
         let format = self.formats.of_view(device, &output.name, view, stated)?;
-        check_encoding(output, Some(format))?;
+        check_encoding(output, Some(format), view.texture().format())?;
         Ok(format)
     }
 

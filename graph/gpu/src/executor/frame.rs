@@ -1,7 +1,8 @@
 //! What a host gives for one frame.
 
+use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
-use wgpu::{TextureFormat, TextureView};
+use wgpu::{Texture, TextureDimension, TextureFormat, TextureView};
 
 use super::rectangle::Rectangle;
 
@@ -21,6 +22,9 @@ pub struct Frame<'a> {
     /// The formats of views that have another one than their texture, by the names of inputs and outputs. Without it an
     /// output's view is tried, once for each kind of texture.
     pub formats: &'a [(&'a str, TextureFormat)],
+    /// The mip levels that views begin with, by the names of inputs and outputs: for views of textures with several
+    /// levels. Without it a view that can be drawn to is tried once, and any other one is an error.
+    pub levels: &'a [(&'a str, u32)],
     /// The rectangles of images, by the names of inputs and outputs; an image without one is whole. New rectangles of
     /// equal size need no new plan. What is around the rectangle of an output stays as it is.
     pub rectangles: &'a [(&'a str, Rectangle)],
@@ -63,13 +67,37 @@ impl Frame<'_> {
         self.rectangles.iter().find(|(name, _)| *name == port).map(|(_, rectangle)| *rectangle)
     }
 
+    /// The mip level that a view begins with, as far as it is stated.
+    pub(crate) fn stated_level(&self, port: &str) -> Option<u32> {
+        self.levels.iter().find(|(name, _)| *name == port).map(|(_, level)| *level)
+    }
+
+    /// The texels that a view shows. Levels are known by now.
+    pub(crate) fn size_of(&self, port: &str, view: &TextureView) -> Size {
+        size_of_level(view.texture(), self.stated_level(port).unwrap_or(0))
+    }
+
     /// The format of a view of the host, as far as it is stated.
     pub(crate) fn stated_format(&self, port: &str) -> Option<TextureFormat> {
         self.formats.iter().find(|(name, _)| *name == port).map(|(_, format)| *format)
     }
 }
 
+impl<'a> Frame<'a> {
+    /// The views of inputs and outputs by their names.
+    pub(crate) fn views(&self) -> impl Iterator<Item = (&'a str, &'a TextureView)> {
+        self.inputs.iter().chain(self.outputs).copied()
+    }
+}
+
 /// The view of that name.
 pub(crate) fn view_of<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
     views.iter().find(|(known, _)| *known == name).map(|(_, view)| *view)
+}
+
+/// The texels of a mip level of a texture.
+pub(crate) fn size_of_level(texture: &Texture, level: u32) -> Size {
+    let extent = texture.size().mip_level_size(level, texture.dimension());
+    let depth = if texture.dimension() == TextureDimension::D3 { extent.depth_or_array_layers } else { 1 };
+    Size::volume(extent.width, extent.height, depth)
 }

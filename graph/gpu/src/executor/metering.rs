@@ -23,6 +23,8 @@ impl Executor {
     ) -> Result<(), GpuError> {
         let number = self.frame_index.wrapping_add(self.number_offset);
         let constants = FrameConstants::new(frame.time, frame.dt, number, frame.kind == FrameKind::Cut);
+        let levels = self.view_levels(frame)?;
+        let frame = &Frame { levels: &levels, ..*frame };
         let groups = self.bind(frame)?;
         self.begin_frame(encoder, frame, constants, false)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
@@ -40,7 +42,7 @@ impl Executor {
             constants: &constants,
             reached: None,
             // No frame has filled those that these passes need.
-            fills_tables: true,
+            fills_all_tables: true,
         };
         for &pass in passes {
             commands.record(pass..pass + 1, encoder, &mut []);

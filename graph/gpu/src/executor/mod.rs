@@ -10,6 +10,7 @@ mod loaded;
 #[cfg(not(target_family = "wasm"))]
 mod metering;
 mod record;
+mod recorded;
 mod rectangle;
 mod repeat;
 
@@ -31,6 +32,7 @@ use bind::binder::Binder;
 use bind::formats::HostFormats;
 use bind::host_images::check_names;
 pub(crate) use bind::host_images::{MULTISAMPLED, VOLUME};
+use bind::view_levels::ViewLevels;
 use bind::views::cached_groups;
 pub(crate) use frame::view_of;
 pub use frame::{Frame, FrameKind};
@@ -44,6 +46,7 @@ use loaded::previous::PreviousPlan;
 pub(crate) use loaded::residency::Residency;
 use loaded::uniforms::Staging;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
+use recorded::{Lost, RecordedFrames};
 pub use rectangle::Rectangle;
 
 /// Runs plans on the host's device.
@@ -56,6 +59,7 @@ pub struct Executor {
     staging: Staging,
     loaded: Option<Loaded>,
     formats: HostFormats,
+    levels: ViewLevels,
     /// Whether passes are labeled with their nodes.
     labeled: bool,
     /// The number of the next frame since the last reset of the count: it selects the textures of histories.
@@ -71,6 +75,7 @@ pub struct Executor {
     has_last_views: bool,
     passes_repeated: Option<usize>,
     has_filled_tables: bool,
+    recorded: RecordedFrames,
 }
 
 impl Gpu {
@@ -121,6 +126,7 @@ impl Executor {
             staging: Staging::new(device),
             loaded: None,
             formats: HostFormats::default(),
+            levels: ViewLevels::default(),
             labeled: false,
             frame_index: 0,
             number_offset: 0,
@@ -130,6 +136,7 @@ impl Executor {
             has_last_views: false,
             passes_repeated: None,
             has_filled_tables: false,
+            recorded: RecordedFrames::default(),
         }
     }
 
@@ -256,10 +263,14 @@ impl Executor {
         drop(Worker::new(self.task_pool(), move || drop(left)));
     }
 
-    /// Compiles the passes of a plan that may be loaded later, on any thread.
-    pub(crate) fn compilation_ahead(&self) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
-        let (compiler, previous) = (self.compiler.clone(), self.previous_plan());
-        move |plan| compiler.passes(plan, &previous, 1).map(drop)
+    /// Compiles the passes of a plan that may be loaded later, on any thread. `drawn` are the formats of the host's
+    /// images for outputs.
+    pub(crate) fn compilation_ahead(
+        &self,
+        drawn: Vec<(String, wgpu::TextureFormat)>,
+    ) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
+        let compiler = self.compiler.clone();
+        move |plan| compiler.passes(plan, &PreviousPlan { drawn, ..PreviousPlan::default() }, 1).map(drop)
     }
 
     /// What the next plan can reuse of the plan in use.
@@ -285,6 +296,10 @@ impl Executor {
                 if previous.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
                 new.labels = self.labeled.then(|| new.plan.pass_names());
+                if let Some(old) = old {
+                    let same = std::mem::take(&mut new.same_tables);
+                    new.tables.keep(&old.tables, &same);
+                }
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
                     new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
                 }
@@ -314,6 +329,11 @@ impl Executor {
         self.number_offset = number.wrapping_sub(self.frame_index);
     }
 
+    /// The number that shaders saw in the last frame; that of the next one before any.
+    pub(crate) fn last_number(&self) -> u32 {
+        self.last_number.unwrap_or(self.frame_index.wrapping_add(self.number_offset))
+    }
+
     /// For how many passes the last recorded frame has made bind groups: those with a view of the host that the frame
     /// before did not have. An attachment is in no bind group. 0 while the host alternates between a few images.
     pub fn passes_bound(&self) -> usize {
@@ -339,7 +359,29 @@ impl Executor {
         }
     }
 
-    /// Records one frame. Frames are submitted in the order in which they are recorded, each once.
+    /// The mip levels of the views of a frame whose textures have several.
+    ///
+    /// # Errors
+    /// One is not known, or its texture does not have it.
+    pub(crate) fn view_levels<'f>(&mut self, frame: &Frame<'f>) -> Result<Vec<(&'f str, u32)>, GpuError> {
+        self.levels.of(&self.compiler.device, frame)
+    }
+
+    /// Notices frames that were recorded and dropped: what later ones rely on is recorded again, and where they began
+    /// histories and state, these begin anew.
+    pub(crate) fn recover(&mut self) {
+        match self.recorded.take_lost() {
+            Lost::Nothing => return,
+            Lost::Commands => {}
+            Lost::State => self.fresh = true,
+        }
+        if let Some(loaded) = &mut self.loaded {
+            loaded.forget_recorded();
+        }
+    }
+
+    /// Records one frame. Frames are submitted in the order in which they are recorded, each once. If one is not that
+    /// has begun something, such as a plan or a value, the next frame begins it again.
     ///
     /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading
     /// back reports [`GpuError::DeviceLost`]. A host learns of it from
@@ -362,6 +404,9 @@ impl Executor {
         frame: &Frame<'_>,
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), GpuError> {
+        self.recover();
+        let levels = self.view_levels(frame)?;
+        let frame = &Frame { levels: &levels, ..*frame };
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
         let again = frame.kind == FrameKind::Again && !self.fresh;
@@ -383,7 +428,7 @@ impl Executor {
             groups: &loaded.bind_groups[groups],
             ring_index: (index % loaded.residency.ring_length) as usize,
             constants: &constants,
-            fills_tables: loaded.tables.are_stale(),
+            fills_all_tables: false,
             reached: reached.as_deref(),
         };
         commands.clear_zeroed(encoder);
@@ -418,6 +463,11 @@ impl Executor {
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
         loaded.set_blocks(frame)?;
         loaded.set_rectangles(frame)?;
+        if constants.reset() || !loaded.uninitialized.is_empty() {
+            self.recorded.watch(encoder, Lost::State);
+        } else if loaded.must_run() {
+            self.recorded.watch(encoder, Lost::Commands);
+        }
         let reached = if repeats_views { loaded.reached() } else { None };
         if again && loaded.last_constants().is_some() {
             loaded.restore_state(reached.as_deref(), encoder);
@@ -452,7 +502,8 @@ impl Executor {
         frame: &Frame<'_>,
         pass: usize,
     ) -> Result<(), GpuError> {
-        let groups = self.bind(frame)?;
+        let levels = self.view_levels(frame)?;
+        let groups = self.bind(&Frame { levels: &levels, ..*frame })?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         loaded.uniforms.write(&self.compiler.device, &mut self.staging, encoder)?;
         loaded.turns.begin(0, None);
@@ -462,7 +513,7 @@ impl Executor {
             groups: &loaded.bind_groups[groups],
             ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
             constants: &self.frame_constants,
-            fills_tables: true,
+            fills_all_tables: true,
             reached: None,
         };
         commands.record(pass..pass + 1, encoder, &mut []);

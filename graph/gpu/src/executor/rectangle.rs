@@ -1,7 +1,6 @@
 //! Rectangles of texels.
 
 use afterimage_graph::image::Size;
-use wgpu::Texture;
 
 /// A rectangle of texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,14 +26,10 @@ impl Rectangle {
         Size::new(self.width, self.height)
     }
 
-    pub(crate) fn of_texture(texture: &Texture) -> Self {
-        Self { x: 0, y: 0, width: texture.width(), height: texture.height() }
-    }
-
-    pub(crate) fn lies_in(self, texture: &Texture) -> bool {
+    pub(crate) fn lies_in(self, size: Size) -> bool {
         let ends =
             |first: u32, length: u32, all: u32| length > 0 && first.checked_add(length).is_some_and(|end| end <= all);
-        ends(self.x, self.width, texture.width()) && ends(self.y, self.height, texture.height())
+        ends(self.x, self.width, size.width) && ends(self.y, self.height, size.height)
     }
 }
 

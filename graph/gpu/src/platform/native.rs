@@ -4,6 +4,9 @@ use std::panic::AssertUnwindSafe;
 
 use crate::error::GpuError;
 
+/// wgpu says which of both to the callback of the host alone.
+const DESTROYED: &str = "it was destroyed, or its driver has given it up";
+
 /// Calls `make` inside error scopes and returns the device's error if there is one, also that it was lost before or
 /// meanwhile. wgpu's error scopes belong to the calling thread.
 pub(crate) fn watched<T>(
@@ -14,7 +17,7 @@ pub(crate) fn watched<T>(
     scoped(device, what, || {
         let made = make();
         // wgpu reports a lost device to the host's callback only, and gives invalid objects.
-        if is_lost(device) { Err(GpuError::lost(&"it gives no memory any more")) } else { made }
+        if is_lost(device) { Err(GpuError::lost(&DESTROYED)) } else { made }
     })
 }
 
@@ -28,7 +31,7 @@ pub(crate) fn scoped<T, E: From<GpuError>>(
     match (made, memory, refused) {
         (_, Some(error), _) => Err(GpuError::OutOfMemory { what: format!("{what} ({error})") }.into()),
         (Err(error), None, _) => Err(error),
-        (Ok(_), None, Some(_)) if is_lost(device) => Err(GpuError::lost(&format!("{what} failed")).into()),
+        (Ok(_), None, Some(_)) if is_lost(device) => Err(GpuError::lost(&DESTROYED).into()),
         (Ok(_), None, Some(error)) => Err(GpuError::Refused { what: what.to_owned(), why: error.to_string() }.into()),
         (Ok(made), None, None) => Ok(made),
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterimage_graph::check::Graph;
 use afterimage_plan::{DynamicNodes, HostInputs, NeedsPlan, Plan, Planned};
 
-use super::controls::NodeChanges;
+use super::live_graph::NodeChanges;
 use crate::executor::Executor;
 
 /// The graph at the present values of its parameters.
@@ -21,7 +21,7 @@ pub(super) struct GraphValues<'a> {
 /// A plan that renders: the newest one, or the previous one during a fade.
 pub(super) struct ActivePlan {
     /// The revision of its graph.
-    graph: u64,
+    revision: u64,
     /// The host's images that it is made for.
     pub(super) inputs: HostInputs,
     pub(super) plan: Arc<Plan>,
@@ -39,7 +39,8 @@ impl ActivePlan {
     pub(super) fn new(inputs: HostInputs, planned: &Planned, values: GraphValues<'_>) -> Self {
         let (plan, dynamic) = (planned.plan.clone(), planned.dynamic.clone());
         let uniforms = plan.uniform_buffer();
-        let mut active = Self { graph: values.revision, inputs, plan, dynamic, uniforms, version: 0, unwritten: None };
+        let mut active =
+            Self { revision: values.revision, inputs, plan, dynamic, uniforms, version: 0, unwritten: None };
         if active.update(values) == Err(NeedsPlan) {
             active.version = 0;
         }
@@ -47,16 +48,16 @@ impl ActivePlan {
         active
     }
 
-    /// Whether it is a plan of a graph of this revision.
-    pub(super) fn is_of(&self, revision: u64) -> bool {
-        self.graph == revision
+    /// The revision of the graph that it is a plan of.
+    pub(super) fn revision(&self) -> u64 {
+        self.revision
     }
 
-    /// Records the nodes whose values have changed again. A plan of another graph keeps the values that it has.
+    /// Records the nodes whose values have changed again. `values` are those of the graph of this plan.
+    ///
+    /// # Errors
+    /// A node needs another plan. Its values stay as they are, and those of all others are taken.
     pub(super) fn update(&mut self, values: GraphValues<'_>) -> Result<(), NeedsPlan> {
-        if self.graph != values.revision {
-            return Ok(());
-        }
         let changed = values.changes.since(self.version);
         self.version = values.changes.version();
         let Self { dynamic, uniforms, unwritten, .. } = self;
@@ -68,10 +69,11 @@ impl ActivePlan {
                 *unwritten = Some(before.start.min(range.start)..before.end.max(range.end));
             }
         };
+        let mut all_fit = Ok(());
         for (node, _) in changed {
-            dynamic.uniforms(*node, &values.graph.nodes[*node].instance, &mut write)?;
+            all_fit = dynamic.uniforms(*node, &values.graph.nodes[*node].instance, &mut write).and(all_fit);
         }
-        Ok(())
+        all_fit
     }
 
     /// Writes the uniforms that the executor of this plan does not have yet, in one range.

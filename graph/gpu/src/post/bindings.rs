@@ -6,12 +6,59 @@ use afterimage_base::diagnostic::nearest;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, HostInputs, Part, PlanError};
-use wgpu::TextureView;
 
 use super::error::PostError;
+use super::prepared::HostImage;
 use crate::device::image_format;
 use crate::error::GpuError;
-use crate::executor::{Frame, MULTISAMPLED, Rectangle, VOLUME, view_of};
+use crate::executor::{Frame, MULTISAMPLED, VOLUME, view_of};
+
+/// The images of a frame as far as its plan depends on them.
+pub(super) trait Images {
+    /// The image of an input; the format is that of its texture.
+    fn input(&self, name: &str) -> Option<HostImage>;
+    /// The image of an output; the format is that of its view.
+    fn output(&self, name: &str) -> Option<HostImage>;
+    fn first_output(&self) -> Option<&str>;
+    fn rectangle_size(&self, name: &str) -> Option<Size>;
+    fn has_factor(&self, name: &str) -> bool;
+    fn has_block(&self, input: &GraphInput) -> bool;
+    /// The names of all images that are given for inputs.
+    fn input_names(&self) -> Vec<&str>;
+}
+
+impl Images for Frame<'_> {
+    fn input(&self, name: &str) -> Option<HostImage> {
+        let view = view_of(self.inputs, name)?;
+        Some(HostImage::of(view.texture(), self.size_of(name, view)))
+    }
+
+    fn output(&self, name: &str) -> Option<HostImage> {
+        let view = view_of(self.outputs, name)?;
+        let image = HostImage::of(view.texture(), self.size_of(name, view));
+        Some(HostImage { format: self.stated_format(name).unwrap_or(image.format), ..image })
+    }
+
+    fn first_output(&self) -> Option<&str> {
+        self.outputs.first().map(|(name, _)| *name)
+    }
+
+    fn rectangle_size(&self, name: &str) -> Option<Size> {
+        self.rectangle(name).map(crate::executor::Rectangle::size)
+    }
+
+    fn has_factor(&self, name: &str) -> bool {
+        self.factors.iter().any(|(known, _)| *known == name)
+    }
+
+    fn has_block(&self, input: &GraphInput) -> bool {
+        input.block.is_some() && self.blocks.iter().any(|(name, _)| *name == input.name)
+    }
+
+    fn input_names(&self) -> Vec<&str> {
+        self.inputs.iter().map(|(name, _)| *name).collect()
+    }
+}
 
 /// What the host states about its images.
 #[derive(Clone, Default)]
@@ -29,10 +76,10 @@ impl HostBindings {
     ///
     /// # Errors
     /// An image of the host does not fit the graph.
-    pub(super) fn fit(&self, graph: &Graph, inputs: &HostInputs, frame: &Frame<'_>) -> Result<bool, GpuError> {
+    pub(super) fn fit(&self, graph: &Graph, inputs: &HostInputs, frame: &impl Images) -> Result<bool, GpuError> {
         for input in &graph.inputs {
             if input.block.is_some() {
-                if gives_block(frame, input) != inputs.blocks.contains(&input.name) {
+                if frame.has_block(input) != inputs.blocks.contains(&input.name) {
                     return Ok(false);
                 }
                 continue;
@@ -59,12 +106,12 @@ impl HostBindings {
     ///
     /// # Errors
     /// An image of the host does not fit the graph, or no size is known.
-    pub(super) fn inputs(&self, graph: &Graph, frame: &Frame<'_>) -> Result<HostInputs, PostError> {
+    pub(super) fn inputs(&self, graph: &Graph, frame: &impl Images) -> Result<HostInputs, PostError> {
         check_given(graph, frame)?;
         let (mut inputs, mut parts, mut blocks) = (BTreeMap::new(), BTreeMap::new(), BTreeSet::new());
         let mut size = None;
         for input in &graph.inputs {
-            if gives_block(frame, input) {
+            if frame.has_block(input) {
                 blocks.insert(input.name.clone());
             }
             let Some((desc, part)) = self.input_image(frame, input)? else { continue };
@@ -94,25 +141,22 @@ impl HostBindings {
     }
 
     /// Whether the image of an output holds linear light: the host states so, or the device encodes it.
-    fn is_linear(&self, frame: &Frame<'_>, output: &str) -> bool {
-        let view = view_of(frame.outputs, output);
-        let format = frame.stated_format(output).or(view.map(|view| view.texture().format()));
-        self.linear.contains(output) || format.is_some_and(|format| format.is_srgb())
+    fn is_linear(&self, frame: &impl Images, output: &str) -> bool {
+        self.linear.contains(output) || frame.output(output).is_some_and(|image| image.format.is_srgb())
     }
 
     /// The description of the host's image for an input, and how its rectangle is read if it has one.
     fn input_image(
         &self,
-        frame: &Frame<'_>,
+        frame: &impl Images,
         input: &GraphInput,
     ) -> Result<Option<(ImageDesc, Option<Part>)>, GpuError> {
-        let Some(view) = view_of(frame.inputs, &input.name) else { return Ok(None) };
-        let desc = desc_of(input, view)?;
-        let has_factor = frame.factors.iter().any(|(name, _)| *name == input.name);
-        Ok(Some(match (frame.rectangle(&input.name), self.size) {
+        let Some(image) = frame.input(&input.name) else { return Ok(None) };
+        let desc = desc_of(input, image)?;
+        Ok(Some(match (frame.rectangle_size(&input.name), self.size) {
             (Some(_), Some(size)) => (ImageDesc { size, ..desc }, Some(Part::Scaled)),
-            (Some(rectangle), None) => (ImageDesc { size: rectangle.size(), ..desc }, Some(Part::Rectangle)),
-            (None, _) => (desc, has_factor.then_some(Part::Rectangle)),
+            (Some(size), None) => (ImageDesc { size, ..desc }, Some(Part::Rectangle)),
+            (None, _) => (desc, frame.has_factor(&input.name).then_some(Part::Rectangle)),
         }))
     }
 }
@@ -121,16 +165,15 @@ impl HostBindings {
 ///
 /// # Errors
 /// The first one that is missing, with the name that the host may have given for it.
-fn check_given(graph: &Graph, frame: &Frame<'_>) -> Result<(), PostError> {
+fn check_given(graph: &Graph, frame: &impl Images) -> Result<(), PostError> {
     for input in graph.inputs.iter().filter(|input| !input.optional) {
         if let Some(block) = input.block {
-            if !frame.blocks.iter().any(|(name, _)| *name == input.name) {
+            if !frame.has_block(input) {
                 return Err(GpuError::MissingBlock { port: input.name.clone(), ty: block.name }.into());
             }
-        } else if !frame.inputs.iter().any(|(name, _)| *name == input.name) {
-            let unknown = frame.inputs.iter().map(|(name, _)| *name);
-            let unknown: Vec<&str> =
-                unknown.filter(|name| graph.inputs.iter().all(|known| known.name != *name)).collect();
+        } else if frame.input(&input.name).is_none() {
+            let mut unknown = frame.input_names();
+            unknown.retain(|name| graph.inputs.iter().all(|known| known.name != *name));
             let given = nearest(&input.name, unknown.iter().copied()).or(match unknown[..] {
                 [only] => Some(only),
                 _ => None,
@@ -141,51 +184,42 @@ fn check_given(graph: &Graph, frame: &Frame<'_>) -> Result<(), PostError> {
     Ok(())
 }
 
-fn gives_block(frame: &Frame<'_>, input: &GraphInput) -> bool {
-    input.block.is_some() && frame.blocks.iter().any(|(name, _)| *name == input.name)
-}
-
-fn output_size(frame: &Frame<'_>) -> Option<Size> {
-    let (name, view) = frame.outputs.first()?;
-    Some(frame.rectangle(name).unwrap_or(Rectangle::of_texture(view.texture())).size())
+fn output_size(frame: &impl Images) -> Option<Size> {
+    let name = frame.first_output()?;
+    frame.rectangle_size(name).or(frame.output(name).map(|image| image.size))
 }
 
 /// Whether an output is written to a rectangle of the host's image.
-fn is_in_rectangle(frame: &Frame<'_>, output: &str) -> bool {
-    frame.rectangle(output).is_some() && view_of(frame.outputs, output).is_some()
+fn is_in_rectangle(frame: &impl Images, output: &str) -> bool {
+    frame.rectangle_size(output).is_some() && frame.output(output).is_some()
 }
 
-/// The description of the host's texture for an input.
-fn desc_of(input: &GraphInput, view: &TextureView) -> Result<ImageDesc, GpuError> {
-    let texture = view.texture();
-    let channels = if texture.format().is_depth_stencil_format() { 1 } else { texture.format().components() };
+/// The description of the host's image for an input.
+fn desc_of(input: &GraphInput, image: HostImage) -> Result<ImageDesc, GpuError> {
+    let HostImage { size, format: given, samples, volume } = image;
+    let channels = if given.is_depth_stencil_format() { 1 } else { given.components() };
     let unfit = |why: String| GpuError::UnfitImage { port: input.name.clone(), why };
-    let Some(format) = image_format(texture.format()) else {
-        return Err(unfit(format!("its format, {:?}, is none that plans have", texture.format())));
+    let Some(format) = image_format(given) else {
+        return Err(unfit(format!("its format, {given:?}, is none that plans have")));
     };
     if channels < input.min_channels {
         let why = format!(
-            "its format, {:?}, has {channels} of the {} channels that the pipeline reads; does it belong to another \
-             input?",
-            texture.format(),
+            "its format, {given:?}, has {channels} of the {} channels that the pipeline reads; does it belong to \
+             another input?",
             input.min_channels
         );
         return Err(unfit(why));
     }
-    let samples = texture.sample_count();
     match (input.multisampled, samples > 1) {
         (true, false) => return Err(unfit("it has one sample in each pixel, and the pipeline requires more".into())),
         (false, true) => return Err(unfit(MULTISAMPLED.into())),
         _ => {}
     }
-    let is_volume = texture.dimension() == wgpu::TextureDimension::D3;
-    match (input.volume, is_volume) {
+    match (input.volume, volume) {
         (true, false) => return Err(unfit("it is no 3-D texture, and the pipeline requires a volume".into())),
         (false, true) => return Err(unfit(VOLUME.into())),
         _ => {}
     }
-    let depth = if is_volume { texture.depth_or_array_layers() } else { 1 };
-    let size = Size::volume(texture.width(), texture.height(), depth);
-    let desc = if is_volume { ImageDesc::volume(size) } else { ImageDesc::new(size) };
+    let desc = if volume { ImageDesc::volume(size) } else { ImageDesc::new(size) };
     Ok(desc.format(format).multisampled(samples))
 }

@@ -1,10 +1,9 @@
 //! Parameters that the host changes while a plan renders.
 
 use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{Param, Type, Value};
-use afterimage_plan::PlanCache;
 
 use super::error::PostError;
 
@@ -35,7 +34,15 @@ impl<T> Parameter<T> {
 
 /// A parameter that the host changes, of any type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Control(usize);
+pub struct Control(u64);
+
+impl Control {
+    /// A new handle. No two are equal, so that one of another pipeline is known as such.
+    fn next() -> Self {
+        static HANDLES: AtomicU64 = AtomicU64::new(0);
+        Self(HANDLES.fetch_add(1, Ordering::Relaxed))
+    }
+}
 
 /// A parameter of a graph.
 #[derive(Clone, Debug)]
@@ -51,155 +58,45 @@ pub struct ParameterInfo<'p> {
 
 /// The parameters with handles, and the values that the host has set.
 #[derive(Clone, Default)]
-pub(super) struct Controls {
-    entries: Vec<Entry>,
-    /// The nodes of the present graph whose dynamic parameters have changed.
-    pub(super) changes: NodeChanges,
-}
+pub(super) struct Controls(Vec<Entry>);
 
 #[derive(Clone)]
-struct Entry {
-    name: String,
-    ty: Type,
+pub(super) struct Entry {
+    control: Control,
+    pub(super) name: String,
+    pub(super) ty: Type,
     /// The value that the host has set.
-    value: Option<Value>,
-    /// The value of the present graph before the host has set one.
-    written: Option<Value>,
-    /// The parameter in the present graph, if it has one of that name and type.
-    id: Option<ParameterId>,
-}
-
-/// A log of nodes whose values have changed. Each plan in use updates the uniforms of those that changed after the
-/// version that it has.
-#[derive(Clone, Default)]
-pub(super) struct NodeChanges {
-    version: u64,
-    /// Each changed node, with the version of its last change, in that order.
-    nodes: Vec<(usize, u64)>,
-}
-
-impl NodeChanges {
-    pub(super) fn version(&self) -> u64 {
-        self.version
-    }
-
-    /// The nodes that changed after a version.
-    pub(super) fn since(&self, version: u64) -> &[(usize, u64)] {
-        &self.nodes[self.nodes.partition_point(|(_, changed)| *changed <= version)..]
-    }
-
-    fn add(&mut self, node: usize) {
-        self.version += 1;
-        self.nodes.retain(|(known, _)| *known != node);
-        self.nodes.push((node, self.version));
-    }
+    pub(super) value: Option<Value>,
 }
 
 impl Controls {
-    /// The number of handles.
-    pub(super) fn count(&self) -> usize {
-        self.entries.len()
+    /// All of them, in the order of their handles.
+    pub(super) fn entries(&self) -> &[Entry] {
+        &self.0
     }
 
-    /// The handle of the parameter that `node.parameter` names.
-    pub(super) fn control(&mut self, graph: &Graph, name: &str) -> Result<Control, PostError> {
-        let id = graph.parameter(name).map_err(PostError::UnknownParameter)?;
-        if let Some(known) = self.entries.iter().position(|entry| entry.id == Some(id)) {
-            return Ok(Control(known));
-        }
-        let (ty, written) = (graph.declaration(id).ty, Some(graph.value(id).clone()));
-        self.entries.push(Entry { name: name.to_owned(), ty, value: None, written, id: Some(id) });
-        Ok(Control(self.entries.len() - 1))
+    /// The handle at an index.
+    pub(super) fn at(&self, index: usize) -> Control {
+        self.0[index].control
     }
 
-    /// Sets a value in the graph of the cache, if that has the parameter. Returns whether the change needs a new plan.
-    pub(super) fn set(&mut self, plans: &mut PlanCache, control: Control, value: Value) -> Result<bool, PostError> {
-        let entry = &mut self.entries[control.0];
-        let mut needs_plan = false;
-        if let Some(id) = entry.id
-            && *plans.graph().value(id) != value
-        {
-            needs_plan =
-                plans.set(id, value.clone()).map_err(|why| PostError::Refused { name: entry.name.clone(), why })?;
-            if !needs_plan {
-                self.changes.add(id.node);
-            }
-        }
-        entry.value = Some(value);
-        Ok(needs_plan)
+    /// Adds a handle.
+    pub(super) fn add(&mut self, name: &str, ty: Type) -> Control {
+        let control = Control::next();
+        self.0.push(Entry { control, name: name.to_owned(), ty, value: None });
+        control
     }
 
-    /// Sets the value in the pipeline file. Returns whether the change needs a new plan.
-    pub(super) fn unset(&mut self, plans: &mut PlanCache, control: Control) -> Result<bool, PostError> {
-        let needs_plan = match self.entries[control.0].written.clone() {
-            Some(written) => self.set(plans, control, written)?,
-            None => false,
-        };
-        self.entries[control.0].value = None;
-        Ok(needs_plan)
+    /// The index of a handle.
+    ///
+    /// # Errors
+    /// It is another pipeline's.
+    pub(super) fn index(&self, control: Control) -> Result<usize, PostError> {
+        self.0.binary_search_by_key(&control.0, |entry| entry.control.0).map_err(|_| PostError::UnknownHandle)
     }
 
-    /// The value in the graph, or the last one that was set while the graph has no such parameter.
-    pub(super) fn value<'a>(&'a self, graph: &'a Graph, control: Control) -> Option<&'a Value> {
-        let entry = &self.entries[control.0];
-        entry.id.map(|id| graph.value(id)).or(entry.value.as_ref())
-    }
-
-    /// The names of the parameters of the graph that the host has set, and their values.
-    pub(super) fn set_values<'a>(&'a self, graph: &'a Graph) -> impl Iterator<Item = (&'a str, &'a Value)> {
-        let set = self.entries.iter().filter(|entry| entry.value.is_some());
-        set.filter_map(|entry| Some((entry.name.as_str(), graph.value(entry.id?))))
-    }
-
-    /// Whether a change of the parameter needs a new plan.
-    pub(super) fn needs_plan(&self, graph: &Graph, control: Control) -> bool {
-        self.entries[control.0].id.is_some_and(|id| graph.declaration(id).replan)
-    }
-
-    /// The parameters with handles whose changes need no plan.
-    pub(super) fn dynamic(&self, graph: &Graph) -> impl Iterator<Item = ParameterId> {
-        let ids = self.entries.iter().filter_map(|entry| entry.id);
-        ids.filter(|id| !graph.declaration(*id).replan)
-    }
-
-    /// Takes the values of a graph that differs from the present one in values of dynamic parameters only. Returns
-    /// `false` if it differs in more: then some values may be taken, and the graph must be replaced.
-    pub(super) fn take_values(&mut self, plans: &mut PlanCache, graph: &Graph) -> bool {
-        let present = plans.graph();
-        if !present.has_structure_of(graph) {
-            return false;
-        }
-        let dynamic: Vec<ParameterId> = self.dynamic(present).collect();
-        if graph.parameters().any(|id| !dynamic.contains(&id) && present.value(id) != graph.value(id)) {
-            return false;
-        }
-        for index in 0..self.entries.len() {
-            let entry = &mut self.entries[index];
-            let Some(written) = entry.id.map(|id| graph.value(id).clone()) else { continue };
-            entry.written = Some(written.clone());
-            if entry.value.is_none() {
-                if self.set(plans, Control(index), written).is_err() {
-                    return false;
-                }
-                self.entries[index].value = None;
-            }
-        }
-        true
-    }
-
-    /// Finds the parameters of all handles in a new graph, and sets what the host has set.
-    pub(super) fn move_to(&mut self, plans: &mut PlanCache) {
-        self.changes.nodes.clear();
-        let graph = plans.shared_graph();
-        for entry in &mut self.entries {
-            entry.id = graph.parameter(&entry.name).ok().filter(|id| graph.declaration(*id).ty == entry.ty);
-            entry.written = entry.id.map(|id| graph.value(id).clone());
-            // A value that this graph refuses leaves that of its file.
-            if let (Some(id), Some(value)) = (entry.id, &entry.value)
-                && plans.set(id, value.clone()).is_ok()
-            {
-                self.changes.add(id.node);
-            }
-        }
+    /// Notes the value that the host has set, or that it has set none.
+    pub(super) fn note(&mut self, index: usize, value: Option<Value>) {
+        self.0[index].value = value;
     }
 }

@@ -33,6 +33,28 @@ pub enum PostError {
         /// Its type in words.
         ty: String,
     },
+    /// The handle is of another pipeline, or of another view that has made it by itself.
+    #[error("the handle is not of this pipeline: ask it for the parameter by its name")]
+    UnknownHandle,
+    /// There is no tier to choose from.
+    #[error("a budget needs at least one tier to choose from")]
+    NoTier,
+    /// The graphs are not those of the tiers that a budget chooses from.
+    #[error("the budget chooses from {wanted} tiers, and {given} graphs are given")]
+    OtherTiers {
+        /// The number of tiers.
+        wanted: usize,
+        /// The number of graphs.
+        given: usize,
+    },
+    /// More frames are announced than plans are kept.
+    #[error("{given} frames are announced, and plans are prepared for at most {most}")]
+    TooManyFrames {
+        /// The number of frames.
+        given: usize,
+        /// The most that can be.
+        most: usize,
+    },
     /// The value is outside of the domain, or does not go with the values of other parameters.
     #[error("`{name}`: {why}")]
     Refused {

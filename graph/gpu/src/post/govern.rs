@@ -3,6 +3,7 @@
 use afterimage_graph::check::Graph;
 
 use super::Post;
+use super::error::PostError;
 use super::governed::{Governed, TierGraph, TimeSource};
 use crate::error::GpuError;
 use crate::governor::{GovernedTier, Governor, TierChange};
@@ -16,28 +17,35 @@ impl Post {
     /// [reports](Self::report_frame_time) times of its own. Where the device has no timestamps inside passes and the
     /// host reports none, the first tier stays. A tier whose plan cannot be made is not taken again for a while.
     ///
-    /// # Panics
-    /// There is no tier.
-    pub fn govern(&mut self, budget_ms: f64, tiers: Vec<TierGraph>) {
+    /// # Errors
+    /// There is no tier. Nothing changes.
+    pub fn govern(&mut self, budget_ms: f64, tiers: Vec<TierGraph>) -> Result<(), PostError> {
+        if tiers.is_empty() {
+            return Err(PostError::NoTier);
+        }
         let (tiers, graphs): (Vec<GovernedTier>, Vec<Graph>) =
             tiers.into_iter().map(|tier| (tier.tier, tier.graph)).unzip();
         let governor = Governor::new(budget_ms, &tiers);
         self.change(graphs[governor.tier()].clone());
         let (source, taken) = (TimeSource::Passes, self.frame);
         self.governed = Some(Governed { governor, graphs, source, taken, seconds: 0.0, last_change: None });
+        Ok(())
     }
 
     /// Replaces the graphs of the governed tiers, in the same order: the pipeline file has changed. The tier and what
     /// was learned of costs stay.
     ///
-    /// # Panics
-    /// There is another number of them than of tiers.
-    pub fn change_governed(&mut self, graphs: Vec<Graph>) {
-        let Some(governed) = &mut self.governed else { return };
-        assert_eq!(graphs.len(), governed.graphs.len(), "each tier has a graph");
+    /// # Errors
+    /// There is another number of them than of tiers. Nothing changes.
+    pub fn change_governed(&mut self, graphs: Vec<Graph>) -> Result<(), PostError> {
+        let Some(governed) = &mut self.governed else { return Ok(()) };
+        if graphs.len() != governed.graphs.len() {
+            return Err(PostError::OtherTiers { wanted: governed.graphs.len(), given: graphs.len() });
+        }
         governed.graphs = graphs;
         let graph = governed.present_graph();
         self.change(graph);
+        Ok(())
     }
 
     /// Keeps the present tier from now on.
@@ -76,7 +84,7 @@ impl Post {
     pub(super) fn follow_governor(&mut self, dt: f32) -> Result<(), GpuError> {
         let Some(governed) = &mut self.governed else { return Ok(()) };
         governed.seconds += f64::from(dt);
-        let has_tier = self.active.as_ref().is_some_and(|active| active.is_of(self.graph.revision.graph));
+        let has_tier = self.active.as_ref().is_some_and(|active| active.revision() == self.graph.revision.graph);
         if !has_tier || self.fade.is_running() {
             governed.taken = self.frame;
             let has_failed = !has_tier && !self.is_changing();

@@ -5,14 +5,15 @@ mod bindings;
 mod buffer_copies;
 mod controls;
 mod error;
-mod expected;
 mod fade;
 mod govern;
 mod governed;
 mod host_graph;
+mod live_graph;
 mod names;
 mod pass_times;
 mod plan_state;
+mod prepared;
 mod readings;
 
 use std::sync::Arc;
@@ -32,7 +33,6 @@ use bindings::HostBindings;
 pub use buffer_copies::Reading;
 pub use controls::{Control, Parameter, ParameterInfo};
 pub use error::PostError;
-use expected::{ExpectedPlans, MAX_EXPECTED, at_size};
 use fade::Fade;
 pub use fade::FadeSkipReason;
 use governed::Governed;
@@ -41,6 +41,8 @@ use host_graph::HostGraph;
 use names::NameCheck;
 pub use pass_times::PassTimes;
 use plan_state::{CreatedPlan, Creation, PlanState};
+pub use prepared::{ExpectedFrame, HostImage};
+use prepared::{KeptFrame, MAX_FRAMES, PlansAhead};
 use readings::Readings;
 pub use readings::Watch;
 
@@ -77,7 +79,7 @@ pub struct Post {
     bindings: HostBindings,
     /// The plan that renders.
     active: Option<ActivePlan>,
-    expected: ExpectedPlans,
+    ahead: PlansAhead,
     fade: Fade,
     readings: Readings,
     names: NameCheck,
@@ -99,7 +101,7 @@ impl Post {
             graph: HostGraph::new(graph),
             bindings: HostBindings::default(),
             active: None,
-            expected: ExpectedPlans::default(),
+            ahead: PlansAhead::default(),
             fade: Fade::default(),
             readings: Readings::default(),
             names: NameCheck::default(),
@@ -117,7 +119,7 @@ impl Post {
             graph: self.graph.for_view(),
             bindings: self.bindings.clone(),
             active: None,
-            expected: self.expected.without_plans(),
+            ahead: self.ahead.without_plans(),
             fade: self.fade.for_view(),
             readings: self.readings.for_view(),
             names: NameCheck::default(),
@@ -154,11 +156,11 @@ impl Post {
 
     /// Sets a fact that `when` conditions test.
     pub fn set_fact(&mut self, name: impl Into<String>, fact: impl Into<Fact>) {
-        let name = name.into();
-        if self.graph.facts().get(&name).is_none() {
+        let (name, fact) = (name.into(), fact.into());
+        if !self.graph.facts().get(&name).is_some_and(|known| is_like(known, fact)) {
             self.names.queue();
         }
-        self.graph.set_fact(name, fact.into());
+        self.graph.set_fact(name, fact);
     }
 
     /// The facts that the host has set.
@@ -168,7 +170,9 @@ impl Post {
 
     /// Replaces all facts.
     pub fn set_facts(&mut self, facts: Facts) {
-        if !facts.iter().map(|(name, _)| name).eq(self.graph.facts().iter().map(|(name, _)| name)) {
+        let is_known =
+            |(name, fact): (&str, Fact)| self.graph.facts().get(name).is_some_and(|known| is_like(known, fact));
+        if facts.iter().count() != self.graph.facts().iter().count() || !facts.iter().all(is_known) {
             self.names.queue();
         }
         self.graph.set_facts(facts);
@@ -192,6 +196,7 @@ impl Post {
     /// is another plan. Inputs without a rectangle keep their sizes.
     pub fn set_size(&mut self, size: Option<Size>) {
         self.bindings.size = size;
+        self.graph.note_change();
     }
 
     /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
@@ -199,7 +204,7 @@ impl Post {
     pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.bindings.finite.insert(input.into());
         self.names.queue();
-        self.graph.next_plan.queue();
+        self.graph.queue_plan();
     }
 
     /// States that the image of an output holds linear light, as the main texture of an engine does which is encoded
@@ -208,6 +213,7 @@ impl Post {
     pub fn set_output_linear(&mut self, output: impl Into<String>) {
         self.bindings.linear.insert(output.into());
         self.names.queue();
+        self.graph.note_change();
     }
 
     /// Creates and compiles plans in the host's task pool from now on, and not on the threads of the crate. See
@@ -220,11 +226,8 @@ impl Post {
     /// it has their parameters and accepts them; handles stay valid. A graph that differs in values of parameters with
     /// handles alone needs no plan where these need none.
     pub fn change(&mut self, graph: Graph) {
-        let revision = self.graph.revision.graph;
         self.graph.change(graph);
-        if self.graph.revision.graph != revision {
-            self.expected.set_frames([]);
-        }
+        self.drop_unused_graphs();
         self.names.queue();
     }
 
@@ -244,7 +247,7 @@ impl Post {
         self.active = None;
         self.graph.next_plan = PlanState::Queued;
         self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
-        self.expected = self.expected.without_plans();
+        self.ahead = self.ahead.without_plans();
         self.readings.reset();
     }
 
@@ -258,8 +261,8 @@ impl Post {
 
     /// Records a frame into the host's encoder. Frames are submitted in the order in which they are recorded, each
     /// once; several may be recorded before the first is submitted, also into one encoder. After one that is not
-    /// submitted, the next is a [cut](FrameKind::Cut); if it was the first of a plan, [`rebuild`](Self::rebuild) fills
-    /// its tables.
+    /// submitted, the next is a [cut](FrameKind::Cut); what the dropped one has begun, such as a plan or a value, the
+    /// next begins again.
     ///
     /// wgpu drops the commands of a lost device without an error, so every 32nd frame checks the device: see
     /// [`check_device`](Self::check_device). [`wgpu::Device::set_device_lost_callback`] reports it at once.
@@ -291,6 +294,8 @@ impl Post {
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }
+        let levels = self.executor.view_levels(frame)?;
+        let frame = &Frame { levels: &levels, ..*frame };
         let updated = self.update_plan(frame);
         let plan = self.active.as_ref().map(|active| &*active.plan);
         self.names.update(&self.graph, &self.bindings, &self.readings, plan, frame, draws);
@@ -320,7 +325,8 @@ impl Post {
             self.load_for(inputs)?;
             return Ok(None);
         }
-        if frame.kind == FrameKind::Cut || self.executor.is_fresh() {
+        self.executor.recover();
+        if frame.kind == FrameKind::Cut || self.executor.is_fresh() || self.fade.has_lost_frames() {
             self.fade.end(&mut self.executor, FadeSkipReason::NewBeginning);
         }
         let mut failure = None;
@@ -333,7 +339,7 @@ impl Post {
         if let PlanState::Queued = self.graph.next_plan {
             self.start_next_plan();
         }
-        Ok(failure.or_else(|| self.update_expected_plans()))
+        Ok(failure.or_else(|| self.prepare_ahead(None).err()))
     }
 
     /// Records a frame of the plan that is loaded.
@@ -347,7 +353,7 @@ impl Post {
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
         self.update_uniforms();
-        self.fade.record(&mut self.executor, self.graph.values(), encoder, frame, draws)?;
+        self.fade.record(&mut self.executor, &self.graph, encoder, frame, draws)?;
         self.frame += 1;
         let plan = self.active.as_ref().map(|active| &active.plan);
         Ok(self.readings.record(&self.executor, plan, self.frame, encoder)?)
@@ -356,10 +362,24 @@ impl Post {
     /// Updates the uniforms of the active plan. If a value needs another plan, that is queued.
     fn update_uniforms(&mut self) {
         let Some(active) = &mut self.active else { return };
-        if active.update(self.graph.values()) == Err(NeedsPlan) {
+        let revision = active.revision();
+        let updated = self.graph.values_of(revision).map_or(Ok(()), |values| active.update(values));
+        active.write(&mut self.executor);
+        // The next plan of a graph that has been replaced is on its way.
+        if updated == Err(NeedsPlan) && revision == self.graph.revision.graph {
             self.graph.replan();
         }
-        active.write(&mut self.executor);
+        self.drop_unused_graphs();
+    }
+
+    /// Drops graphs that have been replaced and of which no plan renders any more.
+    fn drop_unused_graphs(&mut self) {
+        let active = self.active.as_ref().map(ActivePlan::revision);
+        let fading = self.fade.old_revision();
+        let unused = self.graph.take_unused(|revision| [active, fading].contains(&Some(revision)));
+        if !unused.is_empty() {
+            self.executor.drop_later(unused);
+        }
     }
 
     /// Makes the plan for the host's inputs and loads it, if it is not the active one.
@@ -367,13 +387,14 @@ impl Post {
     /// # Errors
     /// The graph cannot be planned for them, or the device refuses the plan.
     pub(crate) fn load_for(&mut self, inputs: HostInputs) -> Result<&Arc<Plan>, PostError> {
-        if self.graph.next_plan.is_outdated() {
-            self.expected.queue_all();
-        }
+        // A plan for these images that is being made need not be made twice.
+        let prepared = self.prepare_ahead(Some(&inputs));
         if let PlanState::Creating(_) = self.graph.next_plan {
             self.graph.next_plan = PlanState::Queued;
         }
         let planned = self.graph.plan(&self.executor, inputs.clone())?;
+        // What that plan is made of may have changed since: then only this one counts.
+        drop(prepared);
         if self.active.as_ref().is_none_or(|active| !Arc::ptr_eq(&active.plan, &planned.plan)) {
             let active = ActivePlan::new(inputs, &planned, self.graph.values());
             self.executor.load_with(active.plan.clone(), active.uniforms.clone())?;
@@ -408,7 +429,6 @@ impl Post {
     /// Starts to create the queued plan on a worker, unless the active one is the same.
     fn start_next_plan(&mut self) {
         self.graph.next_plan = PlanState::Ok;
-        self.expected.queue_all();
         let Some(active) = &self.active else { return };
         let request = self.graph.plan_request(&self.executor, active.inputs.clone());
         let cached = self.graph.cached(&request);
@@ -416,7 +436,7 @@ impl Post {
             return;
         }
         let (graph, revision) = (self.graph.shared(), self.graph.revision);
-        let changes = self.graph.controls().changes.clone();
+        let changes = self.graph.changes().clone();
         let (compile, prepare_fade) = (self.executor.compilation(), self.fade.preparation(&self.executor, active));
         let worker = Worker::new(self.executor.task_pool(), move || {
             span!("afterimage::prepare");
@@ -470,78 +490,98 @@ impl Post {
         Ok(())
     }
 
-    /// Makes and compiles plans for other sizes of the frame in the background, one after another, also after each
-    /// change of facts, tiers and pipelines. A frame of such a size then needs memory for its images only. Images of
-    /// the size of the present frame are taken to have the new size, and others to keep theirs.
+    /// Makes and compiles the plans of frames like these in the background, also before the first frame, and again
+    /// after each change of facts, tiers and pipelines. A frame that is like one of them then needs memory for its
+    /// images only. They replace those of the call before; none are forgotten by an empty list.
     ///
-    /// # Panics
-    /// If there are more than 16 sizes.
-    pub fn expect_sizes(&mut self, sizes: &[Size]) {
-        assert!(sizes.len() <= MAX_EXPECTED, "at most {MAX_EXPECTED} sizes can be expected");
-        self.expected.set_sizes(sizes);
-    }
-
-    /// Makes and compiles the plans of frames like these in the background, as [`expect_sizes`](Self::expect_sizes)
-    /// does for sizes: for a first rectangle or factor, or an image of another format. The views may be any of the
-    /// sizes and formats that will come. The frames replace those of the call before; another pipeline forgets them.
+    /// ```no_run
+    /// # use afterimage_gpu::{ExpectedFrame, HostImage, Post, PostError, wgpu::TextureFormat};
+    /// # fn run(post: &mut Post, draw_loading_screen: impl Fn()) -> Result<(), PostError> {
+    /// let scene = HostImage::new(1920, 1080, TextureFormat::Rgba16Float);
+    /// let screen = HostImage::new(1920, 1080, TextureFormat::Bgra8Unorm);
+    /// let frame = ExpectedFrame {
+    ///     inputs: &[("scene", scene)],
+    ///     outputs: &[("display", screen)],
+    ///     ..ExpectedFrame::default()
+    /// };
+    /// post.prepare(&[frame])?;
+    /// while !post.is_prepared()? {
+    ///     draw_loading_screen();
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
-    /// An image is missing or does not fit the pipeline.
-    ///
-    /// # Panics
-    /// If there are more than 16 frames.
-    pub fn expect_frames(&mut self, frames: &[Frame<'_>]) -> Result<(), PostError> {
-        assert!(frames.len() <= MAX_EXPECTED, "at most {MAX_EXPECTED} frames can be expected");
-        let mut expected = Vec::with_capacity(frames.len());
-        for frame in frames {
-            expected.push(self.bindings.inputs(self.graph.graph(), frame)?);
+    /// There are more than 16 frames, or an image is missing or does not fit the pipeline. Nothing changes.
+    pub fn prepare(&mut self, frames: &[ExpectedFrame<'_>]) -> Result<(), PostError> {
+        if frames.len() > MAX_FRAMES {
+            return Err(PostError::TooManyFrames { given: frames.len(), most: MAX_FRAMES });
         }
-        self.expected.set_frames(expected);
-        Ok(())
+        let frames: Vec<KeptFrame> = frames.iter().map(KeptFrame::from).collect();
+        for frame in &frames {
+            self.bindings.inputs(self.graph.graph(), frame)?;
+        }
+        self.ahead = PlansAhead::new(frames);
+        self.prepare_ahead(None)
     }
 
-    /// Whether the plans of all [expected sizes](Self::expect_sizes) and [frames](Self::expect_frames) are made.
-    pub fn has_expected_plans(&self) -> bool {
-        self.expected.are_ready()
+    /// Whether the plans of all frames of [`prepare`](Self::prepare) are made and compiled. Each call, and each frame,
+    /// takes a plan that is finished and starts the next.
+    ///
+    /// # Errors
+    /// A plan cannot be made: once for each.
+    pub fn is_prepared(&mut self) -> Result<bool, PostError> {
+        self.prepare_ahead(None)?;
+        Ok(self.ahead.are_ready(self.graph.version()))
     }
 
-    /// The plan of an expected size, if it is made for the present facts.
-    pub fn expected_plan(&mut self, size: Size) -> Option<Arc<Plan>> {
-        let inputs = at_size(&self.active.as_ref()?.inputs, size);
-        let cached = self.graph.cached(&self.graph.plan_request(&self.executor, inputs))?;
-        Some(cached.plan.clone())
-    }
-
-    /// Caches the plan of an expected frame if it is finished, and starts the next. Returns why one has failed.
-    fn update_expected_plans(&mut self) -> Option<PostError> {
-        if let Some(creation) = self.expected.take_finished() {
-            match creation.worker.join().map_err(PostError::from).flatten() {
-                Ok(plan) => {
-                    if let Some(evicted) = self.graph.keep(plan, creation.revision) {
-                        self.executor.drop_later(evicted);
-                    }
-                }
-                Err(error) => return Some(error),
+    /// Caches the plan of an announced frame if it is finished, or waits for that of these inputs. Starts the next.
+    ///
+    /// # Errors
+    /// A plan cannot be made.
+    fn prepare_ahead(&mut self, wanted: Option<&HostInputs>) -> Result<(), PostError> {
+        if let Some((ahead, creation)) = self.ahead.take(wanted) {
+            let (plan, uncached) = creation.worker.join().map_err(PostError::from).flatten()?;
+            ahead.note_compiled(&plan);
+            let evicted = uncached.and_then(|uncached| self.graph.keep(uncached, creation.revision));
+            if let Some(evicted) = evicted {
+                self.executor.drop_later(evicted);
             }
         }
-        while let (PlanState::Ok, Some(active)) = (&self.graph.next_plan, &self.active)
-            && let Some(expected) = self.expected.next()
+        let version = self.graph.version();
+        // The next plan comes first.
+        while (self.active.is_none() || matches!(self.graph.next_plan, PlanState::Ok))
+            && wanted.is_none()
+            && let Some(ahead) = self.ahead.next(version)
         {
-            let request = self.graph.plan_request(&self.executor, expected.inputs(&active.inputs));
-            if self.graph.cached(&request).is_some() {
-                expected.state = PlanState::Ok;
+            // Another pipeline may have other inputs: its first frame says so.
+            let Ok(inputs) = self.bindings.inputs(self.graph.graph(), &ahead.frame) else {
+                ahead.finish(version);
+                continue;
+            };
+            let request = self.graph.plan_request(&self.executor, inputs.clone());
+            let cached = self.graph.cached(&request);
+            if cached.as_ref().is_some_and(|cached| ahead.has_compiled(&cached.plan)) {
+                ahead.finish(version);
                 continue;
             }
-            let (graph, compile) = (self.graph.shared(), self.executor.compilation_ahead());
+            let (graph, compile) = (self.graph.shared(), self.executor.compilation_ahead(ahead.frame.drawn()));
             let worker = Worker::new(self.executor.task_pool(), move || {
                 span!("afterimage::prepare");
-                let plan = request.plan(&graph)?;
-                compile(&plan.planned.plan)?;
-                Ok(plan)
+                let (plan, uncached) = match cached {
+                    Some(cached) => (cached.plan.clone(), None),
+                    None => {
+                        let uncached = request.plan(&graph)?;
+                        (uncached.planned.plan.clone(), Some(uncached))
+                    }
+                };
+                compile(&plan)?;
+                Ok((plan, uncached))
             });
-            expected.state.start(self.graph.revision, worker);
+            ahead.start(inputs, version, self.graph.revision, worker);
         }
-        None
+        Ok(())
     }
 
     /// All parameters of the graph.
@@ -553,9 +593,10 @@ impl Post {
         })
     }
 
-    /// The values that the host has set for parameters of the present graph, by their names, `node.parameter`.
+    /// The parameters of the present graph that the host has set, or has handles of and may set without a plan, by their
+    /// names, `node.parameter`, and their values.
     pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
-        self.graph.controls().set_values(self.graph())
+        self.graph.set_values()
     }
 
     /// A handle to the parameter that `node.parameter` names.
@@ -596,7 +637,7 @@ impl Post {
 
     /// The present value of a parameter: that of the graph, or the last that was set while the graph has none.
     pub fn value(&self, control: Control) -> Option<&Value> {
-        self.graph.controls().value(self.graph(), control)
+        self.graph.value(control)
     }
 
     /// Reverts to the value in the pipeline file, also in the next graph.
@@ -609,7 +650,7 @@ impl Post {
 
     /// Whether a change of the parameter needs a new plan.
     pub fn needs_plan(&self, control: Control) -> bool {
-        self.graph.controls().needs_plan(self.graph(), control)
+        self.graph.needs_plan(control)
     }
 
     /// Fades from the old plan to the new one over this many frames after each change that is made in the background,
@@ -641,6 +682,11 @@ impl Post {
         self.fade.skip_reason.as_ref()
     }
 
+    /// The number of the last frame that shaders saw, from which noise is made.
+    pub fn noise_number(&self) -> u32 {
+        self.executor.last_number()
+    }
+
     /// The number of frames that have been recorded: that of the last one, counted from 1.
     pub fn frame(&self) -> u64 {
         self.frame
@@ -655,7 +701,10 @@ impl Post {
 
     /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while
     /// frames are recorded and submitted, and the device is polled.
-    pub fn reading(&self, watch: Watch) -> Option<&Reading> {
+    ///
+    /// # Errors
+    /// The watch is of another pipeline.
+    pub fn reading(&self, watch: Watch) -> Result<Option<&Reading>, PostError> {
         self.readings.latest(watch)
     }
 
@@ -684,10 +733,11 @@ impl Post {
 
     /// The texture of an output of the last frame, unless the host gave one.
     ///
-    /// # Panics
-    /// If the loaded plan has no such output.
-    pub fn output(&self, name: &str) -> &wgpu::Texture {
-        self.executor.output(name).expect("the executor keeps a texture for each output")
+    /// # Errors
+    /// [`GpuError::NoPlan`] before a first frame; the loaded plan has no such output.
+    pub fn output(&self, name: &str) -> Result<&wgpu::Texture, GpuError> {
+        let plan = self.plan().ok_or(GpuError::NoPlan)?;
+        self.executor.output(name).ok_or_else(|| GpuError::unknown_output(plan, name))
     }
 
     /// The buffer of a table or value of the loaded plan, by its label.
@@ -697,8 +747,13 @@ impl Post {
     }
 }
 
-// Hosts encode on any thread.
+fn is_like(known: Fact, fact: Fact) -> bool {
+    let is_usual = !matches!(fact, Fact::Number(number) if number.is_nan());
+    is_usual && std::mem::discriminant(&known) == std::mem::discriminant(&fact)
+}
+
+// Hosts encode on any thread, and look from several.
 const _: fn() = || {
-    fn is_send<T: Send>() {}
-    is_send::<Post>();
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<Post>();
 };

@@ -1,7 +1,7 @@
 //! Names that the host uses and the graph does not know, each with the nearest one that it knows.
 
-use afterimage_base::diagnostic::{did_you_mean, quote};
-use afterimage_graph::check::Graph;
+use afterimage_base::diagnostic::{did_you_mean, list, quote};
+use afterimage_graph::check::{Fact, FactKind, Graph};
 use afterimage_graph::node::PortType;
 use afterimage_plan::Plan;
 
@@ -45,32 +45,58 @@ impl NameCheck {
         let finite = bindings.finite.iter().map(String::as_str);
         let given = frame.inputs.iter().map(|(name, _)| *name).chain(frame.factors.iter().map(|(name, _)| *name));
         for name in given.chain(finite) {
-            warn(&mut warnings, "the pipeline has no image input", name, &images);
+            warn(&mut warnings, graph, "the pipeline has no image input", name, &images);
         }
         for (name, _) in frame.blocks {
-            warn(&mut warnings, "the pipeline has no input for a block", name, &blocks);
+            warn(&mut warnings, graph, "the pipeline has no input for a block", name, &blocks);
         }
         for name in &bindings.linear {
-            warn(&mut warnings, "the pipeline has no output", name, &outputs);
+            warn(&mut warnings, graph, "the pipeline has no output", name, &outputs);
         }
         let stated = frame.rectangles.iter().map(|(name, _)| *name).chain(frame.formats.iter().map(|(name, _)| *name));
+        let stated = stated.chain(frame.levels.iter().map(|(name, _)| *name));
         for name in stated {
-            warn(&mut warnings, "the pipeline has no input or output", name, &ports);
+            warn(&mut warnings, graph, "the pipeline has no input or output", name, &ports);
         }
         let facts = graph.facts();
-        let facts: Vec<&str> = facts.iter().map(|(name, _)| name.as_str()).collect();
-        for (name, _) in host.facts().iter() {
-            warn(&mut warnings, "no condition of the pipeline tests the fact", name, &facts);
+        let names: Vec<&str> = facts.iter().map(|(name, _)| name.as_str()).collect();
+        for (name, fact) in host.facts().iter() {
+            warn(&mut warnings, graph, "no condition of the pipeline tests the fact", name, &names);
+            let kinds: Vec<FactKind> = facts.iter().filter(|(known, _)| known == name).map(|(_, kind)| *kind).collect();
+            if matches!(fact, Fact::Number(number) if number.is_nan()) {
+                add(&mut warnings, format!("the fact {} is not a number", quote(name)));
+            }
+            if !kinds.is_empty() && !kinds.contains(&kind_of(fact)) {
+                let (wanted, given) = (kinds[0].describe(), kind_of(fact).describe());
+                add(&mut warnings, format!("the pipeline takes the fact {} as {wanted}, not as {given}", quote(name)));
+            }
         }
         let buffers = names_of_buffers(graph);
         let buffers: Vec<&str> = buffers.iter().map(String::as_str).collect();
         let computed = plan.map_or(&[][..], |plan| &plan.buffers);
         for label in readings.labels().filter(|label| computed.iter().all(|buffer| buffer.label != *label)) {
-            warn(&mut warnings, "the pipeline has no table or value", label, &buffers);
+            let of_node = buffers.iter().filter(|name| name.rsplit_once('.').is_some_and(|(node, _)| node == label));
+            let of_node: Vec<&str> = of_node.copied().collect();
+            match of_node.as_slice() {
+                [] => warn(&mut warnings, graph, "the pipeline has no table or value", label, &buffers),
+                own => {
+                    add(&mut warnings, format!("{} is a node: watch {}", quote(label), list(own.iter().copied(), 8)))
+                }
+            }
         }
         let nodes: Vec<&str> = graph.nodes.iter().map(|node| node.name.as_str()).collect();
         for draw in draws {
-            warn(&mut warnings, "the pipeline has no node", draw.node, &nodes);
+            warn(&mut warnings, graph, "the pipeline has no node", draw.node, &nodes);
+        }
+        for (name, other_type) in host.stale_handles() {
+            let name = quote(name);
+            add(
+                &mut warnings,
+                match other_type {
+                    Some(ty) => format!("a handle of {name} is left over: the parameter is {ty} now"),
+                    None => format!("a handle of {name} is left over: the pipeline has no such parameter"),
+                },
+            );
         }
         for warning in &warnings {
             if !self.warnings.contains(warning) {
@@ -82,14 +108,26 @@ impl NameCheck {
 }
 
 /// Adds a warning if none of the known names is `name`.
-fn warn(warnings: &mut Vec<String>, what: &str, name: &str, known: &[&str]) {
+fn warn(warnings: &mut Vec<String>, graph: &Graph, what: &str, name: &str, known: &[&str]) {
     if known.contains(&name) {
         return;
     }
-    let hint = did_you_mean(name, known.iter().copied()).map_or(String::new(), |hint| format!(": {hint}"));
-    let warning = format!("{what} {}{hint}", quote(name));
+    let is_other = graph.meaning_of(name).map(|meaning| format!("that is {meaning}"));
+    let hint = is_other.or_else(|| did_you_mean(name, known.iter().copied()));
+    let hint = hint.map_or(String::new(), |hint| format!(": {hint}"));
+    add(warnings, format!("{what} {}{hint}", quote(name)));
+}
+
+fn add(warnings: &mut Vec<String>, warning: String) {
     if !warnings.contains(&warning) {
         warnings.push(warning);
+    }
+}
+
+fn kind_of(fact: Fact) -> FactKind {
+    match fact {
+        Fact::Flag(_) => FactKind::Flag,
+        Fact::Number(_) => FactKind::Number,
     }
 }
 

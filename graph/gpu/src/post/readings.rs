@@ -1,18 +1,28 @@
 //! Tables, values and pass times that the host reads back without a wait.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use afterimage_plan::Plan;
 use wgpu::CommandEncoder;
 
 use super::buffer_copies::{BufferCopies, Reading};
+use super::error::PostError;
 use super::pass_times::TimedPasses;
 use crate::error::GpuError;
 use crate::executor::Executor;
 
 /// A table or value of a node that is read back after every frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Watch(usize);
+pub struct Watch(u64);
+
+impl Watch {
+    /// A new one. No two are equal, so that one of another pipeline is known as such.
+    fn next() -> Self {
+        static WATCHES: AtomicU64 = AtomicU64::new(0);
+        Self(WATCHES.fetch_add(1, Ordering::Relaxed))
+    }
+}
 
 /// All that the host reads back after every frame.
 #[derive(Default)]
@@ -22,6 +32,7 @@ pub(super) struct Readings {
 }
 
 struct WatchedBuffer {
+    watch: Watch,
     /// The label of the buffer, `node.port`.
     label: String,
     copies: BufferCopies,
@@ -30,11 +41,12 @@ struct WatchedBuffer {
 impl Readings {
     /// Reads a buffer back from now on.
     pub(super) fn watch(&mut self, label: &str) -> Watch {
-        if let Some(known) = self.watched.iter().position(|watched| watched.label == label) {
-            return Watch(known);
+        if let Some(known) = self.watched.iter().find(|watched| watched.label == label) {
+            return known.watch;
         }
-        self.watched.push(WatchedBuffer { label: label.to_owned(), copies: BufferCopies::default() });
-        Watch(self.watched.len() - 1)
+        let watch = Watch::next();
+        self.watched.push(WatchedBuffer { watch, label: label.to_owned(), copies: BufferCopies::default() });
+        watch
     }
 
     /// The labels of the buffers that are read back.
@@ -43,17 +55,22 @@ impl Readings {
     }
 
     /// The newest reading of a buffer.
-    pub(super) fn latest(&self, watch: Watch) -> Option<&Reading> {
-        self.watched[watch.0].copies.latest.as_ref()
+    ///
+    /// # Errors
+    /// The watch is of another pipeline.
+    pub(super) fn latest(&self, watch: Watch) -> Result<Option<&Reading>, PostError> {
+        let watched = self.watched.iter().find(|watched| watched.watch == watch);
+        watched.map(|watched| watched.copies.latest.as_ref()).ok_or(PostError::UnknownHandle)
     }
 
     /// The same buffers for another view, without readings.
     pub(super) fn for_view(&self) -> Self {
-        let mut readings = Self::default();
-        for watched in &self.watched {
-            readings.watch(&watched.label);
-        }
-        readings
+        let watched = self.watched.iter().map(|WatchedBuffer { watch, label, .. }| WatchedBuffer {
+            watch: *watch,
+            label: label.clone(),
+            copies: BufferCopies::default(),
+        });
+        Self { watched: watched.collect(), pass_times: TimedPasses::default() }
     }
 
     /// Drops the copies of a lost device; the newest readings stay.
@@ -72,7 +89,7 @@ impl Readings {
         frame: u64,
         encoder: &mut CommandEncoder,
     ) -> Result<(), GpuError> {
-        for WatchedBuffer { label, copies } in &mut self.watched {
+        for WatchedBuffer { label, copies, .. } in &mut self.watched {
             copies.collect()?;
             if let Some(buffer) = executor.buffer(label) {
                 copies.record(executor.device(), buffer, frame, encoder)?;

@@ -248,7 +248,7 @@ impl Session {
         }
         self.encode(encoder, images, *step)?;
         for output in &self.plan().clone().outputs {
-            batch.copy(encoder, self.post.output(&output.name));
+            batch.copy(encoder, self.post.output(&output.name)?);
         }
         Ok(())
     }
@@ -269,7 +269,7 @@ impl Session {
     /// The device is lost.
     pub fn output(&mut self, name: &str) -> Result<Texels, PostError> {
         let texture = self.post.output(name);
-        Ok(self.readback.download(texture)?)
+        Ok(self.readback.download(texture?)?)
     }
 
     /// The value of a node's output port after the last frame, by `node.port`. Waits for the GPU. `None` if the plan
@@ -286,7 +286,8 @@ impl Session {
     pub fn output_image(&self, name: &str, input: &str) -> InputImage {
         let output = self.plan().output(Some(name)).expect("the plan has an output of this name");
         let desc = self.plan().image(output.image).desc;
-        let view = self.post.output(name).create_view(&Default::default());
+        let texture = self.post.output(name).expect("the plan has an output of this name");
+        let view = texture.create_view(&Default::default());
         InputImage { input: input.to_owned(), view, desc, finite: false }
     }
 

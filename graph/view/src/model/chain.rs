@@ -180,12 +180,12 @@ impl Chain {
 
     /// The texture of that output.
     pub fn picture(&self) -> Option<&wgpu::Texture> {
-        Some(self.post.output(&self.output()?))
+        self.post.output(&self.output()?).ok()
     }
 
     /// The texture of an output.
     pub(super) fn output_texture(&self, name: &str) -> &wgpu::Texture {
-        self.post.output(name)
+        self.post.output(name).expect("the plan has the output")
     }
 
     /// The facts that are set.

@@ -29,7 +29,7 @@ impl Model {
     /// The newest bytes of the table or value that the tap shows: those of the shown picture itself.
     pub fn tapped_bytes(&mut self) -> Option<Vec<u8>> {
         let watch = self.watched?;
-        Some(self.chains.shown.as_mut()?.post().reading(watch)?.bytes.clone())
+        Some(self.chains.shown.as_mut()?.post().reading(watch).ok()??.bytes.clone())
     }
 
     /// Stores the values at every node, and those of the reference, so that they can be read.

@@ -14,7 +14,7 @@ use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::uniforms::Staging;
 use crate::frame_constants::{self, FrameConstants};
 use crate::pipelines::Built;
-use crate::store::part_view;
+use crate::store::level_view;
 
 /// Makes bind groups, with the samplers and the buffer of frame constants that all plans of an executor share.
 #[derive(Clone)]
@@ -91,7 +91,8 @@ impl Binder {
                 (Stage::Fragment, Some(image), _) => attachments.push(view(image, ring_index).clone()),
                 (Stage::Drawing, _, Some(drawing)) => {
                     for Subresource { image, level, layer } in drawing.targets() {
-                        attachments.push(part_view(view(image, ring_index).texture(), level, layer));
+                        let desc = loaded.plan.image(image).desc;
+                        attachments.push(level_view(view(image, ring_index), desc, level, layer));
                     }
                 }
                 _ => {}

@@ -51,7 +51,7 @@ impl BindGroupBuilder<'_> {
         let last = loaded.bind_groups.last();
         let mut groups = evicted.unwrap_or_else(|| BindGroups::new(loaded.explicit_transitions.clone()));
         choose_views(loaded, frame, last, &mut groups.views)?;
-        self.choose_bound_views(&mut groups, last);
+        self.choose_bound_views(frame, &mut groups, last);
         self.choose_formats(frame, formats, &mut groups)?;
         match last.filter(|last| last.drawn == groups.drawn) {
             // A swap chain has new views in every frame: most of the last frame's bind groups stay.
@@ -80,13 +80,13 @@ impl BindGroupBuilder<'_> {
         let frame = Frame { inputs: &inputs, outputs: &outputs, ..Frame::default() };
         let mut groups = BindGroups::new(loaded.explicit_transitions.clone());
         choose_views(loaded, &frame, None, &mut groups.views).ok()?;
-        self.choose_bound_views(&mut groups, None);
+        self.choose_bound_views(&frame, &mut groups, None);
         for (output, view) in loaded.plan.outputs.iter().zip(&groups.views[loaded.plan.inputs.len()..]) {
             let mut format = None;
             if must_be_drawn(&loaded.plan, output.image, view.texture()) {
                 format = Some(before.drawn.iter().find(|(name, _)| *name == output.name)?.1);
             }
-            check_encoding(output, format).ok()?;
+            check_encoding(output, format, view.texture().format()).ok()?;
             groups.drawn.push(format);
         }
         // The host may have dropped an image meanwhile: then the frame has another one.
@@ -95,13 +95,15 @@ impl BindGroupBuilder<'_> {
     }
 
     /// Chooses the views that passes bind. Those of the last frame stay.
-    fn choose_bound_views(&self, groups: &mut BindGroups, last: Option<&BindGroups>) {
+    fn choose_bound_views(&self, frame: &Frame<'_>, groups: &mut BindGroups, last: Option<&BindGroups>) {
+        let plan = &self.loaded.plan;
+        let names = plan.inputs.iter().map(|(name, _)| name).chain(plan.outputs.iter().map(|output| &output.name));
         groups.bound_views.clear();
-        for (index, view) in groups.views.iter().enumerate() {
+        for (index, (view, name)) in groups.views.iter().zip(names).enumerate() {
             groups.bound_views.push(match last {
                 _ if !has_stencil(view.texture().format()) => view.clone(),
                 Some(last) if last.views[index] == *view => last.bound_views[index].clone(),
-                _ => depth_view(&self.binder.device, view),
+                _ => depth_view(&self.binder.device, view, frame.stated_level(name).unwrap_or(0)),
             });
         }
     }
@@ -123,7 +125,7 @@ impl BindGroupBuilder<'_> {
                 let stated = frame.stated_format(&output.name).filter(|_| is_hosts);
                 format = Some(formats.of_view(&self.binder.device, &output.name, view, stated)?);
             }
-            check_encoding(output, format)?;
+            check_encoding(output, format, view.texture().format())?;
             groups.drawn.push(format);
         }
         Ok(())

@@ -7,8 +7,8 @@ pub(crate) fn has_stencil(format: TextureFormat) -> bool {
     format.has_depth_aspect() && format.has_stencil_aspect()
 }
 
-/// A view of the depth alone: the host's, if it is one, or else one of the first layer of its texture.
-pub(crate) fn depth_view(device: &Device, view: &TextureView) -> TextureView {
+/// A view of the depth alone: the host's, if it is one, or else one of that level of the first layer of its texture.
+pub(crate) fn depth_view(device: &Device, view: &TextureView, base_mip_level: u32) -> TextureView {
     if is_depth_alone(device, view) {
         return view.clone();
     }
@@ -16,6 +16,7 @@ pub(crate) fn depth_view(device: &Device, view: &TextureView) -> TextureView {
         label: Some("depth"),
         dimension: Some(TextureViewDimension::D2),
         aspect: TextureAspect::DepthOnly,
+        base_mip_level,
         mip_level_count: Some(1),
         array_layer_count: Some(1),
         ..Default::default()

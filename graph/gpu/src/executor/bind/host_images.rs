@@ -1,7 +1,7 @@
 //! Whether the host's images fit the plan.
 
 use afterimage_base::color::Transfer;
-use afterimage_graph::image::{ColorState, ImageDesc};
+use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Plan, PlanOutput};
 use afterimage_wgsl::SampleMode;
@@ -16,28 +16,46 @@ pub(crate) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError
     let is_known = |name: &str| plan.outputs.iter().any(|output| output.name == name);
     match frame.outputs.iter().find(|(name, _)| !is_known(name)) {
         None => Ok(()),
-        Some((name, _)) => Err(GpuError::UnknownOutput {
-            name: (*name).to_owned(),
-            known: plan.outputs.iter().map(|output| format!("`{}`", output.name)).collect::<Vec<_>>().join(", "),
-        }),
+        Some((name, _)) => Err(GpuError::unknown_output(plan, name)),
     }
 }
 
-pub(crate) fn check_input(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
+/// Whether an image of that size fits an input.
+pub(crate) fn check_input(
+    plan: &Plan,
+    port: &str,
+    image: ImageId,
+    view: &TextureView,
+    size: Size,
+) -> Result<(), GpuError> {
     let texture = view.texture();
     let planned = plan.image(image);
-    check_desc(plan, port, image, texture, image_format(texture.format()) == Some(planned.desc.format))?;
+    check_size(plan, port, image, size)?;
+    if image_format(texture.format()) != Some(planned.desc.format) {
+        return Err(wrong_format(port, texture, planned.desc));
+    }
     check_samples(port, texture.sample_count(), planned.desc.samples)?;
-    check_dimension(port, texture, planned.desc)?;
+    check_dimension(port, texture, size, planned.desc)?;
     // A device filters no depth. Only an image that is finite is read by its filter.
     if texture.format().is_depth_stencil_format() && planned.sample_mode == SampleMode::Plain {
-        let why = "it is a depth, which no device filters: do not promise that it is finite";
-        return Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() });
+        return Err(unfit(port, "it is a depth, which no device filters: do not promise that it is finite"));
     }
     if texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
         return Ok(());
     }
-    Err(GpuError::UnfitImage { port: port.to_owned(), why: "its texture lacks the usage `TEXTURE_BINDING`".into() })
+    Err(unfit(port, "its texture lacks the usage `TEXTURE_BINDING`"))
+}
+
+fn unfit(port: &str, why: impl Into<String>) -> GpuError {
+    GpuError::UnfitImage { port: port.to_owned(), why: why.into() }
+}
+
+fn wrong_format(port: &str, texture: &Texture, planned: ImageDesc) -> GpuError {
+    GpuError::WrongImage {
+        port: port.to_owned(),
+        given: format!("{:?}", texture.format()),
+        planned: planned.format.name().to_owned(),
+    }
 }
 
 /// What a shader reads as a multisampled texture must be one.
@@ -55,8 +73,8 @@ pub(crate) const MULTISAMPLED: &str = "it is multisampled: give the image that i
                                        input as `multisampled: true` and wire it to a `Resolve`";
 
 /// What a shader reads as a volume must be one, as deep as planned.
-fn check_dimension(port: &str, texture: &Texture, planned: ImageDesc) -> Result<(), GpuError> {
-    let depth = texture.depth_or_array_layers();
+fn check_dimension(port: &str, texture: &Texture, size: Size, planned: ImageDesc) -> Result<(), GpuError> {
+    let depth = size.depth;
     let why = match (texture.dimension() == TextureDimension::D3, planned.volume) {
         (true, true) if depth == planned.size.depth => return Ok(()),
         (true, true) => format!("it has {depth} slices, and the plan is made for {}", planned.size.depth),
@@ -70,28 +88,69 @@ fn check_dimension(port: &str, texture: &Texture, planned: ImageDesc) -> Result<
 /// Why a volume does not fit an input that is not declared so.
 pub(crate) const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
 
-pub(crate) fn check_output(plan: &Plan, port: &str, image: ImageId, view: &TextureView) -> Result<(), GpuError> {
-    let texture = view.texture();
-    let is_drawn = must_be_drawn(plan, image, texture);
-    // Not even trying is allowed with a format of depth.
-    let has_color = !texture.format().is_depth_stencil_format();
-    check_desc(plan, port, image, texture, has_color && (!is_drawn || can_be_drawn(plan, image)))?;
-    if !is_drawn || texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
+/// Whether an image of that size fits an output.
+pub(crate) fn check_output(plan: &Plan, output: &PlanOutput, view: &TextureView, size: Size) -> Result<(), GpuError> {
+    let (texture, port, image) = (view.texture(), output.name.as_str(), output.image);
+    let desc = plan.image(image).desc;
+    check_size(plan, port, image, size)?;
+    if texture.dimension() != TextureDimension::D2 {
+        return Err(unfit(port, "its texture is not 2-D"));
+    }
+    if texture.sample_count() > 1 {
+        return Err(unfit(
+            port,
+            format!("it has {} samples in each pixel, and outputs have one", texture.sample_count()),
+        ));
+    }
+    if !must_be_drawn(plan, image, texture) {
         return Ok(());
     }
-    let why = "its texture lacks the usage `RENDER_ATTACHMENT`, or `STORAGE_BINDING` in the planned format";
-    Err(GpuError::UnfitImage { port: port.to_owned(), why: why.into() })
+    // Not even trying is allowed with a format of depth.
+    let has_color = !texture.format().is_depth_stencil_format();
+    if has_color && can_be_drawn(plan, image) {
+        return match texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
+            true => Ok(()),
+            false if texture.format() == texture_format(desc.format) => {
+                Err(unfit(port, "its texture lacks the usages `STORAGE_BINDING` and `RENDER_ATTACHMENT`"))
+            }
+            false => Err(unfit(port, "its texture lacks the usage `RENDER_ATTACHMENT`")),
+        };
+    }
+    match texture.format() == texture_format(desc.format) {
+        true => Err(unfit(port, "its texture lacks the usage `STORAGE_BINDING`, and no draw makes this image")),
+        false => Err(wrong_format(port, texture, desc)),
+    }
 }
 
-/// An image that the pipeline has encoded would be encoded a second time by a format that encodes.
-pub(crate) fn check_encoding(output: &PlanOutput, drawn: Option<TextureFormat>) -> Result<(), GpuError> {
-    let is_encoded = output.state == ColorState::Encoded && output.colorimetry.transfer != Transfer::Linear;
+/// An image that the pipeline has encoded would be encoded a second time by a format that encodes. `of_texture` is the
+/// format of the texture.
+pub(crate) fn check_encoding(
+    output: &PlanOutput,
+    drawn: Option<TextureFormat>,
+    of_texture: TextureFormat,
+) -> Result<(), GpuError> {
+    let transfer = output.colorimetry.transfer;
+    let is_encoded = output.state == ColorState::Encoded && transfer != Transfer::Linear;
     let Some(format) = drawn.filter(|format| format.is_srgb() && is_encoded) else { return Ok(()) };
-    let why = format!(
-        "the device encodes for the format {format:?}, and the pipeline has encoded the image already: give a view \
-         without `Srgb`, or use `Encode(transfer: Linear)`"
-    );
-    Err(GpuError::UnfitImage { port: output.name.clone(), why })
+    let port = &output.name;
+    Err(unfit(
+        port,
+        match transfer {
+            Transfer::Pq | Transfer::Hlg => format!(
+                "the device encodes for the format {format:?}, and the pipeline has encoded the image as {}: give a view \
+             without `Srgb`",
+                transfer
+            ),
+            _ if !of_texture.is_srgb() => format!(
+                "its view has the format {format:?}, and its texture {of_texture:?}: state that of the view, \
+             `formats: &[(\"{port}\", TextureFormat::{format:?})]` in `Frame`"
+            ),
+            _ => format!(
+                "the device encodes for the format {format:?}, and the plan has encoded the image already: name the output \
+             in `HostInputs::linear`"
+            ),
+        },
+    ))
 }
 
 /// No pass may read a host image while it writes to it. `views` are those of the inputs, then of the outputs.
@@ -112,18 +171,15 @@ pub(crate) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
     Ok(())
 }
 
-fn check_desc(plan: &Plan, port: &str, image: ImageId, texture: &Texture, is_valid: bool) -> Result<(), GpuError> {
-    let desc = plan.image(image).desc;
-    let is_planned = (texture.width(), texture.height()) == (desc.size.width, desc.size.height);
-    if is_valid && (is_planned || has_rectangle(plan, image)) {
+fn check_size(plan: &Plan, port: &str, image: ImageId, size: Size) -> Result<(), GpuError> {
+    let planned = plan.image(image).desc.size;
+    if (size.width, size.height) == (planned.width, planned.height) || has_rectangle(plan, image) {
         return Ok(());
     }
-    let is_input = plan.inputs.iter().any(|(_, input)| *input == image);
-    let usage = if is_input || is_storable(texture) { "" } else { " without `STORAGE_BINDING`" };
     Err(GpuError::WrongImage {
         port: port.to_owned(),
-        given: format!("{}x{} {:?}{usage}", texture.width(), texture.height(), texture.format()),
-        planned: format!("{} {}", desc.size, desc.format.name()),
+        given: format!("{}x{}", size.width, size.height),
+        planned: format!("{}x{}", planned.width, planned.height),
     })
 }
 

@@ -5,4 +5,5 @@ pub(crate) mod builder;
 mod depth_view;
 pub(crate) mod formats;
 pub(crate) mod host_images;
+pub(crate) mod view_levels;
 pub(crate) mod views;

@@ -49,14 +49,14 @@ pub(crate) fn choose_views(
     for (name, image) in &plan.inputs {
         let view = view_of(frame.inputs, name).ok_or_else(|| GpuError::MissingInput(name.clone()))?;
         if last.is_none_or(|last| last.views[views.len()] != *view) {
-            check_input(plan, name, *image, view)?;
+            check_input(plan, name, *image, view, frame.size_of(name, view))?;
         }
         views.push(view.clone());
     }
     for output in &plan.outputs {
         let view = output_view(loaded, output, frame).expect("the planner gives each output an image of its own");
         if last.is_none_or(|last| last.views[views.len()] != *view) {
-            check_output(plan, &output.name, output.image, view)?;
+            check_output(plan, output, view, frame.size_of(&output.name, view))?;
         }
         views.push(view.clone());
     }

@@ -12,7 +12,7 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, Residency, ring_place};
-use crate::executor::loaded::shared_tables::{SharedTable, SharedTables};
+use crate::executor::loaded::shared_tables::{Recipe, SharedTable, SharedTables, filling_pass};
 use crate::heap::Placed;
 use crate::platform::caught;
 use crate::store::{self, Stored};
@@ -33,6 +33,8 @@ pub(crate) struct NewResidency {
     pub(crate) residency: Arc<Residency>,
     /// Memory that no frame has written yet.
     pub(crate) uninitialized: Vec<Resource>,
+    /// Passes that fill a table, and the passes of the previous plan that fill the same texture in the same way.
+    pub(crate) same_tables: Vec<(usize, usize)>,
 }
 
 /// What a plan can reuse, and what is allocated for it.
@@ -41,12 +43,14 @@ struct Memory<'a> {
     queue: &'a Queue,
     shared: &'a SharedTables,
     frame: u32,
+    old: Option<(&'a Plan, &'a Residency)>,
     /// Textures of the old plan that the new one may take.
     spare: Vec<Stored>,
     /// Constant images of both plans.
     constants: Vec<(&'a [u8], Stored)>,
     /// The tables that other executors may share.
     tables: Vec<(ImageId, Arc<SharedTable>)>,
+    same_tables: Vec<(usize, usize)>,
     uninitialized: Vec<Resource>,
 }
 
@@ -59,16 +63,26 @@ impl<'a> ResidencyBuilder<'a> {
         placed: Option<Placed>,
     ) -> Result<NewResidency, GpuError> {
         let Self { device, queue, tables: shared, old, frame } = self;
-        let (spare, constants, tables, uninitialized) = Default::default();
-        let mut memory = Memory { device, queue, shared, frame, spare, constants, tables, uninitialized };
+        let mut memory = Memory {
+            device,
+            queue,
+            shared,
+            frame,
+            old,
+            spare: Vec::new(),
+            constants: Vec::new(),
+            tables: Vec::new(),
+            same_tables: Vec::new(),
+            uninitialized: Vec::new(),
+        };
         let rings = old.map_or_else(FxHashMap::default, |(plan, old)| memory.retire(plan, old));
         let buffers = memory.buffers(plan, old)?;
         let bindings = memory.bind_images(plan, &placement, placed.as_ref(), rings)?;
         let inputs = plan.inputs.len();
-        let Memory { tables, uninitialized, .. } = memory;
+        let Memory { tables, same_tables, uninitialized, .. } = memory;
         let residency =
             Residency { placement, placed, bindings, tables, buffers, ring_length: ring_length(plan), inputs };
-        Ok(NewResidency { residency: Arc::new(residency), uninitialized })
+        Ok(NewResidency { residency: Arc::new(residency), uninitialized, same_tables })
     }
 }
 
@@ -189,17 +203,43 @@ impl<'a> Memory<'a> {
         })
     }
 
-    /// The texture of a table, which other executors may have.
+    /// The texture of a table, which the old plan or other executors may have.
     fn table(&mut self, plan: &Plan, id: ImageId) -> Stored {
         let (shared, image) = (self.shared, plan.image(id));
-        match shared.get(plan, id, || self.take(image.desc, &image.label)) {
+        let known = self.old_table(plan, id);
+        let stored = match shared.get(plan, id, || self.take(image.desc, &image.label)) {
             Some(table) => {
                 let stored = table.stored.clone();
                 self.tables.push((id, table));
                 stored
             }
-            None => self.take(image.desc, &image.label),
+            None => {
+                let spare = known
+                    .as_ref()
+                    .and_then(|(_, known)| self.spare.iter().position(|spare| spare.texture == known.texture));
+                match spare {
+                    Some(at) => self.spare.swap_remove(at),
+                    None => self.take(image.desc, &image.label),
+                }
+            }
+        };
+        if let Some((old_pass, _)) = known.filter(|(_, known)| known.texture == stored.texture)
+            && let Some(pass) = filling_pass(plan, id)
+        {
+            self.same_tables.push((pass, old_pass));
         }
+        stored
+    }
+
+    /// The table of the old plan that is filled in the same way: its pass and its texture.
+    fn old_table(&self, plan: &Plan, id: ImageId) -> Option<(usize, Stored)> {
+        let ((old_plan, old), recipe) = (self.old?, Recipe::new(plan, id)?);
+        old_plan.images.iter().zip(&old.bindings).enumerate().find_map(|(index, (image, binding))| {
+            let old_id = ImageId(index as u32);
+            let ImageBinding::Fixed(stored) = binding else { return None };
+            let is_same = image.origin == Origin::Baked && Recipe::new(old_plan, old_id).as_ref() == Some(&recipe);
+            is_same.then_some((filling_pass(old_plan, old_id)?, stored.clone()))
+        })
     }
 
     /// The texture with these constant texels, of either plan; or a new one.

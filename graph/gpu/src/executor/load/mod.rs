@@ -151,7 +151,7 @@ impl PlanCompiler {
         let turns = Turns::new(&plan, uniforms);
         let uniforms = Uniforms::new(&self.device, uniforms)?;
         let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, tables: &self.tables, old, frame };
-        let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
+        let NewResidency { residency, uninitialized, same_tables } = builder.allocate(&plan, placement, placed)?;
         let is_drawn = passes.iter().map(|pass| {
             pass.built.pipeline.stage() != Stage::Compute || before.format_of(&plan, pass.writes_image).is_some()
         });
@@ -170,6 +170,7 @@ impl PlanCompiler {
             passes,
             uniforms,
             tables,
+            same_tables,
             turns,
             bound: Vec::new(),
             drawn,
@@ -204,20 +205,14 @@ impl PlanCompiler {
         threads: usize,
     ) -> Result<LoadedPasses, GpuError> {
         if let Some(known) = self.compiled.get(plan) {
+            let requests = Self::requests(plan, known.iter().map(|pass| &pass.composed), before, false);
+            self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;
             return Ok(known);
         }
         let composed: Vec<Composed> = (0..plan.passes.len())
             .map(|index| plan.compose(index, self.immediates).map_err(|error| GpuError::Shader(error.into())))
             .collect::<Result<_, _>>()?;
-        // The pipelines that a pass may need: the planned one, and the one for the host's image.
-        let mut requests = Vec::with_capacity(composed.len());
-        for (index, composed) in composed.iter().enumerate() {
-            let image = plan.passes[index].pass.written_image();
-            requests.push(PipelineRequest::new(plan, index, composed, planned_attachment(plan, index, image)));
-            if let Some(format) = before.format_of(plan, image).filter(|_| is_drawable(plan, index)) {
-                requests.push(PipelineRequest::new(plan, index, composed, Some(format)));
-            }
-        }
+        let requests = Self::requests(plan, composed.iter(), before, true);
         self.pipelines.build(&self.device, requests, threads, self.pool.as_ref())?;
         let mut passes = Vec::with_capacity(composed.len());
         for (index, composed) in composed.into_iter().enumerate() {
@@ -236,6 +231,26 @@ impl PlanCompiler {
         let passes = LoadedPasses::from(passes);
         self.compiled.put(plan, &passes);
         Ok(passes)
+    }
+
+    /// The pipelines that passes may need: those for the host's images, and the planned ones if these are asked for.
+    fn requests<'c>(
+        plan: &Plan,
+        composed: impl Iterator<Item = &'c Composed>,
+        before: &PreviousPlan,
+        has_planned: bool,
+    ) -> Vec<PipelineRequest> {
+        let mut requests = Vec::new();
+        for (index, composed) in composed.enumerate() {
+            let image = plan.passes[index].pass.written_image();
+            if has_planned {
+                requests.push(PipelineRequest::new(plan, index, composed, planned_attachment(plan, index, image)));
+            }
+            if let Some(format) = before.format_of(plan, image).filter(|_| is_drawable(plan, index)) {
+                requests.push(PipelineRequest::new(plan, index, composed, Some(format)));
+            }
+        }
+        requests
     }
 
     /// The pipelines that draw into the host's images, if those have the formats of the frame before.

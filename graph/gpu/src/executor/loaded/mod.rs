@@ -38,6 +38,8 @@ pub(crate) struct Loaded {
     pub(crate) passes: LoadedPasses,
     pub(crate) uniforms: Uniforms,
     pub(crate) tables: Tables,
+    /// Passes that fill a table, and the passes of the plan before that fill the same texture in the same way.
+    pub(crate) same_tables: Vec<(usize, usize)>,
     pub(crate) turns: Turns,
     /// The rectangle in the last frame of each output that has one.
     pub(crate) output_rectangles: Vec<Option<Rectangle>>,
@@ -113,6 +115,21 @@ impl HostViews {
 }
 
 impl Loaded {
+    /// The commands of frames that are recorded may never run: the next frame records all again that later ones rely
+    /// on, but for histories and state.
+    pub(crate) fn forget_recorded(&mut self) {
+        self.uniforms.forget();
+        self.tables.forget();
+        self.turns.made.forget();
+        self.shares_old_heap |= self.residency.placed.is_some();
+        self.forget_frame();
+    }
+
+    /// Whether later frames rely on what the next one records, besides histories and state.
+    pub(crate) fn must_run(&self) -> bool {
+        self.uniforms.has_changed() || self.tables.are_stale() || self.turns.made.are_stale() || self.shares_old_heap
+    }
+
     /// Changes bytes of the uniforms from the next frame on. What is made from other ones than before is made anew.
     pub(crate) fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
         self.tables.write(offset, bytes);

@@ -21,9 +21,16 @@ pub(crate) struct SharedTable {
     contents: Contents,
 }
 
-/// What a table holds: the colors that these functions with these numbers and texels make.
+/// What a table holds: the colors that a recipe makes with these numbers.
 #[derive(PartialEq)]
 struct Contents {
+    recipe: Recipe,
+    numbers: Vec<Vec<u8>>,
+}
+
+/// What fills a table but for numbers: functions, and the texels that they read.
+#[derive(PartialEq)]
+pub(crate) struct Recipe {
     desc: ImageDesc,
     kernels: Vec<KernelCall>,
     constants: Vec<(ImageDesc, Arc<[u8]>)>,
@@ -32,15 +39,25 @@ struct Contents {
 impl Contents {
     /// `None` if numbers in it may change while the plan runs.
     fn new(plan: &Plan, table: ImageId) -> Option<Self> {
-        let pass = plan.work().find(|pass| pass.function_result() == Some(table))?;
+        let pass = plan.work().nth(filling_pass(plan, table)?)?;
         let changes = |name: &String| pass.nodes.iter().any(|node| name.starts_with(&format!("{node}.")));
         if plan.dynamic.iter().any(changes) {
             return None;
         }
+        let numbers = pass.kernels.iter().map(|kernel| kernel.uniform.clone()).collect();
+        Some(Self { recipe: Recipe::new(plan, table)?, numbers })
+    }
+}
+
+impl Recipe {
+    /// `None` if the functions read what frames make.
+    pub(crate) fn new(plan: &Plan, table: ImageId) -> Option<Self> {
+        let pass = plan.work().nth(filling_pass(plan, table)?)?;
         let (mut kernels, mut constants) = (pass.kernels.clone(), Vec::new());
         // Nodes have other names elsewhere, and images other numbers.
         for kernel in &mut kernels {
             (kernel.node, kernel.origin) = (String::new(), None);
+            kernel.uniform.clear();
             for arg in &mut kernel.args {
                 if let Arg::Texture(image) = &mut arg.value {
                     let planned = plan.image(*image);
@@ -52,6 +69,11 @@ impl Contents {
         }
         Some(Self { desc: plan.image(table).desc, kernels, constants })
     }
+}
+
+/// The pass that fills a table.
+pub(crate) fn filling_pass(plan: &Plan, table: ImageId) -> Option<usize> {
+    plan.work().position(|pass| pass.function_result() == Some(table))
 }
 
 impl SharedTables {

@@ -45,8 +45,8 @@ pub(crate) struct FrameCommands<'a> {
     /// The position of this frame's images in the rings of histories.
     pub(crate) ring_index: usize,
     pub(crate) constants: &'a FrameConstants,
-    /// Whether passes that fill tables run; otherwise the tables stay as they are.
-    pub(crate) fills_tables: bool,
+    /// Whether all passes that fill tables run; otherwise those run whose tables are stale.
+    pub(crate) fills_all_tables: bool,
     /// Whether each pass runs, where a frame is repeated in part.
     pub(crate) reached: Option<&'a [bool]>,
 }
@@ -129,9 +129,9 @@ impl FrameCommands<'_> {
 
     /// Whether a pass runs in this frame.
     fn runs(&self, pass: usize) -> bool {
-        let turns = &self.loaded.turns;
+        let Loaded { plan, tables, turns, .. } = self.loaded;
         let is_reached = self.reached.is_none_or(|reached| reached[pass]);
-        is_reached && turns.runs(pass) && (self.fills_tables || !self.loaded.plan.fills_table(pass))
+        is_reached && turns.runs(pass) && (self.fills_all_tables || !plan.fills_table(pass) || tables.is_stale(pass))
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.

@@ -2,7 +2,6 @@
 
 use afterimage_graph::image::Size;
 use afterimage_plan::{Part, Plan, PlanOutput, RectangleInput};
-use wgpu::Texture;
 
 use crate::error::GpuError;
 use crate::executor::frame::{Frame, view_of};
@@ -70,9 +69,10 @@ fn input_uniform(
     frame: &Frame<'_>,
 ) -> Result<[u8; RectangleInput::BYTES], GpuError> {
     let view = view_of(frame.inputs, &input.name).ok_or_else(|| GpuError::MissingInput(input.name.clone()))?;
-    let rectangle = frame.rectangle(&input.name).unwrap_or(Rectangle::of_texture(view.texture()));
+    let size = frame.size_of(&input.name, view);
+    let rectangle = frame.rectangle(&input.name).unwrap_or(Rectangle::whole(size));
     let planned = Some(plan.image(input.image).desc.size).filter(|_| input.part == Part::Rectangle);
-    check(&input.name, rectangle, view.texture(), planned)?;
+    check(&input.name, rectangle, size, planned)?;
     let factor = frame.factors.iter().find(|(name, _)| *name == input.name).map_or(1.0, |(_, factor)| *factor);
     if !(factor.is_finite() && factor >= 0.0) {
         return Err(unfit(&input.name, format!("its factor is {factor}, which must be a number of at least 0")));
@@ -83,14 +83,15 @@ fn input_uniform(
 fn output_rectangle(plan: &Plan, output: &PlanOutput, frame: &Frame<'_>) -> Result<Rectangle, GpuError> {
     let planned = plan.image(output.image).desc.size;
     let Some(view) = view_of(frame.outputs, &output.name) else { return Ok(Rectangle::whole(planned)) };
-    let rectangle = frame.rectangle(&output.name).unwrap_or(Rectangle::of_texture(view.texture()));
-    check(&output.name, rectangle, view.texture(), Some(planned))?;
+    let size = frame.size_of(&output.name, view);
+    let rectangle = frame.rectangle(&output.name).unwrap_or(Rectangle::whole(size));
+    check(&output.name, rectangle, size, Some(planned))?;
     Ok(rectangle)
 }
 
-fn check(port: &str, rectangle: Rectangle, texture: &Texture, planned: Option<Size>) -> Result<(), GpuError> {
-    if !rectangle.lies_in(texture) {
-        let (width, height) = (texture.width(), texture.height());
+fn check(port: &str, rectangle: Rectangle, size: Size, planned: Option<Size>) -> Result<(), GpuError> {
+    if !rectangle.lies_in(size) {
+        let (width, height) = (size.width, size.height);
         return Err(unfit(port, format!("its rectangle, {rectangle}, is no part of its {width}x{height} texels")));
     }
     match planned.filter(|planned| *planned != rectangle.size()) {

@@ -11,7 +11,8 @@ use afterimage_graph::node::Resource;
 use afterimage_plan::{Plan, PlanOutput};
 use wgpu::{BindGroup, CommandEncoder, TextureUsages, TextureView};
 
-use super::active::{ActivePlan, GraphValues};
+use super::active::ActivePlan;
+use super::host_graph::HostGraph;
 use crate::error::GpuError;
 use crate::executor::{Executor, Frame, FrameKind, HostDraw, Rectangle, Residency};
 use crate::platform::{scoped, watched};
@@ -65,6 +66,16 @@ impl Fade {
 
     pub(super) fn is_running(&self) -> bool {
         self.running.is_some()
+    }
+
+    /// Whether a frame of the old plan was dropped on which later ones rely.
+    pub(super) fn has_lost_frames(&self) -> bool {
+        self.running.as_ref().is_some_and(|running| running.parts.fork.has_lost_frames())
+    }
+
+    /// The revision of the graph of the old plan that renders.
+    pub(super) fn old_revision(&self) -> Option<u64> {
+        self.running.as_ref().map(|running| running.old.revision())
     }
 
     /// Remembers why a change is not faded, if changes are.
@@ -152,7 +163,7 @@ impl Fade {
     pub(super) fn record(
         &mut self,
         executor: &mut Executor,
-        values: GraphValues<'_>,
+        graphs: &HostGraph,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
         draws: &mut [HostDraw<'_>],
@@ -160,7 +171,7 @@ impl Fade {
         let Some(mut running) = self.running.take() else {
             return executor.encode_drawing(encoder, frame, draws);
         };
-        let target = match running.record_old(executor, values, encoder, frame) {
+        let target = match running.record_old(executor, graphs, encoder, frame) {
             Ok(target) => target,
             Err(why) => {
                 release(running, executor);
@@ -185,25 +196,26 @@ impl RunningFade {
     fn record_old<'f>(
         &mut self,
         executor: &mut Executor,
-        values: GraphValues<'_>,
+        graphs: &HostGraph,
         encoder: &mut CommandEncoder,
         frame: &Frame<'f>,
     ) -> Result<Target<'f>, FadeSkipReason> {
         let output = output_of(&self.old.plan)?;
         let (view, rectangle) = view_to_draw(frame, &output.name)?;
-        let part = rectangle.unwrap_or(Rectangle::of_texture(view.texture()));
-        if !part.lies_in(view.texture()) || part.size() != size_of(&self.old.plan, output) {
+        let size = frame.size_of(&output.name, view);
+        let part = rectangle.unwrap_or(Rectangle::whole(size));
+        if !part.lies_in(size) || part.size() != size_of(&self.old.plan, output) {
             return Err(FadeSkipReason::NewImages);
         }
         let format = executor.format_of(output, view, frame).map_err(refused)?;
-        self.continue_old(executor, values, format, encoder, frame).map_err(refused)?;
+        self.continue_old(executor, graphs, format, encoder, frame).map_err(refused)?;
         Ok(Target { view, rectangle })
     }
 
     fn continue_old(
         &mut self,
         executor: &Executor,
-        values: GraphValues<'_>,
+        graphs: &HostGraph,
         format: wgpu::TextureFormat,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
@@ -214,7 +226,9 @@ impl RunningFade {
             self.outputs = bind_outputs(executor, &self.parts, &self.old)?;
         }
         // Where a value needs another plan, the old one keeps the value that it had.
-        let _ = self.old.update(values);
+        if let Some(values) = graphs.values_of(self.old.revision()) {
+            let _ = self.old.update(values);
+        }
         let fork = &mut self.parts.fork;
         self.old.write(fork);
         if let Some(memory) = self.memory.take() {
