@@ -25,11 +25,12 @@ struct Capture<'a> {
 impl Post {
     /// Writes what a frame is made of into a folder, for the report of a bug: the pipeline and the files that it names,
     /// its tier, the values and facts that the host has set, images and cameras, and a script `render.sh` in which
-    /// `afterimage render` renders all of it. Reads the images back, and waits for the device.
+    /// `afterimage render` renders all of it, bit for bit as the host does on that device. Reads the images back, and
+    /// waits for the device.
     ///
-    /// The program renders a first frame: what earlier ones have left is not written, nor are options, the
-    /// [size](afterimage_gpu::Post::set_size) in which the pipeline works, and node kinds in Rust. Of an image, the
-    /// first level and layer are written.
+    /// The program renders a first frame, with the noise of the last one that was recorded: what earlier ones have left
+    /// is not written, nor are options, the [size](afterimage_gpu::Post::set_size) in which the pipeline works, and
+    /// node kinds in Rust. Of an image, the first level and layer are written.
     ///
     /// # Errors
     /// An image cannot be read back, because its texture lacks `COPY_SRC`, has several samples or slices or a format
@@ -52,6 +53,7 @@ impl Post {
             let ending = if output.state == ColorState::Encoded { "png" } else { "exr" };
             capture.word("--output", format!("{}={}.{ending}", output.name, file_name(&output.name)));
         }
+        capture.word("--captured", self.noise_number().to_string());
         let words: String = capture.words.iter().map(|word| format!(" {}", quoted(word))).collect();
         let script = format!(
             "#!/bin/sh\n# A frame of Afterimage {}.\ncd \"$(dirname \"$0\")\" || exit\n\

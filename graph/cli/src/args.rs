@@ -210,6 +210,10 @@ pub(crate) struct RenderArgs {
     /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 16 bits are always rounded
     #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) no_dither: bool,
+    /// Render what a host sees in the frame of this number: the `Dither` of the pipeline makes the codes, and the
+    /// parameters of `--set` are dynamic. For frames that `Post::capture` has written
+    #[arg(long, value_name = "NUMBER", hide = true, conflicts_with_all = ["depth", "no_dither", "frames"])]
+    pub(crate) captured: Option<u32>,
     /// Whether a PNG has alpha
     #[arg(help_heading = OUTPUT_FILES, long, value_enum, default_value_t = AlphaChoice::Auto)]
     pub(crate) alpha: AlphaChoice,

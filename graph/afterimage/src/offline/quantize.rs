@@ -69,6 +69,19 @@ pub fn unquantized(mut graph: Graph, files: &[EncodedFile], is_asked: bool) -> U
     Unquantized { graph, noise, notes }
 }
 
+/// A pipeline whose `Dither` nodes make the codes of its files, as they make those of a display. What no `Dither` has
+/// rounded is stored in 32-bit floats, so that the file rounds it as a display does.
+pub fn with_codes(mut graph: Graph, files: &[EncodedFile]) -> Graph {
+    for EncodedFile { source, .. } in files {
+        let Source::Node { node, .. } = *source else { continue };
+        let node = &mut graph.nodes[node];
+        if node.format.is_none() && node.kind().name() != "Dither" {
+            node.format = Some(Format::Rgba32Float);
+        }
+    }
+    graph
+}
+
 /// Calls `write` with the pixels of an encoded output as the writers of files take them.
 pub fn with_encoded_pixels<T>(texels: &Texels, write: impl FnOnce(EncodedPixels<'_>) -> T) -> T {
     match texels.desc.format {

@@ -22,6 +22,7 @@ use super::write::Rendered;
 use crate::args::AlphaChoice;
 use crate::device::CachedSession;
 use crate::failure::Failure;
+use crate::pipeline::assignments;
 use crate::save::FileFormat;
 use crate::terminal::note;
 
@@ -91,6 +92,16 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
+    /// Makes the parameters of `--set` dynamic, as those of a host with handles are: their nodes also run where they
+    /// change nothing.
+    fn make_dynamic(&mut self) -> Result<(), Failure> {
+        for (name, _) in assignments(&self.request.args.options.sets, "--set")? {
+            // A switched node is no parameter.
+            _ = self.session.session.post().control(&name);
+        }
+        Ok(())
+    }
+
     /// An image for each target; none for a frame that is not written.
     fn render(&mut self, index: usize, inputs: Inputs) -> Result<Vec<Rendered>, Failure> {
         let Inputs { pictures, blocks } = inputs;
@@ -113,6 +124,9 @@ impl Frames<'_> {
             None => feed(&mut self.session.session, &pictures)?,
         };
         if !self.has_begun {
+            if self.request.args.captured.is_some() {
+                self.make_dynamic()?;
+            }
             self.begin(size, &images)?;
         }
         let mut step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
@@ -121,7 +135,7 @@ impl Frames<'_> {
         if self.repetition.again {
             step.kind = FrameKind::Again;
         } else {
-            session.number_next(job.frame.unwrap_or(0));
+            session.number_next(self.request.number(job));
         }
         session.render(size, &images, step)?;
         (self.begins_shot, self.last) = (false, job.frame);

@@ -86,6 +86,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
         crop: None,
         depth: None,
         no_dither: false,
+        captured: None,
         alpha: AlphaChoice::Auto,
         quality: None,
         timings: false,

@@ -1,6 +1,6 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
-use afterimage::offline::quantize::{EncodedFile, unquantized};
+use afterimage::offline::quantize::{EncodedFile, unquantized, with_codes};
 use afterimage_gpu::{FrameKind, FrameStep};
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
@@ -107,6 +107,11 @@ impl<'a> Request<'a> {
         FrameStep { time: frame as f32 / fps, dt, kind: FrameKind::cut_if(begins_shot || self.cuts.contains(&frame)) }
     }
 
+    /// The number of the frame of a job, from which noise is made.
+    pub(super) fn number(&self, job: &Job) -> u32 {
+        self.args.captured.or(job.frame).unwrap_or(0)
+    }
+
     /// The files of the frame before the first one, if its state is known.
     pub(super) fn job_before(&self) -> Option<Job> {
         let is_known = self.is_measuring() || !self.measured.is_empty();
@@ -168,6 +173,9 @@ impl<'a> Request<'a> {
         for Target { output, saving, .. } in self.targets.iter().filter(|target| target.saving.format.is_encoded()) {
             let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
             files.extend(source.map(|source| EncodedFile { source, bits: saving.bits }));
+        }
+        if self.args.captured.is_some() {
+            return with_codes(graph, &files);
         }
         let unquantized = unquantized(graph, &files, self.args.depth.is_some());
         self.targets.iter_mut().for_each(|target| target.saving.noise = unquantized.noise);

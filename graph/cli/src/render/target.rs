@@ -81,7 +81,7 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
     let saving = SaveOptions {
         bits: bits(format, args.exr.bits().filter(|_| format == FileFormat::Exr).or(args.depth), is_hdr)?,
-        dither: !args.no_dither,
+        dither: !args.no_dither && args.captured.is_none(),
         alpha: match args.alpha {
             AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
             AlphaChoice::Keep => Alpha::Keep,
