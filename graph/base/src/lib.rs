@@ -9,6 +9,7 @@ pub mod color;
 pub mod diagnostic;
 mod file;
 pub mod image;
+pub mod panics;
 mod shared;
 pub mod svg;
 pub mod value;

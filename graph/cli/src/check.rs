@@ -1,14 +1,17 @@
 //! `afterimage check`: each pipeline as it is written, and at each of its tiers. `--fix` mends what is sure.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use afterimage::host::built_in;
+use afterimage_gpu::GpuError;
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::rewrite;
-use afterimage_plan::verify;
+use afterimage_plan::{Plan, verify};
+use afterimage_wgsl::Shader;
 
 use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
@@ -108,7 +111,8 @@ fn examine(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(Diagno
         }
     }
     if args.plan {
-        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args))?;
+        let mut compiled = BTreeSet::new();
+        graphs.iter().try_for_each(|(tier, graph)| verify_plans(graph, tier, args, &mut compiled))?;
     }
     let all = all.sorted();
     if has_failed { Err(all.into()) } else { Ok((all, tiers)) }
@@ -165,14 +169,29 @@ fn at_tier(options: &PipelineOptions, tier: &str) -> PipelineOptions {
     PipelineOptions { tier: Some(tier.to_owned()), facts: Vec::new(), ..options.clone() }
 }
 
-/// Plans the pipeline at three sizes and verifies each plan.
-fn verify_plans(graph: &Graph, tier: &str, args: &CheckArgs) -> Result<(), Failure> {
+/// Plans the pipeline at three sizes, verifies each plan, and compiles its modules, but for those that were.
+fn verify_plans(graph: &Graph, tier: &str, args: &CheckArgs, compiled: &mut BTreeSet<String>) -> Result<(), Failure> {
     for size in [Size::new(1, 1), Size::new(641, 359), Size::new(3840, 2160)] {
         let plan = plan_without_device(graph, size, facts(&args.options)?, Default::default())?;
         verify(&plan).map_err(|faults| {
             let lines: Vec<String> = faults.iter().map(ToString::to_string).collect();
             Failure::machine(format!("the plan{tier} at {size} is wrong: {}", lines.join("; ")))
         })?;
+        compile(&plan, compiled)?;
+    }
+    Ok(())
+}
+
+/// Compiles the modules of folders, as far as that needs no device. Those of Rust have tests.
+fn compile(plan: &Plan, compiled: &mut BTreeSet<String>) -> Result<(), Failure> {
+    for (index, planned) in plan.passes.iter().enumerate() {
+        if !planned.pass.shaders().any(Shader::is_untrusted) {
+            continue;
+        }
+        let composed = plan.compose(index, true).map_err(|error| GpuError::Shader(error.into()))?;
+        if compiled.insert(composed.source.clone()) {
+            composed.validate().map_err(|error| GpuError::Shader(error.into()))?;
+        }
     }
     Ok(())
 }

@@ -2,9 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use afterimage_base::panics::catch_panic;
 use afterimage_graph::node::Subresource;
 use afterimage_plan::codegen::{Composed, Draw, SlotKind};
 use afterimage_plan::{Plan, Stage};
+use afterimage_wgsl::{SourceMap, validate};
 use rustc_hash::FxHashMap;
 
 use crate::draw_state::{DrawState, render_pipeline};
@@ -92,6 +94,8 @@ pub(crate) struct PipelineRequest {
     /// Bytes of immediates that the shader reads.
     immediate_bytes: u32,
     label: String,
+    /// Where the text comes from.
+    map: SourceMap,
     /// Whether the shader may read workgroup memory before it has written it.
     zero_workgroup_memory: bool,
 }
@@ -126,6 +130,7 @@ impl PipelineRequest {
             draw: composed.draw.clone(),
             immediate_bytes: if composed.immediate { frame_constants::BYTES } else { 0 },
             label: pass.label.clone(),
+            map: composed.map.clone(),
             zero_workgroup_memory: composed.zero_workgroup_memory,
         }
     }
@@ -197,9 +202,25 @@ impl Pipelines {
 
     fn build_one(&self, device: &wgpu::Device, request: PipelineRequest) -> Result<(), GpuError> {
         let what = format!("the shader of `{}`", request.label);
-        let built = watched(device, &what, || Ok(compile(device, self.cache.as_ref(), &request)))?;
+        let built = watched(device, &what, || {
+            // The compiler in wgpu panics over some modules that its validator accepts.
+            catch_panic(|| compile(device, self.cache.as_ref(), &request))
+                .map_err(|why| GpuError::Refused { what: what.clone(), why })
+        });
+        let built = built.map_err(|error| at_author(error, &request))?;
         self.table.lock().expect(UNBROKEN).put(request.key, built);
         Ok(())
+    }
+}
+
+/// What was refused with the author's line, if the compiler without a device refuses it, too.
+fn at_author(error: GpuError, request: &PipelineRequest) -> GpuError {
+    if !matches!(error, GpuError::Refused { .. }) {
+        return error;
+    }
+    match validate(&request.key.source, &request.map) {
+        Err(shader) => GpuError::Shader(Box::new(shader)),
+        Ok(_) => error,
     }
 }
 

@@ -3,6 +3,8 @@
 #![allow(missing_docs, reason = "no host uses this crate, and authors of nodes only `Shader` and `Library` of it")]
 
 mod arithmetic;
+#[cfg(not(target_family = "wasm"))]
+mod back_end;
 mod banded;
 mod barriers;
 mod direct_reads;

@@ -2,10 +2,12 @@
 
 use naga::{Block, Expression, Function, Literal, Module, SampleLevel, ShaderStage, Span, Statement, TypeInner};
 
-use crate::walk::blocks;
+use crate::walk::{blocks, statements};
 
 const CONSTANT_PART: &str =
     "a vector constant of the module cannot be a part of a larger vector: write its components, `NAME.x, NAME.y`";
+const POINTER: &str = "a function takes pointers to whole variables only, and this leads to a part of one: copy the \
+                       part into a `var`, give a pointer to that, and copy it back, or return the new values";
 const NEIGHBORS: &str = "this compares neighboring pixels of a draw, which a dispatch has not: read textures through \
                           `tap(source, source_sampler, uv)` or `texel(source, pixel)`";
 const DISCARD: &str = "a dispatch cannot discard a pixel: return what came in";
@@ -19,6 +21,7 @@ pub(crate) fn first(module: &Module) -> Option<(Span, &'static str)> {
     let draws = draws_only(module);
     functions.chain(entries).find_map(|function| {
         told(constant_part(module, function), CONSTANT_PART)
+            .or_else(|| told(pointer_to_part(module, function), POINTER))
             .or_else(|| told(neighbors(function).filter(|_| !draws), NEIGHBORS))
             .or_else(|| told(find(&function.body, &is_discard).filter(|_| !draws), DISCARD))
             .or_else(|| told(find(&function.body, &|statement| is_endless(function, statement)), ENDLESS))
@@ -102,9 +105,28 @@ fn constant_part(module: &Module, function: &Function) -> Option<Span> {
     Some(expressions.get_span(at))
 }
 
+/// The first pointer to a part of a variable that is given to a function. naga 30 accepts it, and its writer of SPIR-V
+/// panics.
+fn pointer_to_part(module: &Module, function: &Function) -> Option<Span> {
+    let mut found = None;
+    statements(&function.body, &mut |statement| {
+        if let Statement::Call { arguments, function: callee, .. } = statement {
+            let parameters = module.functions[*callee].arguments.iter();
+            let given = parameters.zip(arguments).find(|(parameter, given)| {
+                let takes_pointer = module.types[parameter.ty].inner.pointer_space().is_some();
+                let is_part =
+                    matches!(function.expressions[**given], Expression::Access { .. } | Expression::AccessIndex { .. });
+                takes_pointer && is_part
+            });
+            found = found.or_else(|| given.map(|(_, given)| function.expressions.get_span(*given)));
+        }
+    });
+    found
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{CONSTANT_PART, DISCARD, ENDLESS, NEIGHBORS, first};
+    use super::{CONSTANT_PART, DISCARD, ENDLESS, NEIGHBORS, POINTER, first};
 
     fn told(source: &str) -> Option<(String, &'static str)> {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{source}: {error}"));
@@ -149,6 +171,25 @@ mod tests {
         assert_eq!(in_body("y = textureSample(t, s, vec2f(x)).x;"), Some(NEIGHBORS));
         assert_eq!(in_body("y = textureSampleLevel(t, s, vec2f(x), 0.0).x;"), None);
         assert_eq!(in_body("if x < 0.0 { discard; }"), Some(DISCARD));
+    }
+
+    #[test]
+    fn pointers_to_parts_of_variables_are_found() {
+        let order = |declared: &str, one: &str| {
+            let order = "fn order(a: ptr<function, f32>, b: f32) { *a = min(*a, b); }";
+            told(&format!("struct S {{ x: f32, v: vec3f }} {order} fn f(x: f32) {{ {declared} order({one}, x); }}"))
+        };
+        for (declared, part) in [
+            ("var v = array<f32, 3>();", "&v[0]"),
+            ("var v = array<f32, 3>(); let i = i32(x);", "&v[i]"),
+            ("var v = array<array<f32, 2>, 2>();", "&v[0][1]"),
+            ("var s = S();", "&s.x"),
+            ("var v = array<S, 2>(); let p = &v[1];", "&(*p).x"),
+        ] {
+            assert_eq!(order(declared, part).map(|(_, why)| why), Some(POINTER), "{part}");
+        }
+        assert_eq!(order("var v = 1.0;", "&v"), None);
+        assert_eq!(order("var v = 1.0; let p = &v;", "p"), None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What a module declares, read from naga's view of it.
 
+use naga::valid::ModuleInfo;
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
 use crate::arithmetic::{Work, works};
@@ -8,9 +9,10 @@ use crate::direct_reads::{direct_reads, filtering};
 use crate::entry::{EntryPoint, entry_point};
 use crate::error::ShaderError;
 use crate::library::Source;
+use crate::limits::{CompileCost, compile_costs};
 use crate::link::{Declared, GENERATED, Instance, Linker, check_work};
 use crate::sample_mode::SampleMode;
-use crate::validate::{validate, validate_untrusted};
+use crate::validate::{validate_uncompiled, validate_untrusted};
 
 /// The functions, structs and bindings of a module.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +33,8 @@ pub struct Reflection {
     pub sharing: Vec<String>,
     /// How much the functions of the file compute.
     pub works: Vec<(String, Work)>,
+    /// What it takes to compile the functions and entry points of the file.
+    pub costs: Vec<(String, CompileCost)>,
 }
 
 /// A kernel function.
@@ -168,18 +172,19 @@ fn reflect_linked(source: &Source) -> Result<Reflection, ShaderError> {
     let instance = linker.add(source, &[])?;
     let (linked, declared) = linker.link_whole(instance, source.file.has_workgroups())?;
     let names = Names { declared: &declared, instance };
-    let module = match source.file.is_untrusted() {
-        false => validate(&linked.text, &linked.map)?,
+    let (module, info) = match source.file.is_untrusted() {
+        false => validate_uncompiled(&linked.text, &linked.map)?,
         true => {
             check_work(&linked)?;
             validate_untrusted(&linked.text, &linked.map, &|name| names.of_framework(name).is_some())?
         }
     };
-    Ok(Reader { module: &module, names }.reflection())
+    Ok(Reader { module: &module, info: &info, names }.reflection())
 }
 
 struct Reader<'m> {
     module: &'m naga::Module,
+    info: &'m ModuleInfo,
     names: Names<'m>,
 }
 
@@ -230,6 +235,10 @@ impl Reader<'_> {
             works: works(module)
                 .into_iter()
                 .filter_map(|(name, work)| Some((self.names.own(Some(name))?, work)))
+                .collect(),
+            costs: compile_costs(module, self.info, &|name| self.names.of_framework(name).is_some())
+                .into_iter()
+                .filter_map(|(name, cost)| Some((self.names.own(Some(name))?, cost)))
                 .collect(),
         }
     }

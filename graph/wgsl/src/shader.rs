@@ -8,6 +8,7 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 use crate::arithmetic::{Effort, Work};
 use crate::error::{Place, ShaderError, ShaderLabel, position};
 use crate::library::{ImportedName, Library, Source, SourceFile};
+use crate::limits::CompileCost;
 use crate::reflect::{Reflection, reflect};
 
 /// One file of WGSL, with the library that it may import besides the framework's.
@@ -133,6 +134,13 @@ impl Shader {
     pub fn texel_reads(&self, function: &str) -> usize {
         let is_function = self.reflect().is_ok_and(|reflection| reflection.function(function).is_some());
         if is_function { self.work(function).reads() } else { usize::MAX }
+    }
+
+    /// What it takes to compile a function or an entry point.
+    pub fn compile_cost(&self, function: &str) -> CompileCost {
+        let reflection = self.reflect().ok();
+        let known = reflection.and_then(|reflection| reflection.costs.iter().find(|(name, _)| name == function));
+        known.map(|(_, cost)| *cost).unwrap_or_default()
     }
 
     fn work(&self, function: &str) -> Work {

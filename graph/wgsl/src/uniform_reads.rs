@@ -14,7 +14,7 @@ use crate::error::ShaderError;
 use crate::link::{Declared, Instance, Linker};
 use crate::sample_mode::SampleMode;
 use crate::shader::Shader;
-use crate::validate::validate;
+use crate::validate::validate_uncompiled;
 use crate::walk::{blocks, statements};
 
 /// The name of the uniform in a kernel function's arguments and among the variables of an entry point.
@@ -40,7 +40,7 @@ impl UniformReads {
             linker.set_override(instance, name, *value);
         }
         let (linked, declared) = linker.link_whole(instance, source.file.has_workgroups())?;
-        Ok(Self { module: validate(&linked.text, &linked.map)?, declared, instance })
+        Ok(Self { module: validate_uncompiled(&linked.text, &linked.map)?.0, declared, instance })
     }
 
     /// For each byte of the uniform of a kernel function or an entry point, whether it is of a member that is read. All

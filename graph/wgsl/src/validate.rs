@@ -1,9 +1,12 @@
-//! Validation by naga and the lints, with errors at the author's line.
+//! Validation by naga, the lints and the compiler for devices, with errors at the author's line.
 
 use std::io;
 
-use naga::valid::ModuleInfo;
+use afterimage_base::panics::catch_panic;
+use naga::valid::{Capabilities, ModuleInfo};
 
+#[cfg(not(target_family = "wasm"))]
+use crate::back_end;
 use crate::barriers::check_barriers;
 use crate::error::ShaderError;
 use crate::limits::{STACK_BYTES, check_cost, check_memory};
@@ -11,39 +14,55 @@ use crate::link::SourceMap;
 use crate::lints;
 use crate::naga_error::{self, error_at, first_byte, parse};
 
-/// Parses and validates a module; the first error otherwise.
-///
-/// # Errors
-/// What naga or the lints refuse, at the author's line.
-pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
-    on_stack(STACK_BYTES, || validate_here(source, map)).unwrap_or_else(|why| Err(no_thread(map, &why)))
+/// A module, and what the validator knows of it.
+type Validated = (naga::Module, ModuleInfo);
+
+/// Parses and validates a module without compiling it.
+pub(crate) fn validate_uncompiled(source: &str, map: &SourceMap) -> Result<Validated, ShaderError> {
+    guarded(map, || checked(parse(source, map)?, source, map, Capabilities::all()))
 }
 
-/// The same for a module of untrusted files, whose values, variables and functions have limits; those of the library do
-/// not count.
+/// Parses and validates a module that a device is to run, and compiles it as far as that needs no device.
+///
+/// # Errors
+/// What naga, the lints and the compiler refuse, at the author's line.
+pub fn validate(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
+    guarded(map, || {
+        let (module, info) = checked(parse(source, map)?, source, map, Capabilities::all())?;
+        compile(&module, &info, map)?;
+        Ok(module)
+    })
+}
+
+/// The same for a module of untrusted files. It may only use what every device has, and its values, variables and
+/// functions have limits; those of the library do not count.
 pub(crate) fn validate_untrusted(
     source: &str,
     map: &SourceMap,
     is_of_library: &(dyn Fn(Option<&String>) -> bool + Sync),
-) -> Result<naga::Module, ShaderError> {
-    let validated = on_stack(STACK_BYTES, || {
+) -> Result<Validated, ShaderError> {
+    guarded(map, || {
         let module = parse(source, map)?;
         match check_memory(&module, is_of_library) {
             Some((span, why)) => Err(error_at(map, first_byte(span), why)),
             None => {
-                let (module, info) = checked(module, source, map)?;
+                let (module, info) = checked(module, source, map, of_every_device())?;
                 match check_cost(&module, &info, is_of_library).or_else(|| check_barriers(&module)) {
                     Some((span, why)) => Err(error_at(map, first_byte(span), why)),
-                    None => Ok(module),
+                    None => compile(&module, &info, map).map(|()| (module, info)),
                 }
             }
         }
-    });
-    validated.unwrap_or_else(|why| Err(no_thread(map, &why)))
+    })
 }
 
-fn no_thread(map: &SourceMap, why: &io::Error) -> ShaderError {
-    error_at(map, None, format!("the system has no thread to read this on: {why}"))
+/// Runs naga on a stack that is large enough; a panic of it is an error.
+fn guarded<T: Send>(map: &SourceMap, work: impl FnOnce() -> Result<T, ShaderError> + Send) -> Result<T, ShaderError> {
+    match on_stack(STACK_BYTES, || catch_panic(work)) {
+        Ok(Ok(result)) => result,
+        Ok(Err(panic)) => Err(error_at(map, None, format!("the reader of shaders cannot take this: {panic}"))),
+        Err(why) => Err(error_at(map, None, format!("the system has no thread to read this on: {why}"))),
+    }
 }
 
 /// The web has no threads. What may be nested there is limited as everywhere.
@@ -62,15 +81,31 @@ fn on_stack<T: Send>(bytes: usize, work: impl FnOnce() -> T + Send) -> io::Resul
     })
 }
 
-fn validate_here(source: &str, map: &SourceMap) -> Result<naga::Module, ShaderError> {
-    checked(parse(source, map)?, source, map).map(|(module, _)| module)
+/// What modules may use on every device; the framework enables nothing more.
+fn of_every_device() -> Capabilities {
+    Capabilities::default() | Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32
 }
 
-fn checked(module: naga::Module, source: &str, map: &SourceMap) -> Result<(naga::Module, ModuleInfo), ShaderError> {
+/// The web compiles shaders itself.
+#[cfg(target_family = "wasm")]
+fn compile(_: &naga::Module, _: &ModuleInfo, _: &SourceMap) -> Result<(), ShaderError> {
+    Ok(())
+}
+
+#[cfg(not(target_family = "wasm"))]
+fn compile(module: &naga::Module, info: &ModuleInfo, map: &SourceMap) -> Result<(), ShaderError> {
+    back_end::compile(module, info, map)
+}
+
+fn checked(
+    module: naga::Module,
+    source: &str,
+    map: &SourceMap,
+    capabilities: Capabilities,
+) -> Result<Validated, ShaderError> {
     if let Some((span, why)) = lints::first(&module) {
         return Err(error_at(map, first_byte(span), why.into()));
     }
-    let capabilities = naga::valid::Capabilities::all();
     let flags = naga::valid::ValidationFlags::all();
     let info = naga::valid::Validator::new(flags, capabilities)
         .validate(&module)

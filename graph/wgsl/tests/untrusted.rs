@@ -68,6 +68,69 @@ fn what_a_function_of_one_pixel_cannot_hold_is_refused_at_its_place() {
     }
 }
 
+/// naga's validator accepts these; the compiler behind it, or a device, does not.
+#[test]
+fn what_only_a_device_would_refuse_is_refused_at_its_line() {
+    let order = "fn order(a: ptr<function, f32>, b: ptr<function, f32>) { *b = max(*a, *b); }";
+    for (before, body, message) in [
+        (order, "var v = array<f32, 3>(); order(&v[0], &v[1]); return source;", "pointers to whole variables"),
+        (
+            order,
+            "var v = array<array<f32, 2>, 2>(); let p = &v[1]; order(&(*p)[0], &v[0][1]); return source;",
+            "pointers to whole variables",
+        ),
+        ("override N: i32 = 5;", "var v = array<f32, 3>(); return vec4f(v[N]);", "out of bounds"),
+        ("override N: u32 = 40u;", "return vec4f(f32(u32(source.x) << N));", "hift"),
+        ("override N: i32 = 0;", "return vec4f(f32(7 / N));", "ivision"),
+    ] {
+        let error = refused(&format!("{before}\n{}", in_body(body)));
+        assert!(error.message.contains(message), "{body}: {error}");
+        assert_eq!(error.line, 2, "{body}: {error}");
+    }
+}
+
+#[test]
+fn copies_of_arrays_count_as_what_they_take_to_compile() {
+    let pick = "fn pick(v: array<f32, 8>, i: i32) -> f32 { var all = v; return all[i & 7]; }";
+    let made = "let a = array(source.x, source.y, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0); var s = source;";
+    let copies = |count: usize| {
+        let uses = "s += pick(a, i32(s.x));".repeat(count);
+        format!("{pick}\n{}", in_body(&format!("{made} {uses} return s;")))
+    };
+    untrusted(&copies(6)).reflect().unwrap_or_else(|error| panic!("{error}"));
+    assert!(refused(&copies(16)).message.contains(limits::OPERATIONS.counts));
+}
+
+#[test]
+fn an_override_is_a_constant_of_its_file() {
+    let shader =
+        untrusted(&format!("override N: i32 = 2;\n{}", in_body("var v = array<f32, 3>(); return vec4f(v[N]);")));
+    shader.reflect().unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn what_is_of_another_language_is_told_with_what_to_write() {
+    let whole = in_body("return source;");
+    for (before, message, help) in [
+        ("import a::b;", "`import` is not WGSL", "`#import name`"),
+        ("use a::b;", "`use` is not WGSL", "`#import name`"),
+        ("#include \"a.wgsl\"", "`#include` is not WGSL", "`#import name`"),
+        ("#ifdef SHADOWS", "`#ifdef` is not WGSL", "branch on a parameter"),
+        ("#define TWO 2.0", "`#define` is not WGSL", "write a `const`"),
+        ("#pragma once", "`#pragma` is not WGSL", ""),
+        ("@if(SHADOWS) const TWO = 2.0;", "`@if` is not WGSL", "branch on a parameter"),
+        ("@inline fn two() { }", "no such attribute", ""),
+        ("#import a::b", "`a::b` is no name of a shared file", ""),
+    ] {
+        let error = refused(&format!("{before}\n{whole}"));
+        assert!(error.message.contains(message), "{before}: {error}");
+        assert!(error.help.as_deref().unwrap_or_default().contains(help), "{before}: {error}");
+        assert_eq!(error.line, 1, "{before}: {error}");
+    }
+    let error = refused(&in_body("\n@if(FOO) let x = 1;\nreturn source;"));
+    assert!(error.message.contains("`@if` is not WGSL") && error.line == 2, "{error}");
+}
+
 #[test]
 fn the_code_that_repairs_host_images_does_not_count() {
     let reads = "s += tap(image, image_sampler, at.uv + s.xy) + texel(image, at.pixel);".repeat(20);

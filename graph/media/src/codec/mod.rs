@@ -16,7 +16,6 @@ mod light_level;
 pub mod limits;
 mod metered;
 mod orientation;
-mod panics;
 mod picture;
 mod png;
 mod quantize;
@@ -29,6 +28,7 @@ pub(crate) use chromaticities::{convert, to_rec709};
 
 use std::io::{BufRead, Read as _, Seek, SeekFrom};
 
+pub use afterimage_base::panics::catch_panic;
 pub use description::{ChannelDescription, Description, PartDescription, PictureChannels, Window};
 pub use error::{CodecError, ErrorKind};
 #[cfg(test)]
@@ -36,7 +36,6 @@ pub(crate) use exr::of_attributes;
 pub use exr::{ExrCompression, ExrOptions, ExrRows, StatedCamera, encode_exr};
 pub use jpeg::{JpegOptions, JpegRows, encode_jpeg};
 pub use limits::Budget;
-pub use panics::catch_panic;
 pub use picture::{Metadata, Picture, Pixels};
 pub use png::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes};
 pub use quantize::EncodedPixels;

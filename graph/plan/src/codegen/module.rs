@@ -76,7 +76,7 @@ pub struct Draw {
 }
 
 impl Composed {
-    /// Parses and validates the module.
+    /// Parses and validates the module, and compiles it as far as that needs no device.
     ///
     /// # Errors
     /// The first error, at the author's line.

@@ -1,4 +1,4 @@
-//! SampleMode conditions.
+//! Reads the conditions of nodes (`when`).
 //!
 //! ```text
 //! condition  = both { "or" both }

@@ -360,6 +360,7 @@ static NOTHING: Reflection = Reflection {
     filtering: Vec::new(),
     sharing: Vec::new(),
     works: Vec::new(),
+    costs: Vec::new(),
 };
 
 /// Samples, levels and layers of an image, for messages.

@@ -24,14 +24,43 @@ const SELECT: usize = 12;
 const COMPONENT: usize = 96;
 /// A branch, and a case of a `switch`.
 const BRANCH: usize = 64;
+/// A number of an array that is copied, such as an argument into a variable: llvmpipe takes 0.13 s for each copy of
+/// eight, and 0.01 s for an array that is made of numbers.
+const COPIED: usize = 1000;
 /// A read of a texture.
 const READ: usize = 128;
 /// A function of the library that reads textures. Its code to repair and filter host images does not run for untrusted
 /// kernels, which read sanitized copies.
-const LIBRARY_READ: Cost = Cost { operations: 1800, merged: 0, loops: 0, calls: 0, is_reader: true };
+const LIBRARY_READ: Cost =
+    Cost { compile: CompileCost { operations: 1800, merged: 0 }, loops: 0, calls: 0, is_reader: true };
 /// The square of the uses of values that branches have made is divided by it: llvmpipe takes two seconds for a
 /// thousand.
 const MERGED: usize = 10;
+
+/// How much a driver compiles for a function, with all that it calls.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CompileCost {
+    operations: usize,
+    /// Uses of values that branches have made.
+    merged: usize,
+}
+
+impl CompileCost {
+    /// Its operations, with what it takes to use values that branches have made. [`OPERATIONS`] take two seconds on
+    /// llvmpipe.
+    pub fn operations(self) -> usize {
+        self.operations.saturating_add(self.merged.saturating_mul(self.merged) / MERGED)
+    }
+}
+
+impl std::iter::Sum for CompileCost {
+    fn sum<I: Iterator<Item = Self>>(costs: I) -> Self {
+        costs.fold(Self::default(), |sum, cost| Self {
+            operations: sum.operations.saturating_add(cost.operations),
+            merged: sum.merged.saturating_add(cost.merged),
+        })
+    }
+}
 
 /// The first function that takes too long to compile, and why.
 pub(crate) fn check_cost(
@@ -39,34 +68,54 @@ pub(crate) fn check_cost(
     info: &ModuleInfo,
     is_of_library: &dyn Fn(Option<&String>) -> bool,
 ) -> Option<(Span, String)> {
+    let costs = function_costs(module, info, is_of_library).0;
+    module.functions.iter().zip(costs).find_map(|((handle, _), cost)| {
+        let operations = OPERATIONS.exceeded(cost.compile.operations());
+        let message = operations.or_else(|| LOOPS.exceeded(cost.loops)).or_else(|| CALLS.exceeded(cost.calls))?;
+        Some((module.functions.get_span(handle), message))
+    })
+}
+
+/// What it takes to compile each function and each entry point of a module.
+pub(crate) fn compile_costs<'m>(
+    module: &'m Module,
+    info: &ModuleInfo,
+    is_of_library: &dyn Fn(Option<&String>) -> bool,
+) -> Vec<(&'m String, CompileCost)> {
+    let (functions, merged) = function_costs(module, info, is_of_library);
+    let entries = module.entry_points.iter().enumerate().map(|(index, entry)| {
+        let types = Types { module, info: info.get_entry_point(index), function: &entry.function };
+        (&entry.name, types.cost_of_all(&functions, &merged).0.compile)
+    });
+    let named = module.functions.iter().zip(&functions);
+    let named = named.filter_map(|((_, function), cost)| Some((function.name.as_ref()?, cost.compile)));
+    named.chain(entries).collect()
+}
+
+fn function_costs(
+    module: &Module,
+    info: &ModuleInfo,
+    is_of_library: &dyn Fn(Option<&String>) -> bool,
+) -> (Vec<Cost>, Vec<Merged>) {
     let mut costs: Vec<Cost> = Vec::with_capacity(module.functions.len());
     let mut all_merged: Vec<Merged> = Vec::with_capacity(module.functions.len());
     // A module declares functions before those that call them.
     for (handle, function) in module.functions.iter() {
         let types = Types { module, info: &info[handle], function };
-        let is_reader = has(function, is_read);
-        let merged = Merged::of(function, &|value| types.numbers(value), &all_merged);
-        let mut cost = Cost { operations: types.expressions(), merged: merged.uses, is_reader, ..Cost::default() };
-        statements(&function.body, &mut |statement| cost.statement(statement, &costs));
+        let (mut cost, merged) = types.cost_of_all(&costs, &all_merged);
         if cost.is_reader && is_of_library(function.name.as_ref()) {
             cost = LIBRARY_READ;
-        }
-        let exceeded = OPERATIONS.exceeded(cost.all_operations()).or_else(|| LOOPS.exceeded(cost.loops));
-        if let Some(message) = exceeded.or_else(|| CALLS.exceeded(cost.calls)) {
-            return Some((module.functions.get_span(handle), message));
         }
         costs.push(cost);
         all_merged.push(merged);
     }
-    None
+    (costs, all_merged)
 }
 
 /// What a function and all that it calls takes.
 #[derive(Clone, Copy, Default)]
 struct Cost {
-    operations: usize,
-    /// Uses of values that branches have made.
-    merged: usize,
+    compile: CompileCost,
     loops: usize,
     /// Calls inside of calls.
     calls: usize,
@@ -75,13 +124,8 @@ struct Cost {
 }
 
 impl Cost {
-    /// Its operations, with what it takes to use values that branches have made.
-    fn all_operations(&self) -> usize {
-        self.operations.saturating_add(self.merged.saturating_mul(self.merged) / MERGED)
-    }
-
     fn add(&mut self, operations: usize, loops: usize) {
-        self.operations = self.operations.saturating_add(operations);
+        self.compile.operations = self.compile.operations.saturating_add(operations);
         self.loops = self.loops.saturating_add(loops);
     }
 
@@ -90,8 +134,8 @@ impl Cost {
         match statement {
             Statement::Call { function, .. } => {
                 let called = known[function.index()];
-                self.add(called.operations, called.loops);
-                self.merged = self.merged.saturating_add(called.merged);
+                self.add(called.compile.operations, called.loops);
+                self.compile.merged = self.compile.merged.saturating_add(called.compile.merged);
                 self.calls = self.calls.max(called.calls + 1);
                 self.is_reader |= called.is_reader;
             }
@@ -122,6 +166,18 @@ impl<'m> Types<'m> {
         (bytes as usize).div_ceil(4)
     }
 
+    /// The cost of the function; `known` and `merged` are of the functions before.
+    fn cost_of_all(&self, known: &[Cost], merged: &[Merged]) -> (Cost, Merged) {
+        let merged = Merged::of(self.function, &|value| self.numbers(value), merged);
+        let compile = CompileCost { operations: self.expressions(), merged: merged.uses };
+        let mut cost = Cost { compile, is_reader: has(self.function, is_read), ..Cost::default() };
+        statements(&self.function.body, &mut |statement| {
+            cost.statement(statement, known);
+            cost.add(self.copy(statement), 0);
+        });
+        (cost, merged)
+    }
+
     fn expressions(&self) -> usize {
         let costs = self.function.expressions.iter().map(|(handle, expression)| self.cost(handle, expression));
         costs.fold(0, usize::saturating_add)
@@ -146,6 +202,17 @@ impl<'m> Types<'m> {
             _ if self.is_integer(handle) => 2 * OPERATION * self.numbers(handle),
             _ => OPERATION * self.numbers(handle),
         }
+    }
+
+    /// The copy of an array.
+    fn copy(&self, statement: &Statement) -> usize {
+        let Statement::Store { value, .. } = statement else { return 0 };
+        let is_made = matches!(
+            self.function.expressions[*value],
+            Expression::Compose { .. } | Expression::Constant(_) | Expression::ZeroValue(_)
+        );
+        let is_copy = !is_made && matches!(self.of(*value), TypeInner::Array { .. });
+        if is_copy { self.numbers(*value).saturating_mul(COPIED) } else { 0 }
     }
 
     fn is_integer(&self, expression: Handle<Expression>) -> bool {

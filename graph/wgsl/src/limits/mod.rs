@@ -8,7 +8,8 @@ mod memory;
 mod merged;
 mod text;
 
-pub(crate) use cost::check_cost;
+pub use cost::CompileCost;
+pub(crate) use cost::{check_cost, compile_costs};
 pub(crate) use memory::check_memory;
 pub(crate) use text::{check_size, check_text};
 

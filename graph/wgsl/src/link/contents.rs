@@ -9,6 +9,7 @@ const BOUND: &str = "this is bound to a resource, which the framework makes by i
                      arguments";
 const ENTRY: &str = "this belongs to an entry point or a binding, which the framework makes by itself: write a \
                      function and take what it reads as arguments";
+const ATTRIBUTE: &str = "a kind without Rust has no such attribute: only `@align`, `@size` and `@must_use`";
 const WORKGROUP: &str = "a function of one pixel has no memory of a workgroup: neighbors do not run together in a \
                          draw, unless the kind declares a `workgroup` for what the function makes";
 const PRIVATE: &str = "a function of one pixel keeps nothing outside of itself, because the next pixel would read it: \
@@ -55,6 +56,21 @@ const FORBIDDEN: [(&str, &str); 18] = [
 const FORBIDDEN_SUFFIXES: [&str; 4] = ["lf", "li", "lu", "h"];
 /// Attributes of functions and members that mean the same everywhere.
 const ATTRIBUTES: [&str; 4] = ["align", "size", "must_use", "diagnostic"];
+/// Attributes of entry points and of what is bound to them.
+const ENTRY_ATTRIBUTES: [&str; 12] = [
+    "compute",
+    "vertex",
+    "fragment",
+    "workgroup_size",
+    "group",
+    "binding",
+    "builtin",
+    "location",
+    "interpolate",
+    "invariant",
+    "blend_src",
+    "id",
+];
 
 /// Checks what is in the module of untrusted files, and what they use of the framework's library.
 /// Only with workgroups may they share memory.
@@ -137,10 +153,11 @@ fn unset(part: &Part<'_>, declaration: &Declaration) -> Option<(usize, &'static 
 
 fn attribute(part: &Part<'_>, declaration: &Declaration) -> Option<(usize, &'static str)> {
     let tokens = part.module.tokens_of(declaration);
-    let is_other = |at: &usize| {
-        tokens[*at].is('@') && word(part, declaration, at + 1).is_some_and(|word| !ATTRIBUTES.contains(&word))
-    };
-    (0..tokens.len()).find(is_other).map(|at| (declaration.tokens.start as usize + at, ENTRY))
+    let attributes = (0..tokens.len()).filter(|at| tokens[*at].is('@'));
+    let named = attributes.filter_map(|at| Some((at, word(part, declaration, at + 1)?)));
+    let (at, name) = named.into_iter().find(|(_, name)| !ATTRIBUTES.contains(name))?;
+    let why = if ENTRY_ATTRIBUTES.contains(&name) { ENTRY } else { ATTRIBUTE };
+    Some((declaration.tokens.start as usize + at, why))
 }
 
 /// The use of a name of the language that is among those.

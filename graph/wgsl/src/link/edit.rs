@@ -70,6 +70,17 @@ pub(super) fn set_value(part: &mut Part<'_>, name: &str, value: &str) {
     }
 }
 
+/// Makes the overrides of a file constants, which are evaluated when the file is read and not only on the device.
+pub(super) fn make_overrides_constant(part: &mut Part<'_>) {
+    let module = part.module;
+    for declaration in module.declarations.iter().filter(|it| it.kind == DeclarationKind::Override) {
+        let tokens = module.tokens_of(declaration);
+        if let Some(keyword) = tokens.iter().find(|token| token.of(part.file.text()) == "override") {
+            part.edits.push((keyword.start as usize..keyword.end as usize, "const".into()));
+        }
+    }
+}
+
 pub(super) fn set_override(part: &mut Part<'_>, name: &str, value: f64) {
     let Some(found) = find(part, name).filter(|found| found.declaration.kind == DeclarationKind::Override) else {
         return;

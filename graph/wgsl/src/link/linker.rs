@@ -1,6 +1,6 @@
 //! The linker: instances of files, what is changed in them, and the module that they become.
 
-use afterimage_base::diagnostic::did_you_mean;
+use afterimage_base::diagnostic::{did_you_mean, quote};
 
 use super::contents::check_contents;
 use super::edit;
@@ -123,9 +123,12 @@ impl<'a> Linker<'a> {
         Ok(instance)
     }
 
-    /// Sets what the way of sampling and the promises state.
+    /// Sets what the way of sampling and the promises state. Nothing sets the overrides of an untrusted file.
     fn settle(&mut self, instance: Instance) {
         let part = &mut self.parts[instance.index()];
+        if part.file.is_untrusted() {
+            edit::make_overrides_constant(part);
+        }
         if part.is_framework {
             for (name, value) in self.mode.constants() {
                 edit::set_value(part, name, value);
@@ -145,9 +148,16 @@ impl<'a> Linker<'a> {
     fn unknown(&self, library: Option<&Library>, name: &str) -> String {
         let own = library.into_iter().flat_map(Library::names);
         let known: Vec<&str> = own.chain(FRAMEWORK.names()).collect();
+        if name.contains([':', '"', '<', '.']) {
+            return format!(
+                "{} is no name of a shared file: `#import` takes the name alone, as in `#import color`, and what the \
+                 file declares can then be used",
+                quote(name)
+            );
+        }
         let near = did_you_mean(name, known.iter().copied());
         let known = || format!("there are `{}`", known.join("`, `"));
-        format!("no shared file is called `{name}`; {}", near.unwrap_or_else(known))
+        format!("no shared file is called {}; {}", quote(name), near.unwrap_or_else(known))
     }
 
     /// A name for generated code: what `name` means in that file, wherever it is declared.

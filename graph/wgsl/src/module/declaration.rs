@@ -99,8 +99,11 @@ impl Module {
     }
 
     fn of_tokens(file: &str, text: &str, tokens: Vec<Token>) -> Result<Self, ShaderError> {
-        let error = |at: usize, message: &str| ShaderError::new(file, position(text, at), message);
-        let found = items(text, &tokens).map_err(|wrong| error(tokens[wrong.token].start as usize, &wrong.message))?;
+        let found = items(text, &tokens).map_err(|wrong| {
+            let at = position(text, tokens[wrong.token].start as usize);
+            let help = wrong.help.map(Into::into);
+            ShaderError { help, ..ShaderError::new(file, at, wrong.message) }
+        })?;
         let mut module = Self { tokens, ..Self::default() };
         for item in found {
             module.add(text, item);

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use afterimage_base::diagnostic::quote;
+
 use super::kind::DeclarationKind;
 use crate::token::{Token, TokenKind};
 
@@ -18,10 +20,63 @@ pub(super) enum Item {
 pub(super) struct Wrong {
     pub(super) token: usize,
     pub(super) message: String,
+    pub(super) help: Option<&'static str>,
+}
+
+const IMPORT: &str = "write `#import name` on a line of its own: what the file `name.wgsl` declares can then be used";
+const CONDITION: &str = "for what depends on a setting, branch on a parameter, or write two kinds";
+const MACRO: &str = "write a `const` for a value, and a function for code";
+
+/// Directives, words and attributes of other languages, and what is written in their place.
+const DIRECTIVES: [(&str, &str); 9] = [
+    ("import", IMPORT),
+    ("include", IMPORT),
+    ("define_import_path", "leave it out: a file is imported by its own name"),
+    ("define", MACRO),
+    ("undef", MACRO),
+    ("if", CONDITION),
+    ("ifdef", CONDITION),
+    ("ifndef", CONDITION),
+    ("else", CONDITION),
+];
+const WORDS: [(&str, &str); 3] = [("import", IMPORT), ("include", IMPORT), ("use", IMPORT)];
+const ATTRIBUTES: [(&str, &str); 3] = [("if", CONDITION), ("elif", CONDITION), ("else", CONDITION)];
+
+/// The first use of another language on top of WGSL: WESL, a preprocessor, or imports of other frameworks.
+fn other_language(text: &str, tokens: &[Token]) -> Option<Wrong> {
+    let word = |at: usize| tokens.get(at).filter(|token| token.kind == TokenKind::Name).map_or("", |it| it.of(text));
+    let mut depth = 0_usize;
+    for (token, this) in tokens.iter().enumerate() {
+        let next = word(token + 1);
+        let is_first = token == 0 || matches!(tokens[token - 1].kind, TokenKind::Sign(';' | '}') | TokenKind::Import);
+        let (what, known): (_, &[_]) = match this.kind {
+            TokenKind::Sign('#') => (format!("#{next}"), &DIRECTIVES),
+            TokenKind::Sign('@') => (format!("@{next}"), &ATTRIBUTES),
+            TokenKind::Name if depth == 0 && is_first => (word(token).to_owned(), &WORDS),
+            TokenKind::Sign('{') => {
+                depth += 1;
+                continue;
+            }
+            TokenKind::Sign('}') => {
+                depth = depth.saturating_sub(1);
+                continue;
+            }
+            _ => continue,
+        };
+        let found = known.iter().find(|(name, _)| what.trim_start_matches(['#', '@']) == *name);
+        let help = found.map(|(_, help)| *help);
+        if help.is_some() || what.starts_with('#') {
+            return Some(Wrong { token, message: format!("{} is not WGSL", quote(&what)), help });
+        }
+    }
+    None
 }
 
 /// The parts of a file.
 pub(super) fn items(text: &str, tokens: &[Token]) -> Result<Vec<Item>, Wrong> {
+    if let Some(wrong) = other_language(text, tokens) {
+        return Err(wrong);
+    }
     let mut reader = Reader { text, tokens, at: 0 };
     let mut items = Vec::new();
     while reader.at < tokens.len() {
@@ -132,7 +187,7 @@ impl Reader<'_> {
 }
 
 fn misplaced(token: usize) -> Wrong {
-    Wrong { token, message: "an `#import` stands between declarations, not inside of one".into() }
+    Wrong { token, message: "an `#import` stands between declarations, not inside of one".into(), help: None }
 }
 
 /// The index of the bracket that closes the one at `open`.
@@ -148,6 +203,7 @@ fn closing(text: &str, tokens: &[Token], open: usize) -> Result<usize, Wrong> {
                     return Err(Wrong {
                         token: at,
                         message: format!("this `{sign}` does not close the `{opened}` before"),
+                        help: None,
                     });
                 }
                 if stack.is_empty() {
@@ -159,5 +215,5 @@ fn closing(text: &str, tokens: &[Token], open: usize) -> Result<usize, Wrong> {
         }
     }
     let token = *stack.last().expect("the first token opens a bracket");
-    Err(Wrong { token, message: format!("this `{}` is never closed", tokens[token].of(text)) })
+    Err(Wrong { token, message: format!("this `{}` is never closed", tokens[token].of(text)), help: None })
 }

@@ -20,7 +20,7 @@ use super::select::Choice;
 use crate::codec::CodecError;
 use crate::codec::codes::Colors;
 use crate::codec::limits::zeroed;
-use crate::codec::panics::catch_panic;
+use afterimage_base::panics::catch_panic;
 
 /// What to read, and where it lies on the display window.
 pub(super) struct Placement {

@@ -23,8 +23,8 @@ use super::read::{Opened, file_colors, open};
 use super::select::{Choice, choose, light_channels};
 use super::write::{ExrOptions, part_of, picture_names, settle};
 use crate::codec::limits::{check_size, zeroed};
-use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Picture, ReadOptions};
+use afterimage_base::panics::catch_panic;
 
 /// Files round their chromaticities, so primaries that differ by less count as equal.
 const TOLERANCE: f64 = 1e-3;

@@ -15,9 +15,9 @@ use super::decode::BATCH_BYTES;
 use super::explain;
 use super::layers::decompress;
 use super::read::{Opened, open, working_bytes};
-use crate::codec::panics::catch_panic;
 use crate::codec::statistics::ChannelStatistics;
 use crate::codec::{Budget, CodecError};
+use afterimage_base::panics::catch_panic;
 
 /// The numbers of the largest level of each channel, part by part.
 pub(crate) fn measure(reader: impl Read + Seek, budget: Budget) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {

@@ -22,8 +22,8 @@ use rayon::prelude::*;
 use super::attributes::{Head, LONG_NAMES};
 use super::explain;
 use crate::codec::chromaticities::convert;
-use crate::codec::panics::catch_panic;
 use crate::codec::{CodecError, ErrorKind, Pixels};
+use afterimage_base::panics::catch_panic;
 
 /// What blocks are made from.
 pub(super) struct Content<'p> {

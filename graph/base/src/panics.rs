@@ -1,5 +1,5 @@
-//! Decoders of other people must not take the program down. A panic on damaged bytes becomes an
-//! error, and its message does not reach the terminal.
+//! Decoders and compilers of other people must not take the program down. A panic on damaged bytes or on a shader
+//! becomes an error, and its message does not reach the terminal.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -35,5 +35,5 @@ fn install_filter() {
 
 fn message_of(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "the decoder stopped".to_owned())
+    text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no reason is given".to_owned())
 }
