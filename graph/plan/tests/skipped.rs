@@ -129,6 +129,11 @@ fn nodes_with_neutral_parameters_are_skipped_and_others_are_not() {
         ("DisplayLinear", "FilmGrain(amount: 0.0)"),
         ("DisplayLinear", "ColorLut(strength: 0.0)"),
         ("DisplayLinear", "ColorLut()"),
+        ("Exposed", "HueCurves()"),
+        ("DisplayLinear", "ChannelMixer(red: (1.0, 0.0, 0.0))"),
+        ("DisplayLinear", "SplitToning(shadow_amount: 0.0, highlight_amount: 0.0)"),
+        ("DisplayLinear", "Letterbox(amount: 0.0, color: (1.0, 0.0, 0.0))"),
+        ("Exposed", "Transform()"),
     ];
     for (state, node) in neutral {
         assert!(is_skipped(state, node, &NoFiles), "{node}");
@@ -143,6 +148,10 @@ fn nodes_with_neutral_parameters_are_skipped_and_others_are_not() {
         ("DisplayLinear", "Saturation(amount: 0.0)"),
         ("DisplayLinear", "Contrast(amount: 1.01)"),
         ("DisplayLinear", "ColorBalance(midtones: (0.0, 0.0, 0.01))"),
+        ("Exposed", "HueCurves(lightness_blue: 0.01)"),
+        ("DisplayLinear", "SplitToning(shadow_amount: 0.0)"),
+        ("Exposed", "Transform(crop: (0.0, 0.0, 0.0, 0.1))"),
+        ("DisplayLinear", "Letterbox()"),
     ];
     for (state, node) in active {
         assert!(!is_skipped(state, node, &NoFiles), "{node}");

@@ -40,6 +40,21 @@ fn a_folder_becomes_a_kind() {
 }
 
 #[test]
+fn only_the_first_output_may_leave_out_its_function() {
+    let with = |function: &str| {
+        let other =
+            format!("Same(\"source\")), \"other\": Image(doc: \"More.\", state: Same(\"source\"){function}) }},");
+        DECLARATION.replace("Same(\"source\")) },", &other)
+    };
+    let reported = reported(&with(""), SHADER);
+    assert!(reported.contains("an output after the first needs `function`"), "{reported}");
+    assert!(reported.contains("node.ron:8:"), "{reported}");
+    let stated = with(", function: \"posterize\"");
+    let kind = folder_kind(("posterize/node.ron", &stated), ("posterize/posterize.wgsl", SHADER));
+    assert_eq!(kind.unwrap_or_else(|reported| panic!("{reported}")).outputs().len(), 2);
+}
+
+#[test]
 fn a_byte_order_mark_at_the_beginning_is_skipped() {
     let marked = |text: &str| format!("\u{feff}{text}");
     let kind = folder_kind(("node.ron", &marked(DECLARATION)), ("posterize.wgsl", &marked(SHADER)));
@@ -204,7 +219,7 @@ fn errors_of_the_declaration_are_reported_at_their_lines() {
 fn each_output_has_a_fallback() {
     use afterimage_graph::node::Fallback;
     let glow = |fallback: &str| {
-        let glow = format!(", \"glow\": Image(doc: \"G.\", state: Data{fallback}) }},");
+        let glow = format!(", \"glow\": Image(doc: \"G.\", state: Data, function: \"posterize\"{fallback}) }},");
         let declaration = DECLARATION.replace("Same(\"source\")) },", &format!("Same(\"source\")){glow}"));
         let kind = folder_kind(("node.ron", &declaration), ("posterize.wgsl", SHADER));
         let kind = kind.unwrap_or_else(|reported| panic!("{reported}"));

@@ -30,68 +30,54 @@ struct HueCurves {
     lightness_magenta: f32,
 }
 
+// The values at the first four points, and at the last four. No array: llvmpipe makes a branch of each element for each
+// index, and took four seconds to compile this instead of a third of one.
+struct HueCurve { low: vec4f, high: vec4f }
+
 // The hues of the points in degrees.
-const HUE_CURVES_AT: array<f32, 8> = array(29.0, 65.0, 110.0, 142.0, 195.0, 264.0, 303.0, 328.0);
+const HUE_CURVES_LOW: vec4f = vec4f(29.0, 65.0, 110.0, 142.0);
+const HUE_CURVES_HIGH: vec4f = vec4f(195.0, 264.0, 303.0, 328.0);
 
 // A point of a closed curve, by an index from -8 to 15.
-fn hue_curves_point(values: array<f32, 8>, index: i32) -> vec2f {
-    var all = values;
-    let turn = (index + 8) / 8 - 1;
-    let at = index - 8 * turn;
-    return vec2f(HUE_CURVES_AT[at] + 360.0 * f32(turn), all[at]);
+fn hue_curves_point(curve: HueCurve, index: i32) -> vec2f {
+    let turn = select(select(0.0, 1.0, index >= 8), -1.0, index < 0);
+    let is_high = (index & 4) != 0;
+    let hues = select(HUE_CURVES_LOW, HUE_CURVES_HIGH, is_high);
+    let values = select(curve.low, curve.high, is_high);
+    let is_odd = (index & 1) != 0;
+    let hue = select(select(hues.x, hues.y, is_odd), select(hues.z, hues.w, is_odd), (index & 2) != 0);
+    let value = select(select(values.x, values.y, is_odd), select(values.z, values.w, is_odd), (index & 2) != 0);
+    return vec2f(hue + 360.0 * turn, value);
 }
 
 // The closed curve at a hue of 29 to 389 degrees that is not before the point `index`, but before the next.
-fn hue_curves_value(values: array<f32, 8>, index: i32, hue: f32) -> f32 {
-    let a = hue_curves_point(values, index - 1);
-    let b = hue_curves_point(values, index);
-    let c = hue_curves_point(values, index + 1);
-    let d = hue_curves_point(values, index + 2);
+fn hue_curves_value(curve: HueCurve, index: i32, hue: f32) -> f32 {
+    let a = hue_curves_point(curve, index - 1);
+    let b = hue_curves_point(curve, index);
+    let c = hue_curves_point(curve, index + 1);
+    let d = hue_curves_point(curve, index + 2);
     return monotone_cubic(b, c, monotone_slope(a, b, c), monotone_slope(b, c, d), hue);
 }
 
-fn hue_curves_is_all(values: array<f32, 8>, value: f32) -> bool {
-    var all = values;
-    var found = true;
-    for (var index = 0; index < 8; index++) {
-        found = found && all[index] == value;
-    }
-    return found;
+fn hue_curves_is_all(curve: HueCurve, value: f32) -> bool {
+    return all(curve.low == vec4f(value)) && all(curve.high == vec4f(value));
 }
 
 // The share of its chroma in the lightness from which on a color is brightened in full.
 const HUE_CURVES_FULL: f32 = 0.05;
 
 fn hue_curves(source: vec4f, params: HueCurves) -> vec4f {
-    let turns = array(
-        params.hue_red,
-        params.hue_orange,
-        params.hue_yellow,
-        params.hue_green,
-        params.hue_cyan,
-        params.hue_blue,
-        params.hue_purple,
-        params.hue_magenta,
+    let turns = HueCurve(
+        vec4f(params.hue_red, params.hue_orange, params.hue_yellow, params.hue_green),
+        vec4f(params.hue_cyan, params.hue_blue, params.hue_purple, params.hue_magenta),
     );
-    let chromas = array(
-        params.saturation_red,
-        params.saturation_orange,
-        params.saturation_yellow,
-        params.saturation_green,
-        params.saturation_cyan,
-        params.saturation_blue,
-        params.saturation_purple,
-        params.saturation_magenta,
+    let chromas = HueCurve(
+        vec4f(params.saturation_red, params.saturation_orange, params.saturation_yellow, params.saturation_green),
+        vec4f(params.saturation_cyan, params.saturation_blue, params.saturation_purple, params.saturation_magenta),
     );
-    let stops = array(
-        params.lightness_red,
-        params.lightness_orange,
-        params.lightness_yellow,
-        params.lightness_green,
-        params.lightness_cyan,
-        params.lightness_blue,
-        params.lightness_purple,
-        params.lightness_magenta,
+    let stops = HueCurve(
+        vec4f(params.lightness_red, params.lightness_orange, params.lightness_yellow, params.lightness_green),
+        vec4f(params.lightness_cyan, params.lightness_blue, params.lightness_purple, params.lightness_magenta),
     );
     if hue_curves_is_all(turns, 0.0) && hue_curves_is_all(chromas, 1.0) && hue_curves_is_all(stops, 0.0) {
         return source;
@@ -100,11 +86,9 @@ fn hue_curves(source: vec4f, params: HueCurves) -> vec4f {
     let chroma = length(lab.yz);
     if chroma <= 1e-6 { return source; }
     let angle = degrees(atan2(lab.z, lab.y));
-    let hue = angle + select(0.0, 360.0, angle < HUE_CURVES_AT[0]);
-    var index = 0;
-    for (var next = 1; next < 8; next++) {
-        index = select(index, next, hue >= HUE_CURVES_AT[next]);
-    }
+    let hue = angle + select(0.0, 360.0, angle < HUE_CURVES_LOW.x);
+    let passed = vec4i(vec4f(hue) >= HUE_CURVES_LOW) + vec4i(vec4f(hue) >= HUE_CURVES_HIGH);
+    let index = max(passed.x + passed.y + passed.z + passed.w - 1, 0);
     let turn = radians(hue_curves_value(turns, index, hue));
     let turned = vec2f(lab.y * cos(turn) - lab.z * sin(turn), lab.y * sin(turn) + lab.z * cos(turn));
     let chroma_scale = max(hue_curves_value(chromas, index, hue), 0.0);

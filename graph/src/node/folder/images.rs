@@ -28,7 +28,8 @@ pub(super) fn image(name: Spanned<String>, item: Item, kind: &str, diagnostics: 
     Some(Made { name, function: function?, shape, size, format: format?, reads, port: None })
 }
 
-/// An output port and how it is made. The function is named after the kind, if it is left out.
+/// An output port and how it is made. The first output may leave out its function, which is then named after the kind:
+/// another output that did so would be a copy.
 pub(super) fn output(
     name: Spanned<String>,
     item: Item,
@@ -39,10 +40,11 @@ pub(super) fn output(
 ) -> Option<Made> {
     let (ty, fields) = typed(&name, item, "output", diagnostics)?;
     let type_of = one_of(&ty, "type of output", TYPES, diagnostics)?;
-    let mut fields = Fields::new(ty.location, "an output", fields, diagnostics);
+    let what = if is_main { "an output" } else { "an output after the first" };
+    let mut fields = Fields::new(ty.location, what, fields, diagnostics);
     let doc = fields.text("doc");
     let state = fields.output_state(inputs);
-    let function = function(&mut fields, otherwise);
+    let function = if is_main { function(&mut fields, otherwise) } else { fields.text("function") };
     let reads = reads(&mut fields);
     let shape = shape(&mut fields, type_of);
     let fallback = fields.take("fallback");

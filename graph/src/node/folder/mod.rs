@@ -23,7 +23,8 @@
 //! * `images` are made by functions, too, and only read by those after them. They are of type `Image` or `Pyramid`,
 //!   with the fields of an output except for `doc`, `state` and `fallback`, and with a `format`.
 //! * `outputs` are of type `Image` or `Pyramid`. `state` is `Same("input")` or a color state, `function` the kernel
-//!   function (the kind's name in snake case, if it is left out; for one of `images` followed by its name), `size` one
+//!   function (of the first output the kind's name in snake case, if it is left out; of `images` followed by their
+//!   name), `size` one
 //!   of `Same`, `Half`, `Double` (of the first image input, or of the frame) and `Fixed(256, 256)`. `fallback` is what
 //!   readers get when the node is off: an input, `Zero` or `Absent`. For the first output it is the first input of its
 //!   type, if it is left out, and `Zero` for the others.
@@ -37,6 +38,8 @@
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
 //!   struct of the function's argument `params`.
+//! * A node whose parameters with a `neutral` value all have it is skipped, and readers of its first output get the
+//!   fallback.
 //! * `of_color: true` promises that red, green and blue of a pixel follow from those of the same pixel alone, and that
 //!   alpha stays: `bake` can put a table in the place of the node.
 
@@ -51,7 +54,7 @@ mod record;
 mod sources;
 
 use declaration::Declaration;
-use record::FolderNode;
+use record::{FolderNode, FolderPasses};
 
 use super::contract::{contract, snake, stem};
 use std::sync::Arc;
@@ -164,8 +167,8 @@ fn contracted(
 struct FolderKind {
     name: String,
     doc: String,
-    params: Vec<Param>,
-    node: Arc<FolderNode>,
+    params: Arc<[Param]>,
+    passes: Arc<FolderPasses>,
 }
 
 impl Kind for FolderKind {
@@ -179,20 +182,20 @@ impl Kind for FolderKind {
         &self.params
     }
     fn inputs(&self) -> &[Input] {
-        &self.node.inputs
+        &self.passes.inputs
     }
     fn outputs(&self) -> &[Output] {
-        &self.node.outputs
+        &self.passes.outputs
     }
-    fn instantiate(&self, _: &[Value]) -> Arc<dyn DynNode> {
-        self.node.clone()
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+        Arc::new(FolderNode::new(self.passes.clone(), self.params.clone(), values))
     }
 }
 
 impl FolderKind {
     fn new(declared: Declaration, shader: Arc<Shader>) -> Self {
-        let node = Arc::new(FolderNode::new(&declared, shader));
-        let params: Vec<Param> = declared.params.into_iter().map(|(param, _)| param).collect();
-        Self { name: declared.name.value, doc: declared.doc, params, node }
+        let passes = Arc::new(FolderPasses::new(&declared, shader));
+        let params = declared.params.into_iter().map(|(param, _)| param).collect();
+        Self { name: declared.name.value, doc: declared.doc, params, passes }
     }
 }

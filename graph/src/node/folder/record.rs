@@ -5,9 +5,10 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{DynNode, ImageId, Input, InputValue, Output, PortType, Promises, Recorder};
+use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Output, PortType, Promises, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
+use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::{ArgType, Shader};
 
 /// The words of a table, two in a texel, as the library's `table` reads them.
@@ -32,14 +33,34 @@ fn table_words(@builtin(global_invocation_id) id: vec3u) {
 const TABLE_WIDTH: u64 = 256;
 const MAX_ROWS: u64 = 8192;
 
-/// A node of a kind without Rust. All nodes are one, since passes do not depend on the parameters: they are numbers in
-/// uniforms.
+/// A node of a kind without Rust.
 pub(super) struct FolderNode {
+    passes: Arc<FolderPasses>,
+    params: Arc<[Param]>,
+    /// Whether each parameter has its neutral value, or has none.
+    is_neutral: Vec<bool>,
+}
+
+impl FolderNode {
+    pub(super) fn new(passes: Arc<FolderPasses>, params: Arc<[Param]>, values: &[Value]) -> Self {
+        let is_neutral = params.iter().zip(values).map(|(param, value)| is_neutral(param, value)).collect();
+        Self { passes, params, is_neutral }
+    }
+}
+
+fn is_neutral(param: &Param, value: &Value) -> bool {
+    param.neutral.as_ref().is_none_or(|neutral| neutral == value)
+}
+
+/// What nodes of a kind without Rust share. Passes do not depend on the parameters, which are numbers in uniforms.
+pub(super) struct FolderPasses {
     pub(super) inputs: Vec<Input>,
     pub(super) outputs: Vec<Output>,
     steps: Vec<Step>,
     shader: Arc<Shader>,
     of_color: bool,
+    /// Whether the first output can be replaced by its fallback, which then has its size.
+    can_be_skipped: bool,
 }
 
 /// A function and what it makes.
@@ -61,13 +82,14 @@ enum Levels {
     Up(Pyramid),
 }
 
-impl FolderNode {
-    /// The node of a declaration that agrees with its shader.
+impl FolderPasses {
+    /// The passes of a declaration that agrees with its shader.
     pub(super) fn new(declared: &Declaration, shader: Arc<Shader>) -> Self {
         let inputs = declared.inputs.iter().map(|(port, _)| port.clone()).collect();
         let outputs = declared.made.iter().filter_map(|made| made.port.clone()).collect();
         let steps = declared.made.iter().enumerate().map(|(at, made)| step(declared, at, made, &shader)).collect();
-        Self { inputs, outputs, steps, shader, of_color: declared.of_color }
+        let (of_color, can_be_skipped) = (declared.of_color, can_be_skipped(declared));
+        Self { inputs, outputs, steps, shader, of_color, can_be_skipped }
     }
 
     /// The functions whose results are read.
@@ -84,9 +106,8 @@ impl FolderNode {
 
     /// The size of the first image, or of the frame.
     fn size(&self, pass: &mut Recorder<'_>) -> Size {
-        let is_image = |port: &&Input| matches!(port.ty, PortType::Image | PortType::Pyramid);
-        let first =
-            self.inputs.iter().filter(is_image).find(|port| pass.wired(&port.name) && !pass.is_zero(&port.name));
+        let mut images = self.inputs.iter().filter(|port| is_image(port));
+        let first = images.find(|port| pass.wired(&port.name) && !pass.is_zero(&port.name));
         let image = match first {
             Some(port) if port.ty == PortType::Pyramid => pass.pyramid(&port.name)[0],
             Some(port) => pass.image(&port.name),
@@ -94,6 +115,23 @@ impl FolderNode {
         };
         pass.desc(image).size
     }
+}
+
+/// Whether the first output has the size of its fallback: that of the first image, if nothing else is stated.
+fn can_be_skipped(declared: &Declaration) -> bool {
+    let Some(main) = declared.made.iter().find(|made| made.port.is_some()) else { return false };
+    let first = declared.inputs.iter().map(|(input, _)| input).find(|input| is_image(input));
+    let fallback = main.port.as_ref().map(|port| &port.fallback);
+    let has_size_of_first = matches!(main.shape, Shape::Image { .. }) && main.size == SizeRule::Same;
+    match fallback {
+        Some(Fallback::Input(name)) => has_size_of_first && first.is_some_and(|first| first.name == *name),
+        Some(Fallback::Zero) => true,
+        _ => false,
+    }
+}
+
+fn is_image(port: &Input) -> bool {
+    matches!(port.ty, PortType::Image | PortType::Pyramid)
 }
 
 fn step(declared: &Declaration, at: usize, made: &Made, shader: &Shader) -> Step {
@@ -141,15 +179,33 @@ impl Step {
 }
 
 impl DynNode for FolderNode {
+    fn take(&mut self, index: usize, value: &Value) -> bool {
+        self.is_neutral[index] = is_neutral(&self.params[index], value);
+        true
+    }
+
+    /// All parameters with a neutral value have it. Other outputs, such as masks, may differ from their fallbacks then.
+    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
+        let Some(main) = self.passes.outputs.first().filter(|main| main.name == *output) else { return false };
+        let arrives = match &main.fallback {
+            Fallback::Input(name) => !inputs.is_absent(name),
+            _ => true,
+        };
+        let has_neutral = self.params.iter().any(|param| param.neutral.is_some());
+        let is_neutral = has_neutral && self.is_neutral.iter().all(|neutral| *neutral);
+        is_neutral && arrives && self.passes.can_be_skipped
+    }
+
     fn promises(&self) -> Promises {
-        Promises { of_color: self.of_color, ..Promises::NONE }
+        Promises { of_color: self.passes.of_color, ..Promises::NONE }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let needed = self.needed(pass);
-        let size = self.size(pass);
-        let mut recorder = FolderRecorder { node: self, size, made: Vec::new(), tables: BTreeMap::new(), pass };
-        for (step, needed) in self.steps.iter().zip(needed) {
+        let node = &*self.passes;
+        let needed = node.needed(pass);
+        let size = node.size(pass);
+        let mut recorder = FolderRecorder { node, size, made: Vec::new(), tables: BTreeMap::new(), pass };
+        for (step, needed) in node.steps.iter().zip(needed) {
             let made = if needed { recorder.step(step) } else { InputValue::Absent };
             if recorder.pass.is_output_used(&step.name) {
                 recorder.pass.give(&step.name, made.clone());
@@ -160,7 +216,7 @@ impl DynNode for FolderNode {
 }
 
 struct FolderRecorder<'n, 'r, 'a> {
-    node: &'n FolderNode,
+    node: &'n FolderPasses,
     size: Size,
     /// What the functions before have made.
     made: Vec<InputValue>,
