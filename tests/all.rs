@@ -56,5 +56,7 @@ mod stress;
 mod support;
 /// The longest pipeline as a whole.
 mod tsushima;
+/// Operations whose results a device may choose.
+mod undefined;
 /// Kinds without Rust whose functions share memory of a workgroup.
 mod workgroups;

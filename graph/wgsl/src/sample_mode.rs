@@ -63,9 +63,9 @@ impl SampleMode {
         format!("sanitize_loaded({texture}, {at}, {texel}, {}u)", self.number().unwrap_or(0))
     }
 
-    /// The WGSL expression of a value within the limits of the mode.
+    /// The WGSL expression of the result of an untrusted kernel, within the limits of the mode.
     pub fn limited(self, value: &str) -> String {
-        self.number().map_or(value.to_owned(), |number| format!("sanitize_value({value}, {number}u)"))
+        self.number().map_or(value.to_owned(), |number| format!("sanitize_result({value}, {number}u)"))
     }
 
     /// The number of the mode in WGSL, if it sanitizes.
@@ -90,7 +90,7 @@ mod tests {
             let mode = SampleMode::sanitizing(signedness);
             assert_eq!(mode.pixel_read("t"), format!("sanitize_texel(t, at.pixel, {number}u)"));
             assert_eq!(mode.sanitized("t", "p", "v"), format!("sanitize_loaded(t, p, v, {number}u)"));
-            assert_eq!(mode.limited("v"), format!("sanitize_value(v, {number}u)"));
+            assert_eq!(mode.limited("v"), format!("sanitize_result(v, {number}u)"));
             assert!(mode.constants().contains(&("TEXEL_SANITIZE", ["1u", "2u", "3u"][number - 1])), "{mode:?}");
         }
         for mode in [SampleMode::Plain, SampleMode::ByHand] {
