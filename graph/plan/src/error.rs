@@ -1,6 +1,6 @@
 //! Why a graph cannot be planned.
 
-use crate::limits::{MAX_COMPUTED, MAX_PASSES};
+use crate::limits::{MAX_COMPUTED, MAX_OPERATIONS, MAX_PASSES};
 use afterimage_base::image::{Format, Size};
 use afterimage_wgsl::ShaderError;
 
@@ -112,6 +112,11 @@ pub enum PlanError {
     /// The nodes up to this one compute more tables than a plan may have.
     #[error("the nodes up to `{0}` compute more than {MAX_COMPUTED} tables")]
     TooManyTables(String),
+    /// The shaders of the plan's passes have more operations than a driver compiles in a reasonable time.
+    #[error(
+        "the shaders of the plan have {0} operations, more than {MAX_OPERATIONS}: a driver would compile them for minutes"
+    )]
+    TooManyOperations(usize),
     /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.
     #[error("the tables of the nodes up to `{node}` have {bytes} bytes, more than {limit}")]
     TooLargeTables {

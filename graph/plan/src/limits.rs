@@ -3,6 +3,11 @@
 
 /// Passes that the nodes of a pipeline record.
 pub const MAX_PASSES: usize = 1 << 14;
+/// Operations that a pass is compiled from, at most, after other passes have become part of it; a pass of one node may
+/// have more. Compilers inline all calls, and take more time than in proportion.
+pub const MAX_PASS_OPERATIONS: usize = 1 << 17;
+/// Operations that all different passes of a plan are compiled from.
+pub const MAX_OPERATIONS: usize = 1 << 23;
 pub const MAX_COMPUTED: usize = 8;
 /// Bytes of the tables that nodes compute.
 pub const MAX_COMPUTED_BYTES: u64 = 8 << 20;

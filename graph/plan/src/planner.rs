@@ -1,5 +1,7 @@
 //! The planner as the list of its stages.
 
+use std::collections::BTreeSet;
+
 use afterimage_graph::check::Graph;
 
 use crate::bake::bake;
@@ -12,10 +14,10 @@ use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
 use crate::hold::hold;
-use crate::limits::MAX_COMPUTED_BYTES;
+use crate::limits::{MAX_COMPUTED_BYTES, MAX_OPERATIONS};
 use crate::memory::memory;
 use crate::options::Alias;
-use crate::plan::{Memory, Plan};
+use crate::plan::{Memory, Plan, PlannedPass};
 use crate::probes::probes;
 use crate::record::record;
 use crate::request::PlanRequest;
@@ -77,6 +79,7 @@ fn plan_with_tables_up_to(
     check_memory(&memory, options.alias, request)?;
     let (batches, exports) = barriers(&schedule, &images, &builder, options.alias);
     let passes = codegen(schedule.passes, &images);
+    check_operations(&passes)?;
     let mut plan = Plan {
         blocks: blocks(graph, &passes),
         images,
@@ -100,6 +103,20 @@ fn plan_with_tables_up_to(
     plan.rectangles = rectangles(graph, request, &plan);
     let dynamic = dynamic_records.into_nodes(graph, request, &plan);
     Ok((plan, dynamic))
+}
+
+/// An error if a driver would compile the passes for minutes. Equal passes are compiled once.
+fn check_operations(passes: &[PlannedPass]) -> Result<(), PlanError> {
+    let mut known = BTreeSet::new();
+    let mut operations: usize = 0;
+    for PlannedPass { pass, .. } in passes {
+        let kernels = pass.kernels.iter();
+        let code: Vec<_> = kernels.map(|kernel| (kernel.shader.file(), &*kernel.function, &kernel.promises)).collect();
+        if known.insert(code) {
+            operations = operations.saturating_add(pass.compile_cost().operations());
+        }
+    }
+    if operations > MAX_OPERATIONS { Err(PlanError::TooManyOperations(operations)) } else { Ok(()) }
 }
 
 /// An error if the images of a frame have more memory than the device may give.

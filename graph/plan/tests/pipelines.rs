@@ -3,6 +3,7 @@
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Format;
 use afterimage_graph::node::{BufferId, KernelCall};
+use afterimage_plan::limits::{MAX_OPERATIONS, MAX_PASS_OPERATIONS};
 use afterimage_plan::{Caps, Options, verify};
 use afterimage_wgsl::SampleMode;
 
@@ -121,4 +122,35 @@ fn what_is_measured_depends_on_the_histogram_and_not_on_the_exposure() {
     assert_eq!(hash("", ""), hash("", ", key: 0.3, adaptation: Linear"));
     assert_ne!(hash("", ""), hash(", lo: -10.0", ""));
     assert_ne!(hash("", ""), hash(", weight: Spot", ""));
+}
+
+/// What is compiled for a pass of a built-in pipeline does not decide what is fused.
+#[test]
+fn built_in_pipelines_are_below_the_bounds_of_compilation() {
+    for name in files() {
+        let plan = plan_everything(&built_in(&name), Format::Rgba32Float, all_formats(), Options::default());
+        let operations = plan.passes.iter().map(|planned| planned.pass.compile_cost().operations());
+        let (most, all) = (operations.clone().max().unwrap_or(0), operations.sum::<usize>());
+        assert!(most <= MAX_PASS_OPERATIONS / 3 * 2, "{name}: {most}");
+        assert!(all <= MAX_OPERATIONS / 2, "{name}: {all}");
+    }
+}
+
+/// A pass takes in as many functions as a driver compiles in a few seconds.
+#[test]
+fn fusion_stops_where_a_pass_takes_too_long_to_compile() {
+    let nodes: Vec<String> = (0..80)
+        .map(|at| {
+            let source = if at == 0 { "scene".to_owned() } else { format!("n{}", at - 1) };
+            format!("\"n{at}\": HueCurves(source: \"{source}\", hue_red: 4.0)")
+        })
+        .collect();
+    let text = format!(
+        "Pipeline(inputs: {{ \"scene\": Color }}, nodes: {{ {} }}, outputs: {{ \"out\": \"n79\" }})",
+        nodes.join(", ")
+    );
+    let plan = plan_everything(&checked(&text), Format::Rgba32Float, all_formats(), Options::default());
+    let operations: Vec<usize> = plan.passes.iter().map(|planned| planned.pass.compile_cost().operations()).collect();
+    assert!(operations.iter().all(|operations| *operations <= MAX_PASS_OPERATIONS), "{operations:?}");
+    assert!(operations.len() > 1 && operations.len() < 40, "{operations:?}");
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
+use afterimage_wgsl::limits::CompileCost;
 use afterimage_wgsl::{Effort, Shader};
 
 use super::drawing::Subresource;
@@ -238,6 +239,11 @@ impl KernelCall {
     /// How much it computes.
     pub fn effort(&self) -> Effort {
         self.shader.effort(&self.function)
+    }
+
+    /// What it takes to compile it.
+    pub fn compile_cost(&self) -> CompileCost {
+        self.shader.compile_cost(&self.function)
     }
 
     /// The images that it reads as textures.

@@ -4,6 +4,7 @@
 //! for code generation, which writes the entry point, and for the stage of the planner that made it.
 
 use afterimage_wgsl::Shader;
+use afterimage_wgsl::limits::CompileCost;
 
 use super::drawing::Drawing;
 use super::kernel::{Arg, KernelCall, uniform_buffers};
@@ -149,6 +150,11 @@ impl Pass {
     /// The modules that it is made of.
     pub fn shaders(&self) -> impl Iterator<Item = &Shader> + '_ {
         self.kernels.iter().map(|kernel| &*kernel.shader)
+    }
+
+    /// What it takes to compile its kernels.
+    pub fn compile_cost(&self) -> CompileCost {
+        self.kernels.iter().map(KernelCall::compile_cost).sum()
     }
 
     /// Uniform buffers that it binds, besides that of the frame's time and number.

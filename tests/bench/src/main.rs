@@ -3,6 +3,8 @@
 //! - `kinds`: each built-in kind on its own, compared with the copy bandwidth of the device and with the same work
 //!   written by hand.
 //! - `lynx`: the pipeline `lynx.ron` next to the same chain written by hand.
+//! - `compile`: the seconds that a driver compiles each built-in kind and pipeline, as comma-separated values. Set
+//!   `MESA_SHADER_CACHE_DISABLE=true`.
 //! - `growth`: time and memory by the number of pixels and of nodes, as comma-separated values.
 
 mod baselines;
@@ -12,6 +14,7 @@ mod raw;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use afterimage_gpu::{Clock, FrameKind, FrameStep, Gpu, Opening, Session};
 use afterimage_graph::check::{CheckOptions, Facts, check};
@@ -52,6 +55,8 @@ enum Command {
     },
     /// The pipeline `lynx.ron` next to the same chain written by hand
     Lynx,
+    /// Seconds to compile each built-in kind and pipeline
+    Compile,
     /// Time and memory by the number of pixels and of nodes
     Growth,
 }
@@ -86,6 +91,7 @@ fn run(mut args: Arguments) -> Result<String, LabError> {
             write_json(&args, &report)?;
             Ok(json(&report))
         }
+        Command::Compile => compile(&gpu),
         Command::Growth => growth::growth(&gpu, &stress_registry(), args.frames),
     }
 }
@@ -118,6 +124,26 @@ fn named_kinds(gpu: &Gpu, names: &[String], sizes: &[Size], samples: u32) -> Res
         tables.push(afterimage_nodes::ALL);
     }
     kinds::kinds(gpu, &registry, &tables, sizes, samples)
+}
+
+fn compile(gpu: &Gpu) -> Result<String, LabError> {
+    let (registry, size) = (stress_registry(), Size::new(64, 36));
+    let mut text = "name,operations of a pass,of all passes,seconds\n".to_owned();
+    text += &kinds::compile(gpu, &registry, &[afterimage_nodes::ALL], size)?;
+    for (name, pipeline) in PIPELINES {
+        let line = compile_pipeline(gpu, &registry, size, name, pipeline);
+        text += &line.unwrap_or_else(|error| format!("{name}: {error}\n"));
+    }
+    Ok(text)
+}
+
+fn compile_pipeline(gpu: &Gpu, registry: &Registry, size: Size, name: &str, text: &str) -> Result<String, LabError> {
+    let graph = scene::graph(registry, name, text)?;
+    let images = scene::still(gpu, registry, &graph, size)?;
+    let start = Instant::now();
+    let mut session = Session::new(gpu, graph, Facts::default(), Options::default());
+    session.load(size, &images)?;
+    kinds::compiled(&mut session, &images, name, start)
 }
 
 /// The time of a frame of `lynx.ron`, and of the chains written by hand.

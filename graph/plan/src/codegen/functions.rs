@@ -6,6 +6,7 @@ use afterimage_wgsl::{Effort, ShaderError};
 
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
+use crate::limits::MAX_PASS_OPERATIONS;
 
 const FULL_SCREEN_TRIANGLE: &str = "
 @vertex
@@ -48,10 +49,16 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
         return 1;
     }
     let effort = pass.kernels.iter().map(KernelCall::effort).max().unwrap_or_default();
-    match (effort, size.texels()) {
+    let rows = match (effort, size.texels()) {
         (Effort::Heavy, _) | (Effort::Medium, 0..0x40_0000) | (Effort::Light, 0..0x4_0000) => 1,
         (Effort::Medium, _) | (Effort::Light, 0x4_0000..0x10_0000) => 2,
         (Effort::Light, _) => 4,
+    };
+    // Each is compiled by itself, and the compiler finds that they are alike in part.
+    match 2 * MAX_PASS_OPERATIONS / pass.compile_cost().operations().max(1) {
+        0 | 1 => 1,
+        2 | 3 => rows.min(2),
+        _ => rows,
     }
 }
 

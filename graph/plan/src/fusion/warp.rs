@@ -38,9 +38,11 @@ fn warp_reader(graph: &PassGraph, recording: &Recording, caps: &Caps, number: us
     let reads =
         |kernel: &&KernelCall| kernel.args.iter().any(|arg| arg.value.read() == Some(Resource::Image(intermediate)));
     let only_taps = taker.kernels.iter().filter(reads).all(|kernel| kernel.warp == Some(WarpPart::Tap));
-    let taps = taker.kernels.iter().filter(reads).count() * taps(producer);
+    let copies = taker.kernels.iter().filter(reads).count();
+    let taps = copies * taps(producer);
     let same_size = recording.image(result).desc.size == image.desc.size;
-    let fits = fit_one_module([producer, taker].into_iter(), recording, caps);
+    let passes = std::iter::repeat_n(producer, copies).chain([taker]);
+    let fits = fit_one_module(passes, recording, caps);
     (only_taps && same_size && fits && taps <= MAX_TAPS).then_some(reader)
 }
 

@@ -4,6 +4,8 @@ mod figures;
 mod images;
 mod subjects;
 
+use std::time::Instant;
+
 use afterimage_gpu::{Clock, Gpu, InputImage, Session, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
@@ -59,6 +61,44 @@ pub(crate) fn kinds(
         kinds: rows,
         skipped,
     })
+}
+
+/// The seconds that a driver compiles each kind of these tables, as comma-separated values: what the first frame takes
+/// longer than the second. Values that change nothing are replaced.
+pub(crate) fn compile(gpu: &Gpu, registry: &Registry, tables: &[&[NodeKind]], size: Size) -> Result<String, LabError> {
+    let clock = Clock::new(gpu)?;
+    let images = SceneImages::new(gpu, registry, size)?;
+    let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps: 0.0, samples: 1, size };
+    let mut text = String::new();
+    for subject in alone(registry, tables).0 {
+        let graph = subject.graph(registry, &subject.changed)?;
+        let images = bench.images.of(&subject.kind, &graph.inputs)?;
+        let start = Instant::now();
+        let mut session = bench.session(&graph, &images)?;
+        text += &compiled(&mut session, &images, &subject.kind, start)?;
+    }
+    Ok(text)
+}
+
+/// The same of a session that was loaded since `start`, as a line.
+pub(crate) fn compiled(
+    session: &mut Session,
+    images: &[InputImage],
+    name: &str,
+    mut start: Instant,
+) -> Result<String, LabError> {
+    let mut seconds = [0.0; 2];
+    for (frame, seconds) in seconds.iter_mut().enumerate() {
+        let mut encoder = session.gpu().encoder();
+        session.encode(&mut encoder, images, next_step(&mut (frame as u32)))?;
+        session.gpu().queue.submit([encoder.finish()]);
+        session.gpu().wait()?;
+        *seconds = start.elapsed().as_secs_f64();
+        start = Instant::now();
+    }
+    let operations = session.plan().passes.iter().map(|planned| planned.pass.compile_cost().operations());
+    let (most, all) = (operations.clone().max().unwrap_or(0), operations.sum::<usize>());
+    Ok(format!("{name},{most},{all},{:.2}\n", seconds[0] - seconds[1]))
 }
 
 /// The conditions of all measurements at one size.
