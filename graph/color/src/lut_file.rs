@@ -1,5 +1,7 @@
 //! Color files of any kind.
 
+use std::borrow::Cow;
+
 use crate::clf::parse_clf;
 use crate::lut::text::lines;
 use crate::lut::{Lut, LutError, PngLayout, parse_cube, parse_png, parse_spi1d, parse_spi3d};
@@ -28,7 +30,7 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
         return Err(LutError::new(0, message));
     }
     let known = "the file is neither a table (.cube, .spi1d, .spi3d, .clf) nor a PNG";
-    let text = std::str::from_utf8(bytes).map_err(|_| LutError::new(0, known))?;
+    let text = &*text_of(bytes).ok_or_else(|| LutError::new(0, known))?;
     match lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
         Some(word) if word.starts_with('<') => parse_clf(text).map(LutFile::Process),
         Some("Version" | "From" | "Length" | "Components") => parse_spi1d(text).map(LutFile::Table),
@@ -42,7 +44,7 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
     if bytes.get(36..40) == Some(b"acsp") {
         return Some("an ICC profile");
     }
-    let text = std::str::from_utf8(bytes).ok()?;
+    let text = &*text_of(bytes)?;
     if text.starts_with("#Inventor V") {
         return Some("a table of Nuke (.vf)");
     }
@@ -58,6 +60,25 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
         }
         _ => None,
     }
+}
+
+/// The text of a file in UTF-8, in UTF-16 with a byte order mark, or else in Latin-1, as old programs write titles and
+/// comments. `None` for other bytes than text.
+fn text_of(bytes: &[u8]) -> Option<Cow<'_, str>> {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        return Some(Cow::Borrowed(text));
+    }
+    let from_pair: fn([u8; 2]) -> u16 = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => {
+            let is_text = bytes.iter().all(|byte| *byte >= b' ' || byte.is_ascii_whitespace());
+            return is_text.then(|| bytes.iter().map(|byte| char::from(*byte)).collect());
+        }
+    };
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    let text = String::from_utf16(&pairs.iter().map(|pair| from_pair(*pair)).collect::<Vec<_>>()).ok();
+    text.filter(|_| rest.is_empty()).map(Cow::Owned)
 }
 
 fn is_whole(word: &str) -> bool {
@@ -82,5 +103,23 @@ mod tests {
         }
         let entries = "LUT_3D_SIZE 2\n".to_owned() + &"0 1 0\n".repeat(8);
         assert!(parse_lut_file(entries.as_bytes(), PngLayout::Tiles).is_ok());
+    }
+
+    #[test]
+    fn the_letters_of_a_title_are_no_reason_to_refuse_a_table() {
+        let table = "TITLE \"M\u{fc}nchen\"\r\n# \u{a9}\r\nLUT_3D_SIZE\t2\r\n".to_owned() + &"0\t1 0\r\n".repeat(8);
+        let latin: Vec<u8> = table.chars().map(|letter| letter as u8).collect();
+        let wide =
+            |order: fn(u16) -> [u8; 2]| "\u{feff}".encode_utf16().chain(table.encode_utf16()).flat_map(order).collect();
+        let marked = format!("\u{feff}{table}").into_bytes();
+        let returns = table.replace('\n', "").into_bytes();
+        let expected = parse_lut_file(table.as_bytes(), PngLayout::Tiles).expect("a table");
+        for bytes in [latin, wide(u16::to_le_bytes), wide(u16::to_be_bytes), marked, returns] {
+            assert_eq!(parse_lut_file(&bytes, PngLayout::Tiles).as_ref(), Ok(&expected), "{bytes:?}");
+        }
+        for binary in [&b"\0\x01\x02\xff"[..], b"\xff\xfe\0", b"PK\x03\x04\xff"] {
+            let message = parse_lut_file(binary, PngLayout::Tiles).expect_err("no text").message;
+            assert!(message.contains("neither a table"), "{message}");
+        }
     }
 }

@@ -212,7 +212,10 @@ fn the_namespace_of_smpte_states_the_version() {
     let text = format!(
         "<ProcessList xmlns=\"http://www.smpte-ra.org/ns/2136-1/2024\"><Id>urn:uuid:1</Id>{double}</ProcessList>"
     );
-    assert_eq!(parse_clf(&text).expect("a file of SMPTE").apply([1.0; 3]), [2.0; 3]);
+    let named = text.replace("<ProcessList", "<ProcessList compCLFversion=\"ST2136-1:2024\"");
+    for text in [text, named] {
+        assert_eq!(parse_clf(&text).expect("a file of SMPTE").apply([1.0; 3]), [2.0; 3]);
+    }
 }
 
 #[test]
@@ -301,7 +304,10 @@ fn a_malformed_file_is_reported_with_its_line() {
         assert!(error.starts_with(expected), "{nodes}\n{error}");
     }
     let version = "<ProcessList id=\"a\" compCLFversion=\"4\"/>";
-    assert_eq!(parse_clf(version).expect_err(version).to_string(), "line 1: the version is 2.0 or 3.0, not `4`");
+    assert_eq!(
+        parse_clf(version).expect_err(version).to_string(),
+        "line 1: the version is 2.0, 3.0 or ST2136-1:2024, not `4`"
+    );
     let other = parse_clf("<svg/>").expect_err("no list").to_string();
     assert_eq!(other, "line 1: the file is no `ProcessList`, but a `svg`");
 }

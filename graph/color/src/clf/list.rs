@@ -58,14 +58,14 @@ pub fn parse_clf(text: &str) -> Result<Process, LutError> {
     Ok(Process::new(steps))
 }
 
-/// Accepts versions 2 and 3, and the namespace of SMPTE, which stands for version 3.
+/// Accepts versions 2 and 3, and that of SMPTE ST 2136-1, which is version 3 with a name of its own.
 fn version(root: Node<'_, '_>) -> Result<(), LutError> {
     let is_smpte = root.tag_name().namespace().is_some_and(|space| space.contains("smpte-ra.org/ns/2136-1"));
     match root.attribute("compCLFversion").map(str::trim) {
         None if is_smpte => Ok(()),
-        Some("2" | "2.0" | "3" | "3.0") => Ok(()),
+        Some("2" | "2.0" | "3" | "3.0" | "ST2136-1:2024") => Ok(()),
         None => Err(error(root, "`ProcessList` has no attribute `compCLFversion`")),
-        Some(other) => Err(error(root, format!("the version is 2.0 or 3.0, not `{}`", short(other)))),
+        Some(other) => Err(error(root, format!("the version is 2.0, 3.0 or ST2136-1:2024, not `{}`", short(other)))),
     }
 }
 
