@@ -29,7 +29,7 @@ use crate::support::gpu::{Picture, Run};
 use crate::support::probes;
 
 /// The kinds of `nodes/folders` that tests here hold.
-pub const TESTED: [&str; 22] = [
+pub const TESTED: [&str; 25] = [
     "ChannelMixer",
     "ColorKey",
     "Crt",
@@ -44,14 +44,17 @@ pub const TESTED: [&str; 22] = [
     "LumaKey",
     "Mix",
     "OrderedDither",
+    "Over",
     "Palette",
     "Pixelate",
+    "Premultiply",
     "Rcas",
     "ShapeMask",
     "SplitToning",
     "Ssgi",
     "Ssr",
     "Transform",
+    "Unpremultiply",
 ];
 
 fn kind(name: &str) -> NodeKind {

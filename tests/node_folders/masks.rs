@@ -113,3 +113,26 @@ fn a_mask_takes_one_image_or_the_other() {
         }
     }
 }
+
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn alpha_is_divided_out_multiplied_in_and_covers() {
+    let front = Picture::new(4, 1, |x, _| {
+        [[0.25, 0.5, 1.0, 0.5], [2.0, 1.0, 0.5, 0.0], [0.5, 0.25, 0.75, 1.0], [0.0; 4]][x as usize]
+    });
+    let behind = Picture::new(4, 1, |_, _| [0.5, 1.0, 2.0, 0.5]);
+    let straight = "\"result\": Unpremultiply(source: \"front\")";
+    let again = "\"s\": Unpremultiply(source: \"front\"), \"result\": Premultiply(source: \"s\")";
+    let over = |opacity: f32| format!("\"result\": Over(source: \"behind\", front: \"front\", opacity: {opacity:?})");
+    let one = |nodes: &str| Nodes::new(nodes, &[("front", "Scene")]).exact(&[&front]).pixels;
+    let both =
+        |nodes: &str| Nodes::new(nodes, &[("front", "Scene"), ("behind", "Scene")]).exact(&[&front, &behind]).pixels;
+    assert_eq!(one(straight), [[0.5, 1.0, 2.0, 0.5], [2.0, 1.0, 0.5, 0.0], [0.5, 0.25, 0.75, 1.0], [0.0; 4]]);
+    assert_eq!(one(again), [front.at(0, 0), [0.0; 4], front.at(2, 0), [0.0; 4]]);
+    assert_eq!(
+        both(&over(1.0)),
+        [[0.5, 1.0, 2.0, 0.75], [2.5, 2.0, 2.5, 0.5], [0.5, 0.25, 0.75, 1.0], [0.5, 1.0, 2.0, 0.5]]
+    );
+    assert_eq!(both(&over(0.0)), [[0.5, 1.0, 2.0, 0.5]; 4]);
+    assert_eq!(both(&over(0.5))[2], [0.5, 0.625, 1.375, 0.75]);
+}
