@@ -63,6 +63,7 @@ fn text(source: &Source, description: &Description, numbers: &Numbers) -> String
     let why = stated_by.map_or_else(|| "assumed, because nothing states it".to_owned(), |what| format!("by `{what}`"));
     lines.push(match color {
         Some(color) => format!("  color: {}, {why}", color_text(color)),
+        None if stated_by.is_some() => format!("  color: as in its profile, {why}"),
         None => "  color: none, plain numbers".to_owned(),
     });
     lines.extend(notes.iter().map(|note| format!("  note: {note}")));

@@ -9,8 +9,8 @@ use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_media::{
     Alpha, ColorSpace, EncodedPixels, ExrCompression, ExrOptions, JpegOptions, Metadata, Picture, Pixels, PngDepth,
-    PngOptions, PngRows, ReadOptions, RowsFile, RowsOptions, Source, write_exr, write_exr_beside, write_jpeg,
-    write_png,
+    PngOptions, PngRows, ReadOptions, RowsFile, RowsOptions, Source, png_left_out, write_exr, write_exr_beside,
+    write_jpeg, write_png,
 };
 use afterimage_plan::PlanOutput;
 
@@ -54,6 +54,8 @@ pub(crate) struct SaveOptions {
     pub(crate) noise: Noise,
     /// For PNG.
     pub(crate) alpha: Alpha,
+    /// Whether alpha is coverage that is multiplied into the light, and no mask.
+    pub(crate) premultiplied: bool,
     /// For JPEG, 1 to 100; that of the format if `None`.
     pub(crate) quality: Option<u8>,
     /// For EXR.
@@ -73,6 +75,7 @@ impl SaveOptions {
             dither: true,
             noise: Noise::default(),
             alpha: Alpha::Drop,
+            premultiplied: true,
             quality: None,
             compression: ExrCompression::default(),
             space: None,
@@ -85,7 +88,13 @@ impl SaveOptions {
 
     fn png(&self, color: Colorimetry, frame: u32) -> PngOptions {
         let depth = if self.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight };
-        PngOptions { depth, alpha: self.alpha, dither: self.seed(frame), color: Some(color) }
+        PngOptions {
+            depth,
+            alpha: self.alpha,
+            premultiplied: self.premultiplied,
+            dither: self.seed(frame),
+            color: Some(color),
+        }
     }
 
     fn exr(&self, state: ColorState, color: Colorimetry) -> ExrOptions {
@@ -174,13 +183,18 @@ fn save_encoded(
     pixels: EncodedPixels<'_>,
     stated: &Stated,
     options: &SaveOptions,
-) -> Result<(), Failure> {
+) -> Result<Vec<String>, Failure> {
     let size = (texels.desc.size.width, texels.desc.size.height);
     let (color, frame) = (stated.colorimetry, stated.frame);
     match options.format {
-        FileFormat::Jpeg => Ok(write_jpeg(path, size, pixels, &options.jpeg(color, frame))?),
-        _ => Ok(write_png(path, size, pixels, &options.png(color, frame))?),
+        FileFormat::Jpeg => write_jpeg(path, size, pixels, &options.jpeg(color, frame))?,
+        _ => {
+            let png = options.png(color, frame);
+            write_png(path, size, pixels, &png)?;
+            return Ok(png_left_out(pixels, &png).into_iter().collect());
+        }
     }
+    Ok(Vec::new())
 }
 
 fn save_exr(path: &Path, texels: &Texels, stated: Stated, options: &SaveOptions) -> Result<Vec<String>, Failure> {

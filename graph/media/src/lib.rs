@@ -18,7 +18,7 @@ pub use codec::{
     Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, EncodedPixels,
     ErrorKind, ExrCompression, ExrOptions, ExrRows, JpegOptions, JpegRows, Metadata, PartDescription, Picture,
     PictureChannels, Pixels, PngDepth, PngOptions, PngRows, ReadOptions, StatedCamera, Window, catch_panic, encode_exr,
-    encode_exr_beside, encode_jpeg, encode_png, exr_left_out, limits, png_codes,
+    encode_exr_beside, encode_jpeg, encode_png, exr_left_out, limits, png_codes, png_left_out,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use files::FileWatch;

@@ -39,7 +39,7 @@ fn files(codes: &[u8]) -> Vec<Made> {
             let color = Colorimetry::new(primaries, transfer);
             let color = Some(if color.is_hdr() { color.nits(203.0, 1000.0) } else { color });
             for (bits, depth) in [(8, PngDepth::Eight), (16, PngDepth::Sixteen)] {
-                let options = PngOptions { depth, alpha: Alpha::Drop, dither: None, color };
+                let options = PngOptions { depth, alpha: Alpha::Drop, premultiplied: false, dither: None, color };
                 let bytes = encode_png(size, EncodedPixels::Float(&numbers), &options).ok();
                 made.push((format!("{space}-{curve}-{bits}.png"), bytes));
             }

@@ -7,8 +7,13 @@ use half::f16;
 use super::{Folder, ODD_SIZES};
 use afterimage_media::*;
 
-const PLAIN: PngOptions =
-    PngOptions { depth: PngDepth::Eight, alpha: Alpha::Keep, dither: None, color: Some(Colorimetry::SRGB) };
+const PLAIN: PngOptions = PngOptions {
+    depth: PngDepth::Eight,
+    alpha: Alpha::Keep,
+    premultiplied: false,
+    dither: None,
+    color: Some(Colorimetry::SRGB),
+};
 
 fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Vec<u8> {
     encode_png(size, pixels, options).unwrap()
@@ -180,7 +185,7 @@ fn codes_are_read_as_linear_light() {
     assert_eq!(picture.pixels.bytes_per_channel(), 2);
     let [r, g, b, a] = picture.pixel(0, 0);
     // IEC 61966-2-1: 10/255 lies on the line, 11/255 on the curve.
-    for (value, expected) in [(r, 0.0), (g, 0.0030353), (b, 0.0033465), (a, 0.50196)] {
+    for (value, expected) in [(r, 0.0), (g / a, 0.0030353), (b / a, 0.0033465), (a, 0.50196)] {
         assert!((value - expected).abs() <= expected * 6e-4, "{value} is not {expected}");
     }
     assert!((picture.pixel(1, 0)[0] - 0.502886).abs() < 3e-4);
@@ -189,7 +194,7 @@ fn codes_are_read_as_linear_light() {
     let values = [0.5, 0.04, 1.0, 0.25];
     let picture = folder.read(&encoded((1, 1), EncodedPixels::Float(&values), &options)).unwrap();
     assert_eq!(picture.pixels.bytes_per_channel(), 4);
-    assert!((picture.pixel(0, 0)[0] - 0.214041).abs() < 2e-5);
+    assert!((picture.pixel(0, 0)[0] - 0.25 * 0.214041).abs() < 1e-5);
 }
 
 fn written(set: impl FnOnce(&mut Encoder<'_, &mut Vec<u8>>), data: &[u8]) -> Vec<u8> {
@@ -227,7 +232,7 @@ fn other_kinds_of_png_are_read() {
 }
 
 #[test]
-fn chromaticities_that_describe_no_color_space_are_refused() {
+fn chromaticities_that_describe_no_color_space_are_passed_over() {
     let folder = Folder::new("png-chromaticities");
     let collinear = ::png::SourceChromaticities::new((0.31, 0.33), (0.3, 0.3), (0.3, 0.3), (0.15, 0.06));
     let file = written(
@@ -238,6 +243,7 @@ fn chromaticities_that_describe_no_color_space_are_refused() {
         },
         &[255, 0],
     );
-    let error = folder.read(&file).unwrap_err().to_string();
-    assert!(error.contains("its `cHRM` chunk describes no color space"), "{error}");
+    let picture = folder.read(&file).unwrap();
+    assert_eq!(picture.stated, Some(Colorimetry::SRGB));
+    assert_eq!(picture.notes, ["its `cHRM` chunk is passed over: it describes no color space"]);
 }

@@ -85,6 +85,8 @@ pub(crate) fn write_png<'py>(
         let options = PngOptions {
             depth: if bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight },
             alpha: if channels == 4 { Alpha::Keep } else { Alpha::Drop },
+            // The codes of an image are those of a PNG.
+            premultiplied: false,
             dither: None,
             color: color.or(PngOptions::default().color),
         };

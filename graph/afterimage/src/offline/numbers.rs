@@ -130,7 +130,7 @@ impl RenderedImage {
     ) -> Result<Self, Error> {
         let desc = texels.desc;
         let (numbers, channels) = match rounding.filter(|_| encoding.is_rounded()) {
-            Some(rounding) => rounded(&texels, rounding)?,
+            Some(rounding) => rounded(&texels, rounding, output.colorimetry)?,
             None => plain(texels),
         };
         let (state, colorimetry) = (output.state, output.colorimetry);
@@ -153,13 +153,14 @@ fn plain(texels: Texels) -> (Numbers, usize) {
 }
 
 /// The codes of the program's PNG.
-fn rounded(texels: &Texels, rounding: &Rounding) -> Result<(Numbers, usize), Error> {
+fn rounded(texels: &Texels, rounding: &Rounding, color: Colorimetry) -> Result<(Numbers, usize), Error> {
     let size = (texels.desc.size.width, texels.desc.size.height);
     let options = PngOptions {
         depth: if rounding.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight },
         alpha: if rounding.keeps_alpha { Alpha::Keep } else { Alpha::Drop },
+        premultiplied: true,
         dither: rounding.dither,
-        color: None,
+        color: Some(color),
     };
     let codes = with_encoded_pixels(texels, |pixels| png_codes(size, pixels, &options));
     let (codes, channels) = codes.map_err(|error| Error::Image(error.message))?;

@@ -76,7 +76,7 @@ pub(crate) struct InputSpace {
 impl ReadArgs {
     /// How files of an input are read.
     pub(crate) fn options(&self, budget: Budget, space: Option<ColorSpace>) -> ReadOptions {
-        ReadOptions { budget, space, data_window: self.window == WindowChoice::Data, rows: None }
+        ReadOptions { space, data_window: self.window == WindowChoice::Data, ..budget.into() }
     }
 
     /// The space that the command line states for the files of an input; that with its name counts first.

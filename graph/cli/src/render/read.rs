@@ -216,7 +216,10 @@ fn in_size(
 pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
     let input = request.inputs.iter().find(|input| input.name == name);
     let space = input.and_then(|input| request.args.reading.space_of(input));
-    request.args.reading.options(request.args.images.budget(), space)
+    let options = request.args.reading.options(request.args.images.budget(), space);
+    // A mask in alpha says nothing about the light beside it.
+    let is_mask = input.is_some_and(|input| input.needs_alpha || input.state == ColorState::Data);
+    ReadOptions { premultiplied: !is_mask, ..options }
 }
 
 /// Refuses the color space of an input that the pipeline does not have.

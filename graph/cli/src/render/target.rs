@@ -87,6 +87,7 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
             AlphaChoice::Keep => Alpha::Keep,
             AlphaChoice::Auto | AlphaChoice::Drop => Alpha::Drop,
         },
+        premultiplied: output.has_coverage || !graph.inputs.iter().any(|input| input.needs_alpha),
         quality: args.quality,
         compression: args.exr.compression.unwrap_or_default(),
         space,

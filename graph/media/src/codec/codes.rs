@@ -3,8 +3,10 @@
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, GRAPHICS_WHITE, Transfer, hlg_gamma};
 use glam::{DMat3, Vec3};
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use crate::codec::chromaticities::{convert, to_rec709};
+use crate::codec::icc::{Curve, Profile, Tables};
 use crate::codec::limits::filled;
 use crate::codec::orientation::Orientation;
 use crate::codec::{CodecError, Picture, Pixels};
@@ -15,36 +17,71 @@ const HLG_PEAK: f64 = 1000.0;
 /// How the codes of a file become linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R BT.2408),
 /// so that SDR and HDR versions of an image agree.
 pub(crate) struct Colors {
-    transfer: Transfer,
+    light: Light,
     matrix: Option<DMat3>,
     /// HLG: the luminance weights, and the peak of the display.
     display: Option<(Vec3, f64)>,
-    /// What the file states; `None` if it states nothing.
+    /// Whether the codes are those of video: of 8 bits, 16 is black and 235 is white.
+    pub(crate) is_narrow: bool,
+    /// What the file states; `None` if it states nothing that a primaries and a transfer function can say.
     pub(crate) stated: Option<Colorimetry>,
+    /// The chunk or profile that states it.
+    pub(crate) stated_by: Option<&'static str>,
     pub(crate) notes: Vec<String>,
+}
+
+/// From codes to light of the file's primaries.
+enum Light {
+    Transfer(Transfer),
+    /// The curves of a profile, by channel.
+    Curves(Box<[Curve; 3]>),
+    /// The tables of a profile.
+    Tables(Tables),
 }
 
 impl Colors {
     /// The colors that a file states. `peak` is that of the mastering display in cd/m2, if it is stated.
-    pub(crate) fn new(stated: Option<(Chromaticities, Transfer)>, peak: Option<f64>, notes: Vec<String>) -> Self {
+    pub(crate) fn new(stated: Option<(Chromaticities, Transfer)>, peak: Option<f64>) -> Self {
         let (primaries, transfer) = stated.unwrap_or((Chromaticities::REC709, Transfer::Srgb));
-        let luminance = || primaries.to_xyz().row(1).as_vec3();
-        let color = |(primaries, transfer)| {
+        let stated = stated.map(|(primaries, transfer)| {
             let color = Colorimetry::new(primaries, transfer);
             if color.is_hdr() { hdr(color, peak) } else { color }
-        };
-        Self {
-            transfer,
-            matrix: to_rec709(&primaries),
-            display: (transfer == Transfer::Hlg).then(|| (luminance(), peak.unwrap_or(HLG_PEAK))),
-            stated: stated.map(color),
-            notes,
+        });
+        let display =
+            (transfer == Transfer::Hlg).then(|| (primaries.to_xyz().row(1).as_vec3(), peak.unwrap_or(HLG_PEAK)));
+        Self { display, stated, ..Self::of_light(Light::Transfer(transfer), &primaries) }
+    }
+
+    /// The colors of an ICC profile.
+    pub(crate) fn of_profile(profile: Profile) -> Self {
+        match profile {
+            Profile::Space(primaries, transfer) => Self::new(Some((primaries, transfer)), None),
+            Profile::Curves(primaries, curves) => Self::of_light(Light::Curves(curves), &primaries),
+            Profile::Tables(tables) => Self::of_light(Light::Tables(tables), &Tables::PRIMARIES),
         }
+    }
+
+    /// The same, as that chunk or profile of the file states it.
+    pub(crate) fn stated_by(self, name: &'static str) -> Self {
+        Self { stated_by: Some(name), ..self }
+    }
+
+    fn of_light(light: Light, primaries: &Chromaticities) -> Self {
+        let matrix = to_rec709(primaries);
+        Self { light, matrix, display: None, is_narrow: false, stated: None, stated_by: None, notes: Vec::new() }
+    }
+
+    /// What the codes mean; `None` where only the profile can say it.
+    pub(crate) fn described(&self) -> Option<Colorimetry> {
+        self.stated.or(match self.light {
+            Light::Transfer(_) => Some(Colorimetry::SRGB),
+            Light::Curves(_) | Light::Tables(_) => None,
+        })
     }
 
     /// Whether there is light above SDR white.
     fn is_hdr(&self) -> bool {
-        matches!(self.transfer, Transfer::Pq | Transfer::Hlg)
+        matches!(self.light, Light::Transfer(Transfer::Pq | Transfer::Hlg))
     }
 
     /// The bytes of a number of [`Codes::into_picture`].
@@ -52,16 +89,30 @@ impl Colors {
         if is_wide || self.is_hdr() { 4 } else { 2 }
     }
 
-    /// The light of a signal of 1; for HLG that of the scene.
-    fn unit(&self) -> f64 {
-        if self.transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 }
+    /// The signal of a code.
+    fn signal(&self, code: u32, last: u32) -> f64 {
+        let (code, last) = (f64::from(code), f64::from(last));
+        if self.is_narrow {
+            // 16 and 219 of 256, whatever the number of bits.
+            let unit = (last + 1.0) / 256.0;
+            (code - 16.0 * unit) / (219.0 * unit)
+        } else {
+            code / last
+        }
     }
 
-    /// Linear light for each code; scene light for HLG.
-    fn table(&self, last: u32) -> Vec<f32> {
-        let scale = self.unit();
-        let light = |code: u32| self.transfer.to_light(f64::from(code) / f64::from(last)) * scale;
-        (0..=last).map(|code| light(code) as f32).collect()
+    /// Linear light for each code of each channel, scene light for HLG; signals for tables.
+    fn tables(&self, last: u32) -> [Vec<f32>; 3] {
+        [0, 1, 2]
+            .map(|channel| (0..=last).map(|code| self.channel_light(channel, self.signal(code, last)) as f32).collect())
+    }
+
+    fn channel_light(&self, channel: usize, signal: f64) -> f64 {
+        match &self.light {
+            Light::Transfer(transfer) => transfer.to_light(signal) * unit(*transfer),
+            Light::Curves(curves) => curves[channel].light(signal),
+            Light::Tables(_) => signal,
+        }
     }
 
     fn convert(&self, values: &mut [f32]) {
@@ -74,26 +125,21 @@ impl Colors {
 
     /// True if the numbers of the file are linear Rec.709 as they are.
     pub(crate) fn is_rec709_light(&self) -> bool {
-        self.transfer == Transfer::Linear && self.matrix.is_none()
+        matches!(self.light, Light::Transfer(Transfer::Linear)) && self.matrix.is_none()
     }
 
-    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays.
+    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays. Only EXR
+    /// files have such pixels, and they have no profiles.
     pub(crate) fn to_light(&self, values: &mut [f32]) {
-        if self.transfer != Transfer::Linear {
-            let scale = self.unit();
+        if let Light::Transfer(transfer) = self.light
+            && transfer != Transfer::Linear
+        {
+            let scale = unit(transfer);
             for value in values.as_chunks_mut::<4>().0.iter_mut().flat_map(|pixel| &mut pixel[..3]) {
-                *value = (self.transfer.extended_to_light(f64::from(*value)) * scale) as f32;
+                *value = (transfer.extended_to_light(f64::from(*value)) * scale) as f32;
             }
         }
         self.convert(values);
-    }
-
-    fn convert_halves(&self, values: &mut [f16]) {
-        let Some(matrix) = self.matrix.map(|matrix| matrix.as_mat3()) else { return };
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            let rgb = [r.to_f32(), g.to_f32(), b.to_f32()];
-            [*r, *g, *b] = convert(&matrix, rgb).map(f16::from_f32);
-        }
     }
 
     /// The opto-optical transfer function of HLG: the light of the display that the file is graded on.
@@ -110,6 +156,11 @@ impl Colors {
     }
 }
 
+/// The light of a signal of 1; for HLG that of the scene.
+fn unit(transfer: Transfer) -> f64 {
+    if transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 }
+}
+
 fn hdr(color: Colorimetry, peak: Option<f64>) -> Colorimetry {
     let default = (color.transfer == Transfer::Hlg).then_some(HLG_PEAK);
     Colorimetry { white_nits: Some(GRAPHICS_WHITE), peak_nits: peak.or(default).map(Decimal::new), ..color }
@@ -121,16 +172,32 @@ pub(crate) struct Codes {
     pub(crate) bytes: Vec<u8>,
     /// Whether codes have 16 bits; otherwise they have 8.
     pub(crate) is_wide: bool,
-    /// Gray, gray and alpha, RGB or RGBA.
+    /// Gray, RGB or CMYK, and alpha.
     pub(crate) channels: usize,
+    /// What the last channel is.
+    pub(crate) alpha: Alpha,
     pub(crate) pixels: usize,
 }
+
+/// The straight alpha of a file: coverage that is not multiplied into the color.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Alpha {
+    /// There is none: it is 1.
+    None,
+    /// It is kept, and light is multiplied by it.
+    Premultiply,
+    /// It is kept.
+    Apart,
+}
+
+/// Pixels that become light at once.
+const GROUP: usize = 4096;
 
 impl Codes {
     /// The upright picture of this size.
     ///
     /// # Errors
-    /// There is no memory for it.
+    /// There is no memory for it, or a profile cannot be evaluated.
     pub(super) fn into_picture(
         self,
         [width, height]: [u32; 2],
@@ -139,61 +206,69 @@ impl Codes {
     ) -> Result<Picture, CodecError> {
         let pixels = self.to_light(&colors)?;
         let Colors { stated, notes, .. } = colors;
-        let picture = Picture { stated, notes, ..Picture::new(width, height, pixels) };
-        Ok(match orientation {
-            Some(orientation) => orientation.upright(picture),
-            None => picture,
-        })
+        let mut picture = Picture { stated, notes, ..Picture::new(width, height, pixels) };
+        if let Some(orientation) = orientation {
+            picture = orientation.upright(picture);
+            picture.notes.push(orientation.note());
+        }
+        Ok(picture)
     }
 
     /// Linear light of Rec.709: halves for 8 bits, which hold every code apart, floats for 16 and for HDR. Without
     /// alpha it is 1.
     fn to_light(&self, colors: &Colors) -> Result<Pixels, CodecError> {
-        if !self.is_wide && !colors.is_hdr() {
-            let mut values = filled(self.pixels * 4, f16::ONE)?;
-            self.linearize(colors, f16::from_f32, &mut values);
-            colors.convert_halves(&mut values);
-            return Ok(Pixels::Half(values));
+        let tables = colors.tables(if self.is_wide { 65535 } else { 255 });
+        if self.is_wide || colors.is_hdr() {
+            let mut values = filled(self.pixels * 4, 1.0_f32)?;
+            for (group, out) in values.chunks_mut(4 * GROUP).enumerate() {
+                self.group(group * GROUP, colors, &tables, out)?;
+            }
+            return Ok(Pixels::Float(values));
         }
-        let mut values = filled(self.pixels * 4, 1.0_f32)?;
-        self.linearize(colors, |value| value, &mut values);
-        colors.convert(&mut values);
-        Ok(Pixels::Float(values))
+        let mut values = filled(self.pixels * 4, f16::ONE)?;
+        let mut floats = vec![1.0; 4 * GROUP];
+        for (group, out) in values.chunks_mut(4 * GROUP).enumerate() {
+            let floats = &mut floats[..out.len()];
+            self.group(group * GROUP, colors, &tables, floats)?;
+            out.convert_from_f32_slice(floats);
+        }
+        Ok(Pixels::Half(values))
     }
 
-    fn linearize<T: Copy>(&self, colors: &Colors, to_sample: impl Fn(f32) -> T, out: &mut [T]) {
+    fn code(&self, pixel: usize, channel: usize) -> usize {
+        let at = pixel * self.channels + channel;
         if self.is_wide {
-            let (codes, _) = self.bytes.as_chunks::<2>();
-            let codes = codes.iter().map(|code| usize::from(u16::from_be_bytes(*code)));
-            spread(codes, self.channels, &colors.table(65535), to_sample, out);
+            u16::from_be_bytes([self.bytes[2 * at], self.bytes[2 * at + 1]]).into()
         } else {
-            let codes = self.bytes.iter().map(|code| usize::from(*code));
-            spread(codes, self.channels, &colors.table(255), to_sample, out);
+            self.bytes[at].into()
         }
     }
-}
 
-/// Spreads gray, gray and alpha, RGB or RGBA codes over RGBA.
-fn spread<T: Copy>(
-    mut codes: impl Iterator<Item = usize>,
-    channels: usize,
-    table: &[f32],
-    to_sample: impl Fn(f32) -> T,
-    out: &mut [T],
-) {
-    let alpha_scale = 1.0 / (table.len() - 1) as f32;
-    let light: Vec<T> = table.iter().map(|value| to_sample(*value)).collect();
-    let has_alpha = channels.is_multiple_of(2);
-    for pixel in out.as_chunks_mut::<4>().0 {
-        let mut next = || codes.next().unwrap_or(0);
-        if channels < 3 {
-            let gray = light[next()];
-            pixel[..3].fill(gray);
+    /// The light of the pixels from `first` on.
+    fn group(&self, first: usize, colors: &Colors, tables: &[Vec<f32>; 3], out: &mut [f32]) -> Result<(), CodecError> {
+        let inks = self.channels - usize::from(self.alpha != Alpha::None);
+        if let Light::Tables(profile) = &colors.light {
+            let channels = profile.channels();
+            let pixels = first..first + out.len() / 4;
+            let signals = pixels.flat_map(|pixel| (0..channels).map(move |channel| (pixel, channel.min(inks - 1))));
+            let signals: Vec<f32> = signals.map(|(pixel, channel)| tables[0][self.code(pixel, channel)]).collect();
+            profile.light(&signals, out)?;
         } else {
-            pixel[..3].fill_with(|| light[next()]);
+            for (pixel, out) in (first..).zip(out.as_chunks_mut::<4>().0) {
+                for (channel, light) in out[..3].iter_mut().enumerate() {
+                    *light = tables[channel][self.code(pixel, channel.min(inks - 1))];
+                }
+            }
         }
-        if has_alpha {
-            pixel[3] = to_sample(next() as f32 * alpha_scale);
+        colors.convert(out);
+        if self.alpha != Alpha::None {
+            let scale = 1.0 / (tables[0].len() - 1) as f32;
+            for (pixel, out) in (first..).zip(out.as_chunks_mut::<4>().0) {
+                out[3] = self.code(pixel, inks) as f32 * scale;
+                let alpha = if self.alpha == Alpha::Premultiply { out[3] } else { 1.0 };
+                out[..3].iter_mut().for_each(|light| *light *= alpha);
+            }
         }
+        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Radiance `.hdr`: eight bits for each color and a shared exponent.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Cursor, Read as _, Seek};
 
 use afterimage_base::color::{Chromaticities, Colorimetry};
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
@@ -8,7 +8,7 @@ use image::{ImageDecoder, ImageError};
 
 use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::{MAX_HDR_HEADER, filled, zeroed};
-use crate::codec::metered::Metered;
+use crate::codec::orientation::Orientation;
 use crate::codec::{
     ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
     Pixels, ReadOptions, Window,
@@ -18,28 +18,73 @@ use crate::codec::{
 pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
 
 /// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
-/// divided out, the products of all their lines, so that the values are the radiance that the file states.
+/// divided out, the products of all their lines, so that the values are the radiance that the file states. Rows and
+/// pixels may run in any direction.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
-    let (reader, allowance) = Metered::new(reader, MAX_HDR_HEADER);
+    let (header, orientation, reader) = header(reader)?;
     // Strict mode accepts only one of the two signatures.
-    let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(header).chain(reader)).map_err(explain)?;
     let (width, height) = decoder.dimensions();
-    // The decoder's three floats a pixel are there until all are copied.
-    options.budget.check((width.into(), height.into()), 4, u64::from(width) * u64::from(height) * 12)?;
-    allowance.lift();
+    // The decoder's three floats a pixel are there until all are copied, and a picture until it is turned.
+    let turned = if orientation == Orientation::UPRIGHT { 0 } else { 16 };
+    options.budget.check((width.into(), height.into()), 4, u64::from(width) * u64::from(height) * (12 + turned))?;
     let meta = decoder.metadata();
     let mut bytes = zeroed(width as usize * height as usize * 12)?;
     decoder.read_image(&mut bytes).map_err(explain)?;
     let mut picture = Picture::new(width, height, Pixels::Float(rgba(&bytes)?));
+    if orientation != Orientation::UPRIGHT {
+        drop(bytes);
+        picture = orientation.upright(picture);
+    }
     apply(&meta, options.space, &mut picture);
     Ok(picture)
 }
 
+/// The header as the decoder knows it, the directions of rows and pixels, and the reader at the first pixel. Lines may
+/// end as those of Windows do.
+///
+/// # Errors
+/// A header that is too long or cut short.
+fn header<R: BufRead>(mut reader: R) -> Result<(Vec<u8>, Orientation, R), CodecError> {
+    let mut header = Vec::new();
+    let mut is_size = false;
+    loop {
+        let start = header.len();
+        let most = MAX_HDR_HEADER - start as u64;
+        let read = reader.by_ref().take(most).read_until(b'\n', &mut header);
+        read.map_err(|error| CodecError::reading(&error))?;
+        if header[start..].last() != Some(&b'\n') {
+            let is_long = header.len() as u64 >= MAX_HDR_HEADER;
+            return Err(if is_long { CodecError::broken("its header is too long") } else { CodecError::cut_short() });
+        }
+        header.pop();
+        if header[start..].last() == Some(&b'\r') {
+            header.pop();
+        }
+        if is_size {
+            let line = String::from_utf8_lossy(&header[start..]).into_owned();
+            let mut orientation = Orientation::UPRIGHT;
+            if let [rows, height, pixels, width] = *line.split_whitespace().collect::<Vec<_>>() {
+                if let Some(stated) = Orientation::of_axes(rows, pixels) {
+                    orientation = stated;
+                    header.truncate(start);
+                    header.extend(format!("-Y {height} +X {width}").into_bytes());
+                }
+            }
+            header.push(b'\n');
+            return Ok((header, orientation, reader));
+        }
+        is_size = header.len() == start;
+        header.push(b'\n');
+    }
+}
+
 /// What the header states.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
-    let (reader, _) = Metered::new(reader, MAX_HDR_HEADER);
-    let decoder = HdrDecoder::new_nonstrict(reader).map_err(explain)?;
+    let (header, orientation, reader) = header(reader)?;
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(header).chain(reader)).map_err(explain)?;
     let (width, height) = decoder.dimensions();
+    let (width, height) = orientation.size(width, height);
     let stated = stated_primaries(&decoder.metadata());
     let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
     let of_channel = |name: &String| ChannelDescription { name: name.clone(), samples: "RGBE" };
@@ -116,7 +161,7 @@ fn explain(error: ImageError) -> CodecError {
         ImageError::IoError(error) => CodecError::reading(&error),
         ImageError::Unsupported(what) => {
             CodecError::new(ErrorKind::Unsupported, format!("this Radiance file cannot be read: {what}"))
-                .hint("save it again as RGBE with rows from top to bottom, or as EXR")
+                .hint("save it again as RGBE, or as EXR")
         }
         other => CodecError::broken(other),
     }

@@ -1,9 +1,17 @@
-//! ICC profiles of RGB spaces: written where a file has no other exact label, and read where they are matrices with
-//! a known curve.
+//! ICC profiles: those of RGB spaces are written where a file has no other exact label; those of gray, RGB and CMYK
+//! are read.
 
-use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Transfer, Xy};
+use std::sync::Arc;
+
+use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Transfer, Xy};
 use glam::{DMat3, DVec3};
-use moxcms::{ColorProfile, DataColorSpace, LocalizableString, Matrix3d, ProfileText, ToneReprCurve, Xyzd};
+use moxcms::{
+    ColorProfile, DataColorSpace, Layout, LocalizableString, Matrix3d, ProfileText, RenderingIntent, ToneReprCurve,
+    TransformF32Executor, TransformOptions, Xyzd,
+};
+
+use crate::codec::cicp::Cicp;
+use crate::codec::{CodecError, catch_panic};
 
 /// The white of the profile connection space: D50 as ICC.1 rounds it.
 const PCS_WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
@@ -76,35 +84,176 @@ fn xyz(at: DVec3) -> Xyzd {
     Xyzd { x: at.x, y: at.y, z: at.z }
 }
 
-/// The space of an RGB profile with a matrix and one curve for all channels, if the curve is linear, sRGB's or a power;
-/// `None` for all other profiles. The white of the space is D65, to which the profile's colors are adapted.
-pub(crate) fn read(bytes: &[u8]) -> Option<(Chromaticities, Transfer)> {
-    let profile = ColorProfile::new_from_slice(bytes).ok()?;
-    let is_matrix = profile.color_space == DataColorSpace::Rgb
-        && profile.pcs == DataColorSpace::Xyz
-        && profile.lut_a_to_b_perceptual.is_none()
-        && profile.lut_a_to_b_colorimetric.is_none();
-    let curves = [profile.red_trc.as_ref()?, profile.green_trc.as_ref()?, profile.blue_trc.as_ref()?];
-    let transfer = transfer(curves[0])?;
-    let is_one = curves.iter().all(|curve| is_curve(curve, transfer));
-    let colorants = [profile.red_colorant, profile.green_colorant, profile.blue_colorant];
-    let primaries = primaries(colorants.map(|at| DVec3::new(at.x, at.y, at.z)))?;
-    (is_matrix && is_one).then_some((primaries, transfer))
+/// Why a profile is not applied that cannot be parsed.
+pub(crate) const UNREADABLE: &str = "it is damaged, or of a kind that is not known";
+
+/// The meaning of a profile. The white of its space is D65, to which the profile's colors are adapted.
+pub(crate) enum Profile {
+    /// A matrix, or gray, with one known curve for all channels.
+    Space(Chromaticities, Transfer),
+    /// A matrix, or gray, with other curves.
+    Curves(Chromaticities, Box<[Curve; 3]>),
+    /// Tables of several dimensions.
+    Tables(Tables),
 }
 
-/// As [`read`]; notes that a profile is none of these.
-pub(crate) fn read_or_note(bytes: &[u8], notes: &mut Vec<String>) -> Option<(Chromaticities, Transfer)> {
-    let read = read(bytes);
-    if read.is_none() {
-        notes.push("its ICC profile is not applied; the colors are taken as sRGB".to_owned());
+/// The curve of a channel.
+#[derive(Debug, Clone)]
+pub(crate) struct Curve {
+    curve: ToneReprCurve,
+    /// Whether it gives the lightness of CIELAB, as a gray profile with that connection space does.
+    is_lightness: bool,
+}
+
+impl Curve {
+    /// Light of a signal from 0 to 1.
+    pub(crate) fn light(&self, signal: f64) -> f64 {
+        let value = value(&self.curve, signal.clamp(0.0, 1.0));
+        if !self.is_lightness {
+            return value;
+        }
+        // CIE 15:2018, 8.2.1.1.
+        let root = (100.0 * value + 16.0) / 116.0;
+        if root > 6.0 / 29.0 { root.powi(3) } else { (root - 4.0 / 29.0) * 108.0 / 841.0 }
     }
-    read
+
+    /// Whether it is that function.
+    fn is(&self, transfer: Transfer) -> bool {
+        let mut signals = (0..=256).map(|step| f64::from(step) / 256.0);
+        signals.all(|signal| (self.light(signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
+    }
+
+    /// Whether it gives a number for each signal.
+    fn is_defined(&self) -> bool {
+        (0..=256).all(|step| self.light(f64::from(step) / 256.0).is_finite())
+    }
 }
 
-fn primaries(colorants: [DVec3; 3]) -> Option<Chromaticities> {
+/// The tables of a profile, evaluated by moxcms.
+pub(crate) struct Tables {
+    transform: Arc<TransformF32Executor>,
+    channels: usize,
+}
+
+impl Tables {
+    /// The primaries of the light that they give; no color has a negative number in them.
+    pub(crate) const PRIMARIES: Chromaticities = Chromaticities::ACES_AP0;
+
+    /// The curve of the numbers that moxcms makes. It rounds them to 16 bits, which would be coarse in linear light.
+    const CURVE: Transfer = Transfer::Gamma(Decimal::new(2.2));
+
+    fn new(profile: &ColorProfile, channels: usize) -> Option<Self> {
+        let to = ColorProfile::new_from_slice(&write(&Colorimetry::new(Self::PRIMARIES, Self::CURVE))?).ok()?;
+        let layout = match channels {
+            1 => Layout::Gray,
+            3 => Layout::Rgb,
+            _ => Layout::Rgba,
+        };
+        let rendering_intent = match profile.rendering_intent {
+            RenderingIntent::AbsoluteColorimetric => RenderingIntent::RelativeColorimetric,
+            intent => intent,
+        };
+        let options = TransformOptions {
+            rendering_intent,
+            allow_use_cicp_transfer: false,
+            prefer_fixed_point: false,
+            ..TransformOptions::default()
+        };
+        let transform = profile.create_transform_f32(layout, &to, Layout::Rgb, options).ok()?;
+        Some(Self { transform, channels })
+    }
+
+    /// Signals of a pixel: 1, 3 or, for CMYK, 4.
+    pub(crate) fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The light of pixels from their signals, in the first three of four numbers.
+    ///
+    /// # Errors
+    /// What moxcms reports.
+    pub(crate) fn light(&self, signals: &[f32], out: &mut [f32]) -> Result<(), CodecError> {
+        let mut rgb = vec![0.0; signals.len() / self.channels * 3];
+        let failed = |_| CodecError::broken("its ICC profile cannot be evaluated");
+        self.transform.transform(signals, &mut rgb).map_err(failed)?;
+        for (pixel, rgb) in out.as_chunks_mut::<4>().0.iter_mut().zip(rgb.as_chunks::<3>().0) {
+            pixel
+                .iter_mut()
+                .zip(rgb)
+                .for_each(|(light, signal)| *light = Self::CURVE.to_light((*signal).into()) as f32);
+        }
+        Ok(())
+    }
+}
+
+/// What a profile means for a picture of that many color channels: 1, 3 or, for CMYK, 4.
+///
+/// # Errors
+/// Why it cannot be applied.
+pub(crate) fn read(bytes: &[u8], channels: usize) -> Result<Profile, &'static str> {
+    // moxcms is not ours: a panic of it makes a profile unreadable, and not the picture.
+    catch_panic(|| parse(bytes, channels)).unwrap_or(Err(UNREADABLE))
+}
+
+fn parse(bytes: &[u8], channels: usize) -> Result<Profile, &'static str> {
+    let profile = ColorProfile::new_from_slice(bytes).map_err(|_| UNREADABLE)?;
+    let of_profile = match profile.color_space {
+        DataColorSpace::Gray => 1,
+        DataColorSpace::Rgb => 3,
+        DataColorSpace::Cmyk => 4,
+        _ => return Err("it is neither of gray, RGB nor CMYK"),
+    };
+    // Gray is a color of RGB, too.
+    if of_profile != channels && (of_profile, channels) != (3, 1) {
+        return Err("it is for another number of channels than the picture has");
+    }
+    let has_tables = profile.lut_a_to_b_perceptual.is_some()
+        || profile.lut_a_to_b_colorimetric.is_some()
+        || profile.lut_a_to_b_saturation.is_some();
+    if let Some(space) = coded(&profile) {
+        return Ok(space);
+    }
+    let curves = if of_profile == 1 {
+        [&profile.gray_trc; 3]
+    } else {
+        [&profile.red_trc, &profile.green_trc, &profile.blue_trc]
+    };
+    if let (false, [Some(red), Some(green), Some(blue)], Some(primaries)) = (has_tables, curves, primaries(&profile)) {
+        let is_lightness = profile.pcs == DataColorSpace::Lab;
+        let curves = [red, green, blue].map(|curve| Curve { curve: curve.clone(), is_lightness });
+        if let Some(transfer) = transfer(&curves[0]).filter(|known| curves.iter().all(|curve| curve.is(*known))) {
+            return Ok(Profile::Space(primaries, transfer));
+        }
+        if curves.iter().all(Curve::is_defined) {
+            return Ok(Profile::Curves(primaries, Box::new(curves)));
+        }
+        return Err("its curves are not defined for all codes");
+    }
+    let tables = Tables::new(&profile, of_profile).ok_or(UNREADABLE)?;
+    // What fails for one pixel fails for all.
+    tables.light(&[0.5; 4][..of_profile], &mut [0.0; 4]).map_err(|_| UNREADABLE)?;
+    Ok(Profile::Tables(tables))
+}
+
+/// The space that the code points of a profile state, if it is of HDR: its matrix and curves are for readers that do
+/// not know them.
+fn coded(profile: &ColorProfile) -> Option<Profile> {
+    let cicp = profile.cicp.as_ref()?;
+    let code = Cicp { primaries: cicp.color_primaries as u8, transfer: cicp.transfer_characteristics as u8 };
+    let (primaries, transfer) = code.meaning().filter(|_| cicp.full_range)?;
+    matches!(transfer, Transfer::Pq | Transfer::Hlg).then_some(Profile::Space(primaries, transfer))
+}
+
+/// The primaries of a matrix, for D65; those of Rec.709 for gray.
+fn primaries(profile: &ColorProfile) -> Option<Chromaticities> {
+    match profile.color_space {
+        DataColorSpace::Gray => return Some(Chromaticities::REC709),
+        DataColorSpace::Rgb if profile.pcs == DataColorSpace::Xyz => {}
+        _ => return None,
+    }
+    let colorants = [profile.red_colorant, profile.green_colorant, profile.blue_colorant].map(|at| [at.x, at.y, at.z]);
     let d65 = Xy::D65.to_xyz();
-    let adapted =
-        Cones::Bradford.adaptation(PCS_WHITE, d65) * DMat3::from_cols_array_2d(&colorants.map(|c| c.to_array()));
+    let adapted = Cones::Bradford.adaptation(PCS_WHITE, d65) * DMat3::from_cols_array_2d(&colorants);
     let mut numbers = [Xy::D65.to_vec(); 4].map(|xy| xy.to_array());
     for (column, xy) in numbers.iter_mut().take(3).enumerate() {
         let at = adapted.col(column);
@@ -113,24 +262,19 @@ fn primaries(colorants: [DVec3; 3]) -> Option<Chromaticities> {
     Chromaticities::from_numbers(numbers.as_flattened().try_into().expect("four points have eight numbers"))
 }
 
-fn transfer(curve: &ToneReprCurve) -> Option<Transfer> {
-    let power = match curve {
+fn transfer(curve: &Curve) -> Option<Transfer> {
+    let power = match &curve.curve {
         ToneReprCurve::Lut(table) if table.len() == 1 => Some(f64::from(table[0]) / 256.0),
         ToneReprCurve::Parametric(numbers) => numbers.first().map(|power| f64::from(*power)),
         ToneReprCurve::Lut(_) => None,
     };
     let gamma = power.filter(|power| (0.1..=10.0).contains(power)).map(|power| Transfer::Gamma(power.into()));
     let known = [Some(Transfer::Linear), Some(Transfer::Srgb), gamma];
-    known.into_iter().flatten().find(|known| is_curve(curve, *known))
-}
-
-fn is_curve(curve: &ToneReprCurve, transfer: Transfer) -> bool {
-    let mut signals = (0..=256).map(|step| f64::from(step) / 256.0);
-    signals.all(|signal| (light(curve, signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
+    known.into_iter().flatten().find(|known| curve.is(*known))
 }
 
 /// The curve's value (ICC.1:2022, 10.6 and 10.18). NaN for a form that is not defined.
-fn light(curve: &ToneReprCurve, signal: f64) -> f64 {
+fn value(curve: &ToneReprCurve, signal: f64) -> f64 {
     match curve {
         ToneReprCurve::Lut(table) => table_light(table, signal),
         ToneReprCurve::Parametric(numbers) => {

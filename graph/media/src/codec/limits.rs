@@ -21,6 +21,9 @@ pub(crate) const MAX_EXR_HEADER: u64 = 32 << 20;
 /// Most bytes of what a PNG has besides its pixels: an ICC profile takes a few KiB, or some MiB for a printer.
 pub(crate) const MAX_PNG_EXTRAS: usize = 16 << 20;
 
+/// Most scans of a JPEG; usual progressive ones have ten.
+pub(crate) const MAX_SCANS: usize = 100;
+
 /// How many bytes it may take to decode an image: the picture, and what the decoder needs at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget(pub u64);

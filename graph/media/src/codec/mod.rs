@@ -37,7 +37,7 @@ pub use exr::{ExrCompression, ExrOptions, ExrRows, StatedCamera, encode_exr};
 pub use jpeg::{JpegOptions, JpegRows, encode_jpeg};
 pub use limits::Budget;
 pub use picture::{Metadata, Picture, Pixels};
-pub use png::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes};
+pub use png::{Alpha, PngDepth, PngOptions, PngRows, encode_png, png_codes, png_left_out};
 pub use quantize::EncodedPixels;
 pub use reading::ReadOptions;
 pub use space::ColorSpace;
@@ -186,7 +186,8 @@ pub fn measure(
         let measured = catch_panic(|| exr::measure(reader, budget));
         return measured.unwrap_or_else(|panic| Err(CodecError::broken(panic)));
     }
-    let picture = decode(reader, None, budget)?;
+    let options = ReadOptions { premultiplied: false, ..budget.into() };
+    let picture = decode(reader, None, options)?;
     let names = |part: &PartDescription| part.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
     Ok(description.parts.iter().map(|part| statistics::of_picture(&picture, &names(part))).collect())
 }

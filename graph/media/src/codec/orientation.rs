@@ -1,8 +1,8 @@
-//! How a camera was held: the orientation that EXIF states.
+//! How the rows of a file lie in its picture: the orientation that EXIF states, and the axes of a Radiance file.
 
 use super::picture::{Picture, Pixels};
 
-/// The orientations of EXIF, 2 to 8; that of 1 changes nothing.
+/// The orientations of EXIF, 1 to 8; that of 1 changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Orientation(u8);
 
@@ -10,6 +10,9 @@ pub(super) struct Orientation(u8);
 const TAG: u16 = 0x0112;
 
 impl Orientation {
+    /// Rows from the top, pixels from the left.
+    pub(super) const UPRIGHT: Self = Self(1);
+
     /// What an EXIF block states, from its TIFF header on: `None` for an upright picture, and for a block that states
     /// none or is broken.
     pub(super) fn of_exif(exif: &[u8]) -> Option<Self> {
@@ -34,12 +37,30 @@ impl Orientation {
         (2..=8).contains(&stated).then_some(Self(stated as u8))
     }
 
+    /// The orientation of a file whose rows follow each other along the first axis, and the pixels of a row along the
+    /// second: `-Y` and `+X` for a picture whose rows begin at the top and whose pixels begin at the left. `None` for
+    /// other words.
+    pub(super) fn of_axes(rows: &str, pixels: &str) -> Option<Self> {
+        const AXES: [(&str, &str); 8] = [
+            ("-Y", "+X"),
+            ("-Y", "-X"),
+            ("+Y", "-X"),
+            ("+Y", "+X"),
+            ("+X", "-Y"),
+            ("-X", "-Y"),
+            ("-X", "+Y"),
+            ("+X", "+Y"),
+        ];
+        let index = AXES.iter().position(|axes| *axes == (rows, pixels))?;
+        Some(Self(index as u8 + 1))
+    }
+
     /// The size of the upright picture.
     pub(super) fn size(self, width: u32, height: u32) -> (u32, u32) {
         if self.is_turned() { (height, width) } else { (width, height) }
     }
 
-    /// The upright picture, with a note.
+    /// The upright picture.
     pub(super) fn upright(self, picture: Picture) -> Picture {
         let [columns, rows] = [picture.width, picture.height].map(|side| side as usize);
         let (width, height) = self.size(picture.width, picture.height);
@@ -47,8 +68,7 @@ impl Orientation {
             Pixels::Half(halves) => Pixels::Half(self.turned(halves, columns, rows)),
             Pixels::Float(floats) => Pixels::Float(self.turned(floats, columns, rows)),
         };
-        let Picture { stated, mut notes, .. } = picture;
-        notes.push(self.note());
+        let Picture { stated, notes, .. } = picture;
         Picture { stated, notes, ..Picture::new(width, height, pixels) }
     }
 

@@ -1,5 +1,6 @@
 //! Encoded pixels to the codes of a file: the only place where files are rounded and dithered.
 
+use afterimage_base::color::{Colorimetry, Decimal, Transfer, hlg_gamma};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
@@ -42,11 +43,17 @@ impl EncodedPixels<'_> {
     /// Whether a pixel has an alpha that is not 1 after rounding to that number of bits.
     pub(crate) fn has_alpha(&self, bits: u32) -> bool {
         let last = last_code(bits);
-        let is_clear = |alpha: f32| nearest(alpha, last) != last;
+        self.any(|pixel| nearest(pixel[3], last) != last)
+    }
+
+    /// Whether there is such a pixel.
+    pub(crate) fn any(&self, is_one: impl Fn([f32; 4]) -> bool + Sync) -> bool {
         match self {
-            Self::Half(values) => values.par_chunks_exact(4).any(|pixel| is_clear(pixel[3].to_f32())),
-            Self::Float(values) => values.par_chunks_exact(4).any(|pixel| is_clear(pixel[3])),
-            Self::Byte(codes) => codes.par_chunks_exact(4).any(|pixel| pixel[3] != 255),
+            Self::Half(values) => values.as_chunks::<4>().0.par_iter().any(|pixel| is_one(pixel.map(f16::to_f32))),
+            Self::Float(values) => values.as_chunks::<4>().0.par_iter().any(|pixel| is_one(*pixel)),
+            Self::Byte(codes) => {
+                codes.as_chunks::<4>().0.par_iter().any(|pixel| is_one(pixel.map(|code| f32::from(code) / 255.0)))
+            }
         }
     }
 }
@@ -62,6 +69,51 @@ pub(crate) struct Quantizer {
     pub(crate) channels: usize,
     /// The row of the image that the first one is.
     pub(crate) first_row: u32,
+    /// What color means that is multiplied by its alpha, and is divided by it where alpha is written; `None` leaves it.
+    pub(crate) premultiplied: Option<Premultiplied>,
+}
+
+/// Color that is multiplied by its alpha in light, before it was encoded.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Premultiplied {
+    transfer: Transfer,
+    /// HLG encodes the light of a scene, which is that of the display to this power.
+    power: f64,
+}
+
+impl Premultiplied {
+    /// Color with this meaning; numbers in proportion to light if there is none.
+    pub(crate) fn new(color: Option<Colorimetry>) -> Self {
+        let transfer = color.map_or(Transfer::Linear, |color| color.transfer);
+        let peak = color.and_then(|color| color.peak_nits).map_or(1000.0, Decimal::get);
+        Self { transfer, power: if transfer == Transfer::Hlg { 1.0 / hlg_gamma(peak) } else { 1.0 } }
+    }
+
+    /// Whether the straight color of a pixel lacks light: it would be brighter than white by a code, or has no alpha.
+    pub(crate) fn is_cut(self, [r, g, b, alpha]: [f32; 4], bits: u32) -> bool {
+        let last = last_code(bits);
+        let brightest = r.max(g).max(b);
+        if nearest(alpha, last) == 0.0 {
+            return nearest(brightest, last) > 0.0;
+        }
+        let light = self.transfer.to_light(brightest.into()) / f64::from(alpha.min(1.0)).powf(self.power);
+        alpha < 1.0 && light > 1.0 + 1.0 / f64::from(alpha * last)
+    }
+
+    /// The color that gives this one when it is multiplied by alpha: the straight color of a PNG. Color without alpha
+    /// is black. Light beyond what alpha holds is cut, as straight color cannot be brighter than white.
+    fn straight(self, [r, g, b, alpha]: [f32; 4], last: f32) -> [f32; 4] {
+        if nearest(alpha, last) == 0.0 {
+            return [0.0, 0.0, 0.0, alpha];
+        }
+        if alpha.is_nan() || alpha >= 1.0 {
+            return [r, g, b, alpha];
+        }
+        let scale = f64::from(alpha).powf(self.power);
+        let [r, g, b] =
+            [r, g, b].map(|signal| self.transfer.to_signal(self.transfer.to_light(signal.into()) / scale) as f32);
+        [r, g, b, alpha]
+    }
 }
 
 impl Quantizer {
@@ -88,15 +140,25 @@ impl Quantizer {
     fn rounded_row(self, row: &[f32], out: &mut [u16]) {
         let last = last_code(self.bits);
         for (pixel, out) in row.as_chunks::<4>().0.iter().zip(out.chunks_exact_mut(self.channels)) {
-            out.iter_mut().zip(pixel).for_each(|(code, value)| *code = nearest(*value, last) as u16);
+            let pixel = self.written(*pixel);
+            out.iter_mut().zip(pixel).for_each(|(code, value)| *code = nearest(value, last) as u16);
+        }
+    }
+
+    /// The numbers that the file holds of a pixel.
+    fn written(self, pixel: [f32; 4]) -> [f32; 4] {
+        match self.premultiplied {
+            Some(color) if self.channels == 4 => color.straight(pixel, last_code(self.bits)),
+            _ => pixel,
         }
     }
 
     fn dithered_row(self, row: &[f32], y: u32, seed: u32, out: &mut [u16]) {
         let last = last_code(self.bits);
         for ((x, pixel), out) in (0..).zip(row.as_chunks::<4>().0).zip(out.chunks_exact_mut(self.channels)) {
+            let pixel = self.written(*pixel);
             for ((code, value), random) in out.iter_mut().zip(pixel).zip(hash3([x, y, seed])) {
-                *code = dithered(*value, last, random) as u16;
+                *code = dithered(value, last, random) as u16;
             }
             if let Some(alpha) = out.get_mut(3) {
                 *alpha = nearest(pixel[3], last) as u16;

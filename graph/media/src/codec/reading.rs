@@ -9,6 +9,9 @@ pub struct ReadOptions {
     pub budget: Budget,
     /// What the numbers of a color picture mean, whatever the file states; `None` believes the file.
     pub space: Option<ColorSpace>,
+    /// Whether the light of a PNG is multiplied by its alpha, as that of an EXR is. Otherwise alpha is a number of its
+    /// own, such as a mask.
+    pub premultiplied: bool,
     /// Whether the picture of an EXR file is its data window, which may be larger than the display window (overscan) or
     /// a part of it. Otherwise it is the display window, with zeros where the file has no pixels.
     pub data_window: bool,
@@ -19,6 +22,6 @@ pub struct ReadOptions {
 
 impl From<Budget> for ReadOptions {
     fn from(budget: Budget) -> Self {
-        Self { budget, space: None, data_window: false, rows: None }
+        Self { budget, space: None, premultiplied: true, data_window: false, rows: None }
     }
 }

@@ -124,5 +124,6 @@ fn what_is_cut_short_or_for_a_printer_is_refused() {
         }
     }
     let error = read(&file(ColorType::Cmyk, 4, SamplingFactor::F_1_1, false)).unwrap_err();
-    assert_eq!((error.kind, &*error.message), (ErrorKind::Unsupported, "this JPEG is for a printer (CMYK)"));
+    let message = "this JPEG is for a printer (CMYK), without a profile that states its colors";
+    assert_eq!((error.kind, &*error.message), (ErrorKind::Unsupported, message));
 }

@@ -8,5 +8,8 @@ mod errors;
 mod icc;
 mod jpeg;
 mod orientation;
+mod png_colors;
 mod profiles;
+mod radiance;
+mod scans;
 mod windows;

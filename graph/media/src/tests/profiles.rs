@@ -4,9 +4,9 @@ use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer};
 use glam::{DMat3, DVec3};
 use moxcms::{ColorProfile, ToneReprCurve};
 
-use super::icc::{numbers, tag};
+use super::icc::{numbers, space, tag};
 use super::jpeg::segments;
-use crate::codec::icc;
+use crate::codec::icc::{self, Profile};
 use crate::*;
 
 fn with_curves(curves: [ToneReprCurve; 3]) -> Vec<u8> {
@@ -41,7 +41,7 @@ fn every_form_of_a_curve_is_evaluated() {
         (&[1.0, 1.0, 0.0, 1.0, 0.5], Some(Transfer::Linear)),
     ];
     for (numbers, expected) in table {
-        let found = icc::read(&all(ToneReprCurve::Parametric(numbers.to_vec()))).map(|(_, transfer)| transfer);
+        let found = space(&all(ToneReprCurve::Parametric(numbers.to_vec()))).map(|(_, transfer)| transfer);
         let is_same = match (found, expected) {
             (Some(Transfer::Gamma(found)), Some(Transfer::Gamma(expected))) => {
                 (found.get() - expected.get()).abs() < 1e-4
@@ -58,24 +58,24 @@ fn every_form_of_a_curve_is_evaluated() {
         (&[65535, 0], None),
     ];
     for (entries, expected) in table {
-        let found = icc::read(&all(ToneReprCurve::Lut(entries.to_vec()))).map(|(_, transfer)| transfer);
+        let found = space(&all(ToneReprCurve::Lut(entries.to_vec()))).map(|(_, transfer)| transfer);
         assert_eq!(found, expected, "{entries:?}");
     }
 }
 
 #[test]
-fn channels_with_different_curves_are_not_read() {
+fn curves_without_a_name_are_applied_by_channel() {
     let curve = |power: f32| ToneReprCurve::Parametric(vec![power]);
-    for powers in [[2.4, 2.2, 2.2], [2.2, 2.4, 2.2], [2.2, 2.2, 2.4]] {
-        assert_eq!(icc::read(&with_curves(powers.map(curve))), None, "{powers:?}");
+    let Ok(Profile::Curves(primaries, curves)) = icc::read(&with_curves([2.4, 2.2, 1.8].map(curve)), 3) else {
+        panic!("three powers are no known transfer function")
+    };
+    assert!(primaries.close_to(&Chromaticities::DISPLAY_P3, 1e-3), "{primaries:?}");
+    for (curve, power) in curves.iter().zip([2.4, 2.2, 1.8]) {
+        assert!((curve.light(0.5) - 0.5_f64.powf(power)).abs() < 1e-4);
     }
-    assert!(icc::read(&with_curves([2.2; 3].map(curve))).is_some());
-    // The bytes of the header that name the space of the colors, and that of the connection.
-    for (at, name) in [(16, b"GRAY"), (16, b"CMYK"), (20, b"Lab ")] {
-        let mut profile = icc::write(&Colorimetry::SRGB).unwrap();
-        profile[at..at + 4].copy_from_slice(name);
-        assert_eq!(icc::read(&profile), None, "{}", String::from_utf8_lossy(name));
-    }
+    // The power of a negative number.
+    let undefined = all(ToneReprCurve::Parametric(vec![2.4, 1.0, -0.5, 1.0, 0.0]));
+    assert_eq!(icc::read(&undefined, 3).err(), Some("its curves are not defined for all codes"));
 }
 
 /// Tags `desc` and `cprt` are one record of UTF-16 in American English.

@@ -32,7 +32,7 @@ pub(crate) fn describe(reader: impl Read + Seek, layer: Option<&str>) -> Result<
     description.notes.extend(color_note(header, &choice));
     if choice.is_color && !is_data(header) {
         let stated = stated_colors(header, &choice)?;
-        let color = stated.map(|stated| Colors::new(Some(stated), None, Vec::new()));
+        let color = stated.map(|stated| Colors::new(Some(stated), None));
         let color = color.and_then(|color| color.stated).map(|color| stated_color(header, color));
         description.color = Some(color.unwrap_or(Colorimetry::linear(Chromaticities::REC709)));
         let attribute = header.shared_attributes.chromaticities.map(|_| "chromaticities");

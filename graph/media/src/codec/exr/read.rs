@@ -38,7 +38,7 @@ pub(crate) fn decode(
         None => stated_colors(header, &choice)?,
     };
     let primaries = colors.map(|(primaries, _)| primaries);
-    let colors = colors.map(|colors| Colors::new(Some(colors), None, Vec::new()));
+    let colors = colors.map(|colors| Colors::new(Some(colors), None));
     let data = header.data_window();
     let whole = if options.data_window { data } else { header.shared_attributes.display_window };
     let display = options.rows.map_or(whole, |rows| part(whole, rows));

@@ -1,6 +1,10 @@
-//! JPEG files.
+//! JPEG files: read by the steps `segments`, `scan` and `samples`, and written.
 
+mod huffman;
 mod read;
+mod samples;
+mod scan;
+mod segments;
 mod write;
 
 pub(crate) use read::{MAGIC, decode, describe};

@@ -1,16 +1,12 @@
 //! JPEG to linear Rec.709, in halves.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Read as _, Seek};
 
-use afterimage_base::color::Colorimetry;
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::errors::DecodeErrors;
-use zune_jpeg::zune_core::bytestream::ZByteIoError;
-use zune_jpeg::zune_core::colorspace::ColorSpace as Channels;
-use zune_jpeg::zune_core::options::DecoderOptions;
-
-use crate::codec::codes::{Codes, Colors};
-use crate::codec::limits::zeroed;
+use super::samples::{Plane, interleaved};
+use super::scan::{self, Component, max_sampling};
+use super::segments::{ColorModel, Frame, Segments};
+use crate::codec::codes::{Alpha, Codes, Colors};
+use crate::codec::limits::too_large;
 use crate::codec::orientation::Orientation;
 use crate::codec::{
     ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
@@ -20,32 +16,51 @@ use crate::codec::{
 /// The start of a JPEG: the first marker, and the beginning of the second.
 pub(crate) const MAGIC: [u8; 3] = *b"\xff\xd8\xff";
 
-/// The most passes of a progressive file; usual ones have ten.
-const MAX_SCANS: usize = 100;
-
-/// Decodes a JPEG to linear light. An ICC profile is applied if it is a matrix with a known curve; otherwise, and
-/// without one, the colors are sRGB. The orientation of EXIF is applied.
+/// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear light. An ICC
+/// profile is applied; without one, the colors are sRGB. The orientation of EXIF is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
-    let (mut decoder, header) = open(reader)?;
-    let Header { width, height, channels, profile, orientation } = header;
-    let colors = colors(profile.as_deref(), options.space);
-    let pixels = width as usize * height as usize;
-    // Codes, the coefficients of a progressive file, and a picture that is to be turned.
-    let extra = (pixels * (channels * 3 + if orientation.is_some() { 8 } else { 0 })) as u64;
-    options.budget.check((width.into(), height.into()), colors.bytes_of_sample(false), extra)?;
-    let mut bytes = zeroed(pixels * channels)?;
-    decoder.decode_into(&mut bytes).map_err(explain)?;
-    let codes = Codes { bytes, is_wide: false, channels, pixels };
-    codes.into_picture([width, height], colors, orientation)
+    let file = whole(reader, options.budget.0)?;
+    let segments = Segments::of(&file)?;
+    let model = segments.color_model()?;
+    let frame = &segments.frame;
+    let size = [frame.width, frame.height].map(u32::from);
+    let mut components = Component::all(frame)?;
+    let colors = colors(&segments, model, options.space)?;
+    let orientation = segments.exif.and_then(Orientation::of_exif);
+    let pixels = usize::from(frame.width) * usize::from(frame.height);
+    // Two bytes for each coefficient and one for each sample of whole blocks, the codes, and a picture that is turned.
+    let blocks: usize = components.iter().map(Component::number_of_blocks).sum();
+    let extra = file.len() + 3 * 64 * blocks + pixels * (components.len() + if orientation.is_some() { 8 } else { 0 });
+    options.budget.check((size[0].into(), size[1].into()), colors.bytes_of_sample(false), extra as u64)?;
+    scan::decode(frame, &segments.coding, &mut components)?;
+    let most = max_sampling(frame);
+    let planes = components.into_iter().map(|component| Plane::new(component, most));
+    let planes = planes.collect::<Result<Vec<_>, _>>()?;
+    let mut bytes = interleaved(&planes, model, size.map(|side| side as usize))?;
+    drop(planes);
+    if matches!(model, ColorModel::Cmyk | ColorModel::Ycck) {
+        to_inks(&mut bytes, model, segments.adobe.is_some());
+    }
+    let codes = Codes { channels: segments.frame.components.len(), bytes, is_wide: false, alpha: Alpha::None, pixels };
+    codes.into_picture(size, colors, orientation)
 }
 
 /// What stands before the pixels.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
-    let (_, Header { width, height, channels, profile, orientation }) = open(reader)?;
-    let mut colors = colors(profile.as_deref(), None);
-    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size(width, height));
+    let file = whole(reader, u64::MAX)?;
+    let segments = Segments::of(&file)?;
+    let model = segments.color_model()?;
+    let mut colors = colors(&segments, model, None)?;
+    let Frame { width, height, .. } = segments.frame;
+    let orientation = segments.exif.and_then(Orientation::of_exif);
+    let size = (width.into(), height.into());
+    let (width, height) = orientation.map_or(size, |orientation| orientation.size(size.0, size.1));
     colors.notes.extend(orientation.map(Orientation::note));
-    let names: &[&str] = if channels == 1 { &["Y"] } else { &["R", "G", "B"] };
+    let names: &[&str] = match model {
+        ColorModel::Gray => &["Y"],
+        ColorModel::Rgb | ColorModel::YCbCr => &["R", "G", "B"],
+        ColorModel::Cmyk | ColorModel::Ycck => &["C", "M", "Y", "K"],
+    };
     let window = Window::of_size(width, height);
     let part = PartDescription {
         name: None,
@@ -59,63 +74,52 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
         format: "JPEG",
         parts: vec![part],
         picture: Some(PictureChannels { part: 0, channels: names.iter().map(|name| (*name).to_owned()).collect() }),
-        color: Some(colors.stated.unwrap_or(Colorimetry::SRGB)),
-        stated_by: colors.stated.map(|_| "ICC profile"),
+        color: colors.described(),
+        stated_by: colors.stated_by,
         notes: colors.notes,
     })
 }
 
-struct Header {
-    width: u32,
-    height: u32,
-    /// 1 for gray, 3 for RGB.
-    channels: usize,
-    profile: Option<Vec<u8>>,
-    orientation: Option<Orientation>,
+/// The bytes of a file that may have that many.
+fn whole(reader: impl BufRead, most: u64) -> Result<Vec<u8>, CodecError> {
+    let mut file = Vec::new();
+    let read = reader.take(most.saturating_add(1)).read_to_end(&mut file);
+    read.map_err(|error| CodecError::reading(&error))?;
+    if file.len() as u64 > most { Err(too_large("its file is larger than the limit of `--memory`")) } else { Ok(file) }
 }
 
-/// A decoder after the headers. It refuses files that end early, and makes gray or RGB.
-fn open<R: BufRead + Seek>(reader: R) -> Result<(JpegDecoder<R>, Header), CodecError> {
-    let most = usize::from(u16::MAX);
-    let options = DecoderOptions::default().set_max_width(most).set_max_height(most).set_strict_mode(true);
-    let mut decoder = JpegDecoder::new_with_options(reader, options.jpeg_set_max_scans(MAX_SCANS));
-    decoder.decode_headers().map_err(explain)?;
-    let (width, height) = decoder.dimensions().unwrap_or_default();
-    let (out, channels) = match decoder.input_colorspace() {
-        Some(Channels::Luma) => (Channels::Luma, 1),
-        Some(Channels::YCbCr | Channels::RGB) => (Channels::RGB, 3),
-        _ => {
-            let what = "this JPEG is for a printer (CMYK)";
-            return Err(CodecError::new(ErrorKind::Unsupported, what).hint("save it again in RGB"));
+fn colors(segments: &Segments<'_>, model: ColorModel, space: Option<ColorSpace>) -> Result<Colors, CodecError> {
+    let mut notes = segments.notes();
+    let is_printed = matches!(model, ColorModel::Cmyk | ColorModel::Ycck);
+    let profile = match &segments.profile {
+        Some(profile) if space.is_none() || is_printed => {
+            let channels = segments.frame.components.len();
+            let read = profile.as_deref().map_err(|()| icc::UNREADABLE).and_then(|bytes| icc::read(bytes, channels));
+            read.map_err(|why| notes.push(format!("its ICC profile is not applied: {why}"))).ok()
         }
+        _ => None,
     };
-    let options = decoder.options().jpeg_set_out_colorspace(out);
-    decoder.set_options(options);
-    let (profile, orientation) = (decoder.icc_profile(), decoder.exif().and_then(|exif| Orientation::of_exif(exif)));
-    let header = Header { width: width as u32, height: height as u32, channels, profile, orientation };
-    Ok((decoder, header))
+    if is_printed && profile.is_none() {
+        let what = "this JPEG is for a printer (CMYK), without a profile that states its colors";
+        return Err(CodecError::new(ErrorKind::Unsupported, what).hint("save it again in RGB"));
+    }
+    let mut colors = match profile {
+        Some(profile) => Colors::of_profile(profile).stated_by("ICC profile"),
+        None => Colors::new(space.map(|space| (space.primaries, space.transfer)), None),
+    };
+    colors.notes = notes;
+    Ok(colors)
 }
 
-fn colors(profile: Option<&[u8]>, space: Option<ColorSpace>) -> Colors {
-    let mut notes = Vec::new();
-    let stated = match (space, profile) {
-        (Some(space), _) => Some((space.primaries, space.transfer)),
-        (None, Some(profile)) => icc::read_or_note(profile, &mut notes),
-        (None, None) => None,
-    };
-    Colors::new(stated, None, notes)
-}
-
-fn explain(error: DecodeErrors) -> CodecError {
-    match error {
-        DecodeErrors::FormatStatic("Premature end of buffer")
-        | DecodeErrors::ExhaustedData
-        | DecodeErrors::IoErrors(ZByteIoError::NotEnoughBytes(..)) => CodecError::cut_short(),
-        DecodeErrors::IoErrors(ZByteIoError::StdIoError(error)) => CodecError::reading(&error),
-        DecodeErrors::Unsupported(what) => {
-            CodecError::new(ErrorKind::Unsupported, format!("this JPEG cannot be read: {what:?}"))
-                .hint("save it again as a usual JPEG of 8 bits, or as PNG")
+/// CMYK of libjpeg to inks, where 255 covers all. Adobe's numbers are inverted, and so are those that come from YCbCr.
+fn to_inks(bytes: &mut [u8], model: ColorModel, is_adobe: bool) {
+    let inverts = [is_adobe != (model == ColorModel::Ycck), is_adobe];
+    for [colors @ .., black] in bytes.as_chunks_mut::<4>().0 {
+        if inverts[0] {
+            colors.iter_mut().for_each(|code| *code = 255 - *code);
         }
-        other => CodecError::broken(format!("{other:?}")),
+        if inverts[1] {
+            *black = 255 - *black;
+        }
     }
 }

@@ -48,7 +48,7 @@ pub fn encode_jpeg(size: (u32, u32), pixels: EncodedPixels<'_>, options: &JpegOp
 
 impl JpegOptions {
     fn quantizer(&self) -> Quantizer {
-        Quantizer { bits: 8, dither: self.dither, channels: 3, first_row: 0 }
+        Quantizer { bits: 8, dither: self.dither, channels: 3, first_row: 0, premultiplied: None }
     }
 }
 

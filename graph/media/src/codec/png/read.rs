@@ -2,11 +2,11 @@
 
 use std::io::{BufRead, Seek};
 
-use afterimage_base::color::Colorimetry;
-use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
+use super::chunks;
 use super::light::colors;
-use crate::codec::codes::Codes;
+use crate::codec::codes::{Alpha, Codes};
 use crate::codec::limits::{MAX_PNG_EXTRAS, too_large, zeroed};
 use crate::codec::orientation::Orientation;
 use crate::codec::{
@@ -16,38 +16,50 @@ use crate::codec::{
 /// The first eight bytes of every PNG.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
-/// Decodes a PNG to linear light. `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` are applied, in this order of
-/// priority. A profile that is no matrix with a known curve is ignored, with a note. Alpha is not multiplied in. The
-/// orientation of an `eXIf` chunk before the pixels is applied.
+/// Decodes a PNG to linear light. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
+/// applied; those before it are noted. The straight alpha of the file
+/// is multiplied into the light, unless `options` keep it apart. The orientation of
+/// an `eXIf` chunk before the pixels is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
-    let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
+    let (chunks, rest) = chunks::read(reader)?;
+    let mut decoder = Decoder::new_with_limits(rest, Limits { bytes: MAX_PNG_EXTRAS });
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
     let header = decoder.read_header_info().map_err(|error| explain(&error))?;
     let (width, height) = (header.width, header.height);
     options.budget.check((width.into(), height.into()), 2, 0)?;
     let mut reader = decoder.read_info().map_err(|error| explain(&error))?;
-    let colors = colors(reader.info(), options.space)?;
     let (color_type, depth) = reader.output_color_type();
+    let has_alpha = matches!(color_type, ColorType::GrayscaleAlpha | ColorType::Rgba);
+    let channels = color_type.samples();
+    let colors = colors(&chunks, channels - usize::from(has_alpha), options.space);
     let size = reader.output_buffer_size().ok_or_else(|| CodecError::broken("no size"))?;
     let is_wide = depth == BitDepth::Sixteen;
-    let orientation = reader.info().exif_metadata.as_deref().and_then(Orientation::of_exif);
+    let orientation = chunks.exif.as_deref().and_then(Orientation::of_exif);
     let turned = if orientation.is_some() { 8 * u64::from(width) * u64::from(height) } else { 0 };
     options.budget.check((width.into(), height.into()), colors.bytes_of_sample(is_wide), size as u64 + turned)?;
     let mut bytes = zeroed(size)?;
     reader.next_frame(&mut bytes).map_err(|error| explain(&error))?;
-    let codes = Codes { bytes, is_wide, channels: color_type.samples(), pixels: width as usize * height as usize };
+    let alpha = if !has_alpha {
+        Alpha::None
+    } else if options.premultiplied {
+        Alpha::Premultiply
+    } else {
+        Alpha::Apart
+    };
+    let codes = Codes { bytes, is_wide, channels, alpha, pixels: width as usize * height as usize };
     codes.into_picture([width, height], colors, orientation)
 }
 
 /// What the chunks before the pixels state.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
-    let mut decoder = Decoder::new_with_limits(reader, Limits { bytes: MAX_PNG_EXTRAS });
-    decoder.set_ignore_text_chunk(true);
+    let (chunks, rest) = chunks::read(reader)?;
+    let decoder = Decoder::new_with_limits(rest, Limits { bytes: MAX_PNG_EXTRAS });
     let reader = decoder.read_info().map_err(|error| explain(&error))?;
     let info = reader.info();
-    let mut colors = colors(info, None)?;
-    let orientation = info.exif_metadata.as_deref().and_then(Orientation::of_exif);
+    let is_gray = matches!(info.color_type, ColorType::Grayscale | ColorType::GrayscaleAlpha);
+    let mut colors = colors(&chunks, if is_gray { 1 } else { 3 }, None);
+    let orientation = chunks.exif.as_deref().and_then(Orientation::of_exif);
     colors.notes.extend(orientation.map(Orientation::note));
     let names: &[&str] = match info.color_type {
         ColorType::Grayscale => &["Y"],
@@ -73,22 +85,10 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
         format: "PNG",
         parts: vec![part],
         picture: Some(PictureChannels { part: 0, channels: names.iter().map(|name| (*name).to_owned()).collect() }),
-        color: Some(colors.stated.unwrap_or(Colorimetry::SRGB)),
-        stated_by: colors.stated.and_then(|_| stating_chunk(info)),
+        color: colors.described(),
+        stated_by: colors.stated_by,
         notes: colors.notes,
     })
-}
-
-/// The chunk that states the colors.
-fn stating_chunk(info: &Info<'_>) -> Option<&'static str> {
-    let chunks = [
-        ("cICP", info.coding_independent_code_points.is_some()),
-        ("iCCP", info.icc_profile.is_some()),
-        ("sRGB", info.srgb.is_some()),
-        ("gAMA", info.gama_chunk.is_some()),
-        ("cHRM", info.chrm_chunk.is_some()),
-    ];
-    chunks.into_iter().find(|(_, is_there)| *is_there).map(|(name, _)| name)
 }
 
 fn explain(error: &DecodingError) -> CodecError {

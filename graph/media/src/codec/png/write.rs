@@ -10,7 +10,7 @@ use super::label::Label;
 use super::strips::{PngDepth, Strips};
 use crate::codec::light_level::LightLevel;
 use crate::codec::limits::{check_sides, check_size};
-use crate::codec::quantize::Quantizer;
+use crate::codec::quantize::{Premultiplied, Quantizer};
 use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 
 /// How a PNG is written.
@@ -18,8 +18,11 @@ use crate::codec::{CodecError, EncodedPixels, ErrorKind};
 pub struct PngOptions {
     /// Bits for each channel.
     pub depth: PngDepth,
-    /// Whether alpha is written. PNG takes it as coverage that is not multiplied into the color.
+    /// Whether alpha is written. In the file it is coverage that is not multiplied into the color.
     pub alpha: Alpha,
+    /// Whether the light of the pixels is multiplied by their alpha, as in a pipeline. Where alpha is written it is
+    /// divided by it: light above white is cut then, and there is none where alpha is 0.
+    pub premultiplied: bool,
     /// Seed of the 8-bit dither, or `None` to round. Alpha, 16 bits and codes are never dithered.
     pub dither: Option<u32>,
     /// What the numbers mean, which the file states; `None` states nothing.
@@ -29,7 +32,8 @@ pub struct PngOptions {
 impl Default for PngOptions {
     /// 8-bit sRGB without alpha, dithered with seed 0.
     fn default() -> Self {
-        Self { depth: PngDepth::Eight, alpha: Alpha::Drop, dither: Some(0), color: Some(Colorimetry::SRGB) }
+        let color = Some(Colorimetry::SRGB);
+        Self { depth: PngDepth::Eight, alpha: Alpha::Drop, premultiplied: true, dither: Some(0), color }
     }
 }
 
@@ -77,9 +81,30 @@ pub fn png_codes(
         Alpha::WhereNeeded => pixels.has_alpha(bits),
         Alpha::Drop => false,
     };
-    let channels = if keeps_alpha { 4 } else { 3 };
-    let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
-    Ok((Quantizer { bits, dither, channels, first_row: 0 }.codes(size, pixels)?, channels))
+    let quantizer = options.quantizer(if keeps_alpha { 4 } else { 3 });
+    Ok((quantizer.codes(size, pixels)?, quantizer.channels))
+}
+
+/// What a PNG with these options leaves out, in a sentence.
+pub fn png_left_out(pixels: EncodedPixels<'_>, options: &PngOptions) -> Option<String> {
+    let bits = options.depth.bits();
+    let color = Premultiplied::new(options.color);
+    let is_straight = options.premultiplied && options.alpha != Alpha::Drop;
+    (is_straight && pixels.any(|pixel| color.is_cut(pixel, bits))).then(|| {
+        "light that is brighter than its alpha holds is cut, as a PNG has straight color; an EXR keeps it".to_owned()
+    })
+}
+
+impl PngOptions {
+    fn quantizer(&self, channels: usize) -> Quantizer {
+        Quantizer {
+            bits: self.depth.bits(),
+            dither: self.dither.filter(|_| self.depth == PngDepth::Eight),
+            channels,
+            first_row: 0,
+            premultiplied: self.premultiplied.then(|| Premultiplied::new(self.color)),
+        }
+    }
 }
 
 fn info((width, height): (u32, u32), channels: usize, depth: PngDepth) -> Info<'static> {
@@ -150,8 +175,7 @@ impl<W: Write> PngRows<W> {
         let label = options.color.map(|color| Label::new(&color, None)).transpose()?;
         let writer = begin(to, info(size, channels, options.depth), label).map_err(|error| failed(&error))?;
         let strips = Strips::new(size.0, channels, options.depth);
-        let dither = options.dither.filter(|_| options.depth == PngDepth::Eight);
-        let quantizer = Quantizer { bits: options.depth.bits(), dither, channels, first_row: 0 };
+        let quantizer = options.quantizer(channels);
         Ok(Self { writer, strips, width: size.0, quantizer })
     }
 
