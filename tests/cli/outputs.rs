@@ -57,7 +57,8 @@ fn alpha_is_a_mask_unless_it_is_declared_as_coverage() {
     let folder = folder("coverage");
     let mut masked = room(12, 8);
     let mut pixels = masked.pixels.to_f32();
-    pixels.iter_mut().skip(3).step_by(4).enumerate().for_each(|(pixel, alpha)| *alpha = (pixel % 2) as f32);
+    // Light that is not covered is cut in a PNG, with a note.
+    pixels.chunks_mut(4).step_by(2).for_each(|pixel| pixel.fill(0.0));
     masked.pixels = Pixels::Float(pixels);
     save(&folder.file("masked.exr"), &masked);
     folder.run("render {caracal} masked.exr -o mask.png").good();
@@ -78,6 +79,10 @@ fn alpha_is_a_mask_unless_it_is_declared_as_coverage() {
     let colors = |all: &[f32]| all.chunks(4).map(|pixel| pixel[..3].to_vec()).collect::<Vec<_>>();
     assert_eq!(colors(&pixels[0]), colors(&pixels[1]), "colors do not depend on alpha");
     assert_eq!(pixels[1], pixels[2]);
+    masked.pixels = Pixels::Float([1.0, 1.0, 1.0, 0.5].repeat(12 * 8));
+    save(&folder.file("bright.exr"), &masked);
+    let notes = folder.run("render covers.ron bright.exr -o bright.png").notes();
+    assert!(notes.contains("note: light that is brighter than its alpha holds is cut"), "{notes}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Small images in every form that is read.
 
-use afterimage_media::{Alpha, EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, encode_exr, encode_png};
+use afterimage_media::{
+    Alpha, EncodedPixels, ExrOptions, JpegOptions, Picture, Pixels, PngOptions, encode_exr, encode_jpeg, encode_png,
+};
 use exr::block::UncompressedBlock;
 use exr::block::writer::ChunksWriter;
 use exr::math::{RoundingMode, Vec2};
@@ -27,12 +29,17 @@ pub(crate) fn pictures() -> Vec<Vec<u8>> {
     let scanlines = COMPRESSIONS.map(|compression| exr_of(compression, BlockDescription::ScanLines));
     let tiles = COMPRESSIONS.map(|compression| exr_of(compression, in_tiles()));
     let own = encode_exr(&picture(), &ExrOptions::default()).expect("a picture can be encoded");
-    scanlines.into_iter().chain(tiles).chain([own, runs(), flat_radiance()]).chain(pngs()).collect()
+    scanlines.into_iter().chain(tiles).chain([own, runs(), flat_radiance()]).chain(pngs()).chain([jpeg()]).collect()
 }
 
 fn picture() -> Picture {
     let numbers = (0..17 * 11 * 4).map(|i| (i * 37 % 251) as f32 * 0.03).collect();
     Picture::new(17, 11, Pixels::Float(numbers))
+}
+
+fn jpeg() -> Vec<u8> {
+    let codes: Vec<u8> = (0..17 * 11 * 4).map(|i| (i * 37 % 251) as u8).collect();
+    encode_jpeg((17, 11), EncodedPixels::Byte(&codes), &JpegOptions::default()).expect("a picture can be encoded")
 }
 
 fn in_tiles() -> BlockDescription {
