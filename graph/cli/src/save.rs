@@ -173,8 +173,9 @@ pub(crate) fn save(
     if options.format == FileFormat::Exr {
         return save_exr(path, texels, stated, options);
     }
-    with_encoded_pixels(texels, |pixels| save_encoded(path, texels, pixels, &stated, options))?;
-    Ok(stated.square_pixels().into_iter().collect())
+    let mut left_out = with_encoded_pixels(texels, |pixels| save_encoded(path, texels, pixels, &stated, options))?;
+    left_out.extend(stated.square_pixels());
+    Ok(left_out)
 }
 
 fn save_encoded(
