@@ -2,12 +2,12 @@
 //! are read.
 
 use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Transfer, Xy};
 use glam::{DMat3, DVec3};
 use moxcms::{
-    ColorProfile, DataColorSpace, Layout, LocalizableString, Matrix3d, ProfileText, RenderingIntent, ToneReprCurve,
-    TransformF32Executor, TransformOptions, Xyzd,
+    ColorProfile, DataColorSpace, Layout, RenderingIntent, ToneReprCurve, TransformF32Executor, TransformOptions,
 };
 
 use crate::codec::cicp::Cicp;
@@ -18,54 +18,82 @@ const PCS_WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
 
 /// Year, month, day, hour, minute and second of all profiles, so that equal colorimetry gives equal bytes.
 const DATE: [u16; 6] = [2026, 1, 1, 0, 0, 0];
+/// Bytes of a header.
+const HEADER: usize = 128;
+/// Of ICC.1:2022.
+const VERSION: [u8; 4] = [4, 0x40, 0, 0];
 
 /// Largest difference between a curve and a transfer function that counts as equal, in linear light. Tables of 8-bit
 /// profiles differ by less.
 const SAME_CURVE: f64 = 1e-3;
 
 /// A display profile with a matrix and a curve (ICC.1:2022, 8.4.3); `None` for `Pq` and `Hlg`, which have no such form.
-/// Equal colorimetry gives equal bytes.
+/// Equal colorimetry gives equal bytes, whatever the clock says.
 pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
     let curve = match color.transfer {
-        Transfer::Linear => ToneReprCurve::Lut(Vec::new()),
-        Transfer::Srgb => ToneReprCurve::Parametric(vec![2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045]),
-        Transfer::Gamma(exponent) => ToneReprCurve::Parametric(vec![exponent.get() as f32]),
+        Transfer::Linear => vec![b"curv".to_vec(), vec![0; 8]].concat(),
+        Transfer::Srgb => parametric(3, &[2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045]),
+        Transfer::Gamma(exponent) => parametric(0, &[exponent.get() as f32]),
         Transfer::Pq | Transfer::Hlg => return None,
     };
     let adapt = Cones::Bradford.adaptation(color.primaries.white.to_xyz(), PCS_WHITE);
     let colorants = adapt * color.primaries.to_xyz();
-    let mut profile = ColorProfile::new_srgb();
-    profile.cicp = None;
-    profile.red_colorant = xyz(colorants.x_axis);
-    profile.green_colorant = xyz(colorants.y_axis);
-    profile.blue_colorant = xyz(colorants.z_axis);
-    profile.white_point = xyz(PCS_WHITE);
-    profile.media_white_point = Some(xyz(PCS_WHITE));
-    profile.chromatic_adaptation = Some(Matrix3d { v: [0, 1, 2].map(|row| adapt.row(row).to_array()) });
-    profile.red_trc = Some(curve.clone());
-    profile.green_trc = Some(curve.clone());
-    profile.blue_trc = Some(curve);
-    let mut description = description(color);
-    // The encoder puts tags one behind the other. Readers such as libpng warn of one that does not begin at a multiple
-    // of 4 (ICC.1:2022, 7.3.1), and a letter has two bytes.
-    if !description.len().is_multiple_of(2) {
-        description.push(' ');
-    }
-    profile.description = Some(text(&description));
-    profile.copyright = Some(text("No copyright, use freely"));
-    Some(with_fixed_date(profile.encode().expect("a matrix profile can be encoded")))
+    let [red, green, blue] = [0, 1, 2].map(|column| fixed(b"XYZ ", &colorants.col(column).to_array()));
+    let adaptation = fixed(b"sf32", adapt.transpose().to_cols_array().as_slice());
+    Some(encoded(&[
+        (b"rXYZ", red),
+        (b"gXYZ", green),
+        (b"bXYZ", blue),
+        (b"chad", adaptation),
+        (b"rTRC", curve.clone()),
+        (b"gTRC", curve.clone()),
+        (b"bTRC", curve),
+        (b"wtpt", fixed(b"XYZ ", &PCS_WHITE.to_array())),
+        (b"desc", text(&description(color))),
+        (b"cprt", text("No copyright, use freely")),
+    ]))
 }
 
-/// Replaces the date of the header, where the encoder puts the time of the clock, and pads the profile: readers such as
-/// libpng refuse a length that is not a multiple of 4 (ICC.1:2022, 7.2.1).
-fn with_fixed_date(mut profile: Vec<u8>) -> Vec<u8> {
-    profile.resize(profile.len().next_multiple_of(4), 0);
-    let length = u32::try_from(profile.len()).expect("a profile with a matrix has less than a kilobyte");
-    profile[..4].copy_from_slice(&length.to_be_bytes());
+/// A header (ICC.1:2022, 7.2), the table of the tags, and the tags. Readers such as libpng warn of a tag that does not
+/// begin at a multiple of 4 (7.3.1), and refuse a profile of another length (7.2.1).
+fn encoded(tags: &[(&[u8; 4], Vec<u8>)]) -> Vec<u8> {
+    let mut table = Vec::from(word(tags.len()));
+    let mut data = Vec::new();
+    for (name, tag) in tags {
+        let at = HEADER + 4 + 12 * tags.len() + data.len();
+        table.extend([**name, word(at), word(tag.len())].concat());
+        data.extend(tag);
+        data.resize(data.len().next_multiple_of(4), 0);
+    }
+    let mut profile = vec![0; HEADER];
+    profile[..4].copy_from_slice(&word(HEADER + table.len() + data.len()));
+    profile[8..12].copy_from_slice(&VERSION);
+    profile[12..24].copy_from_slice(b"mntrRGB XYZ ");
     for (at, number) in DATE.iter().enumerate() {
         profile[24 + 2 * at..26 + 2 * at].copy_from_slice(&number.to_be_bytes());
     }
-    profile
+    profile[36..40].copy_from_slice(b"acsp");
+    profile[68..80].copy_from_slice(&numbers(&PCS_WHITE.to_array()));
+    [profile, table, data].concat()
+}
+
+fn word(number: usize) -> [u8; 4] {
+    u32::try_from(number).expect("a profile with a matrix has less than a kilobyte").to_be_bytes()
+}
+
+/// A tag of numbers with 16 bits behind the point.
+fn fixed(ty: &[u8; 4], values: &[f64]) -> Vec<u8> {
+    [&ty[..], &[0; 4], &numbers(values)].concat()
+}
+
+fn numbers(values: &[f64]) -> Vec<u8> {
+    values.iter().flat_map(|value| ((value * 65536.0 + 0.5).floor() as i32).to_be_bytes()).collect()
+}
+
+/// A curve (ICC.1:2022, 10.18) of this form.
+fn parametric(form: u8, values: &[f32]) -> Vec<u8> {
+    let values: Vec<f64> = values.iter().map(|value| f64::from(*value)).collect();
+    [&b"para\0\0\0\0\0"[..], &[form, 0, 0], &numbers(&values)].concat()
 }
 
 fn description(color: &Colorimetry) -> String {
@@ -76,12 +104,21 @@ fn description(color: &Colorimetry) -> String {
     format!("{}, {transfer}", color.primaries.name().unwrap_or("RGB"))
 }
 
-fn text(text: &str) -> ProfileText {
-    ProfileText::Localizable(vec![LocalizableString::new("en".into(), "US".into(), text.into())])
+/// A text in one language (ICC.1:2022, 10.15).
+fn text(text: &str) -> Vec<u8> {
+    let letters: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+    [&b"mluc\0\0\0\0\0\0\0\x01\0\0\0\x0cenUS"[..], &word(letters.len()), &word(28), &letters].concat()
 }
 
-fn xyz(at: DVec3) -> Xyzd {
-    Xyzd { x: at.x, y: at.y, z: at.z }
+/// The time. Browsers have no such clock, and moxcms asks none there.
+fn now() -> SystemTime {
+    if cfg!(target_family = "wasm") { UNIX_EPOCH } else { SystemTime::now() }
+}
+
+/// The parsed profile; `None` if it is not valid, or if the clock is before 1970, as on a board without a battery: there
+/// `ColorDateTime::now` of moxcms 0.8 calls itself without end, and every profile is made with it.
+fn parsed(bytes: &[u8], now: SystemTime) -> Option<ColorProfile> {
+    if now < UNIX_EPOCH { None } else { ColorProfile::new_from_slice(bytes).ok() }
 }
 
 /// Why a profile is not applied that cannot be parsed.
@@ -143,7 +180,7 @@ impl Tables {
     const CURVE: Transfer = Transfer::Gamma(Decimal::new(2.2));
 
     fn new(profile: &ColorProfile, channels: usize) -> Option<Self> {
-        let to = ColorProfile::new_from_slice(&write(&Colorimetry::new(Self::PRIMARIES, Self::CURVE))?).ok()?;
+        let to = parsed(&write(&Colorimetry::new(Self::PRIMARIES, Self::CURVE))?, now())?;
         let layout = match channels {
             1 => Layout::Gray,
             3 => Layout::Rgb,
@@ -196,7 +233,7 @@ pub(crate) fn read(bytes: &[u8], channels: usize) -> Result<Profile, &'static st
 }
 
 fn parse(bytes: &[u8], channels: usize) -> Result<Profile, &'static str> {
-    let profile = ColorProfile::new_from_slice(bytes).map_err(|_| UNREADABLE)?;
+    let profile = parsed(bytes, now()).ok_or(UNREADABLE)?;
     let of_profile = match profile.color_space {
         DataColorSpace::Gray => 1,
         DataColorSpace::Rgb => 3,
@@ -309,5 +346,17 @@ fn parametric_light(numbers: &[f64], x: f64) -> f64 {
         [g, a, b, _, d, e, _] if x >= d => (a * x + b).powf(g) + e,
         [_, _, _, c, _, _, f] => c * x + f,
         _ => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_before_1970_ends_no_program() {
+        let profile = write(&Colorimetry::SRGB).expect("it has a matrix");
+        assert!(parsed(&profile, UNIX_EPOCH).is_some());
+        assert!(parsed(&profile, UNIX_EPOCH - std::time::Duration::from_secs(1)).is_none());
     }
 }
