@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::{Folder, message_and_hint};
-use afterimage_media::sequence::{Input, Pattern, parse_frames};
+use afterimage_media::sequence::{FrameFiles, Input, Pattern, parse_frames};
 use afterimage_media::*;
 
 /// A folder with empty files `shot.NNNN.exr`.
@@ -208,4 +208,38 @@ fn a_placeholder_has_digits_for_a_name() {
 #[test]
 fn the_option_with_the_frames_is_named() {
     assert_eq!(parse_frames("--cut", "a").unwrap_err().path, std::path::Path::new("--cut a"));
+}
+
+/// Twenty thousand frames, each of which may be missing, take one look into the folder: what is gone later is found.
+#[test]
+fn a_folder_is_read_once_for_all_frames() {
+    let folder = shots("once", &[3, 7]);
+    let path = |frame: u32| folder.file(&format!("shot.{frame:04}.exr"));
+    let files = FrameFiles::new(folder.file("shot.####.exr#Z").to_str().unwrap()).unwrap();
+    let found = |frame| files.find_filled(frame).map(|(source, is_own)| (source.path, is_own));
+    assert_eq!(found(3), Some((path(3), true)));
+    fs::remove_file(path(3)).unwrap();
+    fs::remove_file(path(7)).unwrap();
+    assert_eq!((found(2), found(6), found(7), found(8)), (None, Some((path(3), false)), Some((path(7), true)), None));
+    assert_eq!(files.find(7), None, "it is gone");
+    fs::write(path(7), "").unwrap();
+    assert_eq!(files.find(7), Some(Source { path: path(7), layer: Some("Z".to_owned()) }));
+}
+
+#[test]
+fn frames_too_far_apart_are_told_and_no_option_that_was_not_given() {
+    let folder = shots("far", &[0]);
+    folder.with("shot.4294967295.exr", b"");
+    let name = folder.file("shot.####.exr");
+    let error = Input::find_filled(name.to_str().unwrap(), None).unwrap_err();
+    assert_eq!(error.path, name);
+    let message = "frames 0 to 4294967295 are on disk, and from one to the other are more than 1000000";
+    assert_eq!(message_and_hint(&error), format!("{message}; choose some of them with `--frames`"));
+}
+
+#[test]
+fn messages_are_of_one_line_whatever_a_name_holds() {
+    let error = Input::find("a\nb\u{202e}/shot.####.exr", Some("1\u{1b}[8m")).unwrap_err().to_string();
+    assert_eq!(error.lines().count(), 2, "{error}");
+    assert!(error.contains("1\\u001b[8m") && !error.contains(['\u{1b}', '\u{202e}']), "{error}");
 }

@@ -11,7 +11,7 @@ use afterimage_plan::{Plan, PlanOutput};
 
 use super::bands;
 use super::kept::{KeptPictures, Repetition};
-use super::metered::{has_meter, names, unmetered};
+use super::metered::{MeasuringPlan, has_meter, names, unmetered};
 use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters, value_of};
 use super::repairs::{Repairs, is_opaque};
@@ -215,11 +215,16 @@ impl Frames<'_> {
         let Some(earlier) = self.request.earlier.filter(|_| !lost.is_empty()) else { return Ok(()) };
         let names = names(lost);
         match rolled {
-            0 => note(&format!(
-                "warning: the sequence has frame {earlier} before the first one here, and this state begins anew: \
-                 {names}\n  hint: {}`--preroll COUNT` renders some of them",
-                if has_meter(&plan) { "`--meter FILE` has what `afterimage meter` measured in them; " } else { "" }
-            )),
+            0 => {
+                note(&format!(
+                    "warning: the sequence has frame {earlier} before the first one here, and this state begins anew: \
+                     {names}"
+                ));
+                note(&format!(
+                    "  hint: {}`--preroll COUNT` renders some of them",
+                    if has_meter(&plan) { "`--meter FILE` has what `afterimage meter` measured in them; " } else { "" }
+                ));
+            }
             _ => note(&format!(
                 "note: {rolled} frames before the range are rendered; the sequence has more, to which this state \
                  reaches back: {names}"
@@ -231,8 +236,9 @@ impl Frames<'_> {
     /// Makes the state from what was measured in the frames before.
     fn integrate(&mut self, plan: &Plan, images: &[InputImage]) -> Result<(), Failure> {
         let metering = &plan.metering();
+        let measuring = MeasuringPlan::new(plan, metering);
         for measured in &self.request.measured {
-            let bytes = measured.for_plan(plan, metering)?;
+            let bytes = measured.for_plan(&measuring)?;
             let step = self.request.step(measured.frame, self.last, self.begins_shot);
             let session = &mut self.session.session;
             session.number_next(measured.frame);

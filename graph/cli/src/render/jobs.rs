@@ -1,8 +1,9 @@
 //! The frames that `render` makes, and the files of each.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+use afterimage_media::sequence::FrameFiles;
 use afterimage_media::{FileError, Source, sequence};
 
 use super::target::Target;
@@ -28,29 +29,48 @@ pub(super) struct Job {
 /// The files of all frames.
 pub(super) struct NumberedFiles {
     /// The files of all inputs, by their names.
-    pub(super) files: Vec<(String, String)>,
+    files: Vec<(String, FrameFiles)>,
     /// What takes the place of a missing frame.
-    pub(super) missing: MissingFrames,
+    missing: MissingFrames,
     /// The frame with which a sequence without files begins, if it is known.
     pub(super) start: Option<u32>,
 }
 
 impl NumberedFiles {
+    pub(super) fn new(files: &[(String, String)], missing: MissingFrames) -> Result<Self, Failure> {
+        let of = |(name, file): &(String, String)| Ok((name.clone(), FrameFiles::new(file)?));
+        Ok(Self { files: files.iter().map(of).collect::<Result<_, Failure>>()?, missing, start: None })
+    }
+
+    /// Whether an input has a file.
+    pub(super) fn has(&self, input: &str) -> bool {
+        self.files.iter().any(|(name, _)| name == input)
+    }
+
     /// Puts up to `count` frames, `step` apart, before the first job, which are rendered for their state only, back to
     /// the start of the sequence or of the shot. Returns the frame before the first one that is left, if there is one.
-    pub(super) fn roll_back(&self, jobs: &mut Vec<Job>, count: u32, step: Option<u32>, cuts: &[u32]) -> Option<u32> {
-        let mut first = jobs.first()?.frame?;
-        for left in (0..=count).rev() {
-            let before = first.checked_sub(step.unwrap_or(1)).filter(|_| !cuts.contains(&first))?;
-            let job = self.job(before)?;
-            if left == 0 {
-                let is_known = !self.files.is_empty() || self.start.is_some();
-                return is_known.then_some(before);
-            }
-            jobs.insert(0, job);
-            first = before;
-        }
-        None
+    pub(super) fn roll_back(
+        &self,
+        jobs: &mut Vec<Job>,
+        count: u32,
+        step: Option<u32>,
+        cuts: &BTreeSet<u32>,
+    ) -> Option<u32> {
+        let mut rolled = self.jobs_before(jobs.first()?.frame?, step, cuts);
+        let mut before: Vec<Job> = rolled.by_ref().take(count as usize).collect();
+        before.reverse();
+        jobs.splice(0..0, before);
+        let is_known = !self.files.is_empty() || self.start.is_some();
+        rolled.next().filter(|_| is_known)?.frame
+    }
+
+    /// The jobs before a frame, `step` apart, from the last to the start of the sequence or of the shot.
+    pub(super) fn jobs_before(&self, frame: u32, step: Option<u32>, cuts: &BTreeSet<u32>) -> impl Iterator<Item = Job> {
+        let mut first = frame;
+        std::iter::from_fn(move || {
+            first = first.checked_sub(step.unwrap_or(1)).filter(|_| !cuts.contains(&first))?;
+            self.job(first)
+        })
     }
 
     /// The job of a frame that is rendered for its state only; `None` if it has no file.
@@ -59,16 +79,12 @@ impl NumberedFiles {
             return None;
         }
         let (mut sources, mut missing) = (Vec::new(), Vec::new());
-        for (name, file) in &self.files {
-            let frames = frame.to_string();
-            let frames = sequence::is_numbered(file).then_some(frames.as_str());
-            let (found, gaps) = find(file, frames, self.missing).ok()?;
-            let (_, source) = found.sources().into_iter().next()?;
-            // Beyond the last frame a sequence has ended.
-            if gaps.contains(&frame) && !has_later(file, frame) {
-                return None;
-            }
-            missing.extend(gaps.contains(&frame).then(|| name.clone()));
+        for (name, files) in &self.files {
+            let (source, is_there) = match self.missing {
+                MissingFrames::Error => (files.find(frame)?, true),
+                MissingFrames::Hold | MissingFrames::Black => files.find_filled(frame)?,
+            };
+            missing.extend((!is_there).then(|| name.clone()));
             sources.push((name.clone(), source));
         }
         Some(Job { sources, frame: Some(frame), out: Vec::new(), is_written: false, missing })
@@ -81,8 +97,8 @@ pub(super) fn with_inputs(
     files: Vec<(String, String)>,
     targets: &[Target],
 ) -> Result<Vec<Job>, Failure> {
-    let mut inputs = Vec::new();
-    let mut missing = Vec::new();
+    let (mut inputs, mut sources) = (Vec::new(), Vec::new());
+    let mut missing: BTreeMap<Option<u32>, Vec<String>> = BTreeMap::new();
     for (name, file) in files {
         let frames = args.frames.as_deref().filter(|_| sequence::is_numbered(&file));
         let (input, gaps) = find(&file, frames, args.reading.missing)?;
@@ -90,7 +106,8 @@ pub(super) fn with_inputs(
         if args.frames.is_none() {
             tell_other_numbers(&file);
         }
-        missing.extend(gaps.into_iter().map(|frame| (name.clone(), frame)));
+        gaps.into_iter().for_each(|frame| missing.entry(Some(frame)).or_default().push(name.clone()));
+        sources.push((name.clone(), input.sources().into_iter().collect()));
         inputs.push((name, input));
     }
     let is_numbered = |(_, input): &(String, sequence::Input)| matches!(input, sequence::Input::Sequence(_));
@@ -103,8 +120,9 @@ pub(super) fn with_inputs(
     let frames = first.sources().into_iter().enumerate();
     let mut jobs = Vec::new();
     for (index, (frame, _)) in frames {
-        let lacks = missing.iter().filter(|(_, gap)| Some(*gap) == frame).map(|(name, _)| name.clone()).collect();
-        jobs.push(Job { missing: lacks, ..job(&inputs, index, frame, of_frame(index))? });
+        let sources = sources.iter().map(|(name, files)| Ok((name.clone(), source_at(files, frame, name)?)));
+        let (sources, missing) = (sources.collect::<Result<_, Failure>>()?, missing.remove(&frame).unwrap_or_default());
+        jobs.push(Job { sources, frame, out: of_frame(index), is_written: true, missing });
     }
     Ok(jobs)
 }
@@ -119,13 +137,6 @@ fn find(
         MissingFrames::Error => Ok((sequence::Input::find(file, frames)?, BTreeSet::new())),
         MissingFrames::Hold | MissingFrames::Black => sequence::Input::find_filled(file, frames),
     }
-}
-
-/// Whether a sequence has a frame after this one.
-fn has_later(file: &str, frame: u32) -> bool {
-    let input = sequence::Input::find_filled(file, None);
-    let last = input.ok().and_then(|(input, _)| input.sources().last().and_then(|(frame, _)| *frame));
-    last.is_some_and(|last| last > frame)
 }
 
 fn tell_missing(name: &str, frames: &BTreeSet<u32>, missing: MissingFrames) {
@@ -159,17 +170,6 @@ fn idle_frames() -> Failure {
         .hint("put a placeholder into the name, for example `shot.####.exr`")
 }
 
-fn job(
-    inputs: &[(String, sequence::Input)],
-    index: usize,
-    frame: Option<u32>,
-    out: Vec<PathBuf>,
-) -> Result<Job, Failure> {
-    let source = |(name, input): &(String, _)| Ok((name.clone(), source_at(input, index, frame, name)?));
-    let sources = inputs.iter().map(source).collect::<Result<Vec<_>, Failure>>()?;
-    Ok(Job { sources, frame, out, is_written: true, missing: Vec::new() })
-}
-
 /// The images of a pipeline without inputs: one, or the named frames.
 pub(super) fn without_inputs(args: &RenderArgs, targets: &[Target]) -> Result<Vec<Job>, Failure> {
     let job = |frame, out| Job { sources: Vec::new(), frame, out, is_written: true, missing: Vec::new() };
@@ -198,15 +198,11 @@ fn pattern(file: &str) -> Result<sequence::Pattern, Failure> {
 }
 
 /// The file of an input in one frame; a single image is that of all frames.
-fn source_at(input: &sequence::Input, index: usize, frame: Option<u32>, name: &str) -> Result<Source, Failure> {
-    match input {
-        sequence::Input::Single(source) => Ok(source.clone()),
-        sequence::Input::Sequence(frames) => match frames.iter().find(|(number, _)| Some(*number) == frame) {
-            Some((_, source)) => Ok(source.clone()),
-            None => {
-                let frame = frame.map_or_else(|| index.to_string(), |frame| frame.to_string());
-                Err(Failure::user(format!("input `{name}` has no frame {frame}")))
-            }
-        },
-    }
+fn source_at(files: &BTreeMap<Option<u32>, Source>, frame: Option<u32>, name: &str) -> Result<Source, Failure> {
+    let source = files.get(&frame).or_else(|| files.get(&None)).cloned();
+    source.ok_or_else(|| {
+        // Without a number, the first input is one image, and so is each other.
+        let frame = frame.map_or_else(String::new, |frame| format!(" {frame}"));
+        Failure::user(format!("input `{name}` has no frame{frame}"))
+    })
 }

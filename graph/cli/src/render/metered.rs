@@ -48,20 +48,17 @@ impl MeteredFrame {
         Self { afterimage_meter: VERSION, frame, exposure, passes, measured: words }
     }
 
-    /// The bytes of the buffers of this plan.
+    /// The bytes of the buffers of a plan.
     ///
     /// # Errors
     /// Another plan has measured.
-    pub(super) fn for_plan(&self, plan: &Plan, metering: &Metering) -> Result<Vec<Vec<u8>>, Failure> {
-        let names = plan.buffer_names();
+    pub(super) fn for_plan(&self, plan: &MeasuringPlan) -> Result<Vec<Vec<u8>>, Failure> {
         let mut measured = Vec::new();
-        for buffer in &metering.measured {
-            let bytes = plan.buffers[buffer.0 as usize].bytes as usize;
-            let words = self.measured.get(&names[buffer.0 as usize]).filter(|words| 4 * words.len() == bytes);
+        for (name, bytes) in &plan.buffers {
+            let words = self.measured.get(name).filter(|words| 4 * words.len() == *bytes);
             measured.extend(words.map(|words| bytemuck::cast_slice::<u32, u8>(words).to_vec()));
         }
-        let is_same = self.passes == plan.measuring_hash(metering).to_string();
-        match is_same && measured.len() == metering.measured.len() {
+        match self.passes == plan.passes && measured.len() == plan.buffers.len() {
             true => Ok(measured),
             false => Err(Failure::user(format!("`--meter`: frame {} was measured by other passes", self.frame))
                 .hint("measure it with the same pipeline, options, size, adapter and program")),
@@ -72,6 +69,23 @@ impl MeteredFrame {
     pub(super) fn line(&self) -> String {
         let line = serde_json::to_string(self).expect("a frame has names and numbers only");
         format!("{line}\n")
+    }
+}
+
+/// What measured frames must fit.
+pub(super) struct MeasuringPlan {
+    /// The hash of the passes that measure.
+    passes: String,
+    /// The names of the buffers and their bytes.
+    buffers: Vec<(String, usize)>,
+}
+
+impl MeasuringPlan {
+    pub(super) fn new(plan: &Plan, metering: &Metering) -> Self {
+        let names = plan.buffer_names();
+        let measured = metering.measured.iter().map(|buffer| buffer.0 as usize);
+        let buffers = measured.map(|buffer| (names[buffer].clone(), plan.buffers[buffer].bytes as usize));
+        Self { passes: plan.measuring_hash(metering).to_string(), buffers: buffers.collect() }
     }
 }
 

@@ -72,7 +72,7 @@ pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequ
     let step = step.filter(|step| frames.windows(2).all(|pair| pair[1].checked_sub(pair[0]) == Some(*step)));
     let begins_within = request.earlier.is_some();
     let files = request.targets.into_iter().map(|target| target.file).collect();
-    Ok(Sequence { frames, cuts: request.cuts, files, has_state, is_metered, step, begins_within })
+    Ok(Sequence { frames, cuts: request.cuts.into_iter().collect(), files, has_state, is_metered, step, begins_within })
 }
 
 /// What is known before a run.

@@ -1,5 +1,7 @@
 //! The images and frames that `render` makes, and the files that they are made from.
 
+use std::collections::BTreeSet;
+
 use afterimage::offline::quantize::{EncodedFile, unquantized, with_codes};
 use afterimage_gpu::{FrameKind, FrameStep};
 use afterimage_graph::check::{Graph, GraphInput};
@@ -25,7 +27,7 @@ pub(super) struct Request<'a> {
     /// The frames in order.
     pub(super) jobs: Vec<Job>,
     /// The frames that begin a new shot.
-    pub(super) cuts: Vec<u32>,
+    pub(super) cuts: BTreeSet<u32>,
     /// The pipeline's inputs.
     pub(super) inputs: Vec<GraphInput>,
     /// The frame of the sequence before the first one that is rendered, if there is one.
@@ -62,7 +64,7 @@ impl<'a> Request<'a> {
         if args.size.is_some() && files.iter().any(gives_size) {
             return Err(idle_size());
         }
-        let numbered = NumberedFiles { files: files.clone(), missing: args.reading.missing, start: None };
+        let numbered = NumberedFiles::new(&files, args.reading.missing)?;
         let mut jobs =
             if files.is_empty() { without_inputs(args, &targets) } else { with_inputs(args, files, &targets) }?;
         let cuts = cuts(args, &jobs, &numbered)?;
@@ -82,17 +84,13 @@ impl<'a> Request<'a> {
         let rolled = self.jobs.iter().take_while(|job| !job.is_written).count() as u32;
         let earlier = self.files.roll_back(&mut self.jobs, least.saturating_sub(rolled), step, &self.cuts);
         self.earlier = earlier;
-        let mut needed = Vec::new();
-        let mut next = earlier;
-        while let Some(frame) = next {
-            if needed.len() == MOST_MEASURED {
-                let first = self.jobs.first().and_then(|job| job.frame).unwrap_or(0);
-                return Err(Failure::user(format!("frame {first} follows from more than {MOST_MEASURED} frames"))
-                    .hint("`--cut` names frames that begin anew"));
-            }
-            needed.push(frame);
-            let before = frame.checked_sub(step.unwrap_or(1)).filter(|_| !self.cuts.contains(&frame));
-            next = before.filter(|before| self.files.job(*before).is_some());
+        let before = earlier.map(|earlier| self.files.jobs_before(earlier, step, &self.cuts));
+        let before = before.into_iter().flatten().filter_map(|job| job.frame);
+        let mut needed: Vec<u32> = earlier.into_iter().chain(before).take(MOST_MEASURED + 1).collect();
+        if needed.len() > MOST_MEASURED {
+            let first = self.jobs.first().and_then(|job| job.frame).unwrap_or(0);
+            return Err(Failure::user(format!("frame {first} follows from more than {MOST_MEASURED} frames"))
+                .hint("`--cut` names frames that begin anew"));
         }
         needed.reverse();
         let first = self.jobs.first().and_then(|job| job.frame).unwrap_or(0);
@@ -159,8 +157,7 @@ impl<'a> Request<'a> {
 
     /// The camera of the built-in scene for the input `camera`, if no file gives another, for an image of this size.
     pub(super) fn scene_cameras(&self, size: Size) -> impl Iterator<Item = (String, BlockData)> {
-        let has_file = |name: &String| self.jobs.iter().any(|job| job.sources.iter().any(|(given, _)| given == name));
-        let free = self.inputs.iter().filter(move |input| is_eye(input) && !has_file(&input.name));
+        let free = self.inputs.iter().filter(|input| is_eye(input) && !self.files.has(&input.name));
         let cameras = self.scene.as_ref().map(|scene| free.map(move |input| (scene, input)));
         cameras.into_iter().flatten().map(move |(scene, input)| (input.name.clone(), scene_camera(scene, size)))
     }
@@ -185,14 +182,14 @@ impl<'a> Request<'a> {
 }
 
 /// The frames of `--cut`. Each must be a frame of the sequence, which may be longer than the range that is rendered.
-fn cuts(args: &RenderArgs, jobs: &[Job], files: &NumberedFiles) -> Result<Vec<u32>, Failure> {
-    let Some(text) = &args.cut else { return Ok(Vec::new()) };
+fn cuts(args: &RenderArgs, jobs: &[Job], files: &NumberedFiles) -> Result<BTreeSet<u32>, Failure> {
+    let Some(text) = &args.cut else { return Ok(BTreeSet::new()) };
     let cuts = sequence::parse_frames("--cut", text)?;
-    let is_sequence = jobs.iter().any(|job| job.frame.is_some());
-    let is_known = |cut: u32| jobs.iter().any(|job| job.frame == Some(cut)) || files.job(cut).is_some();
-    let is_missing = |cut: &&u32| !is_sequence || !is_known(**cut);
+    let frames: BTreeSet<u32> = jobs.iter().filter_map(|job| job.frame).collect();
+    let is_known = |cut: u32| frames.contains(&cut) || files.job(cut).is_some();
+    let is_missing = |cut: &&u32| frames.is_empty() || !is_known(**cut);
     match cuts.iter().find(is_missing) {
-        None => Ok(cuts),
+        None => Ok(cuts.into_iter().collect()),
         Some(cut) => Err(Failure::user(format!("`--cut`: the sequence has no frame {cut}"))
             .hint("a cut is a frame that is rendered, as `--frames` or the files name it")),
     }

@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use super::regular;
 use crate::codec::ErrorKind;
@@ -15,6 +16,9 @@ use crate::{FileError, Source};
 
 /// The most digits of a frame's number. File systems have no longer names.
 const MAX_DIGITS: usize = 255;
+
+/// The most frames of a sequence.
+const MOST_FRAMES: u32 = 1_000_000;
 
 /// The files of an input argument.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,6 +102,49 @@ pub fn other_numbers(name: &str) -> Vec<String> {
     }
 }
 
+/// Finds the files of single frames of an input argument. The folder is read once, so that a sequence takes time in
+/// proportion to its frames.
+#[derive(Debug)]
+pub struct FrameFiles {
+    /// `None` for one image, which is that of all frames.
+    pattern: Option<Pattern>,
+    file: PathBuf,
+    layer: Option<String>,
+    /// Every frame on disk.
+    there: OnceLock<BTreeSet<u32>>,
+}
+
+impl FrameFiles {
+    /// The files of `name`, which is written as for [`Input::find`].
+    ///
+    /// # Errors
+    /// The name has a placeholder in the wrong place.
+    pub fn new(name: &str) -> Result<Self, FileError> {
+        let (file, layer) = split_layer(name);
+        let pattern = if Path::new(file).is_file() { None } else { Pattern::parse(file)? };
+        Ok(Self { pattern, file: file.into(), layer, there: OnceLock::new() })
+    }
+
+    /// The file of a frame; `None` if there is none.
+    pub fn find(&self, frame: u32) -> Option<Source> {
+        let path = self.pattern.as_ref().map_or(self.file.clone(), |pattern| pattern.at(frame));
+        regular::check(&path).is_ok().then(|| self.source(path))
+    }
+
+    /// The file of a frame, or that of the last frame before it, and whether it is its own. `None` before the first
+    /// frame of the sequence and after the last.
+    pub fn find_filled(&self, frame: u32) -> Option<(Source, bool)> {
+        let Some(pattern) = &self.pattern else { return Some((self.source(self.file.clone()), true)) };
+        let there = self.there.get_or_init(|| pattern.frames().unwrap_or_default().into_iter().collect());
+        let held = *there.range(..=frame).next_back()?;
+        (*there.last()? >= frame).then(|| (self.source(pattern.at(held)), held == frame))
+    }
+
+    fn source(&self, path: PathBuf) -> Source {
+        Source { path, layer: self.layer.clone() }
+    }
+}
+
 /// Whether a name is that of a sequence: it has a placeholder, and no file has the name itself.
 pub fn is_numbered(name: &str) -> bool {
     let (file, _) = split_layer(name);
@@ -172,8 +219,11 @@ impl Pattern {
     ) -> Result<(NumberedSources, BTreeSet<u32>), FileError> {
         let there: BTreeSet<u32> = self.frames()?.into_iter().collect();
         let (first, last) = (there.first().copied().unwrap_or(0), there.last().copied().unwrap_or(0));
-        let all = || parse_frames("--frames", &format!("{first}-{last}"));
-        let wanted = frames.map_or_else(all, |text| parse_frames("--frames", text))?;
+        let wanted = match frames {
+            Some(text) => parse_frames("--frames", text)?,
+            None if last - first >= MOST_FRAMES => return Err(self.too_long(first, last)),
+            None => (first..=last).collect(),
+        };
         let mut found = Vec::new();
         for &frame in &wanted {
             let Some(before) = there.range(..=frame).next_back() else {
@@ -234,6 +284,13 @@ impl Pattern {
         let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
         let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
         is_number.then(|| number.to_owned())
+    }
+
+    fn too_long(&self, first: u32, last: u32) -> FileError {
+        let pattern = self.folder.join(self.shown());
+        let message =
+            format!("frames {first} to {last} are on disk, and from one to the other are more than {MOST_FRAMES}");
+        FileError::new(&pattern, ErrorKind::TooLarge, message).hint("choose some of them with `--frames`")
     }
 
     fn gap(&self, frames: &[u32], first_missing: u32) -> FileError {
@@ -308,7 +365,6 @@ fn split_layer(name: &str) -> (&str, Option<String>) {
 /// The frames of `1-96`, `1-96x2` (or `1-96:2`), `7`, or several of these with commas, as listed. `option` is the
 /// option that has the text, for errors.
 pub fn parse_frames(option: &str, text: &str) -> Result<Vec<u32>, FileError> {
-    const MOST: usize = 1_000_000;
     let mut frames = Vec::new();
     for range in text.split(',') {
         let (first, last, step) = parse_range(range.trim())
@@ -320,9 +376,9 @@ pub fn parse_frames(option: &str, text: &str) -> Result<Vec<u32>, FileError> {
         if step == 0 {
             return Err(naming_frames(option, text, "a step of 0 never ends".to_owned()));
         }
-        frames.extend((first..=last).step_by(step as usize).take(MOST + 1));
-        if frames.len() > MOST {
-            return Err(naming_frames(option, text, format!("these are more than {MOST} frames")));
+        frames.extend((first..=last).step_by(step as usize).take(MOST_FRAMES as usize + 1));
+        if frames.len() > MOST_FRAMES as usize {
+            return Err(naming_frames(option, text, format!("these are more than {MOST_FRAMES} frames")));
         }
     }
     match first_repeated(&frames) {
