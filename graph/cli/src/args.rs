@@ -22,10 +22,10 @@ use stress::StressArgs;
 #[cfg(feature = "view")]
 use view::ViewArgs;
 
-pub(crate) use files::OUTPUT_SPACE;
+pub(crate) use headings::MACHINE;
 pub(crate) use options::{
-    Crop, DeviceOptions, ImageOptions, KindOptions, NODES, NoAlias, PipelineOptions, PlanOptions, parse_crop,
-    parse_fps, parse_size,
+    Crop, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, parse_crop, parse_fps,
+    parse_size,
 };
 
 /// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
@@ -132,7 +132,7 @@ pub(crate) struct ManArgs {
 #[derive(Debug, Args)]
 pub(crate) struct DemoArgs {
     /// The folder for the images
-    #[arg(short, long, default_value = "out")]
+    #[arg(help_heading = OUTPUT_FILES, short, long, value_name = "FOLDER", default_value = "out")]
     pub(crate) out: PathBuf,
     /// Pixels of the scene
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
@@ -259,12 +259,12 @@ before it, in the same way, `meter tsushima shot.####.exr -o shot.####.meter --f
 #[derive(Debug, Args)]
 #[command(after_help = ENGINES)]
 pub(crate) struct JobArgs {
-    #[command(flatten)]
-    pub(crate) render: RenderArgs,
     /// Frames of a chunk; chunks run side by side. Where frames depend on those before, and not by a meter alone, a
     /// chunk is a whole shot, which `--cut` separates, unless there is a `--preroll`
-    #[arg(long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) chunk: u32,
+    #[command(flatten)]
+    pub(crate) render: RenderArgs,
 }
 
 impl RenderArgs {
@@ -394,7 +394,7 @@ pub(crate) struct BenchArgs {
     #[arg(long)]
     pub(crate) finite: bool,
     /// Also write the figures as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,
@@ -402,4 +402,42 @@ pub(crate) struct BenchArgs {
     pub(crate) plan: PlanOptions,
     #[command(flatten)]
     pub(crate) device: DeviceOptions,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeMap, BTreeSet};
+
+    use super::headings::{PIPELINE, PLANNER};
+    use super::*;
+
+    /// The options of a struct that is flattened into commands.
+    fn options_of<T: Args>() -> BTreeSet<String> {
+        let command = T::augment_args(clap::Command::new("any"));
+        command.get_arguments().filter_map(|arg| Some(arg.get_long()?.to_owned())).collect()
+    }
+
+    #[test]
+    fn an_option_stands_under_its_own_heading() {
+        let of_pipelines = &options_of::<PipelineOptions>() | &options_of::<KindOptions>();
+        let of_machines = &options_of::<DeviceOptions>() | &options_of::<ImageOptions>();
+        let of_planner = options_of::<PlanOptions>();
+        let closed = [(PIPELINE, of_pipelines), (MACHINE, of_machines), (PLANNER, of_planner)];
+        let mut headings: BTreeMap<(String, Option<String>), (Option<String>, String)> = BTreeMap::new();
+        for command in crate::command().get_subcommands() {
+            for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {
+                let Some(option) = arg.get_long() else { continue };
+                let heading = arg.get_help_heading().map(str::to_owned);
+                for (name, own) in &closed {
+                    let is_under = heading.as_deref() == Some(*name);
+                    assert!(!is_under || own.contains(option), "--{option} of {} under {name}", command.get_name());
+                }
+                // Options of one name may be others: `--window`.
+                let value = arg.get_value_names().and_then(|names| Some(names.first()?.to_string()));
+                let here = (heading, command.get_name().to_owned());
+                let known = headings.entry((option.to_owned(), value)).or_insert_with(|| here.clone());
+                assert_eq!(known.0, here.0, "--{option} of {} and of {}", known.1, here.1);
+            }
+        }
+    }
 }

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use afterimage_graph::diagnostic::quote;
 use clap::Args;
 
+use super::headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
 
 /// What each figure means, below the options. The terminal's width wraps the lines.
@@ -37,7 +39,7 @@ pub(crate) struct ClipArgs {
     #[arg(value_name = "IN")]
     pub(crate) images: Vec<String>,
     /// The image for another input: `--input albedo=albedo.exr`
-    #[arg(long = "input", value_name = "NAME=FILE")]
+    #[arg(help_heading = INPUT_FILES, long = "input", value_name = "NAME=FILE")]
     pub(crate) inputs: Vec<String>,
     /// Also measure a walk through the built-in scene
     #[arg(long)]
@@ -54,10 +56,10 @@ pub(crate) struct ClipArgs {
     #[arg(long, value_name = "FRAMES", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) walk: u32,
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`
-    #[arg(long, value_name = "RANGE")]
+    #[arg(help_heading = SEQUENCES, long, value_name = "RANGE")]
     pub(crate) frames: Option<String>,
     /// Frames per second, for adaptation over time
-    #[arg(long, default_value_t = 24.0)]
+    #[arg(help_heading = SEQUENCES, long, default_value_t = 24.0)]
     pub(crate) fps: f32,
     /// The output to compare; by default the first encoded one, or the first
     #[arg(long, value_name = "NAME")]
@@ -78,20 +80,20 @@ pub(crate) struct ClipArgs {
 pub(crate) struct MeasureArgs {
     /// The pipeline file
     pub(crate) pipeline: PathBuf,
-    #[command(flatten)]
-    pub(crate) clips: ClipArgs,
     /// Measure the tiers only, not each switch
     #[arg(long)]
     pub(crate) tiers: bool,
     /// Write all figures as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     /// Write a chart of time against error, as `.svg` or `.png`; can be repeated
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) plot: Vec<PathBuf>,
     /// Write images of the error of each variant: black below 1/16 of a code, red near 1, white from 64
-    #[arg(long, value_name = "DIR")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "DIR")]
     pub(crate) error_image: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
 }
 
 /// The limit that a tuned pipeline must keep.
@@ -123,8 +125,6 @@ pub(crate) struct TuneArgs {
     /// The pipeline file
     pub(crate) pipeline: PathBuf,
     #[command(flatten)]
-    pub(crate) clips: ClipArgs,
-    #[command(flatten)]
     pub(crate) goal: GoalArgs,
     /// Leave the pictures of `--charts` out of `--tiers`; images with lamps, dots or lines may exceed what is claimed
     #[arg(long, conflicts_with_all = ["charts", "budget", "error"])]
@@ -133,11 +133,13 @@ pub(crate) struct TuneArgs {
     #[arg(long, default_value = "tuned", conflicts_with = "tiers")]
     pub(crate) name: String,
     /// The file for the pipeline with the new tiers; by default standard output
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// A file for the figures; a later run continues from it
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) state: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) clips: ClipArgs,
 }
 
 /// Names of tiers and their largest errors, in codes; 0 is the most accurate choice.
@@ -150,11 +152,12 @@ fn parse_ladder(text: &str) -> Result<Ladder, String> {
         let (name, codes) = part.rsplit_once(':').ok_or("a tier is `NAME:CODES`, such as low:12")?;
         let codes = parse_error(codes)?;
         if all.iter().any(|(known, _)| known == name) {
-            return Err(format!("two tiers are `{name}`"));
+            return Err(format!("two tiers are {}", quote(name)));
         }
         if all.last().is_some_and(|(_, before)| *before >= codes) {
             return Err(format!(
-                "the most accurate tier comes first, and `{name}` is not less accurate than the one before"
+                "the most accurate tier comes first, and {} is not less accurate than the one before",
+                quote(name)
             ));
         }
         all.push((name.to_owned(), codes));

@@ -7,9 +7,11 @@ use afterimage_media::{Budget, default_budget};
 use clap::builder::{FalseyValueParser, Resettable};
 use clap::{Args, ValueEnum};
 
+use super::headings::{MACHINE, PIPELINE, PLANNER};
+
 /// Options of every command that reads a pipeline.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Pipeline")]
+#[command(next_help_heading = PIPELINE)]
 pub(crate) struct PipelineOptions {
     /// Override a parameter: `--set bloom.strength=0.4`; the value is RON, as in the file
     #[arg(long = "set", value_name = "NODE.PARAMETER=VALUE")]
@@ -29,7 +31,7 @@ pub(crate) const NODES: &str = "AFTERIMAGE_NODES";
 
 /// Folders of the command line: of node kinds, and of files that pipelines and kinds may name.
 #[derive(Clone, Debug, Default, Args)]
-#[command(next_help_heading = "Pipeline")]
+#[command(next_help_heading = PIPELINE)]
 pub(crate) struct KindOptions {
     /// A folder of node kinds in WGSL, or of one: a `node.ron`, a `.wgsl` file named like the kind, and those that it
     /// imports, also from a folder `lib` next to it
@@ -42,7 +44,7 @@ pub(crate) struct KindOptions {
 
 /// Options of the commands that show, measure or run one plan. All but `--exact` are for developers of the planner.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Planner developers")]
+#[command(next_help_heading = PLANNER)]
 pub(crate) struct PlanOptions {
     /// Store every intermediate in 32-bit floats, and filter them in the shader
     #[arg(long, help_heading = Resettable::Reset)]
@@ -84,7 +86,7 @@ pub(crate) enum NoAlias {
 
 /// Options of every command that runs on a GPU.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Machine")]
+#[command(next_help_heading = MACHINE)]
 pub(crate) struct DeviceOptions {
     /// Part of the name of the graphics adapter to use; `NAME#2` is the second of equal ones
     #[arg(long, value_name = "NAME", env = "AFTERIMAGE_ADAPTER")]
@@ -100,7 +102,7 @@ pub(crate) struct DeviceOptions {
 
 /// Options of every command that reads images.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Machine")]
+#[command(next_help_heading = MACHINE)]
 pub(crate) struct ImageOptions {
     /// Memory that decoding one image may take, such as `512M` or `4G`; a quarter of the machine's memory by default.
     /// `render` reads larger EXR images in bands, whose rows take no more

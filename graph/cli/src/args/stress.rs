@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::headings::OUTPUT_FILES;
 use super::options::{DeviceOptions, PipelineOptions, parse_size};
 
 /// The tests, below the options. The terminal's width wraps the lines.
@@ -51,7 +52,7 @@ pub(crate) struct StressArgs {
     #[arg(long)]
     pub(crate) all: bool,
     /// Write the results as JSON
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) options: PipelineOptions,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::headings::{MACHINE, PIPELINE, SEQUENCES};
 use super::options::{ImageOptions, KindOptions, parse_fps, parse_size};
 
 #[derive(Debug, Args)]
@@ -13,10 +14,10 @@ pub(crate) struct ViewArgs {
     /// The image for the pipeline's first input, as for `render`; by default the built-in scene, which moves
     pub(crate) input: Option<String>,
     /// The tier to begin with
-    #[arg(long)]
+    #[arg(help_heading = PIPELINE, long)]
     pub(crate) tier: Option<String>,
     /// Set a fact about the scene: `--fact emissive=false`
-    #[arg(long = "fact", value_name = "NAME=VALUE")]
+    #[arg(help_heading = PIPELINE, long = "fact", value_name = "NAME=VALUE")]
     pub(crate) facts: Vec<String>,
     /// Pixels of the built-in scene
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
@@ -25,10 +26,10 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "WxH", default_value = "1440x900", value_parser = parse_size)]
     pub(crate) window: (u32, u32),
     /// Frames per second of a sequence
-    #[arg(long, default_value_t = 24.0, value_parser = parse_fps)]
+    #[arg(help_heading = SEQUENCES, long, default_value_t = 24.0, value_parser = parse_fps)]
     pub(crate) fps: f32,
     /// Part of the name of the graphics adapter; by default the fastest
-    #[arg(long)]
+    #[arg(help_heading = MACHINE, long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
     #[command(flatten)]
     pub(crate) images: ImageOptions,
