@@ -34,6 +34,15 @@ fn names_that_are_sure_are_written_and_told() {
 }
 
 #[test]
+fn a_second_byte_order_mark_is_what_is_wrong() {
+    let folder = Folder::new("fix-marks");
+    folder.with("look.ron", format!("\u{feff}\u{feff}{}", mended()).as_bytes());
+    let outcome = folder.run("check look.ron --fix");
+    assert!(!outcome.err.contains("has changed"), "{}", outcome.err);
+    assert!(outcome.err.contains("look.ron:1:1"), "{}", outcome.err);
+}
+
+#[test]
 fn json_has_the_bytes_to_replace() {
     let folder = Folder::new("fix-json");
     folder.with("look.ron", WRONG.as_bytes());

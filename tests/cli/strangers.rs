@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use afterimage_graph::diagnostic::is_control;
+
 use super::{Folder, Outcome, room, save};
 
 /// A run that ends on its own.
@@ -226,15 +228,16 @@ fn a_pipe_in_the_cache_stops_nothing() {
     folder.run_soon("render {glare} room.exr -o out.png").good();
 }
 
-/// A terminal shows no control character of a file, of its name or of an argument, but line breaks and own styles.
+/// A terminal shows no control character of a file, of its name or of an argument, and no line that one of them begins:
+/// a farm would obey it.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn control_characters_do_not_reach_the_terminal() {
-    const EVIL: &str = "\u{1b}[8m\u{1b}]0;x\u{7}\u{9b}2J\u{85}\r\u{7f}";
+    const EVIL: &str = "\u{1b}[8m\u{1b}]0;x\u{7}\u{9b}2J\u{85}\r\u{7f}\u{202e}\u{2028}\nopenjd_fail: x";
     let folder = Folder::new("controls");
     save(&folder.file("room.exr"), &room(16, 9));
     let (image, file) = (format!("a{EVIL}.exr"), format!("b{EVIL}.ron"));
-    let label = r#"label: "l\u{1b}[8m\u{9b}2J""#;
+    let label = r#"label: "l\u{1b}[8m\u{9b}2J\u{202e}\nopenjd_fail: x""#;
     folder.with("label.ron", &pipeline(&format!("ColorLut(source: \"scene\", {label})"), ""));
     folder
         .with("comment.ron", format!("/* {EVIL} */ Pipeline(nodes: {{ \"a\": Nothing() }}, outputs: {{}})").as_bytes());
@@ -243,6 +246,14 @@ fn control_characters_do_not_reach_the_terminal() {
     fs::write(folder.file(&format!("c{EVIL}.exr")), "no image").expect("a file");
     let broken = format!("c{EVIL}.exr");
     let option = format!("--{EVIL}");
+    let (sequence, measured) = (format!("openjd_fail: {EVIL}.#.exr"), format!("openjd_fail: {EVIL}.#.meter"));
+    fs::copy(folder.file("room.exr"), folder.file(&sequence.replace('#', "1"))).expect("a copy");
+    folder.with("meter.ron", super::job::METERED.as_bytes());
+    // Channels are called `\n`, and not `A`.
+    let mut channels = fs::read(folder.file("room.exr")).expect("it is there");
+    let at = channels.windows(3).position(|bytes| bytes == *b"A\0\x01").expect("it has alpha");
+    channels[at] = b'\n';
+    folder.with("channels.exr", &channels);
     for words in [
         vec!["check", &file],
         vec!["check", "--json", &file],
@@ -256,6 +267,24 @@ fn control_characters_do_not_reach_the_terminal() {
         vec!["render", "label.ron", &image, "-o", &option],
         vec!["check", "label.ron", "--set", &option],
         vec!["nodes", EVIL],
+        vec!["nodes", "--new", &option],
+        vec!["explain", EVIL],
+        vec!["pipelines", EVIL],
+        vec!["info", &image, &broken, "channels.exr"],
+        vec!["info", "--json", &image],
+        vec!["render", "--openjd", "meter.ron", &sequence, "-o", &sequence.replace("exr", "out.exr")],
+        vec!["render", "meter.ron", "channels.exr#A", "-o", "out.exr"],
+        vec!["render", "meter.ron", &sequence, "-o", &sequence],
+        vec!["meter", "meter.ron", &sequence, "-o", &measured],
+        vec!["job", "meter.ron", &sequence, "-o", &sequence.replace("exr", "part.exr")],
+        vec!["render", "meter.ron", "room.exr", "-o", "out.exr", "--adapter", EVIL],
+        vec!["render", "meter.ron", "room.exr", "-o", "out.exr", "--input", EVIL],
+        vec!["render", "meter.ron", "room.exr", "-o", "out.exr", "--frames", EVIL],
+        vec!["render", "meter.ron", "room.exr", "-o", "out.exr", "--crop", EVIL],
+        vec!["bench", &file, "--size", "16x16"],
+        vec!["measure", &file, &image],
+        vec!["tune", "label.ron", &image, "--error", "1", "--name", EVIL],
+        vec!["stress", &file, "--kind", EVIL],
     ] {
         let mut command = folder.command(words[0]);
         let output = command.args(&words[1..]).env("CLICOLOR_FORCE", "1").output().expect("the program starts");
@@ -264,7 +293,9 @@ fn control_characters_do_not_reach_the_terminal() {
         for text in [out, err] {
             assert!(!text.contains("\u{1b}[8m"), "{words:?}: {text:?}");
             let plain = without_styles(&text);
-            assert!(plain.chars().all(|c| c == '\n' || c == '\t' || !c.is_control()), "{words:?}: {plain:?}");
+            let is_safe = |c: char| c == '\n' || c == '\t' || !is_control(c);
+            assert!(plain.chars().all(is_safe), "{words:?}: {plain:?}");
+            assert!(plain.lines().all(|line| !line.starts_with("openjd_fail")), "{words:?}: {plain}");
         }
     }
 }

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use afterimage_graph::check::Loader;
+use afterimage_graph::diagnostic::shown_path;
 use afterimage_pipelines::BuiltIn;
 
 use crate::error::Error;
@@ -83,7 +84,7 @@ impl Files {
 
     fn text_if(&self, path: &Path, permits: Permits<'_>) -> Result<String, Error> {
         let unreadable =
-            |why: &dyn std::fmt::Display| Error::Unreadable(format!("`{}` cannot be read: {why}", path.display()));
+            |why: &dyn std::fmt::Display| Error::Unreadable(format!("`{}` cannot be read: {why}", shown_path(path)));
         let bytes = self.bytes(path, permits).map_err(|why| unreadable(&why))?;
         String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
     }
@@ -123,7 +124,7 @@ impl KindFiles for Files {
         let folder = or_current(folder);
         self.lock().stamps.0.insert(folder.to_owned(), stamp_of(folder));
         let unreadable =
-            |error: std::io::Error| Error::Unreadable(format!("`{}` cannot be listed: {error}", folder.display()));
+            |error: std::io::Error| Error::Unreadable(format!("`{}` cannot be listed: {error}", shown_path(folder)));
         let mut paths = Vec::new();
         for entry in std::fs::read_dir(folder).map_err(unreadable)? {
             paths.push(entry.map_err(unreadable)?.path());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::diagnostic::{Diagnostics, shown_path};
 use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 
 /// Access to the files of node kinds, with the errors of whoever reads them.
@@ -67,7 +67,7 @@ fn kind<F: KindFiles>(folder: &Path, library: &[ShaderText], files: &F) -> Resul
     let declaration = files.text(&path, "node kind")?;
     let shaders = shaders_of(folder, files)?;
     if shaders.is_empty() {
-        let message = format!("`{}` has no `.wgsl` file beside its `node.ron`", folder.display());
+        let message = format!("`{}` has no `.wgsl` file beside its `node.ron`", shown_path(folder));
         let hint = "a kind's shader is called like the kind in snake case: `posterize.wgsl` for `Posterize`";
         return Err(files.no_kind(message, hint));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterimage_graph::check::{Checker, Graph, LoadedFiles, Loader};
-use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::diagnostic::{Diagnostics, shown_path};
 use afterimage_graph::document::{Claim, Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
 
@@ -192,7 +192,7 @@ fn folder_of(source: &Source) -> Option<&Path> {
 
 fn text_of(path: &Path, files: &Files) -> Result<String, Error> {
     if path.extension().is_none() && path.symlink_metadata().is_err() {
-        let message = format!("there is no pipeline `{}`\n  hint: {}", path.display(), built_in_hint());
+        let message = format!("there is no pipeline `{}`\n  hint: {}", shown_path(path), built_in_hint());
         return Err(Error::Unreadable(message));
     }
     files.pipeline(path)

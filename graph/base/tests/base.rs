@@ -4,7 +4,7 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, nearest};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Sources, apply, did_you_mean, nearest, shown};
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{FileBytes, FileValue, Param, Type, Value};
 
@@ -235,4 +235,23 @@ fn fixes_are_sure_and_do_not_overlap() {
     assert_eq!(apply(text, &all.fixes("a.ron")), "\"dim\":(base: \"lit\", lit_by: moon)");
     assert!(all.fixes("b.ron").is_empty());
     assert_eq!(all.to_json()[0]["fix"]["start"], 32);
+}
+
+/// Names of files hold any character: none begins a line, changes a terminal or the order of letters.
+#[test]
+fn texts_of_diagnostics_are_of_one_line() {
+    const NAME: &str = "a\nopenjd_fail: x\r\t\u{1b}[8m\u{7f}\u{9b}\u{61c}\u{200f}\u{202e}\u{2029}\u{2066}é";
+    let escaped = "a\\nopenjd_fail: x\\r\\t\\u001b[8m\\u007f\\u009b\\u061c\\u200f\\u202e\\u2029\\u2066é";
+    assert_eq!(shown(NAME), escaped);
+    assert_eq!(shown("plain `é` \u{200d}"), "plain `é` \u{200d}");
+    let mut diagnostics = Diagnostics::default();
+    let location = Location::new(&Arc::from(NAME), 0..3);
+    diagnostics.add_source(NAME, "a \u{202e}b\u{85}c\n");
+    diagnostics.push(Diagnostic::error("code", NAME).at(&location, NAME).help(NAME));
+    let text = diagnostics.to_string();
+    assert!(text.lines().all(|line| !line.starts_with("openjd_fail")), "{text}");
+    assert!(text.chars().all(|c| c == '\n' || !afterimage_base::diagnostic::is_control(c)), "{text:?}");
+    assert_eq!(text.matches(escaped).count(), 4, "{text}");
+    let json = diagnostics.to_json();
+    assert_eq!((&json[0]["message"], &json[0]["labels"][0]["file"]), (&escaped.into(), &NAME.into()));
 }

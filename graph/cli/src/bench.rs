@@ -1,6 +1,7 @@
 //! `afterimage bench`: what a pipeline costs here, pass by pass, next to what the device could do.
 
 use afterimage_graph::check::Graph;
+use afterimage_graph::diagnostic::shown_path;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::bench::{self, BenchOptions};
@@ -11,7 +12,7 @@ use crate::device::{keep_pipeline_data, open_for, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
-use crate::terminal::say;
+use crate::terminal::say_text;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.options.kinds)?;
@@ -31,9 +32,9 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         facts: facts(&args.options)?,
         options: plan_options(&args.plan),
     };
-    let report = bench::bench(&gpu, &registry, &path.display().to_string(), &load, &options)?;
+    let report = bench::bench(&gpu, &registry, &shown_path(path), &load, &options)?;
     keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));
-    say(&report.to_string());
+    say_text(&report.to_string());
     match &args.json {
         Some(file) => {
             let text = serde_json::to_vec_pretty(&report).expect("names and finite numbers are JSON");

@@ -7,6 +7,7 @@ use afterimage::host::built_in;
 use afterimage_gpu::GpuError;
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::{Diagnostics, Fix, Style, apply};
+use afterimage_graph::document::without_mark;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::rewrite;
@@ -17,7 +18,7 @@ use crate::args::{CheckArgs, PipelineOptions};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry, text};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
-use crate::terminal::{note, note_styled, say};
+use crate::terminal::{note, note_styled, say, say_text};
 
 /// How often a file is mended: a mended error can uncover others.
 const MAX_ROUNDS: usize = 8;
@@ -81,7 +82,7 @@ fn json(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
         Err(failure) => add(Err(failure)),
     }
     let all = all.sorted();
-    say(&format!("{:#}", all.to_json()));
+    say_text(&format!("{:#}", all.to_json()));
     if status == 0 { Ok(()) } else { Err(Failure::Printed { status }) }
 }
 
@@ -135,8 +136,9 @@ fn mend(path: &Path, args: &CheckArgs, registry: &Registry) -> Result<(), Failur
         let fixes = found.fixes(&name);
         let Some(checked) = found.sources.text(&name).filter(|_| !fixes.is_empty()) else { break };
         let written = text(path, "pipeline")?;
-        // The text that was checked has no byte order mark.
-        let (mark, present) = written.split_at(written.len() - written.trim_start_matches('\u{feff}').len());
+        // The text that was checked is without its byte order mark.
+        let present = without_mark(&written);
+        let (mark, _) = written.split_at(written.len() - present.len());
         if present != checked {
             return Err(Failure::user(format!(
                 "{name}: the file has changed since it was checked, and is left as it is"

@@ -7,7 +7,7 @@ use anstyle::{AnsiColor, Style};
 
 use crate::args::ExplainArgs;
 use crate::failure::Failure;
-use crate::terminal::{say, say_styled, wrapped};
+use crate::terminal::{say_styled, say_text, wrapped};
 
 /// For each code `# code`, a paragraph, and an example if it fits in a few lines: `- ` begins those that cause it,
 /// `+ ` those that mend it.
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &ExplainArgs) -> Result<(), Failure> {
         return Err(Failure::user(format!("no error or warning has the code `{code}`")).hint(hint));
     };
     let (text, example) = page.split_once('\n').unwrap_or((page, ""));
-    say(&wrapped(text, 0));
+    say_text(&wrapped(text, 0));
     if !example.is_empty() {
         say_styled(&styled(example));
     }

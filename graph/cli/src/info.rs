@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::render::tell_other_numbers;
-use crate::terminal::say;
+use crate::terminal::{say, say_text};
 
 /// The numbers of the channels of each part; nothing if they were not asked for.
 type Numbers = [Vec<ChannelStatistics>];
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
         });
         match described {
             Ok((description, numbers)) if args.json => objects.push(as_json(source, &description, &numbers)),
-            Ok((description, numbers)) => say(&text(source, &description, &numbers)),
+            Ok((description, numbers)) => lines(source, &description, &numbers).iter().for_each(|line| say(line)),
             Err(error) => {
                 failed += 1;
                 Failure::from(error).print();
@@ -39,13 +39,13 @@ pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
         }
     }
     if args.json {
-        say(&format!("{:#}", Value::from(objects)));
+        say_text(&format!("{:#}", Value::from(objects)));
     }
     if failed > 0 { Err(Failure::Printed { status: 1 }) } else { Ok(()) }
 }
 
 /// One line for the file, one for each part, and one for each note.
-fn text(source: &Source, description: &Description, numbers: &Numbers) -> String {
+fn lines(source: &Source, description: &Description, numbers: &Numbers) -> Vec<String> {
     let Description { format, parts, picture, color, stated_by, notes } = description;
     let mut lines = vec![format!("{}: {format}", source.path.display())];
     for (index, part) in parts.iter().enumerate() {
@@ -67,7 +67,7 @@ fn text(source: &Source, description: &Description, numbers: &Numbers) -> String
         None => "  color: none, plain numbers".to_owned(),
     });
     lines.extend(notes.iter().map(|note| format!("  note: {note}")));
-    lines.join("\n")
+    lines
 }
 
 /// `    Z: 0.1 to 20, 3 NaN, 2 infinite`.

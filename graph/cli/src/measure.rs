@@ -1,5 +1,6 @@
 //! `afterimage measure`: time against error.
 
+use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline, write_chart};
@@ -16,7 +17,7 @@ use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, assignments, facts};
 use crate::progress::Bar;
 use crate::render::tell_other_numbers;
-use crate::terminal::{say_styled, visible};
+use crate::terminal::say_styled;
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
@@ -82,10 +83,10 @@ fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> 
     let pipeline = &args.clips.options;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;
-        Ok((visible(&tier), graph))
+        Ok((shown(&tier).into_owned(), graph))
     });
     let pipeline = Pipeline {
-        name: visible(&path.to_string_lossy()),
+        name: shown_path(path),
         written: file.graph(pipeline)?,
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,

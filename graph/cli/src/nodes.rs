@@ -12,7 +12,7 @@ use crate::args::NodesArgs;
 use crate::failure::Failure;
 use crate::files::registry;
 use crate::scaffold;
-use crate::terminal::{say, say_styled, wrapped};
+use crate::terminal::{say_styled, say_text, wrapped};
 
 const HEADING: Style = Style::new().bold();
 const NAME: Style = AnsiColor::Cyan.on_default().bold();
@@ -20,8 +20,8 @@ const NAME: Style = AnsiColor::Cyan.on_default().bold();
 pub(crate) fn run(args: &NodesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let registry = registry(tables, &args.kinds)?;
     match &args.new {
-        Some(name) if args.rust => say(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
-        Some(name) => say(&scaffold::folder(name, &registry)?),
+        Some(name) if args.rust => say_text(&scaffold::rust_crate(name, &registry, args.repository.as_deref())?),
+        Some(name) => say_text(&scaffold::folder(name, &registry)?),
         None if args.kind.is_empty() => say_styled(&list(&registry.iter().collect::<Vec<_>>())),
         None => say_styled(&described(&registry, &args.kind.join(" "))?),
     }

@@ -16,7 +16,7 @@ use crate::built_in::hint;
 use crate::failure::Failure;
 use crate::files::FileLoader;
 use crate::pipeline::PipelineFile;
-use crate::terminal::{note, say};
+use crate::terminal::{note, say, say_text};
 
 pub(crate) fn run(args: &PipelinesArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     let Some(name) = &args.name else {
@@ -31,7 +31,7 @@ pub(crate) fn run(args: &PipelinesArgs, tables: &[&[NodeKind]]) -> Result<(), Fa
     match &args.write {
         Some(file) => write(name, text, file, tables),
         None => {
-            say(text);
+            say_text(text);
             Ok(())
         }
     }

@@ -12,18 +12,18 @@ use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
-use crate::terminal::say;
+use crate::terminal::say_text;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
     match text(args, tables) {
         Ok(text) => {
-            say(&text);
+            say_text(&text);
             Ok(())
         }
         // A program that reads JSON gets the errors as JSON, too.
         Err(failure) if args.format == PlanFormat::Json => {
             let status = failure.status();
-            say(&format!("{:#}", failure.into_diagnostics().to_json()));
+            say_text(&format!("{:#}", failure.into_diagnostics().to_json()));
             Err(Failure::Printed { status })
         }
         Err(failure) => Err(failure),

@@ -4,10 +4,11 @@ use std::io::IsTerminal as _;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use afterimage_graph::diagnostic::shown;
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal::{note, say, visible};
+use crate::terminal::{note, tell_farm};
 
 /// Between two lines where standard error is no terminal: the logs of a farm are read by people.
 const PAUSE: Duration = Duration::from_secs(5);
@@ -64,7 +65,8 @@ impl Bar {
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
         if self.openjd {
             let share = 100.0 * done as f64 / all.max(1) as f64;
-            say(&format!("openjd_progress: {share:.1}\nopenjd_status: {name}, {done} of {all} {}", self.what));
+            tell_farm("progress", &format!("{share:.1}"));
+            tell_farm("status", &format!("{name}, {done} of {all} {}", self.what));
         }
         if done < all {
             self.note(name);
@@ -102,11 +104,11 @@ impl Progress for Bar {
     }
 
     fn begin(&self, step: &str) {
-        self.bar.set_message(visible(step));
+        self.bar.set_message(shown(step).into_owned());
     }
 
     fn reach(&self, place: &str) {
-        self.bar.set_message(visible(place));
+        self.bar.set_message(shown(place).into_owned());
         self.note(place);
     }
 

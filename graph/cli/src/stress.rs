@@ -2,7 +2,7 @@
 
 use afterimage::host::built_in;
 use afterimage_graph::check::{Checker, Graph};
-use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
+use afterimage_graph::diagnostic::{Diagnostics, did_you_mean, shown};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_lab::stress::{self, StressOptions, Subject};
 use afterimage_media::{run_files, write_atomic};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::files::{Files, folder_kinds, read_document, text};
 use crate::pipeline::{assignments, check_facts, facts, list_files};
 use crate::progress::Bar;
-use crate::terminal::{note, say};
+use crate::terminal::{note, say_text};
 
 /// Failed cases that are listed for each pipeline and kind without `--all`.
 const LISTED: usize = 8;
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     if let Some(path) = &args.json {
         write_atomic(path, &serde_json::to_vec_pretty(&report).expect("names and numbers are JSON"))?;
     }
-    say(&report.to_text(if args.all { usize::MAX } else { LISTED }));
+    say_text(&report.to_text(if args.all { usize::MAX } else { LISTED }));
     match report.failures().count() {
         0 => Ok(()),
         _ => Err(Failure::Printed { status: 1 }),
@@ -78,7 +78,8 @@ fn subjects(
         // A subject may live as long as the program.
         let files: &Files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
         list_files(&Checker::new(&document, registry, files), files);
-        subjects.extend(stress::pipelines(&file, &file, &file, &text, files, tier)?);
+        let name = shown(&file);
+        subjects.extend(stress::pipelines(&name, &name, &file, &text, files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {

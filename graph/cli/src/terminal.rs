@@ -1,27 +1,41 @@
 //! The only place that writes to the terminal.
 //!
-//! A control character can clear the screen, change the title or hide what follows, and names and texts of files can
-//! hold any. Here all of them but line breaks and tabs are written as escapes; texts that this program has styled keep
-//! their styles.
+//! A control character can clear the screen, change the title, begin a line or reverse what follows, and names and
+//! texts of files can hold any. [`say`] and [`note`] print one line, in which all of them are escapes. A text that this
+//! program has made of lines keeps its line feeds and its styles; its parts from files have been through [`shown`].
+//!
+//! A farm takes orders from lines that begin with `openjd_`. Only [`tell_farm`] prints such a line.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "all output of the program is written here")]
 
 use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::sync::Mutex;
 
+use afterimage_graph::diagnostic::shown;
 use afterimage_media::FileError;
+use clap::error::{ContextKind, ContextValue};
 
 /// The error of standard output.
 static OUTPUT_ERROR: Mutex<Option<FileError>> = Mutex::new(None);
 
-/// Prints a result to standard output. A closed pipe is not an error; [`check_output`] returns other errors.
-pub(crate) fn say(text: &str) {
+/// Prints a line of a result to standard output. A closed pipe is not an error; [`check_output`] returns other errors.
+pub(crate) fn say(line: &str) {
+    print(&visible(&shown(line)));
+}
+
+/// Prints a result of several lines: JSON, the content of a file, or one whose parts from files are [`shown`].
+pub(crate) fn say_text(text: &str) {
     print(&visible(text));
 }
 
-/// Prints a result that has styles. Its parts from files have no control characters.
+/// Prints a result that has styles. Its parts from files are [`shown`].
 pub(crate) fn say_styled(text: &str) {
     print(&visible_but_styles(text));
+}
+
+/// Prints what the session of a farm reads (Open Job Description, "How Jobs Are Run").
+pub(crate) fn tell_farm(what: &str, value: &str) {
+    print(&format!("openjd_{what}: {}", shown(value)));
 }
 
 fn print(text: &str) {
@@ -41,12 +55,12 @@ pub(crate) fn check_output() -> Result<(), FileError> {
     error.map_or(Ok(()), Err)
 }
 
-/// Prints a message that is not a result to standard error.
-pub(crate) fn note(text: &str) {
-    print_note(&visible(text));
+/// Prints a line that is not a result to standard error.
+pub(crate) fn note(line: &str) {
+    print_note(&visible(&shown(line)));
 }
 
-/// Prints a message that has styles. Its parts from files have no control characters.
+/// Prints a message that has styles. Its parts from files are [`shown`].
 pub(crate) fn note_styled(text: &str) {
     print_note(&visible_but_styles(text));
 }
@@ -56,12 +70,25 @@ fn print_note(text: &str) {
     let _ = writeln!(out, "{}", text.trim_end_matches('\n'));
 }
 
-/// Prints the help, or an error of the arguments, which it quotes: with colors unless they have control characters.
-pub(crate) fn print_usage(error: &clap::Error) {
-    let text = error.render().to_string();
-    match visible(&text) == text {
-        true => drop(error.print()),
-        false => note(&text),
+/// Prints the help, or an error of the arguments. What it quotes of them is [`shown`].
+pub(crate) fn print_usage(mut error: clap::Error) {
+    let quoted: Vec<(ContextKind, ContextValue)> =
+        error.context().filter_map(|(kind, value)| Some((kind, shown_context(value)?))).collect();
+    quoted.into_iter().for_each(|(kind, value)| drop(error.insert(kind, value)));
+    let text = error.render();
+    match error.use_stderr() {
+        true => note_styled(&text.ansi().to_string()),
+        false => say_styled(&text.ansi().to_string()),
+    }
+}
+
+fn shown_context(value: &ContextValue) -> Option<ContextValue> {
+    match value {
+        ContextValue::String(text) => Some(ContextValue::String(shown(text).into_owned())),
+        ContextValue::Strings(texts) => {
+            Some(ContextValue::Strings(texts.iter().map(|text| shown(text).into_owned()).collect()))
+        }
+        _ => None,
     }
 }
 
@@ -91,35 +118,37 @@ fn wrapped_to(text: &str, indent: usize, columns: usize) -> String {
     lines
 }
 
-/// The text with escapes in place of control characters. In JSON, where they can be in strings only, the escapes mean
-/// the same characters.
-pub(crate) fn visible(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    text.chars().for_each(|c| push(&mut shown, c));
-    shown
+/// The text with escapes in place of control characters but line feeds and tabs, and of the first letter of lines that
+/// a farm would take for an order. In JSON, where they can be in strings only, the escapes mean the same characters.
+fn visible(text: &str) -> String {
+    escaped(text, |_| 0)
 }
 
-fn push(shown: &mut String, c: char) {
-    match c {
-        '\n' | '\t' => shown.push(c),
-        c if c.is_control() => *shown += &format!("\\u{:04x}", u32::from(c)),
-        c => shown.push(c),
-    }
-}
-
-/// The text with escapes in place of control characters that are not part of a color or another style.
+/// The same, with the control characters of colors and other styles.
 fn visible_but_styles(text: &str) -> String {
-    let mut shown = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let length = style_length(rest);
-        match length {
-            0 => push(&mut shown, c),
-            length => shown += &rest[..length],
+    escaped(text, style_length)
+}
+
+/// `kept` is the length of what is kept at the start of a text.
+fn escaped(text: &str, kept: fn(&str) -> usize) -> String {
+    let mut visible = String::with_capacity(text.len());
+    for line in text.split_inclusive('\n') {
+        let mut rest = line;
+        if let Some(order) = line.strip_prefix('o').filter(|order| order.starts_with("penjd_")) {
+            visible += "\\u006f";
+            rest = order;
         }
-        rest = &rest[length.max(c.len_utf8())..];
+        while let Some(c) = rest.chars().next() {
+            let length = kept(rest);
+            match (length, c) {
+                (0, '\n' | '\t') => visible.push(c),
+                (0, c) => visible += &shown(c.encode_utf8(&mut [0; 4])),
+                (length, _) => visible += &rest[..length],
+            }
+            rest = &rest[length.max(c.len_utf8())..];
+        }
     }
-    shown
+    visible
 }
 
 /// The length of the style at the start: `ESC [`, numbers and semicolons, `m` (ECMA-48, SGR); 0 if there is none.
@@ -135,8 +164,10 @@ mod tests {
 
     #[test]
     fn control_characters_are_escaped() {
-        let text = "a\tb\n\r\u{1b}[31m\u{7}\u{0}\u{7f}\u{85}\u{9b}31m é";
-        assert_eq!(visible(text), "a\tb\n\\u000d\\u001b[31m\\u0007\\u0000\\u007f\\u0085\\u009b31m é");
+        let text = "a\tb\n\r\u{1b}[31m\u{7}\u{0}\u{7f}\u{85}\u{9b}31m\u{202e}\u{2028} é";
+        let escaped = "a\tb\n\\r\\u001b[31m\\u0007\\u0000\\u007f\\u0085\\u009b31m\\u202e\\u2028 é";
+        assert_eq!(visible(text), escaped);
+        assert_eq!(visible(&shown(text)), escaped.replace('\t', "\\t").replace('\n', "\\n"));
     }
 
     #[test]
@@ -146,6 +177,15 @@ mod tests {
         let text = "\u{1b}[2J\u{1b}]0;title\u{7}\u{1b}[1;2H\u{1b}\u{9b}0m\u{1b}[31\u{1b}[";
         let shown = "\\u001b[2J\\u001b]0;title\\u0007\\u001b[1;2H\\u001b\\u009b0m\\u001b[31\\u001b[";
         assert_eq!(visible_but_styles(text), shown);
+    }
+
+    #[test]
+    fn no_line_is_an_order_to_a_farm() {
+        assert_eq!(
+            visible("openjd_fail: a\n openjd_x\nopenjd_status: b"),
+            "\\u006fpenjd_fail: a\n openjd_x\n\\u006fpenjd_status: b"
+        );
+        assert_eq!(visible_but_styles("openjd_fail: a"), "\\u006fpenjd_fail: a");
     }
 
     #[test]

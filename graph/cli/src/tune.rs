@@ -15,7 +15,7 @@ use crate::files::{Files, read_document, registry};
 use crate::measure::{measure_options, note_images};
 use crate::pipeline::PipelineFile;
 use crate::progress::Bar;
-use crate::terminal::{note, say};
+use crate::terminal::{note, say_text};
 use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -80,7 +80,7 @@ fn write(args: &TuneArgs, text: &str) -> Result<(), Failure> {
     match &args.out {
         Some(path) => Ok(write_atomic(path, text.as_bytes())?),
         None => {
-            say(text);
+            say_text(text);
             Ok(())
         }
     }

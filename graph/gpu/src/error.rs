@@ -1,6 +1,6 @@
 //! Errors of the device and of the host's images, as values.
 
-use afterimage_base::diagnostic::list;
+use afterimage_base::diagnostic::{list, quote};
 use afterimage_plan::Plan;
 use afterimage_wgsl::ShaderError;
 
@@ -23,8 +23,8 @@ pub enum GpuError {
         /// The driver's reason.
         why: String,
     },
-    /// The system has no thread with the stack that shaders need.
-    #[error("the system has no thread to compile shaders on: {why}")]
+    /// The system has no further thread.
+    #[error("the system has no further thread for this program: {why}")]
     NoThreads {
         /// The system's reason.
         why: String,
@@ -155,5 +155,5 @@ impl GpuError {
 }
 
 fn called(name: Option<&str>) -> String {
-    name.map_or(String::new(), |name| format!(" called `{name}`"))
+    name.map_or(String::new(), |name| format!(" called {}", quote(name)))
 }

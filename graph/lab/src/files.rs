@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use afterimage_graph::diagnostic::shown_path;
+
 use crate::LabError;
 
 /// The most bytes of a result file that is read again.
@@ -10,7 +12,7 @@ pub(crate) const MAX_TEXT: u64 = 64 << 20;
 /// Makes a folder and those above it.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), LabError> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| LabError::Machine(format!("cannot make the folder `{}`: {error}", folder.display())))
+        .map_err(|error| LabError::Machine(format!("cannot make the folder `{}`: {error}", shown_path(folder))))
 }
 
 /// Whether the file has this extension, in any case.

@@ -23,8 +23,8 @@ pub use codec::{
 #[cfg(not(target_family = "wasm"))]
 pub use files::FileWatch;
 pub use files::{
-    AtomicFile, FileError, Permit, RowsFile, RowsOptions, Source, address_space_limit, default_budget, images_in,
-    left_out, read, read_bytes, read_camera, read_description, read_permitted, read_permitted_text, read_statistics,
-    read_text, read_whole, read_within, real_output_path, real_path, rewrite, run_files, sequence, write_atomic,
-    write_exr, write_exr_beside, write_jpeg, write_new, write_png,
+    AtomicFile, FileError, Permit, RowsFile, RowsOptions, Source, default_budget, images_in, left_out, memory_limit,
+    read, read_bytes, read_camera, read_description, read_permitted, read_permitted_text, read_statistics, read_text,
+    read_whole, read_within, real_output_path, real_path, rewrite, run_files, sequence, write_atomic, write_exr,
+    write_exr_beside, write_jpeg, write_new, write_png,
 };

@@ -137,7 +137,17 @@ pub struct NodeShaderError {
     pub error: ShaderError,
 }
 
+impl PlanError {
+    /// Whether the system had no thread to read the shaders on, and the pipeline may be right.
+    pub fn is_of_system(&self) -> bool {
+        matches!(self, Self::Shaders(errors) if errors.iter().any(|one| one.error.is_of_system))
+    }
+}
+
 fn shaders(errors: &[NodeShaderError]) -> String {
+    if let Some(NodeShaderError { error, .. }) = errors.iter().find(|one| one.error.is_of_system) {
+        return error.message.clone();
+    }
     let lines =
         errors.iter().map(|NodeShaderError { node, error }| format!("the shader of node `{node}` is wrong: {error}"));
     lines.collect::<Vec<_>>().join("\n")

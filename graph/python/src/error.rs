@@ -109,7 +109,7 @@ impl From<PostError> for Failure {
 
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self::File(with_hint(format!("{}: {}", error.path.display(), error.message), error.hint.as_deref()))
+        Self::File(error.to_string())
     }
 }
 

@@ -5,7 +5,7 @@ use super::condition::{Condition, FactKind};
 use super::limits::{MAX_EVERY, MAX_NAME};
 use crate::document::{Item, Tree};
 use crate::node::Bake;
-use afterimage_base::diagnostic::{Diagnostic, Location, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Location, list, quote, shown};
 use afterimage_base::image::Format;
 
 impl GraphBuilder<'_> {
@@ -152,7 +152,7 @@ impl GraphBuilder<'_> {
             self.report(error.at(location, "").help(format!("a label has at most {MAX_NAME} bytes")));
             return None;
         }
-        Some(label.to_owned())
+        Some(shown(label).into_owned())
     }
 
     pub(super) fn label(&mut self, item: &Item) -> Option<String> {

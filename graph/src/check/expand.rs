@@ -8,7 +8,7 @@ use super::files::join;
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
 use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Spanned, is_control, list, quote};
 
 /// What surrounds a pipeline that is being expanded.
 struct Around {
@@ -143,7 +143,7 @@ impl GraphBuilder<'_> {
     /// Names are free but for the signs that wires and settings are made of.
     fn good_name(&mut self, scope: usize, name: &Spanned<String>, what: &str) -> bool {
         let text = &name.value;
-        let message = match text.chars().find(|c| ".@/".contains(*c) || c.is_control()) {
+        let message = match text.chars().find(|c| ".@/".contains(*c) || is_control(*c)) {
             _ if text.is_empty() => format!("the name of this {what} is empty"),
             _ if text.trim() != text => format!("the name of this {what} begins or ends with a space"),
             Some(c) => format!("the name {} holds {}", quote(text), quote(&c.to_string())),

@@ -63,6 +63,6 @@ pub(crate) use edit::Editor;
 pub use entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tier};
 pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;
-pub use read::{MAX_FILE, parse};
-pub(crate) use read::{doubled, settings, without_mark};
+pub use read::{MAX_FILE, parse, without_mark};
+pub(crate) use read::{doubled, settings};
 pub(crate) use tree::{Field, Group, Item, Tree};

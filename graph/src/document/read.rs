@@ -39,7 +39,7 @@ pub fn parse(file_name: &str, text: &str) -> Result<Document, Diagnostics> {
 }
 
 /// The text without the byte order mark that some editors begin a file with.
-pub(crate) fn without_mark(text: &str) -> &str {
+pub fn without_mark(text: &str) -> &str {
     text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 

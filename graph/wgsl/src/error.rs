@@ -1,5 +1,7 @@
 //! Errors in shaders, at the author's file and line.
 
+use afterimage_base::diagnostic::shown;
+
 /// An error in a shader, at the author's file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShaderError {
@@ -14,6 +16,8 @@ pub struct ShaderError {
     pub labels: Vec<ShaderLabel>,
     /// What to do about it.
     pub help: Option<Box<str>>,
+    /// Whether the system had no thread to read the shader on, which may be right.
+    pub is_of_system: bool,
     /// Further errors of the same module.
     pub others: Vec<ShaderError>,
 }
@@ -48,12 +52,13 @@ impl ShaderError {
             message: message.into(),
             labels: Vec::new(),
             help: None,
+            is_of_system: false,
             others: Vec::new(),
         }
     }
 
     pub(crate) fn first_line(&self) -> String {
-        format!("{}:{}:{}: {}", self.file, self.line, self.column.max(1), self.message)
+        format!("{}:{}:{}: {}", shown(&self.file), self.line, self.column.max(1), self.message)
     }
 }
 
@@ -61,6 +66,7 @@ impl std::fmt::Display for ShaderError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.first_line())?;
         for ShaderLabel { place: Place { file, line, column }, text } in &self.labels {
+            let file = shown(file);
             write!(f, "\n  {file}:{line}:{column}: {text}")?;
         }
         if let Some(help) = &self.help {

@@ -61,8 +61,13 @@ fn guarded<T: Send>(map: &SourceMap, work: impl FnOnce() -> Result<T, ShaderErro
     match on_stack(STACK_BYTES, || catch_panic(work)) {
         Ok(Ok(result)) => result,
         Ok(Err(panic)) => Err(error_at(map, None, format!("the reader of shaders cannot take this: {panic}"))),
-        Err(why) => Err(error_at(map, None, format!("the system has no thread to read this on: {why}"))),
+        Err(why) => Err(no_thread(map, &why)),
     }
+}
+
+fn no_thread(map: &SourceMap, why: &io::Error) -> ShaderError {
+    let error = error_at(map, None, format!("the system has no thread to read this on: {why}"));
+    ShaderError { is_of_system: true, ..error }
 }
 
 /// The web has no threads. What may be nested there is limited as everywhere.

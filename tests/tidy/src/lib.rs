@@ -11,12 +11,14 @@
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`documents`] | does everything exist that a document links to and names? |
 //! | [`promises`] | does a test hold each promise of a document? |
+//! | [`calls`] | is there a call for which the house has another one? |
 //! | [`opens`] | is there a second place that opens files? |
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
 //! | [`unsafes`] | which code is `unsafe`, and why? |
 //! | [`lines`] | how much code is there? |
 
+pub mod calls;
 pub mod cycles;
 pub mod documents;
 pub mod files;

@@ -4,7 +4,7 @@
 use afterimage_tidy::cycles::{cycles, describe};
 use afterimage_tidy::modules::Tree;
 use afterimage_tidy::workspace::{Workspace, read};
-use afterimage_tidy::{documents, files, layers, licenses, opens, packages, places, promises, unsafes};
+use afterimage_tidy::{calls, documents, files, layers, licenses, opens, packages, places, promises, unsafes};
 
 #[track_caller]
 fn assert_none(violations: &[String]) {
@@ -39,6 +39,12 @@ fn files_are_narrow_and_described() {
 fn files_are_opened_in_one_place() {
     let workspace = Workspace::this();
     assert_none(&opens::violations(&workspace, &files::of_product(&workspace)));
+}
+
+#[test]
+fn calls_are_those_of_the_house() {
+    let workspace = Workspace::this();
+    assert_none(&calls::violations(&workspace, &files::of_product(&workspace)));
 }
 
 #[test]

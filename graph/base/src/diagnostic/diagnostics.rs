@@ -8,7 +8,7 @@ use annotate_snippets::{AnnotationKind, Element, Group, Level, Origin, Renderer,
 use serde::Serialize;
 
 use super::location::{Location, Sources, floor};
-use super::names::{equally_near, quote};
+use super::names::{equally_near, is_control, quote, shown};
 
 /// How severe a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -31,7 +31,7 @@ pub struct Label {
     pub primary: bool,
 }
 
-/// An error or a warning.
+/// An error or a warning. Its texts are of one line each: what they quote of files has escapes for control characters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
     /// A stable name in kebab case.
@@ -59,7 +59,8 @@ pub struct Correction {
 
 impl Diagnostic {
     fn new(code: &'static str, severity: Severity, message: impl Into<String>) -> Self {
-        Self { code, severity, message: message.into(), labels: Vec::new(), help: None, correction: None }
+        let message = one_line(message);
+        Self { code, severity, message, labels: Vec::new(), help: None, correction: None }
     }
 
     /// An error.
@@ -74,25 +75,25 @@ impl Diagnostic {
 
     /// Adds the location of the error.
     pub fn at(mut self, location: &Location, text: impl Into<String>) -> Self {
-        self.labels.push(Label { location: location.clone(), text: text.into(), primary: true });
+        self.labels.push(Label { location: location.clone(), text: one_line(text), primary: true });
         self
     }
 
     /// Adds a location that explains the error.
     pub fn also(mut self, location: &Location, text: impl Into<String>) -> Self {
-        self.labels.push(Label { location: location.clone(), text: text.into(), primary: false });
+        self.labels.push(Label { location: location.clone(), text: one_line(text), primary: false });
         self
     }
 
     /// Sets the hint.
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(text.into());
+        self.help = Some(one_line(text));
         self
     }
 
     /// Sets the hint if there is one; otherwise the present one stays.
     pub fn maybe_help(mut self, text: Option<String>) -> Self {
-        self.help = text.or(self.help);
+        self.help = text.map(one_line).or(self.help);
         self
     }
 
@@ -104,7 +105,7 @@ impl Diagnostic {
         let names: Vec<String> = near.iter().take(3).map(|name| quote(name)).collect();
         self.help = Some(format!("did you mean {}?", names.join(" or ")));
         // In a text in quotes, some characters would need an escape.
-        let is_plain = !first.contains(['"', '\\']) && !first.contains(char::is_control);
+        let is_plain = !first.contains(['"', '\\']) && !first.contains(is_control);
         if near.len() == 1 && is_plain { self.correct(wrong, *first) } else { self }
     }
 
@@ -251,28 +252,34 @@ fn one(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> Strin
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let title = level.primary_title(clean(&diagnostic.message)).id(diagnostic.code);
+    let title = level.primary_title(shown(&diagnostic.message)).id(diagnostic.code);
     let mut group = Group::with_title(title).elements(excerpts(&diagnostic.labels, sources));
     if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(clean(help)));
+        group = group.element(Level::HELP.message(shown(help)));
     }
     renderer.render(&[group])
 }
 
-/// The text without control characters, which could change the terminal's state.
-fn clean(text: &str) -> String {
-    let escape = |c: char| if c.is_control() && c != '\n' { c.escape_default().to_string() } else { c.to_string() };
-    text.chars().map(escape).collect()
+fn one_line(text: impl Into<String>) -> String {
+    shown(&text.into()).into_owned()
 }
 
 /// The text of an excerpt without the control characters that the renderer does not replace: those from U+0080.
 /// Each becomes a character of as many bytes, so that locations stay.
 fn pictured(text: &str) -> Cow<'_, str> {
-    let is_left = |c: char| matches!(c, '\u{80}'..='\u{9f}');
     if !text.contains(is_left) {
         return text.into();
     }
-    text.chars().map(|c| if is_left(c) { '·' } else { c }).collect::<String>().into()
+    let pictures = |c: char| match c.len_utf8() {
+        _ if !is_left(c) => c,
+        2 => '·',
+        _ => '\u{fffd}',
+    };
+    text.chars().map(pictures).collect::<String>().into()
+}
+
+fn is_left(c: char) -> bool {
+    !c.is_ascii() && is_control(c)
 }
 
 /// One excerpt per file, in the order in which the labels name the files.
@@ -288,7 +295,7 @@ fn excerpts<'a>(labels: &'a [Label], sources: &'a Sources) -> Vec<Element<'a>> {
 }
 
 fn excerpt<'a>(file: &'a str, labels: &[&'a Label], sources: &'a Sources) -> Vec<Element<'a>> {
-    let Some(text) = sources.text(file) else { return vec![Origin::path(clean(file)).into()] };
+    let Some(text) = sources.text(file) else { return vec![Origin::path(shown(file)).into()] };
     let whole = window(text, labels.iter().map(|l| l.location.span()));
     if whole.len() <= MAX_EXCERPT && shows(&text[whole.clone()]) {
         return vec![snippet(file, text, whole, labels)];
@@ -302,7 +309,7 @@ fn alone<'a>(file: &'a str, text: &'a str, label: &'a Label, sources: &Sources) 
     if lines.len() <= MAX_EXCERPT && shows(&text[lines.clone()]) {
         return snippet(file, text, lines, &[label]);
     }
-    let origin = Origin::path(clean(file));
+    let origin = Origin::path(shown(file));
     match sources.position(file, label.location.start) {
         Some(at) => origin.line(at.line).char_column(at.column).into(),
         None => origin.into(),
@@ -332,7 +339,7 @@ fn snippet<'a>(file: &'a str, text: &'a str, lines: Range<usize>, labels: &[&'a 
         let start = floor(text, label.location.start).clamp(lines.start, lines.end) - lines.start;
         let end = floor(text, label.location.end).clamp(lines.start, lines.end) - lines.start;
         let annotation = kind.span(start..end.max(start));
-        if label.text.is_empty() { annotation } else { annotation.label(clean(&label.text)) }
+        if label.text.is_empty() { annotation } else { annotation.label(shown(&label.text)) }
     });
-    Snippet::source(pictured(&text[lines.clone()])).path(clean(file)).line_start(first).annotations(annotations).into()
+    Snippet::source(pictured(&text[lines.clone()])).path(shown(file)).line_start(first).annotations(annotations).into()
 }

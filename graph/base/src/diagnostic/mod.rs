@@ -13,4 +13,4 @@ mod names;
 pub use diagnostics::{Correction, Diagnostic, Diagnostics, Label, Severity, Style};
 pub use fix::{Fix, apply};
 pub use location::{Location, Position, Sources, Spanned};
-pub use names::{did_you_mean, list, nearest, quote};
+pub use names::{did_you_mean, is_control, list, nearest, quote, shown, shown_path};

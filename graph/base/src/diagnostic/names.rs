@@ -1,4 +1,46 @@
-//! Names in messages: quoted, listed, and the nearest to a wrong one.
+//! Names in messages: in one line, quoted, listed, and the nearest to a wrong one.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Whether a character can forge a line, change the state of a terminal, or reverse the order of what follows: control
+/// characters, separators of lines, and the controls of bidirectional text (Unicode UAX 9, 2).
+pub const fn is_control(c: char) -> bool {
+    matches!(
+        c,
+        '\0'..='\u{1f}'
+            | '\u{7f}'..='\u{9f}'
+            | '\u{61c}'
+            | '\u{200e}'
+            | '\u{200f}'
+            | '\u{2028}'..='\u{202e}'
+            | '\u{2066}'..='\u{2069}'
+    )
+}
+
+/// A text of a file or of an argument as a part of one line: control characters are escapes, which mean the same in
+/// JSON.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_control) {
+        return text.into();
+    }
+    let mut line = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\n' => line += "\\n",
+            '\r' => line += "\\r",
+            '\t' => line += "\\t",
+            c if is_control(c) => line += &format!("\\u{:04x}", u32::from(c)),
+            c => line.push(c),
+        }
+    }
+    line.into()
+}
+
+/// The name of a file as a part of one line.
+pub fn shown_path(path: &Path) -> String {
+    shown(&path.to_string_lossy()).into_owned()
+}
 
 /// A name in backticks for a message: shortened, and without control characters.
 pub fn quote(name: &str) -> String {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use afterimage::host::LIBRARY;
 use afterimage_graph::check::{Change, Loader as _, Saver};
-use afterimage_graph::diagnostic::Diagnostics;
+use afterimage_graph::diagnostic::{Diagnostics, shown};
 use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_media::{FileWatch, rewrite};
 use afterimage_view::{Checked, NamedFile, Project, Wake, saved};
@@ -83,7 +83,7 @@ impl FileProject {
 
 impl Project for FileProject {
     fn name(&self) -> String {
-        self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
+        shown(&self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy()).into_owned()
     }
 
     fn read(&mut self) -> Result<Option<String>, Diagnostics> {

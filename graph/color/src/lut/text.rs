@@ -1,5 +1,7 @@
 //! The lines of a table's text file, and the numbers in them.
 
+use afterimage_graph::document::without_mark;
+
 use super::LutError;
 
 /// The content of a line.
@@ -12,7 +14,7 @@ pub(crate) enum Line<'a> {
 
 /// The lines that are neither blank nor comments, with their numbers from 1.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> + Clone {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let text = without_mark(text);
     // Classic Mac OS ends lines with a carriage return. In files with CR LF the return is whitespace at the end of the
     // line.
     let separator = if text.contains('\n') { '\n' } else { '\r' };

@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn a_system_without_memory_for_threads_is_an_error() {
         let error = pool("test", 2, usize::MAX / 4).expect_err("no system has so much");
-        assert!(error.to_string().starts_with("the system has no thread to compile shaders on: "), "{error}");
+        assert!(error.to_string().starts_with("the system has no further thread for this program: "), "{error}");
     }
 
     #[test]

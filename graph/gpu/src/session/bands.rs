@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
@@ -385,7 +386,7 @@ impl<'a> Picture<'a> {
         std::thread::scope(|scope| {
             let (read_to, read) = sync_channel(AHEAD);
             let (uploaded, used) = channel();
-            scope.spawn(move || {
+            let read_rows = move || {
                 for InputRows { image, rows, needed } in reads {
                     let (name, _) = inputs.iter().find(|(_, input)| *input == image).expect("it is an input");
                     let mut texels = used.try_recv().unwrap_or_default();
@@ -396,16 +397,18 @@ impl<'a> Picture<'a> {
                         break;
                     }
                 }
-            });
+            };
+            spawn(scope, read_rows)?;
             let (write, write_from) = sync_channel::<Rows<'a>>(AHEAD);
             let (written_to, written) = channel();
-            let writing = scope.spawn(move || {
+            let write_rows = move || {
                 write_from.iter().try_for_each(|(output, rows, mut texels)| {
                     writer.write(output, rows, &mut texels)?;
                     let _ = written_to.send(texels);
                     Ok(())
                 })
-            });
+            };
+            let writing = spawn(scope, write_rows)?;
             let made = self.sweeps(Streams { read, uploaded, write, written });
             writing.join().expect("the writer returns its errors").and(made)
         })
@@ -730,4 +733,13 @@ fn uniforms(plan: &Plan, blocks: &BTreeMap<String, BlockData>) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// Starts a thread of a scope.
+fn spawn<'scope, T: Send + 'scope, E: From<PostError>>(
+    scope: &'scope Scope<'scope, '_>,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, E> {
+    let started = Builder::new().spawn_scoped(scope, work);
+    started.map_err(|why| PostError::from(GpuError::NoThreads { why: why.to_string() }).into())
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{Graph, GraphInput};
+use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{PortType, Registry};
 use afterimage_media::{Budget, FileError, Source, images_in, read_within, sequence};
@@ -218,7 +219,7 @@ fn short_name(image: &str) -> String {
     let file = Path::new(image).file_name().map_or(image.into(), |name| name.to_string_lossy());
     let stem = file.rsplit_once('.').map_or(file.as_ref(), |(stem, _)| stem);
     // The name is printed in tables with styles.
-    stem.trim_end_matches(['#', '.', '_', '-']).replace(char::is_control, "?")
+    shown(stem.trim_end_matches(['#', '.', '_', '-'])).into_owned()
 }
 
 impl ClipSource {
@@ -283,7 +284,7 @@ fn file_images(
         let source = file_of(name, input, frame)?;
         let picture = read_within(&source, budget)?;
         let fits = gpu.check_fits(picture.desc());
-        fits.map_err(|error| LabError::request(format!("{}: {error}", source.path.display())))?;
+        fits.map_err(|error| LabError::request(format!("{}: {error}", shown_path(&source.path))))?;
         Ok(input_image(gpu, name, picture.desc(), picture.bytes())?)
     };
     (0..frames).map(|frame| inputs.iter().map(|input| image(input, frame)).collect()).collect()

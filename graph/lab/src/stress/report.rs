@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use afterimage_graph::diagnostic::shown;
 use afterimage_graph::image::Size;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
@@ -97,7 +98,7 @@ impl StressReport {
         for (tally, sentence) in
             self.tallies.iter().flat_map(|tally| tally.kernel_faults.iter().map(move |f| (tally, f)))
         {
-            let _ = writeln!(text, "{}: {sentence}", tally.title);
+            let _ = writeln!(text, "{}: {}", tally.title, shown(sentence));
         }
         for tally in self.tallies.iter().filter(|tally| !tally.failures.is_empty()) {
             let _ = writeln!(text, "\n{}", tally.title);

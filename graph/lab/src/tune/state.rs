@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use afterimage_graph::diagnostic::shown_path;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -87,7 +88,7 @@ impl SearchState {
 }
 
 fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
-    let shown = path.display();
+    let shown = shown_path(path);
     let text = read_text(path, MAX_TEXT)?;
     let content: Content = serde_json::from_str(&text).map_err(|error| {
         LabError::request(format!("`{shown}` is not the state of a search: {error}")).hint("name another file")

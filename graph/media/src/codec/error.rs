@@ -3,9 +3,12 @@
 use std::fmt;
 use std::io;
 
+use afterimage_base::diagnostic::shown;
+
 use crate::codec::metered::Unfinished;
 
-/// Why an image could not be decoded or encoded, and what the user can do.
+/// Why an image could not be decoded or encoded, and what the user can do. Both are of one line: names of layers and of
+/// channels have escapes for control characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodecError {
     /// The class of the error.
@@ -37,11 +40,11 @@ pub enum ErrorKind {
 
 impl CodecError {
     pub(crate) fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into(), hint: None }
+        Self { kind, message: shown(&message.into()).into_owned(), hint: None }
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
+        self.hint = Some(shown(&hint.into()).into_owned());
         self
     }
 
@@ -64,6 +67,9 @@ impl CodecError {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 Self::new(ErrorKind::Machine, "the disk is full").hint("make room; no file was left half written")
             }
+            // Of the file system, or of the process.
+            io::ErrorKind::FileTooLarge => Self::new(ErrorKind::Machine, "the file may not become so large")
+                .hint("this process may write no larger files (`ulimit -f`)"),
             _ => Self::new(ErrorKind::Machine, format!("writing failed: {error}")),
         }
     }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use afterimage_base::diagnostic::{shown, shown_path};
+
 use crate::codec::{CodecError, ErrorKind};
 
 /// Why a file could not be read or written, and what the user can do.
@@ -21,7 +23,7 @@ pub struct FileError {
 
 impl FileError {
     pub(crate) fn new(path: &Path, kind: ErrorKind, message: impl Into<String>) -> Self {
-        Self { path: path.into(), kind, message: message.into(), hint: None }
+        Self::at(path, CodecError::new(kind, message))
     }
 
     /// An error of encoding or decoding the file at `path`.
@@ -30,7 +32,7 @@ impl FileError {
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
+        self.hint = Some(shown(&hint.into()).into_owned());
         self
     }
 
@@ -70,16 +72,13 @@ impl FileError {
             io::ErrorKind::InvalidFilename | io::ErrorKind::InvalidInput => {
                 Self::new(path, Naming, "the file system refuses this name")
             }
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-                Self::new(path, Machine, "the disk is full").hint("make room; no file was left half written")
-            }
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 Self::new(path, Machine, "this program may not write here")
                     .hint("choose another folder, or change its permissions")
             }
             #[cfg(unix)]
             _ if error.raw_os_error() == Some(libc::ELOOP) => Self::new(path, Naming, "its links lead in a circle"),
-            _ => Self::new(path, Machine, format!("writing failed: {error}")),
+            _ => Self::at(path, CodecError::writing(error)),
         }
     }
 
@@ -91,7 +90,7 @@ impl FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.path.display(), self.message)?;
+        write!(f, "{}: {}", shown_path(&self.path), self.message)?;
         match &self.hint {
             Some(hint) => write!(f, "\n  hint: {hint}"),
             None => Ok(()),

@@ -24,16 +24,19 @@ fn machine_memory() -> u64 {
     machine.min(group.unwrap_or(u64::MAX))
 }
 
-/// The bytes of addresses that this process may use, if they are limited (`ulimit -v`). A device's driver is not found
-/// if it does not fit.
-pub fn address_space_limit() -> Option<u64> {
-    address_space(&system_text("/proc/self/limits")?)
+/// The bytes of memory that this process may use, if they are limited (`ulimit -v`, `ulimit -d`). A device's driver is
+/// not found if it does not fit.
+pub fn memory_limit() -> Option<u64> {
+    least(&system_text("/proc/self/limits")?)
 }
 
-/// The line `Max address space  500000000  unlimited  bytes`: the first number is the limit.
-fn address_space(limits: &str) -> Option<u64> {
-    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
-    line.split_whitespace().next()?.parse().ok()
+/// The lines `Max address space  500000000  unlimited  bytes` and `Max data size  ...`: the first number is the limit.
+fn least(limits: &str) -> Option<u64> {
+    let of = |line: &str| {
+        let rest = line.strip_prefix("Max address space").or_else(|| line.strip_prefix("Max data size"))?;
+        rest.split_whitespace().next()?.parse().ok()
+    };
+    limits.lines().filter_map(of).min()
 }
 
 /// The line `MemTotal: 16316412 kB`, in bytes.
@@ -61,11 +64,14 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_of_addresses_is_read_from_the_text_of_the_system() {
-        let line = |soft: &str| format!("Limit  Soft Limit\nMax address space         {soft}   unlimited   bytes\n");
-        assert_eq!(address_space(&line("500000000")), Some(500_000_000));
-        assert_eq!(address_space(&line("unlimited")), None);
-        assert_eq!(address_space(""), None);
+    fn a_limit_of_memory_is_read_from_the_text_of_the_system() {
+        let limits = |space: &str, data: &str| {
+            format!("Max data size   {data}   unlimited   bytes\nMax address space   {space}   unlimited   bytes\n")
+        };
+        assert_eq!(least(&limits("500000000", "unlimited")), Some(500_000_000));
+        assert_eq!(least(&limits("500000000", "400000000")), Some(400_000_000));
+        assert_eq!(least(&limits("unlimited", "unlimited")), None);
+        assert_eq!(least(""), None);
     }
 
     #[test]

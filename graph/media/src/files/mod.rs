@@ -21,7 +21,7 @@ use atomic::write_image;
 pub use atomic::{AtomicFile, real_output_path, rewrite, write_atomic, write_new};
 pub use error::FileError;
 pub use folder::images_in;
-pub use memory::{address_space_limit, default_budget};
+pub use memory::{default_budget, memory_limit};
 pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_text, real_path};
 pub use rows::{RowsFile, RowsOptions};
 #[cfg(not(target_family = "wasm"))]

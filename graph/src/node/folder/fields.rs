@@ -3,7 +3,7 @@
 use super::declaration::SizeRule;
 use crate::document::{Field, Group, Item, Tree, doubled};
 use crate::node::{Input, OutputState, PortType};
-use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, is_control, list, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::{Type, Value};
 
@@ -266,7 +266,7 @@ fn vector(items: &[Item]) -> Option<Value> {
     Some(Value::Vector(numbers, items.len()))
 }
 
-/// Whether a text can be printed: it is not empty, and has no control characters but line breaks and tabs.
+/// Whether a text can be printed: it is not empty, and has no control characters but line feeds and tabs.
 fn is_shown(text: &str) -> bool {
-    !text.trim().is_empty() && text.chars().all(|c| !c.is_control() || matches!(c, '\n' | '\r' | '\t'))
+    !text.trim().is_empty() && text.chars().all(|c| !is_control(c) || matches!(c, '\n' | '\r' | '\t'))
 }

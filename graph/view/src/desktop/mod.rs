@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use afterimage_gpu::{ErrorLog, Gpu};
 use afterimage_graph::check::Facts;
+use afterimage_graph::diagnostic::shown_path;
 use afterimage_media::write_atomic;
 use winit::application::ApplicationHandler;
 use winit::event::{StartCause, WindowEvent};
@@ -265,7 +266,7 @@ impl Shown {
         let Some(exported) = self.stage.viewer.take_export() else { return };
         let path = free_name(&exported.name);
         let said = match write_atomic(&path, &exported.bytes) {
-            Ok(()) => format!("Exported: {}", std::path::absolute(&path).unwrap_or(path).display()),
+            Ok(()) => format!("Exported: {}", shown_path(&std::path::absolute(&path).unwrap_or(path))),
             Err(error) => format!("Nothing is exported: {error}"),
         };
         self.stage.viewer.tell(&self.stage.ctx().clone(), said);

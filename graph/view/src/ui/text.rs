@@ -1,6 +1,6 @@
 //! The text of the pipeline, and what is wrong with it.
 
-use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity};
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity, shown};
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditOutput;
 use egui::{Color32, Context, Id, RichText, ScrollArea, Ui};
@@ -116,7 +116,8 @@ fn wrong_lines(model: &Model) -> Vec<usize> {
 fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Option<usize> {
     let location = &diagnostic.labels.first()?.location;
     let name = model.project().name();
-    let is_own = *location.file == *name || location.file.ends_with(&name);
+    let file = shown(&location.file);
+    let is_own = file == *name || file.ends_with(&name);
     Some(found.sources.position(&location.file, location.start).filter(|_| is_own)?.line)
 }
 
@@ -157,9 +158,8 @@ fn list(ui: &mut Ui, model: &Model, found: &Diagnostics) -> Option<usize> {
             if let Some(label) = diagnostic.labels.first() {
                 let place = found.sources.position(&label.location.file, label.location.start);
                 if let Some(place) = place {
-                    let link = ui.link(
-                        RichText::new(format!("{}:{}:{}", label.location.file, place.line, place.column)).monospace(),
-                    );
+                    let file = shown(&label.location.file);
+                    let link = ui.link(RichText::new(format!("{file}:{}:{}", place.line, place.column)).monospace());
                     if link.clicked() {
                         chosen = own_line(model, found, diagnostic).or(chosen);
                     }
