@@ -15,6 +15,8 @@ mod gaps;
 mod hostile;
 mod info;
 mod job;
+#[cfg(target_os = "linux")]
+mod limits;
 mod mend;
 mod meters;
 mod outputs;

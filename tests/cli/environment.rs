@@ -52,6 +52,11 @@ fn variables_stand_for_options_of_all_runs() {
     run(png, "AFTERIMAGE_GPU_MEMORY", "16K").fails_saying(1, &["`--gpu-memory SIZE` allows more"]);
     run(&format!("{png} --gpu-memory 1G"), "AFTERIMAGE_GPU_MEMORY", "16K").good();
     run(png, "AFTERIMAGE_REQUIRE_GPU", "0").good();
+    // An empty one is none.
+    let names = ["ADAPTER", "MEMORY", "GPU_MEMORY", "REQUIRE_GPU", "OUTPUT_SPACE", "NODES"];
+    let mut command = folder.command(png);
+    command.envs(names.map(|name| (format!("AFTERIMAGE_{name}"), "")));
+    Outcome::of(&command.output().expect("it starts")).good();
     // Of no use for a PNG, and no mistake either.
     run(png, "AFTERIMAGE_OUTPUT_SPACE", "ACEScg").good();
     run("render light.ron room.exr -o a.exr", "AFTERIMAGE_OUTPUT_SPACE", "ACEScg").good();

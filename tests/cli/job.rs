@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{Folder, room, save};
 
-const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\": Histogram(source: \"scene\"), \
+pub(super) const METERED: &str = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"bins\": Histogram(source: \"scene\"), \
                        \"meter\": AutoExposure(histogram: \"bins\"), \"lit\": Exposure(source: \"scene\", meter: \
                        \"meter\") }, outputs: { \"light\": \"lit\" })";
 
@@ -35,13 +35,17 @@ fn job(folder: &Folder, line: &str) -> Value {
     template
 }
 
-/// The line of the program that a step runs, from another folder.
-fn line_of(folder: &Folder, step: &Value, frames: &str) -> String {
+/// The line of the program that a step of a template runs, from another folder.
+fn line_of(folder: &Folder, template: &Value, step: &Value, frames: &str) -> String {
     let action = &step["script"]["actions"]["onRun"];
     assert_eq!(action["command"], "{{Param.Program}}");
     let words = action["args"].as_array().expect("a list").iter().map(|word| word.as_str().expect("a word"));
-    let line = words.collect::<Vec<_>>().join(" ");
-    line.replace("{{Param.Folder}}", &folder.0.display().to_string()).replace("{{Task.Param.Frames}}", frames)
+    let mut line = words.collect::<Vec<_>>().join(" ").replace("{{Task.Param.Frames}}", frames);
+    for parameter in template["parameterDefinitions"].as_array().expect("a list") {
+        let [name, value] = ["name", "default"].map(|key| parameter[key].as_str().expect("a word"));
+        line = line.replace(&format!("{{{{Param.{name}}}}}"), value);
+    }
+    line
 }
 
 #[test]
@@ -61,7 +65,7 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
         (&4.into(), &"TASK_CHUNKING".into())
     );
     for frames in ["9", "5-8", "1-4"] {
-        let said = elsewhere.run(&line_of(&folder, &steps[0], frames)).good();
+        let said = elsewhere.run(&line_of(&folder, &template, &steps[0], frames)).good();
         let last = said.lines().rev().nth(1).expect("two lines for each frame");
         assert_eq!(last, "openjd_progress: 100.0");
     }
@@ -83,7 +87,7 @@ fn frames_that_depend_on_those_before_are_a_task_for_each_shot() {
     assert_eq!(template["extensions"], Value::Null);
     // The second shot before the first.
     for frames in ["6-9", "1-5"] {
-        elsewhere.run(&line_of(&folder, step, frames)).good();
+        elsewhere.run(&line_of(&folder, &template, step, frames)).good();
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.exr"))).expect("it was written");
@@ -96,15 +100,17 @@ fn frames_that_depend_on_those_before_are_a_task_for_each_shot() {
 fn chunks_of_metered_frames_are_measured_before_in_any_order() {
     let (folder, elsewhere) = (shot("job-metered"), Folder::new("job-metered-elsewhere"));
     // The sequence has a frame before the first, which is no part of the job.
-    folder.run("render meter.ron shot.#.exr --frames 2-9 -o whole.#.exr").good();
-    let template =
-        job(&folder, "job meter.ron shot.#.exr --frames 2-9 --depth 16 --keep-going -o part.#.exr --chunk 3");
+    // Options that `meter` does not have, a name that looks like an option, and one that a template would read.
+    fs::rename(folder.file("meter.ron"), folder.file("-{{m}}.ron")).expect("it is there");
+    let words = "--frames 2-9 --crop=1,1,8x6 --depth 16 --keep-going --timings -o";
+    folder.run(&format!("render {words} whole.#.exr -- -{{{{m}}}}.ron shot.#.exr")).good();
+    let template = job(&folder, &format!("job --chunk 3 {words}part.#.exr -- -{{{{m}}}}.ron shot.#.exr"));
     let [measuring, rendering] = &template["steps"].as_array().expect("a list")[..] else { panic!("{template}") };
     assert_eq!((&measuring["name"], &rendering["name"]), (&"Meter".into(), &"Render".into()));
     assert_eq!(rendering["dependencies"][0]["dependsOn"], "Meter");
     for step in [measuring, rendering] {
         for frames in ["8-9", "2-4", "5-7"] {
-            elsewhere.run(&line_of(&folder, step, frames)).good();
+            elsewhere.run(&line_of(&folder, &template, step, frames)).good();
         }
     }
     for frame in 2..=9 {

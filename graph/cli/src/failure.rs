@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use afterimage_gpu::{GpuError, PostError};
-use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style};
+use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, shown, shown_path};
 use afterimage_lab::LabError;
-use afterimage_media::{FileError, address_space_limit};
+use afterimage_media::{FileError, memory_limit};
 use afterimage_plan::PlanError;
 
 use crate::terminal::{note, note_styled};
@@ -18,7 +18,7 @@ pub(crate) enum Failure {
     Error {
         /// The stable name of the error in JSON.
         code: &'static str,
-        /// What is wrong: lower case, no full stop.
+        /// What is wrong: lower case, no full stop, and [`shown`].
         message: String,
         /// What the user can do, if that is known.
         hint: Option<String>,
@@ -51,13 +51,18 @@ impl Failure {
     }
 
     fn error(code: &'static str, message: impl std::fmt::Display, status: u8) -> Self {
-        Self::Error { code, message: message.to_string(), hint: None, status }
+        Self::Error { code, message: one_line(message), hint: None, status }
+    }
+
+    /// An error that this program has made of lines: of shaders, or of the device.
+    fn of_lines(code: &'static str, error: impl std::fmt::Display, status: u8) -> Self {
+        Self::Error { code, message: error.to_string(), hint: None, status }
     }
 
     /// Adds what the user can do.
     pub(crate) fn hint(mut self, text: impl std::fmt::Display) -> Self {
         if let Self::Error { hint, .. } = &mut self {
-            *hint = Some(text.to_string());
+            *hint = Some(one_line(text));
         }
         self
     }
@@ -65,7 +70,7 @@ impl Failure {
     /// Names the file in which the error is.
     pub(crate) fn at(mut self, file: &Path) -> Self {
         if let Self::Error { message, .. } = &mut self {
-            *message = format!("{}: {message}", file.display());
+            *message = format!("{}: {message}", shown_path(file));
         }
         self
     }
@@ -102,8 +107,10 @@ impl Failure {
 
     pub(crate) fn print(&self) {
         match self {
-            Self::Error { message, hint: Some(hint), .. } => note(&format!("error: {message}\n  hint: {hint}")),
-            Self::Error { message, hint: None, .. } => note(&format!("error: {message}")),
+            Self::Error { message, hint, .. } => {
+                format!("error: {message}").lines().for_each(note);
+                hint.iter().for_each(|hint| note(&format!("  hint: {hint}")));
+            }
             Self::Pipeline(diagnostics) => note_styled(&diagnostics.render(Style::Colored)),
             Self::Printed { .. } => {}
         }
@@ -116,9 +123,13 @@ impl Failure {
     }
 }
 
+fn one_line(text: impl std::fmt::Display) -> String {
+    shown(&text.to_string()).into_owned()
+}
+
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        let message = format!("{}: {}", error.path.display(), error.message);
+        let message = format!("{}: {}", shown_path(&error.path), error.message);
         let status = error.exit();
         Self::Error { code: "file", message, hint: error.hint, status }
     }
@@ -137,7 +148,8 @@ impl From<PlanError> for Failure {
             PlanError::TooMuchHostMemory { .. } => Some("`--memory SIZE` allows more"),
             _ => None,
         };
-        let failure = Self::error("plan", error, 1);
+        let status = if error.is_of_system() { 2 } else { 1 };
+        let failure = Self::of_lines("plan", error, status);
         match hint {
             Some(hint) => failure.hint(hint),
             None => failure,
@@ -152,7 +164,7 @@ impl From<GpuError> for Failure {
                 Self::user(error).hint("scale it down, or choose another device with `--adapter`")
             }
             // Without memory, the loader of drivers finds none.
-            GpuError::NoAdapter { wanted: None, .. } => match address_space_limit() {
+            GpuError::NoAdapter { wanted: None, .. } => match memory_limit() {
                 None => Self::machine(error),
                 Some(limit) => {
                     let mebibytes = limit >> 20;
@@ -160,11 +172,11 @@ impl From<GpuError> for Failure {
                         .hint("this process may use no more (`ulimit -v`)")
                 }
             },
-            GpuError::NoAdapter { wanted: Some(_), .. } | GpuError::Shader(_) => Self::user(error),
-            GpuError::NoThreads { .. } if address_space_limit().is_some() => {
-                Self::machine(error).hint("this process may use no more memory (`ulimit -v`)")
-            }
-            _ => Self::machine(error),
+            GpuError::NoAdapter { wanted: Some(_), .. } => Self::user(error),
+            GpuError::Shader(_) => Self::of_lines("arguments", error, 1),
+            GpuError::NoThreads { .. } => Self::machine(error)
+                .hint("its user or this process may have no more (`ulimit -u`), or no memory for them (`ulimit -v`)"),
+            _ => Self::of_lines("machine", error, 2),
         }
     }
 }
@@ -182,7 +194,8 @@ impl From<PostError> for Failure {
 impl From<LabError> for Failure {
     fn from(error: LabError) -> Self {
         match error {
-            LabError::Request { message, hint } => Self::Error { code: "arguments", message, hint, status: 1 },
+            LabError::Request { message, hint: None } => Self::user(message),
+            LabError::Request { message, hint: Some(hint) } => Self::user(message).hint(hint),
             LabError::Machine(message) => Self::machine(message),
             LabError::File(error) => error.into(),
             LabError::Pipeline(diagnostics) => diagnostics.into(),

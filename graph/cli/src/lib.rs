@@ -24,6 +24,7 @@ mod ocio;
 mod pipeline;
 mod pipelines;
 mod plan;
+mod process;
 mod progress;
 mod render;
 mod save;
@@ -36,32 +37,24 @@ mod tune;
 mod view;
 mod watch;
 
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 
+use afterimage_graph::diagnostic::shown_path;
 use afterimage_graph::node::NodeKind;
 use afterimage_media::{run_files, write_atomic};
+use clap::builder::Resettable;
 use clap::parser::ValueSource;
-use clap::{CommandFactory as _, FromArgMatches as _};
+use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
 use args::{Arguments, Command, JobArgs};
 use failure::Failure;
 
 /// Runs the program with the kinds of these tables and the arguments of the process.
 pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
-    silence_driver();
+    process::prepare();
     run(tables, std::env::args_os())
-}
-
-/// Asks a layer of Mesa, which sorts adapters as wgpu does, to stay out of the process: it prints lines of its own.
-#[allow(unsafe_code, reason = "drivers take this from variables only")]
-fn silence_driver() {
-    const LAYER: &str = "NODEVICE_SELECT";
-    let is_alone = || std::fs::read_dir("/proc/self/task").is_ok_and(|tasks| tasks.count() == 1);
-    if std::env::var_os(LAYER).is_none() && is_alone() {
-        // SAFETY: this is the only thread, so nothing reads variables meanwhile.
-        unsafe { std::env::set_var(LAYER, "1") };
-    }
 }
 
 /// The definition of the command line, for those who describe or test it.
@@ -76,20 +69,28 @@ fn completions(shell: clap_complete::Shell) -> String {
     String::from_utf8_lossy(&script).into_owned()
 }
 
+/// The definition of the command line. A variable that is empty stands for no option.
+fn command() -> clap::Command {
+    let is_empty = |name: &std::ffi::OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
+    Arguments::command().mut_subcommands(|command| {
+        command.mut_args(|arg| if arg.get_env().is_some_and(is_empty) { arg.env(Resettable::Reset) } else { arg })
+    })
+}
+
 /// The arguments of the command line and of the variables `AFTERIMAGE_*`.
-fn parse(words: &[std::ffi::OsString]) -> Result<Arguments, clap::Error> {
-    let matches = Arguments::command().try_get_matches_from(words).map_err(advice::advised)?;
+fn parse(words: impl IntoIterator<Item = OsString>) -> Result<(Arguments, ArgMatches), clap::Error> {
+    let matches = command().try_get_matches_from(words).map_err(advice::advised)?;
     let mut arguments = Arguments::from_arg_matches(&matches)?;
     if let Command::Render(args) | Command::Job(JobArgs { render: args, .. }) = &mut arguments.command {
         let source = matches.subcommand().and_then(|(_, matches)| matches.value_source("output_space"));
         args.exr.is_space_of_all_runs = source == Some(ValueSource::EnvVariable);
     }
-    Ok(arguments)
+    Ok((arguments, matches))
 }
 
 /// Writes the manual pages of the program and of its commands.
 fn manual(folder: &Path) -> Result<(), Failure> {
-    let unwritable = |error: std::io::Error| Failure::machine(format!("{}: {error}", folder.display()));
+    let unwritable = |error: std::io::Error| Failure::machine(format!("{}: {error}", shown_path(folder)));
     std::fs::create_dir_all(folder).map_err(unwritable)?;
     let mut program = Arguments::command().disable_help_subcommand(true);
     program.build();
@@ -117,20 +118,19 @@ fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
 }
 
 /// Runs the program with the kinds of these tables and these arguments, the first of which is the program's name.
-pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi::OsString>) -> ExitCode {
-    let words: Vec<std::ffi::OsString> = arguments.into_iter().collect();
-    let mut arguments = match parse(&words) {
-        Ok(arguments) => arguments,
+pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let (mut arguments, matches) = match parse(arguments) {
+        Ok(parsed) => parsed,
         Err(error) => {
             let is_help = !error.use_stderr();
-            terminal::print_usage(&error);
+            terminal::print_usage(error);
             return ExitCode::from(u8::from(!is_help));
         }
     };
     if let Some(folder) = &arguments.folder
         && let Err(error) = std::env::set_current_dir(folder)
     {
-        return Failure::user(format!("-C {}: {error}", folder.display())).report();
+        return Failure::user(format!("-C {}: {error}", shown_path(folder))).report();
     }
     match &mut arguments.command {
         Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
@@ -148,13 +148,23 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
     // Pipelines with passes that a host fills can be looked at, and an error states that nobody fills them here.
     let host = host_kinds(tables);
     let known = [tables, &[&host]].concat();
+    let computes = match &arguments.command {
+        Command::Render(_) | Command::Meter(_) | Command::Info(_) | Command::Demo(_) => true,
+        Command::Measure(_) | Command::Tune(_) | Command::Bench(_) | Command::Stress(_) => true,
+        #[cfg(feature = "view")]
+        Command::View(_) => true,
+        _ => false,
+    };
+    if computes && let Err(failure) = process::start_threads() {
+        return failure.report();
+    }
     let result = match &arguments.command {
         Command::Demo(args) => demo::run(args, tables),
         #[cfg(feature = "view")]
         Command::View(args) => view::run(args, tables),
         Command::Render(args) => watch::run(args, &known),
         Command::Meter(args) => render::meter(args, &known),
-        Command::Job(args) => job::run(args, &words, &known),
+        Command::Job(args) => job::run(args, matches.subcommand_matches("job").expect("it is the command"), &known),
         Command::Info(args) => info::run(args),
         Command::Check(args) => check::run(args, &known),
         Command::Explain(args) => explain::run(args),
@@ -167,7 +177,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = std::ffi:
         Command::Stress(args) => stress::run(args, tables),
         Command::Man(args) => manual(&args.folder),
         Command::Completions(args) => {
-            terminal::say(&completions(args.shell));
+            terminal::say_text(&completions(args.shell));
             Ok(())
         }
     };

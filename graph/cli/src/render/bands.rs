@@ -13,13 +13,14 @@ use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
 use super::metered::names;
-use super::read::{InputPicture, pool};
+use super::read::InputPicture;
 use super::readings::{Reading, reading, value_of};
 use super::repairs::Repairs;
 use super::request::Request;
 use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
+use crate::process::pool;
 use crate::save::{Stated, is_light, write_rows};
 use crate::terminal::note;
 
@@ -109,7 +110,7 @@ pub(super) fn render(
         outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });
     }
     let mut inputs =
-        Inputs { inputs: pictures.iter().map(InputRows::new).collect(), pool: pool(), busy: Duration::ZERO };
+        Inputs { inputs: pictures.iter().map(InputRows::new).collect(), pool: pool("decode")?, busy: Duration::ZERO };
     let mut outputs = Outputs { outputs, busy: Duration::ZERO };
     let rows = request.args.crop.map(|Crop { corner: (_, y), size: (_, height) }| [y, y + height]);
     let host = host_limits(request, &inputs.inputs, &outputs.outputs);

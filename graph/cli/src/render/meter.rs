@@ -21,6 +21,7 @@ use crate::args::meter::MeterArgs;
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::device::CachedSession;
 use crate::failure::Failure;
+use crate::process::spawn;
 use crate::progress::Bar;
 use crate::terminal::note;
 
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
     let mut measured = Vec::new();
     std::thread::scope(|scope| {
         let (to, from) = sync_channel(AHEAD);
-        scope.spawn(move || read_all(request, &to));
+        spawn(scope, "read", move || read_all(request, &to))?;
         let meters = meters(&graph);
         let session = CachedSession::open(&args.device, &args.plan, graph, facts, options)?;
         let bar = Bar::of_frames(request.jobs.len() as u64).for_farm(args.openjd);

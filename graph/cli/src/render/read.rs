@@ -75,12 +75,6 @@ pub(super) fn read_all(request: &Request<'_>, to: &SyncSender<Read>) -> Duration
     busy
 }
 
-/// The threads that decode: others than those that encode, behind whose work they would wait.
-pub(super) fn pool() -> rayon::ThreadPool {
-    let threads = rayon::ThreadPoolBuilder::new().thread_name(|index| format!("decode {index}"));
-    threads.build().expect("the system has threads")
-}
-
 /// The cameras of the frame before the first one, if the first one follows it.
 fn read_cameras_before(request: &Request<'_>, cameras: &mut Cameras) -> Result<(), Failure> {
     for (name, source) in request.job_before().iter().flat_map(|job| &job.sources) {

@@ -9,13 +9,14 @@ use afterimage_plan::Options;
 
 use super::frames::render_all;
 use super::kept::{Kept, Repetition};
-use super::read::{Inputs, pool, read_all};
+use super::read::{Inputs, read_all};
 use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
 use super::write::{Queue, Written, write_all};
 use crate::device::{CachedSession, open_for};
 use crate::failure::Failure;
+use crate::process::{pool, spawn};
 use crate::progress::Bar;
 
 /// Frames between two stages: one in work and one that is ready.
@@ -46,20 +47,24 @@ pub(super) fn run(
     let pictures = pictures.filter(|pictures| pictures.suit(request)).map(|pictures| pictures.pictures);
     let mut repetition = Repetition { again: pictures.is_some(), keeps: kept.is_some(), pictures: None };
     let times = std::thread::scope(|scope| {
-        let reader = scope.spawn(move || match pictures {
-            Some(pictures) => {
+        // Others than those that encode, behind whose work they would wait.
+        let decoders = if pictures.is_none() { Some(pool("decode")?) } else { None };
+        let read = move || match decoders {
+            Some(decoders) => decoders.install(|| read_all(request, &read_to)),
+            None => {
+                let pictures = pictures.unwrap_or_default();
                 // A receiver that is gone reports the error.
                 let _ = read_to.send(Ok(Inputs { pictures, blocks: Vec::new() }));
                 Duration::ZERO
             }
-            None => pool().install(|| read_all(request, &read_to)),
-        });
-        let queue = Arc::new(Queue::new(write_from));
-        let spawn = |_| {
-            let queue = queue.clone();
-            scope.spawn(move || write_all(request, &queue, written, bar))
         };
-        let writing: Vec<_> = (0..writers).map(spawn).collect();
+        let reader = spawn(scope, "read", read)?;
+        let queue = Arc::new(Queue::new(write_from));
+        let mut writing = Vec::new();
+        for _ in 0..writers {
+            let queue = queue.clone();
+            writing.push(spawn(scope, "write", move || write_all(request, &queue, written, bar))?);
+        }
         // The last writer that ends closes the queue.
         drop(queue);
         let gpu = match &session {

@@ -1,0 +1,113 @@
+//! What this process asks of the system: signals, variables of drivers, and threads.
+
+use std::thread::{Builder, Scope, ScopedJoinHandle};
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::failure::Failure;
+
+/// Prepares the process, as long as it has one thread.
+pub(crate) fn prepare() {
+    silence_driver();
+    #[cfg(target_os = "linux")]
+    signals::prepare();
+}
+
+/// Asks a layer of Mesa, which sorts adapters as wgpu does, to stay out of the process: it prints lines of its own.
+#[allow(unsafe_code, reason = "drivers take this from variables only")]
+fn silence_driver() {
+    const LAYER: &str = "NODEVICE_SELECT";
+    let is_alone = || std::fs::read_dir("/proc/self/task").is_ok_and(|tasks| tasks.count() == 1);
+    if std::env::var_os(LAYER).is_none() && is_alone() {
+        // SAFETY: this is the only thread, so nothing reads variables meanwhile.
+        unsafe { std::env::set_var(LAYER, "1") };
+    }
+}
+
+/// Starts a thread of a scope.
+///
+/// # Errors
+/// The system has no further thread.
+pub(crate) fn spawn<'scope, T: Send + 'scope>(
+    scope: &'scope Scope<'scope, '_>,
+    name: &str,
+    work: impl FnOnce() -> T + Send + 'scope,
+) -> Result<ScopedJoinHandle<'scope, T>, Failure> {
+    Builder::new().name(name.to_owned()).spawn_scoped(scope, work).map_err(no_thread)
+}
+
+/// Threads that share work.
+///
+/// # Errors
+/// The system has no further thread.
+pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
+    let pool = |builder: ThreadPoolBuilder| builder.thread_name(move |index| format!("{name} {index}")).build();
+    pool(ThreadPoolBuilder::new()).or_else(|_| pool(ThreadPoolBuilder::new().num_threads(1))).map_err(no_thread)
+}
+
+/// Starts the threads on which all others encode and measure, which end the program where they start on their own and
+/// there is none.
+///
+/// # Errors
+/// The system has no further thread.
+pub(crate) fn start_threads() -> Result<(), Failure> {
+    let all = ThreadPoolBuilder::new().build_global();
+    all.or_else(|_| ThreadPoolBuilder::new().num_threads(1).build_global()).map_err(no_thread)
+}
+
+fn no_thread(why: impl std::fmt::Display) -> Failure {
+    Failure::machine(format!("the system has no further thread for this program: {why}"))
+        .hint("its user or this process may have no more (`ulimit -u`), or no memory for them (`ulimit -v`)")
+}
+
+#[cfg(target_os = "linux")]
+#[allow(unsafe_code, reason = "the standard library handles no signals")]
+mod signals {
+    use std::sync::OnceLock;
+
+    use afterimage_media::memory_limit;
+
+    /// What is said where memory is limited and the process cannot go on.
+    static OUT_OF_MEMORY: OnceLock<String> = OnceLock::new();
+
+    /// A file that becomes too large is an error of writing, not the end of the process. Where memory is limited, a
+    /// driver that gets none, or this program, ends the process by a signal: it says why before.
+    pub(super) fn prepare() {
+        // SAFETY: the signal is ignored, so that no code runs for it.
+        unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+        let Some(limit) = memory_limit() else { return };
+        OUT_OF_MEMORY.get_or_init(|| {
+            format!(
+                "error: the program cannot go on with {} MiB of memory\n  hint: this process may use no more (`ulimit \
+                 -v`)\n",
+                limit >> 20
+            )
+        });
+        for signal in [libc::SIGABRT, libc::SIGSEGV, libc::SIGBUS] {
+            // SAFETY: the handler only writes a text that is made above, and ends the process; both are safe in a
+            // handler (POSIX.1-2017, 2.4.3).
+            unsafe { libc::signal(signal, end as *const () as libc::sighandler_t) };
+        }
+    }
+
+    extern "C" fn end(_: libc::c_int) {
+        let text = OUT_OF_MEMORY.get().map_or("", String::as_str);
+        // SAFETY: the pointer and the length are those of a text that is never changed.
+        unsafe {
+            libc::write(2, text.as_ptr().cast(), text.len());
+            libc::_exit(2)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_system_without_threads_is_an_error_of_the_machine() {
+        let failure = no_thread(std::io::Error::from_raw_os_error(11));
+        assert_eq!(failure.status(), 2);
+        assert!(failure.message().starts_with("the system has no further thread for this program: "));
+    }
+}
