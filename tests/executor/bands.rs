@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use afterimage_gpu::{BandReader, BandWriter, BandsMade, FrameStep, Gpu, Opening, PostError, Texels, wgpu};
+use afterimage_gpu::{BandReader, BandWriter, BandsMade, FrameStep, Gpu, Opening, PostError, Session, Texels, wgpu};
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
@@ -67,40 +67,62 @@ fn scene(width: u32, height: u32) -> Picture {
     })
 }
 
+/// A picture that is rendered whole, to be compared with its bands.
+struct Whole {
+    name: String,
+    session: Session,
+    plan: Plan,
+    inputs: Inputs,
+    outputs: Vec<Texels>,
+    filters: bool,
+    _gpu: Shared,
+}
+
+impl Whole {
+    fn new(name: &str, run: &Run<'_>, picture: &Picture) -> Result<Self, PostError> {
+        let gpu = gpu();
+        let mut session = run.session(&gpu);
+        let texels = Texels::from_floats_as_half(picture.width, picture.height, &picture.pixels);
+        let required: Vec<&str> =
+            run.graph.inputs.iter().filter(|input| !input.optional).map(|input| input.name.as_str()).collect();
+        let (mut images, mut inputs) = (Vec::new(), Inputs::default());
+        for name in &required {
+            images.push(session.feed(name, texels.desc, &texels.bytes)?);
+            inputs.0.insert((*name).to_owned(), texels.clone());
+        }
+        session.restart();
+        session.render(texels.desc.size, &images, FrameStep::FIRST)?;
+        let given: Vec<_> = required.iter().map(|name| (*name, texels.desc)).collect();
+        let plan = session.plan_in_bands(texels.desc.size, &given)?;
+        let outputs = plan.outputs.iter().map(|output| session.output(&output.name)).collect::<Result<_, _>>()?;
+        let (name, filters) = (name.to_owned(), gpu.is_processor());
+        Ok(Self { name, session, plan, inputs, outputs, filters, _gpu: gpu })
+    }
+
+    /// Renders it in bands, and compares all bytes.
+    fn compare(&mut self, limits: BandLimits) -> Result<BandsMade, PostError> {
+        let limits = BandLimits { filters: self.filters, ..limits };
+        let first_row = limits.rows.map_or(0, |[first, _]| first);
+        let mut outputs = Outputs { first_row, ..Outputs::default() };
+        let files = (&mut self.inputs, &mut outputs);
+        let made = self.session.render_in_bands(&self.plan, limits, FrameStep::FIRST, 0, &[], files)?;
+        for (output, whole) in self.plan.outputs.iter().zip(&self.outputs) {
+            let row = whole.bytes.len() / whole.desc.size.height as usize;
+            let [first, end] = limits.rows.unwrap_or([0, whole.desc.size.height]).map(|row_number| row_number as usize);
+            let (whole_bytes, banded) = (&whole.bytes[first * row..end * row], &outputs.bytes[&output.name]);
+            assert_eq!(whole_bytes.len(), banded.len(), "{}: `{}` has other bytes", self.name, output.name);
+            let differing = whole_bytes.chunks(row).zip(banded.chunks(row)).enumerate().filter(|(_, (a, b))| a != b);
+            let rows: Vec<usize> = differing.map(|(row, _)| row).collect();
+            let (name, output) = (&self.name, &output.name);
+            assert!(rows.is_empty(), "{name}, {limits:?}, {made:?}: `{output}` differs in the rows {rows:?}");
+        }
+        Ok(made)
+    }
+}
+
 /// Renders a picture whole and in bands, and compares all bytes.
 fn compare(name: &str, run: &Run<'_>, picture: &Picture, limits: BandLimits) -> Result<BandsMade, PostError> {
-    let gpu = gpu();
-    let limits = BandLimits { filters: gpu.is_processor(), ..limits };
-    let mut session = run.session(&gpu);
-    let texels = Texels::from_floats_as_half(picture.width, picture.height, &picture.pixels);
-    let required: Vec<&str> =
-        run.graph.inputs.iter().filter(|input| !input.optional).map(|input| input.name.as_str()).collect();
-    let mut images = Vec::new();
-    let first_row = limits.rows.map_or(0, |[first, _]| first);
-    let (mut inputs, mut outputs) = (Inputs::default(), Outputs { first_row, ..Outputs::default() });
-    for name in &required {
-        images.push(session.feed(name, texels.desc, &texels.bytes)?);
-        inputs.0.insert((*name).to_owned(), texels.clone());
-    }
-    session.restart();
-    session.render(texels.desc.size, &images, FrameStep::FIRST)?;
-    let given: Vec<_> = required.iter().map(|name| (*name, texels.desc)).collect();
-    let plan = session.plan_in_bands(texels.desc.size, &given)?;
-    let made = session.render_in_bands(&plan, limits, FrameStep::FIRST, 0, &[], (&mut inputs, &mut outputs))?;
-    for output in &plan.outputs {
-        let mut whole = session.output(&output.name)?;
-        let row = whole.bytes.len() / whole.desc.size.height as usize;
-        if let Some([first, end]) = limits.rows {
-            whole.bytes = whole.bytes[first as usize * row..end as usize * row].to_vec();
-        }
-        let banded = &outputs.bytes[&output.name];
-        assert_eq!(whole.bytes.len(), banded.len(), "{name}: `{}` has other bytes", output.name);
-        let texel = whole.desc.format.bytes() as usize * whole.desc.size.width as usize;
-        let differing = whole.bytes.chunks(texel).zip(banded.chunks(texel)).enumerate().filter(|(_, (a, b))| a != b);
-        let rows: Vec<usize> = differing.map(|(row, _)| row).collect();
-        assert!(rows.is_empty(), "{name}, {limits:?}, {made:?}: `{}` differs in the rows {rows:?}", output.name);
-    }
-    Ok(made)
+    Whole::new(name, run, picture)?.compare(limits)
 }
 
 const UNLIMITED: BandLimits = BandLimits {
@@ -130,14 +152,15 @@ fn built_in_pipelines_have_the_same_bits_in_bands() {
             let made = made.unwrap_or_else(|error| panic!("{name}: {error}"));
             assert!(made.bands as u32 >= least.min(size.1 / 16), "{name}: {made:?}");
         }
+        let mut whole =
+            Whole::new(&name, &Run::new(&graph), &scene(157, 1023)).unwrap_or_else(|error| panic!("{name}: {error}"));
         for (least, sizes, rows) in [(1, 1, 32), (5, 1, 1), (3, 2, 1), (2, 2, 100)] {
             let limits = BandLimits { least, parts: Some(Parts { sizes, rows }), ..UNLIMITED };
-            let made = compare(&name, &Run::new(&graph), &scene(157, 1023), limits);
-            let made = made.unwrap_or_else(|error| panic!("{name}: {error}"));
+            let made = whole.compare(limits).unwrap_or_else(|error| panic!("{name}: {error}"));
             assert!(made.bands as u32 > least, "{name}: {made:?}");
         }
         let rows = BandLimits { rows: Some([411, 440]), ..UNLIMITED };
-        compare(&name, &Run::new(&graph), &scene(157, 1023), rows).unwrap_or_else(|error| panic!("{name}: {error}"));
+        whole.compare(rows).unwrap_or_else(|error| panic!("{name}: {error}"));
     }
 }
 
@@ -165,11 +188,11 @@ fn less_and_less_memory_makes_the_same_bits() {
     for row_downsample in [When::Never, When::Always] {
         let mut run = Run::new(&graph);
         run.options.row_downsample = row_downsample;
-        let picture = scene(403, 1501);
+        let mut whole = Whole::new("bloom", &run, &scene(403, 1501)).unwrap_or_else(|error| panic!("{error}"));
         let mut bytes = u64::MAX;
         let mut limits = Vec::new();
         loop {
-            match compare("bloom", &run, &picture, BandLimits { bytes, block: 0, ..UNLIMITED }) {
+            match whole.compare(BandLimits { bytes, block: 0, ..UNLIMITED }) {
                 Ok(made) => {
                     assert!(made.bytes <= bytes, "{made:?}");
                     limits.push(made.bytes);

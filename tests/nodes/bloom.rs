@@ -95,22 +95,31 @@ fn misplaced(scene: &Picture) -> f64 {
 
 /// Compares `nodes` with the expected image, with 32 bits between passes and with 16.
 fn check_on(nodes: &str, scene: &Picture, expected: &Image, precision: Precision) {
-    let what = format!("{}x{}: {nodes}", scene.width, scene.height);
-    let (nodes, slack) = (Nodes::new(nodes, SCENE), misplaced(scene));
-    let (exact, half) =
-        (precision.within(precision.exact, slack), precision.within(precision.half, slack * WEIGHT_STEPS));
-    assert_close(&format!("exact {what}"), &nodes.exact(&[scene]), expected, &exact);
-    assert_close(&what, &nodes.half(&[scene]), expected, &half);
+    check_each(nodes, &[scene], &[expected.clone()], precision);
+}
+
+/// The same for several pictures.
+fn check_each(nodes: &str, scenes: &[&Picture], expected: &[Image], precision: Precision) {
+    let graph = Nodes::new(nodes, SCENE).graph();
+    let [exact, half] = [Run::new(&graph).exact(), Run::new(&graph)].map(|run| run.shown(scenes));
+    for (at, scene) in scenes.iter().enumerate() {
+        let (what, slack) = (format!("{}x{}: {nodes}", scene.width, scene.height), misplaced(scene));
+        let of_exact = precision.within(precision.exact, slack);
+        assert_close(&format!("exact {what}"), &exact[at], &expected[at], &of_exact);
+        assert_close(&what, &half[at], &expected[at], &precision.within(precision.half, slack * WEIGHT_STEPS));
+    }
+}
+
+/// A picture of every size, without and with spikes.
+fn pictures() -> Vec<Picture> {
+    SIZES.into_iter().flat_map(|size| [false, true].map(|spikes| picture(size, spikes))).collect()
 }
 
 /// Runs `nodes` at every size, without and with spikes.
 fn check(nodes: &str, precision: Precision, reference: impl Fn(&Image) -> Image) {
-    for size in SIZES {
-        for spikes in [false, true] {
-            let scene = picture(size, spikes);
-            check_on(nodes, &scene, &bounded(reference(&image(&scene))), precision);
-        }
-    }
+    let scenes = pictures();
+    let expected: Vec<Image> = scenes.iter().map(|scene| bounded(reference(&image(scene)))).collect();
+    check_each(nodes, &scenes.iter().collect::<Vec<_>>(), &expected, precision);
 }
 
 fn scaled(weight: impl Fn([f64; 4]) -> f64) -> impl Fn(&Image) -> Image {
@@ -153,23 +162,32 @@ fn printed(half: &[f64]) -> Vec<f64> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn composite_adds_and_mixes_light_as_its_cpu_reference() {
-    for ([width, height], spikes) in SIZES.into_iter().flat_map(|size| [(size, false), (size, true)]) {
-        let scene = picture([width, height], spikes);
-        let light = picture([width.div_ceil(2), height.div_ceil(2)], spikes);
-        for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
-            let large = upsample(&image(&light), [width as usize, height as usize], up, 1.0);
-            let around = brightest_around(&large);
-            for (blend, reference) in
-                [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp), ("Screen", composite_screen)]
-            {
-                let nodes = format!(
-                    r#""result": Composite(base: "scene", bloom: "light",
-                        blend: {blend}, filter: {filter}, strength: 0.3)"#
-                );
+    let scenes = pictures();
+    let halves = |scene: &Picture, spikes| picture([scene.width.div_ceil(2), scene.height.div_ceil(2)], spikes);
+    let lights: Vec<Picture> = scenes.iter().enumerate().map(|(at, scene)| halves(scene, at % 2 == 1)).collect();
+    let inputs: Vec<[(&str, &Picture); 2]> =
+        scenes.iter().zip(&lights).map(|(scene, light)| [("scene", scene), ("light", light)]).collect();
+    let inputs: Vec<&[(&str, &Picture)]> = inputs.iter().map(<[_; 2]>::as_slice).collect();
+    for (filter, up) in [("Tent", Up::Tent), ("Bilinear", Up::Bilinear)] {
+        let mut enlarged = Vec::new();
+        for (scene, light) in scenes.iter().zip(&lights) {
+            let large = upsample(&image(light), [scene.width as usize, scene.height as usize], up, 1.0);
+            enlarged.push((brightest_around(&large), large));
+        }
+        for (blend, reference) in
+            [("Add", composite_add as fn(_, _, _) -> _), ("Mix", composite_lerp), ("Screen", composite_screen)]
+        {
+            let nodes = format!(
+                r#""result": Composite(base: "scene", bloom: "light",
+                    blend: {blend}, filter: {filter}, strength: 0.3)"#
+            );
+            let graph = Nodes::new(&nodes, &[("scene", "Color"), ("light", "Color")]).graph();
+            for (at, found) in Run::new(&graph).exact().first_frames(&inputs).iter().enumerate() {
+                let (scene, (around, large)) = (&scenes[at], &enlarged[at]);
                 // All three grow with the light, whose filter may err by a share of the brightest light around.
                 let with = |share: f64| {
                     Image::new(large.width, large.height, |x, y| {
-                        let [light, around] = [&large, &around].map(|image| image.texel(x as i64, y as i64));
+                        let [light, around] = [large, around].map(|image| image.texel(x as i64, y as i64));
                         let light = [0, 1, 2].map(|i| (light[i] + share * around[i]).max(0.0));
                         let base = scene.at(x as u32, y as u32).map(f64::from);
                         let [r, g, b] = reference(rgb(base), light, 0.3);
@@ -177,8 +195,7 @@ fn composite_adds_and_mixes_light_as_its_cpu_reference() {
                     })
                 };
                 let [low, high] = [with(-SAMPLED.exact), with(SAMPLED.exact)];
-                let got = Nodes::new(&nodes, &[("scene", "Color"), ("light", "Color")]).exact(&[&scene, &light]);
-                assert_between(&format!("{width}x{height}: {nodes}"), &got, [&low, &high]);
+                assert_between(&format!("{}x{}: {nodes}", scene.width, scene.height), &found[0], [&low, &high]);
             }
         }
     }

@@ -253,6 +253,27 @@ impl<'a> Run<'a> {
         self.frames(inputs, &[(0.0, true)]).pop().expect("one frame")
     }
 
+    /// The outputs of the first frame with each of these inputs. One session makes all, so that pipelines are compiled
+    /// once.
+    pub fn first_frames(&self, all: &[&[(&str, &Picture)]]) -> Vec<Vec<Picture>> {
+        let mut sequence = Sequence::new(self);
+        let mut outputs = Vec::new();
+        for inputs in all {
+            sequence.restart();
+            sequence.frame(inputs, 0.0, true);
+            outputs.push(sequence.outputs());
+        }
+        outputs
+    }
+
+    /// The first output of the first frame with each of these pictures, for a pipeline with one input.
+    pub fn shown(&self, pictures: &[&Picture]) -> Vec<Picture> {
+        let name = &*self.graph.inputs[0].name;
+        let inputs: Vec<[(&str, &Picture); 1]> = pictures.iter().map(|picture| [(name, *picture)]).collect();
+        let inputs: Vec<&[(&str, &Picture)]> = inputs.iter().map(<[_; 1]>::as_slice).collect();
+        self.first_frames(&inputs).into_iter().map(|mut outputs| outputs.swap_remove(0)).collect()
+    }
+
     /// The outputs of several frames with the same inputs; each frame has a dt and a reset flag.
     pub fn frames(&self, inputs: &[(&str, &Picture)], frames: &[(f32, bool)]) -> Vec<Vec<Picture>> {
         let mut sequence = Sequence::new(self);

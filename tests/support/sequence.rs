@@ -18,6 +18,11 @@ impl<'r> Sequence<'r> {
         Self { run, session: run.session(&gpu), _gpu: gpu }
     }
 
+    /// The next frame is the first one, also for noise.
+    pub fn restart(&mut self) {
+        self.session.restart();
+    }
+
     /// The camera of the frames from now on, for the input `camera`.
     pub fn camera(&mut self, camera: &Camera) {
         self.session.set_block("camera", camera.data().expect("its matrices have inverses"));

@@ -1,8 +1,9 @@
 //! Downsample on the GPU, compared with its CPU reference.
 
-use super::{FILTERS, Precision, SAMPLED, SCENE, SIZES, check, check_on, coarsest, picture};
+use super::{FILTERS, Precision, SAMPLED, SCENE, check, check_each, coarsest, pictures};
+use crate::reference::image::Image;
 use crate::reference::resample::Firefly;
-use crate::support::gpu::Picture;
+use crate::support::gpu::{Picture, Run};
 use crate::support::harness::{Nodes, image};
 
 #[test]
@@ -28,12 +29,9 @@ fn downsample_weighs_fireflies_as_its_cpu_reference() {
             let nodes = format!(
                 r#""mips": Downsample(source: "scene", levels: 2, filter: {name}, firefly: {how}) -> mips.coarsest"#
             );
-            for size in SIZES {
-                for spikes in [false, true] {
-                    let scene = picture(size, spikes);
-                    check_on(&nodes, &scene, &coarsest(&image(&scene), 2, filter, firefly), WEIGHTED);
-                }
-            }
+            let scenes = pictures();
+            let expected: Vec<Image> = scenes.iter().map(|scene| coarsest(&image(scene), 2, filter, firefly)).collect();
+            check_each(&nodes, &scenes.iter().collect::<Vec<_>>(), &expected, WEIGHTED);
         }
     }
 }
@@ -71,6 +69,13 @@ fn a_cheaper_filter_holds_fireflies_back_as_the_thirteen_taps_do() {
 /// All four parities of the sides, and those of frames.
 const PARITIES: [[u32; 2]; 7] = [[64, 64], [65, 64], [64, 65], [65, 65], [482, 269], [481, 269], [1281, 719]];
 
+/// The coarsest of so many levels of each picture.
+fn downsampled(filter: &str, levels: u32, pictures: &[Picture]) -> Vec<Picture> {
+    let nodes = format!(r#""mips": Downsample(source: "scene", levels: {levels}, filter: {filter}) -> mips.coarsest"#);
+    let graph = Nodes::new(&nodes, SCENE).graph();
+    Run::new(&graph).exact().shown(&pictures.iter().collect::<Vec<_>>())
+}
+
 /// Pixels between lights, along both axes: odd, so that lights have all positions within the texels of every level, and
 /// wide enough that no texel of the first two levels has light of two.
 const BETWEEN: u32 = 31;
@@ -84,15 +89,12 @@ fn is_light(x: u32, y: u32, width: u32, height: u32) -> bool {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_light_of_one_pixel_keeps_its_energy_at_every_size() {
-    for [width, height] in PARITIES {
-        let lights = Picture::new(width, height, |x, y| {
-            [if is_light(x, y, width, height) { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0]
-        });
-        for (name, _) in FILTERS {
-            for count in [1, 2] {
-                let nodes =
-                    format!(r#""mips": Downsample(source: "scene", levels: {count}, filter: {name}) -> mips.coarsest"#);
-                let level = Nodes::new(&nodes, SCENE).exact(&[&lights]);
+    let pictures = PARITIES.map(|[width, height]| {
+        Picture::new(width, height, |x, y| [if is_light(x, y, width, height) { 1000.0 } else { 0.0 }, 0.0, 0.0, 1.0])
+    });
+    for (name, _) in FILTERS {
+        for count in [1, 2] {
+            for ([width, height], level) in PARITIES.into_iter().zip(downsampled(name, count, &pictures)) {
                 let scale = [f64::from(width) / f64::from(level.width), f64::from(height) / f64::from(level.height)];
                 // The texels of the level whose centers are in the square around a light.
                 let mut energies = std::collections::BTreeMap::<[u32; 2], f64>::new();
@@ -118,11 +120,11 @@ fn a_light_of_one_pixel_keeps_its_energy_at_every_size() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_chessboard_becomes_its_mean() {
-    for [width, height] in PARITIES {
-        let board = Picture::new(width, height, |x, y| [f32::from(u8::from((x + y) % 2 == 0)), 0.0, 0.0, 1.0]);
-        for (name, _) in FILTERS {
-            let nodes = format!(r#""mips": Downsample(source: "scene", levels: 1, filter: {name}) -> mips.coarsest"#);
-            let level = Nodes::new(&nodes, SCENE).exact(&[&board]);
+    let boards = PARITIES.map(|[width, height]| {
+        Picture::new(width, height, |x, y| [f32::from(u8::from((x + y) % 2 == 0)), 0.0, 0.0, 1.0])
+    });
+    for (name, _) in FILTERS {
+        for ([width, height], level) in PARITIES.into_iter().zip(downsampled(name, 1, &boards)) {
             // Within the border. Along an odd side of n texels, a box has 1/n more of one color.
             for (x, y) in (2..level.height - 2).flat_map(|y| (2..level.width - 2).map(move |x| (x, y))) {
                 let light = level.at(x, y)[0];

@@ -1,6 +1,6 @@
 //! Gaussian and GaussianPyramid on the GPU, compared with their CPU references.
 
-use super::{SAMPLED, SIZES, WHOLE, blurred, caracal_taps, check, check_on, levels, picture, printed};
+use super::{SAMPLED, SIZES, WHOLE, blurred, caracal_taps, check, check_each, check_on, levels, picture, printed};
 use crate::reference::image::Image;
 use crate::reference::resample::{Down, Firefly, Up};
 use crate::reference::{bloom, gaussian};
@@ -30,10 +30,9 @@ fn the_deck_s_33_taps_are_those_it_prints() {
     // Without spikes: six printed digits of a weight are too few for them.
     for (taps, tolerance) in [("Exact", WHOLE), ("Linear", SAMPLED)] {
         let nodes = format!(r#""result": Gaussian(source: "scene", kernel: Course33, taps: {taps})"#);
-        for size in SIZES {
-            let scene = picture(size, false);
-            check_on(&nodes, &scene, &blurred(&deck)(&image(&scene)), tolerance);
-        }
+        let scenes = SIZES.map(|size| picture(size, false));
+        let expected = scenes.each_ref().map(|scene| blurred(&deck)(&image(scene)));
+        check_each(&nodes, &scenes.each_ref(), &expected, tolerance);
     }
 }
 

@@ -73,18 +73,17 @@ fn room(sun: f32) -> Picture {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_lens_flares_only_in_a_sun() {
-    let flares = |sun: f32| {
-        let [with, without] = ["384.0", "65504.0"].map(|threshold| {
-            let graph = changed("cinematic.ron", None, &[("flare.threshold", threshold)]);
-            Run::new(&graph).frame(&[("scene", &room(sun))]).remove(0).pixels
-        });
-        with.iter()
-            .zip(&without)
-            .filter(|(a, b)| a[..3].iter().zip(*b).any(|(a, b)| (a - b).abs() > 2.5 / 255.0))
-            .count()
-    };
-    assert_eq!(flares(6.0), 0, "a window and glints");
-    assert!(flares(20_000.0) > 100, "a sun: {}", flares(20_000.0));
+    let rooms = [6.0, 20_000.0].map(room);
+    let [with, without] = ["384.0", "65504.0"].map(|threshold| {
+        let graph = changed("cinematic.ron", None, &[("flare.threshold", threshold)]);
+        Run::new(&graph).shown(&rooms.each_ref())
+    });
+    let [window, sun] = [0, 1].map(|at: usize| {
+        let pairs = with[at].pixels.iter().zip(&without[at].pixels);
+        pairs.filter(|(a, b)| a[..3].iter().zip(*b).any(|(a, b)| (a - b).abs() > 2.5 / 255.0)).count()
+    });
+    assert_eq!(window, 0, "a window and glints");
+    assert!(sun > 100, "a sun: {sun}");
 }
 
 #[test]
@@ -93,16 +92,20 @@ fn a_pixel_that_is_not_finite_changes_no_other() {
     let gray = Picture::new(120, 90, |_, _| [0.3, 0.3, 0.3, 1.0]);
     for name in ["caracal.ron", "exposure.ron", "glare.ron", "lynx.ron", "tsushima.ron"] {
         let graph = built_in(name, None);
-        let run = Run::new(&graph);
-        let shown = |picture: &Picture| run.frame(&[("scene", picture)]).remove(0).pixels;
-        let clean = shown(&gray);
-        for number in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+        let numbers = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+        let with = |number: f32, count: usize| {
             let mut bad = Picture::new(120, 90, |x, y| gray.at(x, y));
-            bad.pixels[50 + 40 * 120][..3].fill(number);
-            assert!(shown(&bad) == clean, "{name}: one pixel with {number} changes the image");
+            (0..count).for_each(|at| bad.pixels[50 + at + 40 * 120][..3].fill(number));
+            bad
+        };
+        let [one, two] = [1, 2].map(|count| numbers.map(|number| with(number, count)));
+        let all: Vec<&Picture> = [&gray].into_iter().chain(&one).chain(&two).collect();
+        let shown = Run::new(&graph).shown(&all);
+        let is_clean = |at: usize| shown[at].pixels == shown[0].pixels;
+        for (at, number) in numbers.into_iter().enumerate() {
+            assert!(is_clean(1 + at), "{name}: one pixel with {number} changes the image");
             // Two infinite neighbors are light.
-            bad.pixels[51 + 40 * 120][..3].fill(number);
-            assert_eq!(shown(&bad) == clean, number != f32::INFINITY, "{name}: two pixels with {number}");
+            assert_eq!(is_clean(4 + at), number != f32::INFINITY, "{name}: two pixels with {number}");
         }
     }
 }
@@ -112,9 +115,8 @@ fn changed_by_a_hot_pixel(graph: &Graph) -> usize {
     let gray = Picture::new(120, 90, |_, _| [0.2, 0.2, 0.2, 1.0]);
     let mut hot = Picture::new(120, 90, |x, y| gray.at(x, y));
     hot.pixels[50 + 40 * 120][..3].fill(65504.0);
-    let run = Run::new(graph);
-    let [clean, shown] = [gray, hot].map(|picture| run.frame(&[("scene", &picture)]).remove(0).pixels);
-    let pairs = clean.iter().zip(&shown);
+    let shown = Run::new(graph).shown(&[&gray, &hot]);
+    let pairs = shown[0].pixels.iter().zip(&shown[1].pixels);
     pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 2.5 / 255.0)).count()
 }
 

@@ -56,11 +56,13 @@ fn glow(picture: &Picture) -> [f64; 2] {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_glow_keeps_its_share_of_a_picture_of_any_height() {
-    let measured = |blend: &str, side: u32, lines: u32| {
-        let spot = |x: u32, y: u32| {
-            let [x, y] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(side) - 0.5);
-            let light = (-(x * x + y * y) / (2.0 * 0.02_f64.powi(2))).exp() as f32;
-            [light, light, light, 1.0]
+    let measured = |blend: &str, sides: &[u32], lines: u32| {
+        let spot = |side: u32| {
+            Picture::new(side, side, |x, y| {
+                let [x, y] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(side) - 0.5);
+                let light = (-(x * x + y * y) / (2.0 * 0.02_f64.powi(2))).exp() as f32;
+                [light, light, light, 1.0]
+            })
         };
         let graph = graph(&format!(
             r#"Pipeline(inputs: {{ "in": Exposed }}, outputs: {{ "out": "result" }}, nodes: {{
@@ -68,16 +70,18 @@ fn a_glow_keeps_its_share_of_a_picture_of_any_height() {
                 "result": Upsample(source: "mips", {blend}, lines: {lines}),
             }})"#
         ));
-        glow(&Run::new(&graph).frame(&[("in", &Picture::new(side, side, spot))]).remove(0))
+        let spots: Vec<Picture> = sides.iter().map(|side| spot(*side)).collect();
+        Run::new(&graph).shown(&spots.iter().collect::<Vec<_>>()).iter().map(glow).collect::<Vec<_>>()
     };
+    let sides = [512, 181, 256, 362, 430, 600, 724, 1024];
     for blend in ["blend: Add", "blend: Mix, spread: 0.8"] {
-        let [light, width] = measured(blend, 512, 512);
-        for side in [181, 256, 362, 430, 600, 724, 1024] {
-            let found = measured(blend, side, 512);
+        let all = measured(blend, &sides, 512);
+        let [light, width] = all[0];
+        for (side, found) in sides.iter().zip(&all) {
             let [of_light, of_width] = [found[0] / light, found[1] / width].map(|ratio| (ratio - 1.0).abs());
             assert!(of_light < 0.005 && of_width < 0.06, "{blend} {side}: {found:?} and not {light} {width}");
         }
-        let [_, in_texels] = measured(blend, 1024, 0);
+        let [_, in_texels] = measured(blend, &[1024], 0)[0];
         assert!(in_texels < 0.6 * width, "{blend}: levels in texels make a smaller glow: {in_texels} and {width}");
     }
 }
