@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::codec::{ErrorKind, check};
+use crate::codec::{self, ErrorKind};
 use crate::files::leftovers::{ENDING, remove_leftovers};
 use crate::files::regular::read_bytes;
 use crate::files::rights::{keep_rights, private};
@@ -129,7 +129,7 @@ impl AtomicFile {
     pub(super) fn finish_image(mut self) -> Result<(), FileError> {
         if self.temporary.is_some() {
             self.file.rewind().map_err(|error| FileError::writing(&self.name, &error))?;
-            check(BufReader::new(&self.file)).map_err(|error| {
+            codec::check(BufReader::new(&self.file)).map_err(|error| {
                 let what = format!("the image was written, but cannot be read again: {}", error.message);
                 FileError::new(&self.name, ErrorKind::Machine, what)
             })?;
