@@ -21,7 +21,7 @@ pub(crate) struct Colors {
     matrix: Option<DMat3>,
     /// HLG: the luminance weights, and the peak of the display.
     display: Option<(Vec3, f64)>,
-    /// Whether the codes are those of video: of 8 bits, 16 is black and 235 is white.
+    /// True if the codes are those of video: of 8 bits, 16 is black and 235 is white.
     pub(crate) is_narrow: bool,
     /// What the file states; `None` if it states nothing that a primaries and a transfer function can say.
     pub(crate) stated: Option<Colorimetry>,

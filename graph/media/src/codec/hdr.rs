@@ -64,12 +64,12 @@ fn header<R: BufRead>(mut reader: R) -> Result<(Vec<u8>, Orientation, R), CodecE
         if is_size {
             let line = String::from_utf8_lossy(&header[start..]).into_owned();
             let mut orientation = Orientation::UPRIGHT;
-            if let [rows, height, pixels, width] = *line.split_whitespace().collect::<Vec<_>>() {
-                if let Some(stated) = Orientation::of_axes(rows, pixels) {
-                    orientation = stated;
-                    header.truncate(start);
-                    header.extend(format!("-Y {height} +X {width}").into_bytes());
-                }
+            if let [rows, height, pixels, width] = *line.split_whitespace().collect::<Vec<_>>()
+                && let Some(stated) = Orientation::of_axes(rows, pixels)
+            {
+                orientation = stated;
+                header.truncate(start);
+                header.extend(format!("-Y {height} +X {width}").into_bytes());
             }
             header.push(b'\n');
             return Ok((header, orientation, reader));

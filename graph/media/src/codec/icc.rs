@@ -138,7 +138,7 @@ pub(crate) enum Profile {
 #[derive(Debug, Clone)]
 pub(crate) struct Curve {
     curve: ToneReprCurve,
-    /// Whether it gives the lightness of CIELAB, as a gray profile with that connection space does.
+    /// True if it gives the lightness of CIELAB, as a gray profile with that connection space does.
     is_lightness: bool,
 }
 
@@ -154,13 +154,13 @@ impl Curve {
         if root > 6.0 / 29.0 { root.powi(3) } else { (root - 4.0 / 29.0) * 108.0 / 841.0 }
     }
 
-    /// Whether it is that function.
+    /// True if it is that function.
     fn is(&self, transfer: Transfer) -> bool {
         let mut signals = (0..=256).map(|step| f64::from(step) / 256.0);
         signals.all(|signal| (self.light(signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
     }
 
-    /// Whether it gives a number for each signal.
+    /// True if it gives a number for each signal.
     fn is_defined(&self) -> bool {
         (0..=256).all(|step| self.light(f64::from(step) / 256.0).is_finite())
     }

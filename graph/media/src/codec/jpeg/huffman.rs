@@ -127,7 +127,7 @@ impl<'a> Bits<'a> {
         Ok(table.values[index as usize])
     }
 
-    /// Whether all bits so far were in the data.
+    /// Refuses bits that follow the end of the data.
     pub(super) fn check(&self) -> Result<(), CodecError> {
         if self.count >= self.beyond {
             Ok(())

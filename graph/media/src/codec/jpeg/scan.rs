@@ -149,7 +149,7 @@ struct Scan<'t> {
     is_progressive: bool,
     /// The first and the last coefficient, in the order of the file.
     band: [usize; 2],
-    /// Whether it adds a bit to what earlier scans gave, and the place of its lowest bit.
+    /// True if it adds a bit to what earlier scans gave, and the place of its lowest bit.
     refines: bool,
     low_bit: u8,
     restart_interval: usize,

@@ -47,12 +47,11 @@ fn stated(chunks: &Chunks, channels: usize, peak: Option<f64>, notes: &mut Vec<S
         Some(Err(why)) => pass_over("cICP", &why, notes),
         None => {}
     }
-    match chunks.profile.as_ref().map(|profile| profile.as_ref().map_err(|why| *why)) {
-        Some(profile) => match profile.and_then(|profile| icc::read(profile, channels)) {
+    if let Some(profile) = &chunks.profile {
+        match profile.as_ref().map_err(|why| *why).and_then(|profile| icc::read(profile, channels)) {
             Ok(profile) => return Some(Colors::of_profile(profile).stated_by("iCCP")),
             Err(why) => pass_over("iCCP", why, notes),
-        },
-        None => {}
+        }
     }
     let srgb = (Chromaticities::REC709, Transfer::Srgb);
     match chunks.srgb {
