@@ -2,7 +2,7 @@
 
 use afterimage_base::image::Size;
 use afterimage_graph::node::{KernelCall, Pass};
-use afterimage_wgsl::{Effort, ShaderError};
+use afterimage_wgsl::{Effort, Shader, ShaderError};
 
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
@@ -54,8 +54,10 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
         (Effort::Medium, _) | (Effort::Light, 0x4_0000..0x10_0000) => 2,
         (Effort::Light, _) => 4,
     };
-    // Each is compiled by itself, and the compiler finds that they are alike in part.
-    match 2 * MAX_PASS_OPERATIONS / pass.compile_cost().operations().max(1) {
+    // Each is compiled by itself. What is long and untrusted is compiled once.
+    let is_trusted = !pass.shaders().any(Shader::is_untrusted);
+    match MAX_PASS_OPERATIONS / pass.compile_cost().operations().max(1) {
+        _ if is_trusted => rows,
         0 | 1 => 1,
         2 | 3 => rows.min(2),
         _ => rows,

@@ -16,8 +16,9 @@ use afterimage_graph::node::{Arg, Origin, Pass, Recording, Resource};
 const MAX_BINDINGS: usize = 12;
 /// Readers into which a light pass is copied, at most.
 const MAX_COPIES: usize = 4;
-/// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler.
-const MAX_KERNELS: usize = 64;
+/// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler, whose time
+/// grows with the square of their number.
+const MAX_KERNELS: usize = 24;
 
 /// Fuses until no pass can become part of its readers. A pass that changes puts those that make its images back on the
 /// stack. A halving that `by_rows` will take stays alone: by rows it costs less than its readers save.
