@@ -4,6 +4,7 @@ struct Pixelate { side: f32 }
 const READS: i32 = 8;
 
 fn pixelate(source: texture_2d<f32>, source_sampler: sampler, at: Point, params: Pixelate) -> vec4f {
+    if params.side == 1.0 { return texel(source, at.pixel); }
     let first = floor((vec2f(at.pixel) + 0.5) / params.side) * params.side;
     let last = min(first + params.side, at.size);
     var sum = vec4f();

@@ -71,11 +71,8 @@ pub(crate) fn compile(gpu: &Gpu, registry: &Registry, tables: &[&[NodeKind]], si
     let bench = KindBench { gpu, registry, clock: &clock, images: &images, copy_gbps: 0.0, samples: 1, size };
     let mut text = String::new();
     for subject in alone(registry, tables).0 {
-        let graph = subject.graph(registry, &subject.changed)?;
-        let images = bench.images.of(&subject.kind, &graph.inputs)?;
-        let start = Instant::now();
-        let mut session = bench.session(&graph, &images)?;
-        text += &compiled(&mut session, &images, &subject.kind, start)?;
+        let line = bench.compile(&subject);
+        text += &line.unwrap_or_else(|error| format!("{}: {error}\n", subject.kind));
     }
     Ok(text)
 }
@@ -113,6 +110,14 @@ struct KindBench<'a> {
 }
 
 impl KindBench<'_> {
+    fn compile(&self, subject: &KindAlone) -> Result<String, LabError> {
+        let graph = subject.graph(self.registry, &subject.changed)?;
+        let images = self.images.of(&subject.kind, &graph.inputs)?;
+        let start = Instant::now();
+        let mut session = self.session(&graph, &images)?;
+        compiled(&mut session, &images, &subject.kind, start)
+    }
+
     fn measure(&self, subject: &KindAlone, row: &mut KindFigures) -> Result<(), LabError> {
         let mut graph = subject.graph(self.registry, &[])?;
         let images = self.images.of(&subject.kind, &graph.inputs)?;
