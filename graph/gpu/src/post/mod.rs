@@ -295,12 +295,12 @@ impl Post {
             self.check_device()?;
         }
         let levels = self.executor.view_levels(frame)?;
-        let frame = &Frame { levels: &levels, ..*frame };
-        let updated = self.update_plan(frame);
+        let with_levels = Frame { levels: &levels, ..*frame };
+        let updated = self.update_plan(&with_levels);
         let plan = self.active.as_ref().map(|active| &*active.plan);
         self.names.update(&self.graph, &self.bindings, &self.readings, plan, frame, draws);
         let failure = updated?;
-        self.record(encoder, frame, draws)?;
+        self.record(encoder, &with_levels, draws)?;
         self.follow_governor(frame.dt)?;
         match failure {
             Some(error) => Err(error),
