@@ -177,7 +177,7 @@ fn the_name_of_a_node_or_of_an_output_in_the_wrong_place_is_told_as_such() {
     encode(&gpu, &mut post, &[("scene", &light), ("depth", &depth), ("display", &light)]).unwrap();
     let wanted = [
         "the pipeline has no image input `display`: that is an output",
-        "`metered` is a node: watch `metered.result`",
+        "`metered` is a node: watch `metered.result` and `metered.range`",
         "the pipeline has no table or value `display`: that is an output",
     ];
     assert_eq!(post.warnings(), wanted);

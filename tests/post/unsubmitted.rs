@@ -193,8 +193,8 @@ fn results_that_last_begin_in_the_first_frame_that_is_submitted() {
     let text = r#"Pipeline(
         inputs: { "scene": Color },
         nodes: {
-            "wide": Gaussian(source: "scene", sigma: 4.0, every: 4),
-            "lit": Composite(base: "scene", bloom: "wide", strength: 0.5),
+            "held": Vignette(source: "scene", amount: 0.5, every: 4),
+            "lit": Composite(base: "scene", bloom: "held", strength: 0.5),
             "bins": Histogram(source: "lit"),
             "meter": AutoExposure(histogram: "bins"),
             "exposed": Exposure(source: "lit", meter: "meter"),
@@ -205,16 +205,16 @@ fn results_that_last_begin_in_the_first_frame_that_is_submitted() {
         outputs: { "display": "display" },
     )"#;
     let mut alone = Host::new(graph(text));
-    alone.post.parameter::<f32>("wide.sigma").unwrap();
+    alone.post.parameter::<f32>("held.amount").unwrap();
     let wanted = alone.shown();
     let mut host = Host::new(graph(text));
-    let sigma = host.post.parameter::<f32>("wide.sigma").unwrap();
+    let amount = host.post.parameter::<f32>("held.amount").unwrap();
     drop_frame(&mut host, false);
     assert_same(&shown_next(&mut host), &wanted);
-    // A new value makes what is held anew, also if the frame with it is dropped.
-    host.post.set(sigma, 9.0).unwrap();
+    // The value of a dropped frame is that of the next one, too.
+    host.post.set(amount, 0.9).unwrap();
     drop_frame(&mut host, true);
-    let same = alone.post.parameter::<f32>("wide.sigma").unwrap();
-    alone.post.set(same, 9.0).unwrap();
+    let same = alone.post.parameter::<f32>("held.amount").unwrap();
+    alone.post.set(same, 0.9).unwrap();
     assert_same(&host.shown(), &alone.shown());
 }
