@@ -57,11 +57,6 @@ pub fn main(tables: &[&[NodeKind]]) -> ExitCode {
     run(tables, std::env::args_os())
 }
 
-/// The definition of the command line, for those who describe or test it.
-pub fn command() -> clap::Command {
-    Arguments::command()
-}
-
 /// The script that completes the words of the program in a shell.
 fn completions(shell: clap_complete::Shell) -> String {
     let mut script = Vec::new();
@@ -69,8 +64,9 @@ fn completions(shell: clap_complete::Shell) -> String {
     String::from_utf8_lossy(&script).into_owned()
 }
 
-/// The definition of the command line. A variable that is empty stands for no option.
-fn command() -> clap::Command {
+/// The definition of the command line, for those who parse, describe or test it. A variable that is empty stands for no
+/// option.
+pub fn command() -> clap::Command {
     let is_empty = |name: &std::ffi::OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
     Arguments::command().mut_subcommands(|command| {
         command.mut_args(|arg| if arg.get_env().is_some_and(is_empty) { arg.env(Resettable::Reset) } else { arg })

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
-use afterimage_graph::image::{ImageDesc, Signedness, Size};
+use afterimage_graph::image::{ColorState, ImageDesc, Signedness, Size};
 use afterimage_graph::node::BlockData;
 use afterimage_media::{ErrorKind, Picture, Pixels, ReadOptions, Source, read_within};
 
