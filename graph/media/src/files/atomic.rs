@@ -37,7 +37,7 @@ pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// Writes an image as [`write_atomic`] writes a file, after its headers are read back.
 pub(super) fn write_image(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = AtomicFile::create(path)?;
-    file.file.write_all(bytes).map_err(|error| FileError::writing(path, &error))?;
+    file.file.write_all(bytes).map_err(|error| file.refused(&error))?;
     file.finish_image()
 }
 
