@@ -36,7 +36,7 @@ fn job(folder: &Folder, line: &str) -> Value {
 }
 
 /// The line of the program that a step of a template runs, from another folder.
-fn line_of(folder: &Folder, template: &Value, step: &Value, frames: &str) -> String {
+fn line_of(template: &Value, step: &Value, frames: &str) -> String {
     let action = &step["script"]["actions"]["onRun"];
     assert_eq!(action["command"], "{{Param.Program}}");
     let words = action["args"].as_array().expect("a list").iter().map(|word| word.as_str().expect("a word"));
@@ -65,7 +65,7 @@ fn chunks_of_frames_without_state_are_tasks_in_any_order() {
         (&4.into(), &"TASK_CHUNKING".into())
     );
     for frames in ["9", "5-8", "1-4"] {
-        let said = elsewhere.run(&line_of(&folder, &template, &steps[0], frames)).good();
+        let said = elsewhere.run(&line_of(&template, &steps[0], frames)).good();
         let last = said.lines().rev().nth(1).expect("two lines for each frame");
         assert_eq!(last, "openjd_progress: 100.0");
     }
@@ -87,7 +87,7 @@ fn frames_that_depend_on_those_before_are_a_task_for_each_shot() {
     assert_eq!(template["extensions"], Value::Null);
     // The second shot before the first.
     for frames in ["6-9", "1-5"] {
-        elsewhere.run(&line_of(&folder, &template, step, frames)).good();
+        elsewhere.run(&line_of(&template, step, frames)).good();
     }
     for frame in 1..=9 {
         let bytes = |out: &str| fs::read(folder.file(&format!("{out}.{frame}.exr"))).expect("it was written");
@@ -110,7 +110,7 @@ fn chunks_of_metered_frames_are_measured_before_in_any_order() {
     assert_eq!(rendering["dependencies"][0]["dependsOn"], "Meter");
     for step in [measuring, rendering] {
         for frames in ["8-9", "2-4", "5-7"] {
-            elsewhere.run(&line_of(&folder, &template, step, frames)).good();
+            elsewhere.run(&line_of(&template, step, frames)).good();
         }
     }
     for frame in 2..=9 {

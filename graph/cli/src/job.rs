@@ -288,7 +288,7 @@ mod tests {
     use clap::FromArgMatches as _;
 
     use super::*;
-    use crate::args::Arguments;
+    use crate::args::{Arguments, Command};
 
     /// Options that no job has, because they name one file for all tasks, or never end.
     const REFUSED: [&str; 3] = ["json", "meter", "watch"];
@@ -298,6 +298,7 @@ mod tests {
         ("allow", &["/"]),
         ("alpha", &["keep"]),
         ("bake", &["33"]),
+        ("captured", &["7"]),
         ("channel_type", &["float"]),
         ("compression", &["piz"]),
         ("crop", &["1,2,3x4"]),
@@ -328,7 +329,7 @@ mod tests {
 
     /// The matches of a job with all options of `render`, and its files.
     fn all_options() -> ArgMatches {
-        let program = crate::command();
+        let program = command();
         let render = program.find_subcommand("render").expect("it is a command");
         let mut words = ["afterimage", "job"].map(str::to_owned).to_vec();
         for arg in render.get_arguments() {
@@ -344,7 +345,7 @@ mod tests {
             words.extend(values.iter().map(|value| format!("--{option}={value}")));
         }
         words.extend(["--chunk=3", "--frames=1-9", "--", "--a.ron", "-s.#.exr"].map(str::to_owned));
-        crate::command().try_get_matches_from(words).expect("they are options of a job")
+        command().try_get_matches_from(words).expect("they are options of a job")
     }
 
     fn of_job(matches: &ArgMatches) -> &ArgMatches {
@@ -357,11 +358,9 @@ mod tests {
         let words = words_of(of_job(&matches), "render", &OF_TASKS).expect("they are in UTF-8");
         let line = ["afterimage", "render", "--frames=1-9"].into_iter().map(str::to_owned);
         let line = line.chain(words.options).chain(["--".to_owned()]).chain(words.files);
-        let again =
-            Arguments::from_arg_matches(&crate::command().try_get_matches_from(line).expect("they are of render"));
+        let again = Arguments::from_arg_matches(&command().try_get_matches_from(line).expect("they are of render"));
         let job = Arguments::from_arg_matches(&matches).expect("they are arguments");
-        let (crate::args::Command::Job(job), crate::args::Command::Render(render)) =
-            (job.command, again.expect("they are arguments").command)
+        let (Command::Job(job), Command::Render(render)) = (job.command, again.expect("they are arguments").command)
         else {
             panic!("these are the commands")
         };
@@ -375,7 +374,7 @@ mod tests {
             words_of(of_job(&matches), "meter", &[&OF_TASKS[..], &["out"]].concat()).expect("they are in UTF-8");
         let line = ["afterimage", "meter", "--out=m.#.meter"].into_iter().map(str::to_owned);
         let line = line.chain(words.options.clone()).chain(["--".to_owned()]).chain(words.files);
-        crate::command().try_get_matches_from(line).expect("they are of meter");
+        command().try_get_matches_from(line).expect("they are of meter");
         let has = |word: &str| words.options.iter().any(|option| option.starts_with(word));
         assert!(has("--set=a.b") && has("--fps=23.976") && !has("--crop") && !has("--depth"), "{:?}", words.options);
     }

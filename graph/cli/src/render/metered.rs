@@ -242,6 +242,7 @@ mod tests {
         let sizes: Vec<usize> =
             metering.measured.iter().map(|buffer| plan.buffers[buffer.0 as usize].bytes as usize).collect();
         let zeros: Vec<Vec<u8>> = sizes.iter().map(|bytes| vec![0; *bytes]).collect();
+        let fit = MeasuringPlan::new(&plan, &metering);
         let line = MeteredFrame::new(&plan, &metering, 7, Value::Null, &zeros).line();
         let (mut seed, mut fitting, mut refused) = (1_u32, 0, 0);
         for at in 0..line.len() {
@@ -251,7 +252,7 @@ mod tests {
                 bytes[at] = b' ' + (seed >> 24) as u8 % 95;
                 let text = String::from_utf8(bytes).expect("it is ASCII");
                 for frame in parse(Path::new("a.meter"), &text).unwrap_or_default() {
-                    match frame.for_plan(&plan, &metering) {
+                    match frame.for_plan(&fit) {
                         Ok(bytes) => {
                             assert!(bytes.iter().map(Vec::len).eq(sizes.iter().copied()), "{text}");
                             fitting += 1;
