@@ -283,7 +283,7 @@ fn control_characters_do_not_reach_the_terminal() {
         vec!["render", "meter.ron", "room.exr", "-o", "out.exr", "--crop", EVIL],
         vec!["bench", &file, "--size", "16x16"],
         vec!["measure", &file, &image],
-        vec!["tune", "label.ron", &image, "--error", "1", "--name", EVIL],
+        vec!["tune", &file, &image, "--error", "1", "--name", EVIL],
         vec!["stress", &file, "--kind", EVIL],
     ] {
         let mut command = folder.command(words[0]);

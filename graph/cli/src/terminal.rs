@@ -11,7 +11,7 @@ use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::sync::Mutex;
 
-use afterimage_graph::diagnostic::shown;
+use afterimage_graph::diagnostic::{is_control, shown};
 use afterimage_media::FileError;
 use clap::error::{ContextKind, ContextValue};
 
@@ -74,6 +74,10 @@ fn print_note(text: &str) {
 pub(crate) fn print_usage(mut error: clap::Error) {
     let quoted: Vec<(ContextKind, ContextValue)> =
         error.context().filter_map(|(kind, value)| Some((kind, shown_context(value)?))).collect();
+    if !quoted.is_empty() {
+        // A tip repeats the argument.
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(Vec::new()));
+    }
     quoted.into_iter().for_each(|(kind, value)| drop(error.insert(kind, value)));
     let text = error.render();
     match error.use_stderr() {
@@ -82,10 +86,13 @@ pub(crate) fn print_usage(mut error: clap::Error) {
     }
 }
 
+/// The escaped text of an argument; `None` if it needs no escapes.
 fn shown_context(value: &ContextValue) -> Option<ContextValue> {
     match value {
-        ContextValue::String(text) => Some(ContextValue::String(shown(text).into_owned())),
-        ContextValue::Strings(texts) => {
+        ContextValue::String(text) if text.contains(is_control) => {
+            Some(ContextValue::String(shown(text).into_owned()))
+        }
+        ContextValue::Strings(texts) if texts.iter().any(|text| text.contains(is_control)) => {
             Some(ContextValue::Strings(texts.iter().map(|text| shown(text).into_owned()).collect()))
         }
         _ => None,
