@@ -89,9 +89,7 @@ pub(crate) fn print_usage(mut error: clap::Error) {
 /// The escaped text of an argument; `None` if it needs no escapes.
 fn shown_context(value: &ContextValue) -> Option<ContextValue> {
     match value {
-        ContextValue::String(text) if text.contains(is_control) => {
-            Some(ContextValue::String(shown(text).into_owned()))
-        }
+        ContextValue::String(text) if text.contains(is_control) => Some(ContextValue::String(shown(text).into_owned())),
         ContextValue::Strings(texts) if texts.iter().any(|text| text.contains(is_control)) => {
             Some(ContextValue::Strings(texts.iter().map(|text| shown(text).into_owned()).collect()))
         }

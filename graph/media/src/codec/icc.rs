@@ -31,7 +31,7 @@ const SAME_CURVE: f64 = 1e-3;
 /// Equal colorimetry gives equal bytes, whatever the clock says.
 pub(crate) fn write(color: &Colorimetry) -> Option<Vec<u8>> {
     let curve = match color.transfer {
-        Transfer::Linear => vec![b"curv".to_vec(), vec![0; 8]].concat(),
+        Transfer::Linear => [&b"curv"[..], &[0; 8]].concat(),
         Transfer::Srgb => parametric(3, &[2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045]),
         Transfer::Gamma(exponent) => parametric(0, &[exponent.get() as f32]),
         Transfer::Pq | Transfer::Hlg => return None,
