@@ -34,6 +34,9 @@ pub(crate) fn run(args: &JobArgs, matches: &ArgMatches, tables: &[&[NodeKind]]) 
         return Err(Failure::user("`--json` and `--meter` name one file for all chunks of the job")
             .hint("leave them out: the job measures by itself"));
     }
+    if args.render.captured.is_some() {
+        return Err(Failure::user("`--captured` is for one frame of a host").hint("leave it out"));
+    }
     if args.render.watch {
         return Err(Failure::user("a job with `--watch` never ends").hint("leave it out"));
     }
@@ -290,15 +293,14 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Options that no job has, because they name one file for all tasks, or never end.
-    const REFUSED: [&str; 3] = ["json", "meter", "watch"];
+    /// Options that no job has, because they name one file for all tasks, are of one frame, or never end.
+    const REFUSED: [&str; 4] = ["captured", "json", "meter", "watch"];
     /// A value for each option of `render` that takes one.
     const VALUES: &[(&str, &[&str])] = &[
         ("adapter", &["a b#2"]),
         ("allow", &["/"]),
         ("alpha", &["keep"]),
         ("bake", &["33"]),
-        ("captured", &["7"]),
         ("channel_type", &["float"]),
         ("compression", &["piz"]),
         ("crop", &["1,2,3x4"]),
