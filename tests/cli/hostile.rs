@@ -37,7 +37,7 @@ fn every_broken_image_has_its_words() {
         ("backwards.exr", window("dataWindow", [0, 0, -5, -5]), damaged("its data window is empty or inverted")),
         ("overflow.exr", window("dataWindow", [i32::MIN, i32::MIN, i32::MAX, i32::MAX]), damaged("window size exceeding integer maximum")),
         ("deep.exr", deep(), "deep EXR (many samples in a pixel) is not supported\n  hint: flatten it first, for example `oiiotool deep.exr --flatten -o flat.exr`".into()),
-        ("subsampled.exr", subsampled(), "its channel `B` has one number for 2x2 pixels, which is not supported\n  hint: save it again with that channel in full size, or without it".into()),
+        ("subsampled.exr", subsampled(), "its channel `A` has one number for 3x1 pixels, which is not supported\n  hint: save it again with that channel in full size, or without it".into()),
         ("type.exr", unknown_type(), damaged("pixel type attribute value")),
         ("compression.exr", unknown_compression(), "this EXR cannot be read: unknown compression method\n  hint: save it again as a flat, ZIP-compressed OpenEXR 2 file".into()),
         ("attribute.exr", endless_attribute(), SHORT.into()),

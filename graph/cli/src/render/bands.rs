@@ -172,15 +172,30 @@ fn crop(request: &Request<'_>, desc: ImageDesc) -> Result<Crop, Failure> {
     }
 }
 
+/// The part of a whole picture that is written.
+pub(super) fn part(request: &Request<'_>, texels: Texels) -> Result<Texels, Failure> {
+    let Crop { corner: (x, y), size: (width, height) } = crop(request, texels.desc)?;
+    let texel = texels.desc.format.bytes() as usize;
+    let row = texel * texels.desc.size.width as usize;
+    let columns = texel * x as usize..texel * (x + width) as usize;
+    let rows = texels.bytes.chunks_exact(row).skip(y as usize).take(height as usize);
+    let bytes = rows.flat_map(|row| &row[columns.clone()]).copied().collect();
+    Ok(Texels { desc: texels.desc.sized(Size::new(width, height)), bytes })
+}
+
+/// True if no frame of the request depends on those before.
+pub(super) fn is_free(request: &Request<'_>, plan: &Plan) -> bool {
+    let is_alone = request.jobs.len() == 1 && request.measured.is_empty();
+    is_alone || plan.state().is_empty()
+}
+
 /// Refuses a frame of a sequence that depends on those before: their histories are not kept.
 fn check_state(request: &Request<'_>, plan: &Plan) -> Result<(), Failure> {
-    let is_alone = request.jobs.len() == 1 && request.measured.is_empty();
-    let items = plan.state();
-    if items.is_empty() || is_alone {
+    if is_free(request, plan) {
         return Ok(());
     }
-    let names = names(&items);
-    Err(Failure::user(format!("frames that are made in bands, or cropped, leave no state for the next one: {names}"))
+    let names = names(&plan.state());
+    Err(Failure::user(format!("frames that are made in bands leave no state for the next one: {names}"))
         .hint("render them whole, with more memory: `--gpu-memory SIZE`"))
 }
 

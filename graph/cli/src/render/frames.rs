@@ -114,8 +114,7 @@ impl Frames<'_> {
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
         let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
-        let is_streamed = pictures.iter().any(|input| input.streamed.is_some());
-        if is_streamed || self.request.args.crop.is_some() || self.session.session.needs_bands(size, &given)? {
+        if self.is_made_in_bands(size, &given, &pictures)? {
             return self.render_in_bands(index, size, &pictures, start);
         }
         let fed = pictures.iter().map(|input| self.session.session.fed(&input.name));
@@ -147,6 +146,10 @@ impl Frames<'_> {
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
+            let texels = match self.request.args.crop {
+                Some(_) => bands::part(self.request, texels)?,
+                None => texels,
+            };
             Ok(Rendered { texels: Some(texels), output, meta: meta.clone(), index, target })
         });
         let rendered = rendered.collect::<Result<Vec<_>, Failure>>()?;
@@ -163,6 +166,21 @@ impl Frames<'_> {
             self.times.passes = self.time_passes(&images)?;
         }
         Ok(rendered)
+    }
+
+    /// True if a frame is larger than the device, or a part of one which leaves nothing for the next: then only the rows
+    /// of that part are computed.
+    fn is_made_in_bands(
+        &mut self,
+        size: Size,
+        given: &[(&str, ImageDesc)],
+        pictures: &[InputPicture],
+    ) -> Result<bool, Failure> {
+        let session = &mut self.session.session;
+        if pictures.iter().any(|input| input.streamed.is_some()) || session.needs_bands(size, given)? {
+            return Ok(true);
+        }
+        Ok(self.request.args.crop.is_some() && bands::is_free(self.request, &session.plan_in_bands(size, given)?))
     }
 
     /// Whether the next run can render this frame again: it is the only one, and what it is made from is kept.
