@@ -211,7 +211,7 @@ fn a_parameter_is_found_by_its_name_and_near_names_are_suggested() {
     assert_eq!(graph.parameter_name(found), "lit.strength");
     assert_eq!(graph.value(found), &Value::Float(0.0));
     for (wrong, hint) in
-        [("lit.strenght", "`strength`"), ("lid.strength", "`lit`"), ("lit", "no parameter"), ("", "no node")]
+        [("lit.strenght", "`strength`"), ("lid.strength", "`lit`"), ("lit", "is a node"), ("", "no node")]
     {
         let error = graph.parameter(wrong).unwrap_err();
         assert!(error.contains(hint), "{wrong}: {error}");

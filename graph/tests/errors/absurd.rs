@@ -58,7 +58,7 @@ fn control_characters_do_not_reach_the_terminal() {
     );
     assert!(reported.chars().all(|c| c == '\n' || !c.is_control()), "{reported:?}");
     let reported = super::reported("ab\u{1b}[31m.ron", "Pipeline(nodes: { \"a\": Tint() }, outputs: { \"d\": \"a\" })");
-    assert!(reported.contains("ab\\u{1b}[31m.ron") && !reported.contains('\u{1b}'), "{reported:?}");
+    assert!(reported.contains("ab\\u001b[31m.ron") && !reported.contains('\u{1b}'), "{reported:?}");
 }
 
 /// Also those of the text that an error shows, at the places that it underlines.
