@@ -124,9 +124,9 @@ fn alpha_is_divided_out_multiplied_in_and_covers() {
     let straight = "\"result\": Unpremultiply(source: \"front\")";
     let again = "\"s\": Unpremultiply(source: \"front\"), \"result\": Premultiply(source: \"s\")";
     let over = |opacity: f32| format!("\"result\": Over(source: \"behind\", front: \"front\", opacity: {opacity:?})");
-    let one = |nodes: &str| Nodes::new(nodes, &[("front", "Scene")]).exact(&[&front]).pixels;
+    let one = |nodes: &str| Nodes::new(nodes, &[("front", "Color")]).exact(&[&front]).pixels;
     let both =
-        |nodes: &str| Nodes::new(nodes, &[("front", "Scene"), ("behind", "Scene")]).exact(&[&front, &behind]).pixels;
+        |nodes: &str| Nodes::new(nodes, &[("front", "Color"), ("behind", "Color")]).exact(&[&front, &behind]).pixels;
     assert_eq!(one(straight), [[0.5, 1.0, 2.0, 0.5], [2.0, 1.0, 0.5, 0.0], [0.5, 0.25, 0.75, 1.0], [0.0; 4]]);
     assert_eq!(one(again), [front.at(0, 0), [0.0; 4], front.at(2, 0), [0.0; 4]]);
     assert_eq!(

@@ -1,5 +1,6 @@
 //! What this process asks of the system: signals, variables of drivers, and threads.
 
+use std::error::Error as _;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -51,8 +52,11 @@ pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
 /// # Errors
 /// The system has no further thread.
 pub(crate) fn start_threads() -> Result<(), Failure> {
-    let all = ThreadPoolBuilder::new().build_global();
-    all.or_else(|_| ThreadPoolBuilder::new().num_threads(1).build_global()).map_err(no_thread)
+    match ThreadPoolBuilder::new().build_global() {
+        // Without a reason of the system, they are started already.
+        Err(why) if why.source().is_some() => Err(no_thread(why)),
+        _ => Ok(()),
+    }
 }
 
 fn no_thread(why: impl std::fmt::Display) -> Failure {
