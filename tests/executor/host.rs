@@ -276,7 +276,10 @@ fn a_texture_that_no_pass_can_write_is_an_error() {
     let view = texture(&player, (64, 32), TextureFormat::Bgra8Unorm, TextureUsages::RENDER_ATTACHMENT);
     let frame = Frame { inputs: &[("scene", &input)], outputs: &[("around", &view)], ..Frame::default() };
     let wrong = error_of(player.run(&frame));
-    assert!(wrong.starts_with("the image given for `around` is Bgra8Unorm, but the plan was made for Rgba16Float"), "{wrong}");
+    assert!(
+        wrong.starts_with("the image given for `around` is Bgra8Unorm, but the plan was made for Rgba16Float"),
+        "{wrong}"
+    );
 }
 
 #[test]

@@ -292,10 +292,7 @@ fn a_broken_shader_is_an_error_and_the_old_plan_renders_on() {
     let preparation = player.executor.prepare(Arc::new(broken(&plan)));
     assert_eq!(step(&mut player, &scene), wanted[2]);
     let error = player.executor.swap(preparation).expect_err("the shader is broken");
-    assert!(
-        matches!(error, GpuError::Shader(_)) && error.to_string().contains("identifier: `nothing`"),
-        "{error}"
-    );
+    assert!(matches!(error, GpuError::Shader(_)) && error.to_string().contains("identifier: `nothing`"), "{error}");
     assert_eq!(step(&mut player, &scene), wanted[3], "the adaptation goes on");
 }
 

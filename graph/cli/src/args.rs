@@ -261,7 +261,8 @@ before it, in the same way, `meter tsushima shot.####.exr -o shot.####.meter --f
 pub(crate) struct JobArgs {
     /// Frames of a chunk; chunks run side by side. Where frames depend on those before, and not by a meter alone, a
     /// chunk is a whole shot, which `--cut` separates, unless there is a `--preroll`
-    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = SEQUENCES, long, value_name = "COUNT", default_value_t = 20,
+          value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) chunk: u32,
     #[command(flatten)]
     pub(crate) render: RenderArgs,

@@ -114,7 +114,8 @@ pub enum PlanError {
     TooManyTables(String),
     /// The shaders of the plan's passes have more operations than a driver compiles in a reasonable time.
     #[error(
-        "the shaders of the plan have {0} operations, more than {MAX_OPERATIONS}: a driver would compile them for minutes"
+        "the shaders of the plan have {0} operations, more than {MAX_OPERATIONS}: a driver would take minutes to compile \
+         them"
     )]
     TooManyOperations(usize),
     /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.

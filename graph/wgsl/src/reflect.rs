@@ -162,7 +162,7 @@ impl Reflection {
 pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
     reflect_linked(source).map_err(|error| match error.file == GENERATED {
         // The file is all that is known of the place.
-        true => ShaderError::new(source.file.name(), (1, 1), error.message),
+        true => ShaderError { file: source.file.name().to_string(), line: 1, column: 1, ..error },
         false => error,
     })
 }

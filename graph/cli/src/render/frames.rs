@@ -168,8 +168,8 @@ impl Frames<'_> {
         Ok(rendered)
     }
 
-    /// True if a frame is larger than the device, or a part of one which leaves nothing for the next: then only the rows
-    /// of that part are computed.
+    /// True if a frame is larger than the device, or a part of one which leaves nothing for the next: then only the
+    /// rows of that part are computed.
     fn is_made_in_bands(
         &mut self,
         size: Size,

@@ -3,20 +3,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use afterimage_graph::check::Graph;
 use afterimage_plan::{DynamicNodes, HostInputs, NeedsPlan, Plan, Planned};
 
-use super::live_graph::NodeChanges;
+use super::live_graph::GraphValues;
 use crate::executor::Executor;
-
-/// The graph at the present values of its parameters.
-#[derive(Clone, Copy)]
-pub(super) struct GraphValues<'a> {
-    pub(super) graph: &'a Graph,
-    /// The revision of the graph: see [`Revision::graph`](super::plan_state::Revision::graph).
-    pub(super) revision: u64,
-    pub(super) changes: &'a NodeChanges,
-}
 
 /// A plan that renders: the newest one, or the previous one during a fade.
 pub(super) struct ActivePlan {

@@ -6,12 +6,38 @@ use afterimage_base::diagnostic::nearest;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, HostInputs, Part, PlanError};
+use wgpu::{Texture, TextureDimension, TextureFormat};
 
 use super::error::PostError;
-use super::prepared::HostImage;
 use crate::device::image_format;
 use crate::error::GpuError;
 use crate::executor::{Frame, MULTISAMPLED, VOLUME, view_of};
+
+/// Size and format of an image of the host.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HostImage {
+    /// Texels; the depth of an image that is no volume is 1.
+    pub size: Size,
+    /// The format of the texture of an input, and of the view of an output.
+    pub format: TextureFormat,
+    /// Samples in each pixel.
+    pub samples: u32,
+    /// Whether it is a 3-D texture.
+    pub volume: bool,
+}
+
+impl HostImage {
+    /// A 2-D image with one sample in each pixel.
+    pub fn new(width: u32, height: u32, format: TextureFormat) -> Self {
+        Self { size: Size::new(width, height), format, samples: 1, volume: false }
+    }
+
+    /// The image of that size in a texture of the host.
+    pub(super) fn of(texture: &Texture, size: Size) -> Self {
+        let volume = texture.dimension() == TextureDimension::D3;
+        Self { size, format: texture.format(), samples: texture.sample_count(), volume }
+    }
+}
 
 /// The images of a frame as far as its plan depends on them.
 pub(super) trait Images {

@@ -6,10 +6,9 @@ use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::value::{ParamType, Value};
 use afterimage_plan::{HostInputs, Options, PlanError, Planned};
 
-use super::active::GraphValues;
 use super::controls::{Control, Controls, Parameter};
 use super::error::PostError;
-use super::live_graph::{LiveGraph, NodeChanges};
+use super::live_graph::{GraphValues, LiveGraph, NodeChanges};
 use super::plan_state::{CreatedPlan, OwnedPlanRequest, PlanState, Revision, UncachedPlan};
 use crate::executor::Executor;
 

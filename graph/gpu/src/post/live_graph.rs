@@ -6,7 +6,6 @@ use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::Value;
 use afterimage_plan::PlanCache;
 
-use super::active::GraphValues;
 use super::controls::{Controls, Entry};
 
 /// A graph at the values that the host has set: the present one, or one before it whose plan still renders.
@@ -18,6 +17,15 @@ pub(super) struct LiveGraph {
     /// For each handle the parameter that it means here.
     targets: Vec<Target>,
     changes: NodeChanges,
+}
+
+/// The graph at the present values of its parameters.
+#[derive(Clone, Copy)]
+pub(super) struct GraphValues<'a> {
+    pub(super) graph: &'a Graph,
+    /// The revision of the graph: see [`Revision::graph`](super::plan_state::Revision::graph).
+    pub(super) revision: u64,
+    pub(super) changes: &'a NodeChanges,
 }
 
 /// What a handle means in a graph.

@@ -28,8 +28,9 @@ use crate::device::caps;
 use crate::error::GpuError;
 use crate::executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw};
 use crate::platform::{TaskPool, Worker, watched};
-use active::{ActivePlan, GraphValues};
+use active::ActivePlan;
 use bindings::HostBindings;
+pub use bindings::HostImage;
 pub use buffer_copies::Reading;
 pub use controls::{Control, Parameter, ParameterInfo};
 pub use error::PostError;
@@ -38,10 +39,11 @@ pub use fade::FadeSkipReason;
 use governed::Governed;
 pub use governed::TierGraph;
 use host_graph::HostGraph;
+use live_graph::GraphValues;
 use names::NameCheck;
 pub use pass_times::PassTimes;
 use plan_state::{CreatedPlan, Creation, PlanState};
-pub use prepared::{ExpectedFrame, HostImage};
+pub use prepared::ExpectedFrame;
 use prepared::{KeptFrame, MAX_FRAMES, PlansAhead};
 use readings::Readings;
 pub use readings::Watch;
@@ -353,7 +355,10 @@ impl Post {
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), PostError> {
         self.update_uniforms();
-        self.fade.record(&mut self.executor, &self.graph, encoder, frame, draws)?;
+        if let Some(values) = self.fade.old_revision().and_then(|revision| self.graph.values_of(revision)) {
+            self.fade.update_old(values);
+        }
+        self.fade.record(&mut self.executor, encoder, frame, draws)?;
         self.frame += 1;
         let plan = self.active.as_ref().map(|active| &active.plan);
         Ok(self.readings.record(&self.executor, plan, self.frame, encoder)?)
@@ -593,7 +598,7 @@ impl Post {
         })
     }
 
-    /// The parameters of the present graph that the host has set, or has handles of and may set without a plan, by their
+    /// The parameters of the present graph that the host has set, or has handles of and may set without a plan: their
     /// names, `node.parameter`, and their values.
     pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
         self.graph.set_values()

@@ -5,40 +5,14 @@ use std::sync::{Arc, Weak};
 use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::Size;
 use afterimage_plan::{HostInputs, Plan};
-use wgpu::{Texture, TextureDimension, TextureFormat};
+use wgpu::TextureFormat;
 
-use super::bindings::Images;
+use super::bindings::{HostImage, Images};
 use super::plan_state::{PlanState, UncachedPlan};
 use crate::platform::Worker;
 
 /// The most frames that can be announced: plans are cached for these at a few facts.
 pub(super) const MAX_FRAMES: usize = 16;
-
-/// Size and format of an image of the host.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HostImage {
-    /// Texels; the depth of an image that is no volume is 1.
-    pub size: Size,
-    /// The format of the texture of an input, and of the view of an output.
-    pub format: TextureFormat,
-    /// Samples in each pixel.
-    pub samples: u32,
-    /// Whether it is a 3-D texture.
-    pub volume: bool,
-}
-
-impl HostImage {
-    /// A 2-D image with one sample in each pixel.
-    pub fn new(width: u32, height: u32, format: TextureFormat) -> Self {
-        Self { size: Size::new(width, height), format, samples: 1, volume: false }
-    }
-
-    /// The image of that size in a texture of the host.
-    pub(super) fn of(texture: &Texture, size: Size) -> Self {
-        let volume = texture.dimension() == TextureDimension::D3;
-        Self { size, format: texture.format(), samples: texture.sample_count(), volume }
-    }
-}
 
 /// A frame that a host will record, as far as plans depend on it: sizes and formats of its images.
 #[derive(Clone, Copy, Debug, Default)]

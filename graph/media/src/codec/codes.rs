@@ -128,8 +128,8 @@ impl Colors {
         matches!(self.light, Light::Transfer(Transfer::Linear)) && self.matrix.is_none()
     }
 
-    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays. Only EXR
-    /// files have such pixels, and they have no profiles.
+    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays. Only
+    /// EXR files have such pixels, and they have no profiles.
     pub(crate) fn to_light(&self, values: &mut [f32]) {
         if let Light::Transfer(transfer) = self.light
             && transfer != Transfer::Linear

@@ -115,8 +115,8 @@ fn now() -> SystemTime {
     if cfg!(target_family = "wasm") { UNIX_EPOCH } else { SystemTime::now() }
 }
 
-/// The parsed profile; `None` if it is not valid, or if the clock is before 1970, as on a board without a battery: there
-/// `ColorDateTime::now` of moxcms 0.8 calls itself without end, and every profile is made with it.
+/// The parsed profile; `None` if it is not valid, or if the clock is before 1970, as on a board without a battery:
+/// there `ColorDateTime::now` of moxcms 0.8 calls itself without end, and every profile is made with it.
 fn parsed(bytes: &[u8], now: SystemTime) -> Option<ColorProfile> {
     if now < UNIX_EPOCH { None } else { ColorProfile::new_from_slice(bytes).ok() }
 }

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::codec::{self, ErrorKind};
 use crate::files::leftovers::{ENDING, remove_leftovers};
+use crate::files::paths::{real_output_path, replaced};
 use crate::files::regular::read_bytes;
 use crate::files::rights::{keep_rights, private};
 use crate::files::{FileError, run_files};
@@ -21,7 +22,8 @@ use crate::files::{FileError, run_files};
 /// left in the folder is removed.
 ///
 /// # Errors
-/// The file is an input of the [run](super::run_files), it is read-only or this user may not write it, or writing fails.
+/// The file is an input of the [run](super::run_files), it is read-only or this user may not write it, or writing
+/// fails.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     AtomicFile::create(path)?.write_all(bytes)
 }
@@ -149,73 +151,8 @@ impl AtomicFile {
     }
 }
 
-/// Looks whether a file can be replaced or made, as far as that is known without writing.
-pub(super) fn check(path: &Path) -> Result<(), FileError> {
-    replaced(path).map(drop)
-}
-
-/// What there is at the place of an output, if this user may replace it.
-fn replaced(path: &Path) -> Result<Option<Metadata>, FileError> {
-    match fs::metadata(path) {
-        Ok(meta) if meta.is_dir() => Err(FileError::writing(path, &io::ErrorKind::IsADirectory.into())),
-        Ok(meta) if meta.is_file() && !may_write(path, &meta)? => {
-            Err(FileError::new(path, ErrorKind::Naming, "this file is read-only, and it is not replaced")
-                .hint("choose another name, or make it writable"))
-        }
-        Ok(meta) => Ok(Some(meta)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(FileError::writing(path, &error)),
-    }
-}
-
-/// Whether this user may write a file. Its folder alone decides whether it can be replaced, which its owner may not
-/// know, and root may write everything.
-fn may_write(path: &Path, meta: &Metadata) -> Result<bool, FileError> {
-    if meta.permissions().readonly() {
-        return Ok(false);
-    }
-    let mut options = OpenOptions::new();
-    options.write(true);
-    // It may be a pipe by now.
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, libc::O_NONBLOCK);
-    match options.open(path) {
-        Ok(_) => Ok(true),
-        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(false),
-        // A program that runs.
-        Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => Ok(true),
-        Err(error) => Err(FileError::writing(path, &error)),
-    }
-}
-
-/// The path from the root, without links, of the file that [`write_atomic`] replaces or makes. The file need not exist,
-/// also not behind a link.
-///
-/// # Errors
-/// Its folder does not exist or may not be searched, or its links lead in a circle.
-pub fn real_output_path(path: &Path) -> Result<PathBuf, FileError> {
-    behind_links(path).map_err(|error| FileError::writing(path, &error))
-}
-
-fn behind_links(path: &Path) -> io::Result<PathBuf> {
-    let mut path = path.to_owned();
-    loop {
-        match fs::canonicalize(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            // A circle of links ends here.
-            found => return found,
-        }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let folder = fs::canonicalize(folder)?;
-        match fs::read_link(&path) {
-            Ok(target) => path = folder.join(target),
-            Err(_) => return Ok(folder.join(path.file_name().ok_or(io::ErrorKind::IsADirectory)?)),
-        }
-    }
-}
-
-/// Writes files that do not exist yet into a folder, all of them or none, with the folders that they need. A file of the
-/// same content is as good as written. Returns whether each is new.
+/// Writes files that do not exist yet into a folder, all of them or none, with the folders that they need. A file of
+/// the same content is as good as written. Returns whether each is new.
 ///
 /// # Errors
 /// There is another file of that name, or a link on the way to it; writing fails.

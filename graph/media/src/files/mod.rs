@@ -6,6 +6,7 @@ mod error;
 mod folder;
 mod leftovers;
 mod memory;
+mod paths;
 mod regular;
 mod rights;
 mod rows;
@@ -18,11 +19,12 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use atomic::write_image;
-pub use atomic::{AtomicFile, real_output_path, rewrite, write_atomic, write_new};
+pub use atomic::{AtomicFile, rewrite, write_atomic, write_new};
 pub use error::FileError;
 pub use folder::images_in;
 pub use memory::{default_budget, memory_limit};
-pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_text, real_path};
+pub use paths::{real_output_path, real_path};
+pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_text};
 pub use rows::{RowsFile, RowsOptions};
 #[cfg(not(target_family = "wasm"))]
 pub use watch::FileWatch;

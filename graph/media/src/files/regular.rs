@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::codec::ErrorKind;
 use crate::codec::limits::size_of_bytes;
+use crate::files::paths::real_path;
 use crate::files::{FileError, run_files};
 
 /// Opens a regular file for reading; returns it with its length in bytes. The list of the run has it from then on.
@@ -163,14 +164,4 @@ fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, FileError> {
         FileError::new(path, ErrorKind::Broken, format!("line {line} is not text in UTF-8"))
             .hint("save the file in that encoding")
     })
-}
-
-/// The path of an existing file or folder from the root, without links.
-///
-/// # Errors
-/// There is nothing of that name, or a folder of it may not be searched.
-pub fn real_path(path: &Path) -> Result<PathBuf, FileError> {
-    // An empty path names the current folder.
-    let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-    fs::canonicalize(path).map_err(|error| FileError::reading(path, &error))
 }

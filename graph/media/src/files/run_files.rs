@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::codec::ErrorKind;
-use crate::files::{FileError, real_output_path, real_path};
+use crate::files::FileError;
+use crate::files::paths::{check_replaceable, real_output_path, real_path};
 
 static LIST: Mutex<Option<RunFiles>> = Mutex::new(None);
 
@@ -36,7 +37,7 @@ pub fn reads(path: &Path, what: &str) {
 /// # Errors
 /// As [`claims`]; and a file that is read-only.
 pub fn writes(path: &Path) -> Result<(), FileError> {
-    super::atomic::check(path)?;
+    check_replaceable(path)?;
     claims(path)
 }
 

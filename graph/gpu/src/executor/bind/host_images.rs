@@ -137,17 +137,16 @@ pub(crate) fn check_encoding(
         port,
         match transfer {
             Transfer::Pq | Transfer::Hlg => format!(
-                "the device encodes for the format {format:?}, and the pipeline has encoded the image as {}: give a view \
-             without `Srgb`",
-                transfer
+                "the device encodes for the format {format:?}, and the pipeline has encoded the image as {transfer}: \
+                 give a view without `Srgb`"
             ),
             _ if !of_texture.is_srgb() => format!(
                 "its view has the format {format:?}, and its texture {of_texture:?}: state that of the view, \
-             `formats: &[(\"{port}\", TextureFormat::{format:?})]` in `Frame`"
+                 `formats: &[(\"{port}\", TextureFormat::{format:?})]` in `Frame`"
             ),
             _ => format!(
-                "the device encodes for the format {format:?}, and the plan has encoded the image already: name the output \
-             in `HostInputs::linear`"
+                "the device encodes for the format {format:?}, and the plan has encoded the image already: name the \
+                 output in `HostInputs::linear`"
             ),
         },
     ))

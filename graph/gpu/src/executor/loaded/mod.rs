@@ -125,9 +125,10 @@ impl Loaded {
         self.forget_frame();
     }
 
-    /// Whether later frames rely on what the next one records, besides histories and state.
+    /// Whether later frames rely on what the next one records, besides histories, state, and values of parameters: a cut,
+    /// as the first frame after a dropped one is, copies all values.
     pub(crate) fn must_run(&self) -> bool {
-        self.uniforms.has_changed() || self.tables.are_stale() || self.turns.made.are_stale() || self.shares_old_heap
+        self.tables.are_stale() || self.turns.made.are_stale() || self.shares_old_heap
     }
 
     /// Changes bytes of the uniforms from the next frame on. What is made from other ones than before is made anew.

@@ -41,11 +41,6 @@ impl Uniforms {
         &self.bytes
     }
 
-    /// Whether the next frame copies bytes.
-    pub(crate) fn has_changed(&self) -> bool {
-        self.unwritten.is_some()
-    }
-
     /// Has the next frame copy all bytes: one that was recorded may not run.
     pub(crate) fn forget(&mut self) {
         self.unwritten = Some(0..self.bytes.len());

@@ -12,7 +12,7 @@ use afterimage_plan::{Plan, PlanOutput};
 use wgpu::{BindGroup, CommandEncoder, TextureUsages, TextureView};
 
 use super::active::ActivePlan;
-use super::host_graph::HostGraph;
+use super::live_graph::GraphValues;
 use crate::error::GpuError;
 use crate::executor::{Executor, Frame, FrameKind, HostDraw, Rectangle, Residency};
 use crate::platform::{scoped, watched};
@@ -76,6 +76,13 @@ impl Fade {
     /// The revision of the graph of the old plan that renders.
     pub(super) fn old_revision(&self) -> Option<u64> {
         self.running.as_ref().map(|running| running.old.revision())
+    }
+
+    /// Updates the old plan to the present values of its graph. Where one needs another plan, it keeps its own.
+    pub(super) fn update_old(&mut self, values: GraphValues<'_>) {
+        if let Some(running) = &mut self.running {
+            let _ = running.old.update(values);
+        }
     }
 
     /// Remembers why a change is not faded, if changes are.
@@ -163,7 +170,6 @@ impl Fade {
     pub(super) fn record(
         &mut self,
         executor: &mut Executor,
-        graphs: &HostGraph,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
         draws: &mut [HostDraw<'_>],
@@ -171,7 +177,7 @@ impl Fade {
         let Some(mut running) = self.running.take() else {
             return executor.encode_drawing(encoder, frame, draws);
         };
-        let target = match running.record_old(executor, graphs, encoder, frame) {
+        let target = match running.record_old(executor, encoder, frame) {
             Ok(target) => target,
             Err(why) => {
                 release(running, executor);
@@ -196,7 +202,6 @@ impl RunningFade {
     fn record_old<'f>(
         &mut self,
         executor: &mut Executor,
-        graphs: &HostGraph,
         encoder: &mut CommandEncoder,
         frame: &Frame<'f>,
     ) -> Result<Target<'f>, FadeSkipReason> {
@@ -208,14 +213,13 @@ impl RunningFade {
             return Err(FadeSkipReason::NewImages);
         }
         let format = executor.format_of(output, view, frame).map_err(refused)?;
-        self.continue_old(executor, graphs, format, encoder, frame).map_err(refused)?;
+        self.continue_old(executor, format, encoder, frame).map_err(refused)?;
         Ok(Target { view, rectangle })
     }
 
     fn continue_old(
         &mut self,
         executor: &Executor,
-        graphs: &HostGraph,
         format: wgpu::TextureFormat,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,
@@ -224,10 +228,6 @@ impl RunningFade {
         if self.parts.mixer.format != format {
             self.parts.mixer = watched(device, WHAT, || Ok(Mixer::new(device, format)))?;
             self.outputs = bind_outputs(executor, &self.parts, &self.old)?;
-        }
-        // Where a value needs another plan, the old one keeps the value that it had.
-        if let Some(values) = graphs.values_of(self.old.revision()) {
-            let _ = self.old.update(values);
         }
         let fork = &mut self.parts.fork;
         self.old.write(fork);
