@@ -95,7 +95,7 @@ fn misplaced(scene: &Picture) -> f64 {
 
 /// Compares `nodes` with the expected image, with 32 bits between passes and with 16.
 fn check_on(nodes: &str, scene: &Picture, expected: &Image, precision: Precision) {
-    check_each(nodes, &[scene], &[expected.clone()], precision);
+    check_each(nodes, &[scene], std::slice::from_ref(expected), precision);
 }
 
 /// The same for several pictures.

@@ -9,9 +9,11 @@ pub(crate) mod stress;
 #[cfg(feature = "view")]
 pub(crate) mod view;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::Resettable;
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 
 use crate::built_in::is_pipeline;
 use files::{ExrArgs, ReadArgs};
@@ -405,6 +407,14 @@ pub(crate) struct BenchArgs {
     pub(crate) device: DeviceOptions,
 }
 
+/// The definition of the command line. A variable that is empty stands for no option.
+pub(crate) fn command() -> clap::Command {
+    let is_empty = |name: &OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
+    Arguments::command().mut_subcommands(|command| {
+        command.mut_args(|arg| if arg.get_env().is_some_and(is_empty) { arg.env(Resettable::Reset) } else { arg })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::{BTreeMap, BTreeSet};
@@ -425,7 +435,7 @@ mod tests {
         let of_planner = options_of::<PlanOptions>();
         let closed = [(PIPELINE, of_pipelines), (MACHINE, of_machines), (PLANNER, of_planner)];
         let mut headings: BTreeMap<(String, Option<String>), (Option<String>, String)> = BTreeMap::new();
-        for command in crate::command().get_subcommands() {
+        for command in command().get_subcommands() {
             for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {
                 let Some(option) = arg.get_long() else { continue };
                 let heading = arg.get_help_heading().map(str::to_owned);

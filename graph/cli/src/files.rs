@@ -15,6 +15,13 @@ use crate::args::KindOptions;
 use crate::built_in::{MAX_TEXT, hint};
 use crate::failure::Failure;
 
+/// Begins the list of files of a run, with those that were read before and are not read again.
+pub(crate) fn begin_run() {
+    run_files::begin();
+    #[cfg(feature = "ocio")]
+    crate::ocio::list_files();
+}
+
 /// The most bytes of all files together that one pipeline names. The largest table has about 450 MiB as text.
 const MAX_BYTES: u64 = 1 << 30;
 

@@ -13,7 +13,6 @@ use clap::parser::ValueSource;
 use serde_json::{Value, json};
 
 use crate::args::{JobArgs, MACHINE};
-use crate::command;
 use crate::failure::Failure;
 use crate::frame_ranges::ranges;
 use crate::render::{Sequence, sequence};
@@ -104,7 +103,7 @@ pub(crate) fn run(args: &JobArgs, matches: &ArgMatches, tables: &[&[NodeKind]]) 
 
 /// The variables of this environment on which pixels depend. Those about this machine are not of the farm.
 fn variables() -> Result<serde_json::Map<String, Value>, Failure> {
-    let program = command();
+    let program = crate::args::command();
     let render = program.find_subcommand("render").expect("it is a command");
     let options = render.get_arguments().filter(|arg| arg.get_help_heading() != Some(MACHINE));
     let named = options.filter_map(|arg| arg.get_env()?.to_str());
@@ -133,7 +132,7 @@ struct Words {
 /// All that the command line of the job states for an option of `command`, but for `left_out`.
 fn words_of(matches: &ArgMatches, command: &'static str, left_out: &[&str]) -> Result<Words, Failure> {
     let mut words = Words { command, options: Vec::new(), files: Vec::new() };
-    let program = crate::command();
+    let program = crate::args::command();
     let definition = program.find_subcommand(command).expect("it is a command");
     let is_stated =
         |id: &str| matches.try_contains_id(id).is_ok() && matches.value_source(id) == Some(ValueSource::CommandLine);
@@ -291,7 +290,7 @@ mod tests {
     use clap::FromArgMatches as _;
 
     use super::*;
-    use crate::args::{Arguments, Command};
+    use crate::args::{Arguments, Command, command};
 
     /// Options that no job has, because they name one file for all tasks, are of one frame, or never end.
     const REFUSED: [&str; 4] = ["captured", "json", "meter", "watch"];

@@ -43,8 +43,7 @@ use std::process::ExitCode;
 
 use afterimage_graph::diagnostic::shown_path;
 use afterimage_graph::node::NodeKind;
-use afterimage_media::{run_files, write_atomic};
-use clap::builder::Resettable;
+use afterimage_media::write_atomic;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
@@ -64,13 +63,9 @@ fn completions(shell: clap_complete::Shell) -> String {
     String::from_utf8_lossy(&script).into_owned()
 }
 
-/// The definition of the command line, for those who parse, describe or test it. A variable that is empty stands for no
-/// option.
+/// The definition of the command line, for those who describe or test it.
 pub fn command() -> clap::Command {
-    let is_empty = |name: &std::ffi::OsStr| std::env::var_os(name).is_some_and(|value| value.is_empty());
-    Arguments::command().mut_subcommands(|command| {
-        command.mut_args(|arg| if arg.get_env().is_some_and(is_empty) { arg.env(Resettable::Reset) } else { arg })
-    })
+    args::command()
 }
 
 /// The arguments of the command line and of the variables `AFTERIMAGE_*`.
@@ -100,13 +95,6 @@ fn manual(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Begins the list of files of a run, with those that were read before and are not read again.
-fn begin_run() {
-    run_files::begin();
-    #[cfg(feature = "ocio")]
-    ocio::list_files();
-}
-
 /// The kinds whose passes a host fills, without those whose names the tables have.
 fn host_kinds(tables: &[&[NodeKind]]) -> Vec<NodeKind> {
     let is_new = |kind: &&NodeKind| tables.iter().copied().flatten().all(|known| known.name() != kind.name());
@@ -132,7 +120,7 @@ pub fn run(tables: &[&[NodeKind]], arguments: impl IntoIterator<Item = OsString>
         Command::Render(args) | Command::Job(JobArgs { render: args, .. }) => args.put_in_order(),
         _ => {}
     }
-    begin_run();
+    files::begin_run();
     #[cfg(feature = "ocio")]
     if let Some(config) = &arguments.ocio
         && let Err(failure) = ocio::choose(config)

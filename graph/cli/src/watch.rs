@@ -11,7 +11,7 @@ use afterimage_media::{FileWatch, sequence};
 
 use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
-use crate::files::{FileLoader, Files, read_document, registry};
+use crate::files::{FileLoader, Files, begin_run, read_document, registry};
 use crate::pipeline::PipelineFile;
 use crate::render::{self, Kept};
 use crate::terminal::note;
@@ -35,7 +35,7 @@ fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
         if crate::ocio::forget(&changed) {
             kept = None;
         }
-        crate::begin_run();
+        begin_run();
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
         match render::run(args, tables, Some(&mut kept)) {

@@ -85,7 +85,8 @@ fn chosen(folder: &Folder, parts: &[(&str, &[&str])]) -> (f32, Vec<String>) {
 #[test]
 fn the_picture_is_what_renderers_call_so() {
     let folder = Folder::new("layouts-pictures");
-    let table: [(&[(&str, &[&str])], f32, bool); 14] = [
+    type Parts = &'static [(&'static str, &'static [&'static str])];
+    let table: [(Parts, f32, bool); 14] = [
         (&[("", &["ViewLayer.AO", "ViewLayer.Combined", "ViewLayer.DiffCol"])], 2.0, true),
         (&[("", &["ViewLayer.AO.left", "ViewLayer.Combined.right", "ViewLayer.Combined.left"])], 3.0, true),
         (&[("", &["albedo", "RGBA", "beauty"])], 2.0, true),

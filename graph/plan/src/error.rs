@@ -114,8 +114,8 @@ pub enum PlanError {
     TooManyTables(String),
     /// The shaders of the plan's passes have more operations than a driver compiles in a reasonable time.
     #[error(
-        "the shaders of the plan have {0} operations, more than {MAX_OPERATIONS}: a driver would take minutes to compile \
-         them"
+        "the shaders of the plan have {0} operations, more than {MAX_OPERATIONS}: to compile them takes a driver \
+         minutes"
     )]
     TooManyOperations(usize),
     /// The tables that the nodes up to this one compute, or all of them, have more bytes than those of a plan may have.

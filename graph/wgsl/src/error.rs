@@ -19,7 +19,7 @@ pub struct ShaderError {
     /// Whether the system had no thread to read the shader on, which may be right.
     pub is_of_system: bool,
     /// Further errors of the same module.
-    pub others: Vec<ShaderError>,
+    pub others: Box<[ShaderError]>,
 }
 
 /// A place in a file.
@@ -53,7 +53,7 @@ impl ShaderError {
             labels: Vec::new(),
             help: None,
             is_of_system: false,
-            others: Vec::new(),
+            others: Box::default(),
         }
     }
 

@@ -51,8 +51,9 @@ pub(crate) fn parse(source: &str, map: &SourceMap) -> Result<Module, ShaderError
     };
     let mut byte = author_byte(map, &error);
     let mut first = parse_error(source, map, &error, byte);
+    let mut others = Vec::new();
     let mut text = source.to_owned();
-    while first.others.len() + 1 < MAX_ERRORS {
+    while others.len() + 1 < MAX_ERRORS {
         let Some(at) = byte else { break };
         let Some(without_body) = without_function_body(&text, at) else { break };
         text = without_body;
@@ -61,8 +62,9 @@ pub(crate) fn parse(source: &str, map: &SourceMap) -> Result<Module, ShaderError
         if byte == Some(at) {
             break;
         }
-        first.others.push(parse_error(source, map, &error, byte));
+        others.push(parse_error(source, map, &error, byte));
     }
+    first.others = others.into();
     Err(first)
 }
 

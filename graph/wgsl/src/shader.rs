@@ -161,7 +161,7 @@ impl Shader {
     /// this file and not in one that it imports.
     pub fn report(&self, error: &ShaderError, diagnostics: &mut Diagnostics) {
         diagnostics.add_source(self.file(), self.text());
-        for error in std::iter::once(error).chain(&error.others) {
+        for error in std::iter::once(error).chain(error.others.iter()) {
             let place = Place { file: error.file.clone(), line: error.line, column: error.column };
             let remark = error.labels.iter().find(|label| label.place == place).map_or("", |label| &label.text);
             let mut diagnostic = match diagnostics.locate(&place.file, place.line, place.column) {

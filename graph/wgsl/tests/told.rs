@@ -86,7 +86,7 @@ fn an_error_is_printed_with_its_remarks_its_help_and_the_others() {
     let place = Place { file: "b.wgsl".into(), line: 4, column: 5 };
     error.labels.push(ShaderLabel { place, text: "here".into() });
     error.help = Some("do it right".into());
-    error.others.push(ShaderError::new("c.wgsl", (6, 7), "this, too"));
+    error.others = [ShaderError::new("c.wgsl", (6, 7), "this, too")].into();
     let expected = "a.wgsl:3:1: it is wrong\n  b.wgsl:4:5: here\n  help: do it right\nc.wgsl:6:7: this, too";
     assert_eq!(error.to_string(), expected);
 }

@@ -125,8 +125,8 @@ impl Loaded {
         self.forget_frame();
     }
 
-    /// Whether later frames rely on what the next one records, besides histories, state, and values of parameters: a cut,
-    /// as the first frame after a dropped one is, copies all values.
+    /// Whether later frames rely on what the next one records, besides histories, state, and values of parameters: a
+    /// cut, as the first frame after a dropped one is, copies all values.
     pub(crate) fn must_run(&self) -> bool {
         self.tables.are_stale() || self.turns.made.are_stale() || self.shares_old_heap
     }

@@ -53,7 +53,7 @@ impl Plane {
         let smooths_columns = across == 2 && down <= 2 && self.size[0] > 2;
         let next = if !smooths_rows {
             nearest
-        } else if y % 2 == 0 {
+        } else if y.is_multiple_of(2) {
             self.row((y / 2).saturating_sub(1))
         } else {
             self.row(y / 2 + 1)

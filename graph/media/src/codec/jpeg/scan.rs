@@ -43,7 +43,7 @@ impl Component {
         let pixels = [usize::from(frame.width), usize::from(frame.height)];
         let component = |header: &ComponentHeader| {
             let sampling = [header.horizontal, header.vertical];
-            if (0..2).any(|axis| most[axis] % sampling[axis] != 0) {
+            if (0..2).any(|axis| !most[axis].is_multiple_of(sampling[axis])) {
                 return Err(not_supported("samples of one and a half pixels"));
             }
             Ok(Self {
