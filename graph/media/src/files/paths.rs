@@ -56,8 +56,8 @@ fn may_write(path: &Path, meta: &Metadata) -> Result<bool, FileError> {
     }
 }
 
-/// The path from the root, without links, of the file that [`write_atomic`] replaces or makes. The file need not exist,
-/// also not behind a link.
+/// The path from the root, without links, of the file that [`write_atomic`](super::write_atomic) replaces or makes. The
+/// file need not exist, also not behind a link.
 ///
 /// # Errors
 /// Its folder does not exist or may not be searched, or its links lead in a circle.

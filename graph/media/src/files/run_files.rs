@@ -1,7 +1,7 @@
 //! The files of a run: what it reads and what it writes, so that no output replaces an input or another output.
 //!
 //! The list is that of the process. A program [begins](begin) one for each run; from then on it has every file that
-//! [`regular`](super::regular) opens, and [`atomic`](super::atomic) asks it before a file is replaced. A program adds
+//! is opened for reading, and [`AtomicFile`](super::AtomicFile) asks it before a file is replaced. A program adds
 //! the files that it will open later ([`reads`]), and asks for its outputs before it works ([`writes`]). A process that
 //! begins no list, such as a host, may replace what it has read.
 

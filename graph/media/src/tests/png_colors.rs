@@ -55,7 +55,8 @@ fn a_chunk_that_is_not_understood_gives_way_to_the_next() {
     let mut damaged = profile(|_| {});
     *damaged.last_mut().unwrap() ^= 1;
     let no_profile = chunk(b"iCCP", b"p\0\0no deflate");
-    let table: Vec<(Vec<Vec<u8>>, Colorimetry, Option<&str>, usize)> = vec![
+    type Row = (Vec<Vec<u8>>, Colorimetry, Option<&'static str>, usize);
+    let table: Vec<Row> = vec![
         (vec![cicp([12, 13, 0, 1]), srgb()], p3, Some("cICP"), 0),
         (vec![cicp([1, 1, 0, 1]), gama()], Colorimetry::SRGB, Some("cICP"), 1),
         (vec![cicp([12, 17, 0, 1]), srgb()], Colorimetry::SRGB, Some("sRGB"), 1),
