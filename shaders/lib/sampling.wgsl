@@ -77,7 +77,8 @@ fn sanitize_largest(bits: vec4u, mode: u32) -> u32 {
 
 // The result of an untrusted kernel. A quotient by zero is undefined in SPIR-V, and a compiler that knows the zero
 // takes another number for it at each use, so that no comparison limits it. What a mask of bits clears it cannot
-// choose: scaled, all numbers within the limits have the exponent's highest bit clear, and without it none is 65536 or more.
+// choose: scaled, all numbers within the limits have the exponent's highest bit clear, and without it none is 65536 or
+// more.
 fn sanitize_result(v: vec4f, mode: u32) -> vec4f {
     let scaled = bitcast<vec4u>(sanitize_value(v, mode) * 0.000030517578125);
     return bitcast<vec4f>(scaled & vec4u(0xbfffffffu)) * 32768.0;

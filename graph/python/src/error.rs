@@ -100,9 +100,13 @@ impl From<PostError> for Failure {
             PostError::Plan(error) => error.into(),
             PostError::Gpu(error) => error.into(),
             PostError::MissingInput { .. } => Self::Image(error.to_string()),
-            PostError::UnknownParameter(_) | PostError::WrongType { .. } | PostError::Refused { .. } => {
-                Self::Parameter(error.to_string())
-            }
+            PostError::UnknownParameter(_)
+            | PostError::WrongType { .. }
+            | PostError::Refused { .. }
+            | PostError::UnknownHandle
+            | PostError::NoTier
+            | PostError::OtherTiers { .. }
+            | PostError::TooManyFrames { .. } => Self::Parameter(error.to_string()),
         }
     }
 }
