@@ -178,9 +178,13 @@ pub(super) fn part(request: &Request<'_>, texels: Texels) -> Result<Texels, Fail
     let texel = texels.desc.format.bytes() as usize;
     let row = texel * texels.desc.size.width as usize;
     let columns = texel * x as usize..texel * (x + width) as usize;
-    let rows = texels.bytes.chunks_exact(row).skip(y as usize).take(height as usize);
-    let bytes = rows.flat_map(|row| &row[columns.clone()]).copied().collect();
-    Ok(Texels { desc: texels.desc.sized(Size::new(width, height)), bytes })
+    let rows = &texels.bytes[row * y as usize..row * (y + height) as usize];
+    Ok(Texels { desc: texels.desc.sized(Size::new(width, height)), bytes: cut_columns(rows, row, &columns) })
+}
+
+/// These bytes of each row.
+fn cut_columns(rows: &[u8], row: usize, columns: &Range<usize>) -> Vec<u8> {
+    rows.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect()
 }
 
 /// True if no frame of the request depends on those before.
@@ -296,7 +300,7 @@ impl OutputRows<'_> {
         let texel = self.desc.format.bytes() as usize;
         let columns = texel * x as usize..texel * (x + width) as usize;
         if columns.len() < row {
-            *texels = texels.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect();
+            *texels = cut_columns(texels, row, &columns);
         }
         let Some((path, options)) = &self.file else {
             if first == y {

@@ -114,8 +114,8 @@ impl Frames<'_> {
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
         let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
-        if self.is_made_in_bands(size, &given, &pictures)? {
-            return self.render_in_bands(index, size, &pictures, start);
+        if let Some(plan) = self.plan_of_bands(size, &given, &pictures)? {
+            return self.render_in_bands(index, &plan, &pictures, start);
         }
         let fed = pictures.iter().map(|input| self.session.session.fed(&input.name));
         let images = match fed.collect::<Option<Vec<_>>>().filter(|_| self.repetition.again) {
@@ -168,19 +168,21 @@ impl Frames<'_> {
         Ok(rendered)
     }
 
-    /// True if a frame is larger than the device, or a part of one which leaves nothing for the next: then only the
-    /// rows of that part are computed.
-    fn is_made_in_bands(
+    /// The plan of a frame that is larger than the device, or of a part of one which leaves nothing for the next: then
+    /// only the rows of that part are computed. `None` for a frame that is rendered whole.
+    fn plan_of_bands(
         &mut self,
         size: Size,
         given: &[(&str, ImageDesc)],
         pictures: &[InputPicture],
-    ) -> Result<bool, Failure> {
+    ) -> Result<Option<Plan>, Failure> {
         let session = &mut self.session.session;
-        if pictures.iter().any(|input| input.streamed.is_some()) || session.needs_bands(size, given)? {
-            return Ok(true);
+        let is_large = pictures.iter().any(|input| input.streamed.is_some()) || session.needs_bands(size, given)?;
+        if !is_large && self.request.args.crop.is_none() {
+            return Ok(None);
         }
-        Ok(self.request.args.crop.is_some() && bands::is_free(self.request, &session.plan_in_bands(size, given)?))
+        let plan = session.plan_in_bands(size, given)?;
+        Ok((is_large || bands::is_free(self.request, &plan)).then_some(plan))
     }
 
     /// Whether the next run can render this frame again: it is the only one, and what it is made from is kept.
@@ -194,17 +196,15 @@ impl Frames<'_> {
     fn render_in_bands(
         &mut self,
         index: usize,
-        size: Size,
+        plan: &Plan,
         pictures: &[InputPicture],
         start: Instant,
     ) -> Result<Vec<Rendered>, Failure> {
         let job = &self.request.jobs[index];
         let session = &mut self.session.session;
-        let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
-        let plan = session.plan_in_bands(size, &given)?;
         self.report.plan = Some(plan.hash().to_string());
         let bands::Made { outputs, repairs, exposure, read, write } =
-            bands::render(self.request, session, &plan, job, pictures, &self.meters)?;
+            bands::render(self.request, session, plan, job, pictures, &self.meters)?;
         let taken = start.elapsed();
         self.times.read += read;
         self.times.write += write;

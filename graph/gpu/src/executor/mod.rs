@@ -380,8 +380,8 @@ impl Executor {
         }
     }
 
-    /// Records one frame. Frames are submitted in the order in which they are recorded, each once. If one is not that
-    /// has begun something, such as a plan or a value, the next frame begins it again.
+    /// Records one frame. Frames are submitted in the order in which they are recorded, each once. If one is not, the
+    /// next begins again what it has begun, such as a plan; values of parameters it copies as a cut.
     ///
     /// A lost device is noticed here only in the first frame of a plan. Otherwise wgpu drops the commands, and reading
     /// back reports [`GpuError::DeviceLost`]. A host learns of it from
