@@ -132,10 +132,12 @@ impl RunFiles {
     /// Refuses an output, whose path without links is `real`, if it is an input.
     fn check_input(&self, path: &Path, real: &Path) -> Result<(), FileError> {
         let of_name = self.inputs.get(real);
-        // A file of one name has two paths where a folder is mounted twice, or capitals do not count.
+        // A file of one name has two paths where a folder is mounted twice, or capitals do not count. A file system gives
+        // the number of a file that is gone to the next one, so the input must still be that file.
         let same = || {
             let own = real.metadata().ok().and_then(|meta| id(&meta))?;
-            self.inputs.values().find(|input| input.id == Some(own))
+            let is_same = |path: &Path| path.metadata().ok().and_then(|meta| id(&meta)) == Some(own);
+            self.inputs.iter().find(|(path, input)| input.id == Some(own) && is_same(path)).map(|(_, input)| input)
         };
         match of_name.or_else(same) {
             None => Ok(()),
@@ -234,6 +236,18 @@ mod tests {
         // Another name of the same file is another file to a writer that replaces names.
         fs::hard_link(folder.0.join("a.exr"), folder.0.join("hard.exr")).expect("a link");
         run.write(&folder.0.join("hard.exr")).expect("it is parted");
+    }
+
+    #[test]
+    fn the_number_of_a_file_that_is_gone_does_not_refuse_the_next_one() {
+        let folder = Folder::new("numbers");
+        let mut run = RunFiles::default();
+        run.read(&folder.with("a.exr"), "the image");
+        // A file system would give the number again at some time: here it goes to the other name at once.
+        fs::rename(folder.0.join("a.exr"), folder.0.join("b.exr")).expect("a new name");
+        run.write(&folder.0.join("b.exr")).expect("the input is gone");
+        folder.with("a.exr");
+        assert_eq!(refusal(run.write(&folder.0.join("a.exr"))), "this is the image");
     }
 
     #[test]
