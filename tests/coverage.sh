@@ -30,13 +30,13 @@ done
 
 # The parts, and the folders of their files.
 parts=(
-    "text: graph/src/document"
-    "check: graph/src/check"
-    "kinds in folders: graph/src/node/folder"
+    "text: graph/core/src/document"
+    "check: graph/core/src/check"
+    "kinds in folders: graph/core/src/node/folder"
     "shader files: graph/wgsl/src/module graph/wgsl/src/token.rs graph/wgsl/src/library.rs graph/wgsl/src/limits"
     "linker: graph/wgsl/src/link"
     "diagnostics: graph/base/src/diagnostic"
-    "all of these: graph/src/document graph/src/check graph/src/node/folder graph/wgsl/src graph/base/src/diagnostic"
+    "all of these: graph/core/src/document graph/core/src/check graph/core/src/node/folder graph/wgsl/src graph/base/src/diagnostic"
 )
 printf '\n| part | regions | functions | lines |\n| --- | ---: | ---: | ---: |\n'
 for part in "${parts[@]}"; do

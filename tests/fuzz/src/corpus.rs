@@ -184,7 +184,7 @@ pub(crate) fn shipped() -> Vec<(String, String)> {
 impl Corpus {
     /// Shipped pipelines, broken documents, and every name of the built-in kinds.
     pub(crate) fn documents() -> Self {
-        let broken = files("../../graph/tests/errors");
+        let broken = files("../../graph/core/tests/errors");
         assert!(broken.len() > 50, "the broken documents are elsewhere");
         let files = shipped().into_iter().chain(broken);
         let mut words: Vec<String> = WORDS.iter().map(|word| (*word).to_owned()).collect();

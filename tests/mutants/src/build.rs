@@ -19,7 +19,7 @@ pub(crate) type Crates = [(&'static str, &'static str)];
 pub(crate) const PURE: [(&str, &str); 4] = [
     ("afterimage-base", "graph/base"),
     ("afterimage-wgsl", "graph/wgsl"),
-    ("afterimage-graph", "graph"),
+    ("afterimage-graph", "graph/core"),
     ("afterimage-plan", "graph/plan"),
 ];
 
@@ -30,7 +30,7 @@ pub(crate) const WITH_GPU: [(&str, &str); 3] =
 /// The crates of the list `pure`, each of whose faults its own tests must notice.
 pub(crate) const FOUR: [(&str, &str); 4] = [
     ("afterimage-wgsl", "graph/wgsl"),
-    ("afterimage-graph", "graph"),
+    ("afterimage-graph", "graph/core"),
     ("afterimage-plan", "graph/plan"),
     ("afterimage-media", "graph/media"),
 ];

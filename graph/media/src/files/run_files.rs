@@ -132,8 +132,8 @@ impl RunFiles {
     /// Refuses an output, whose path without links is `real`, if it is an input.
     fn check_input(&self, path: &Path, real: &Path) -> Result<(), FileError> {
         let of_name = self.inputs.get(real);
-        // A file of one name has two paths where a folder is mounted twice, or capitals do not count. A file system gives
-        // the number of a file that is gone to the next one, so the input must still be that file.
+        // A file of one name has two paths where a folder is mounted twice, or capitals do not count. A file system
+        // gives the number of a file that is gone to the next one, so the input must still be that file.
         let same = || {
             let own = real.metadata().ok().and_then(|meta| id(&meta))?;
             let is_same = |path: &Path| path.metadata().ok().and_then(|meta| id(&meta)) == Some(own);

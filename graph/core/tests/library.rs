@@ -46,7 +46,7 @@ fn functions(text: &str) -> Vec<(String, Vec<String>)> {
 
 #[test]
 fn each_function_of_the_library_can_be_called_from_a_folder() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shaders/lib");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders/lib");
     let (mut called, mut refused) = (0, String::new());
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

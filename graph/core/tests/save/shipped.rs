@@ -9,7 +9,7 @@ use afterimage_graph::value::{FileValue, Type, Value};
 use super::{Folder, inserted, is_within, registry, tokens, value, values};
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pipelines")
 }
 
 const OTHER_LOOK: &str = "LUT_3D_SIZE 2\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 0.9 1\n";
