@@ -191,28 +191,11 @@ fn charts_and_images_of_errors_are_written() {
     let folder = Folder::new("formats");
     folder.picture("a.exr", 0);
     folder.picture("b.exr", 3);
-    let files = ["out.svg", "out.png", "errors"].map(|name| folder.arg(name));
-    let [svg, png, errors] = files.each_ref().map(String::as_str);
+    let [svg, errors] = ["out.svg", "errors"].map(|name| folder.arg(name));
     let (pipeline, a, b) = (folder.arg("glow.ron"), folder.arg("a.exr"), folder.arg("b.exr"));
-    assert!(run(&[
-        "measure",
-        &pipeline,
-        &a,
-        &b,
-        "--repeats",
-        "1",
-        "--plot",
-        svg,
-        "--plot",
-        png,
-        "--error-image",
-        errors
-    ]));
+    assert!(run(&["measure", &pipeline, &a, &b, "--repeats", "1", "--plot", &svg, "--error-image", &errors]));
     let svg = folder.text("out.svg");
     assert!(svg.starts_with("<svg ") && svg.contains("tier cheap: "));
-    let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(folder.file("out.png")).unwrap()));
-    let info = decoder.read_info().unwrap();
-    assert_eq!((info.info().width, info.info().height), (2560, 1440));
     assert!(folder.file("errors").join("a-tier-cheap.png").is_file());
 }
 

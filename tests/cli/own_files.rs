@@ -288,7 +288,7 @@ fn errors_of_images_do_not_replace_what_is_measured() {
     refused(
         &folder,
         &[
-            ("measure p.ron room.exr --json f.json --plot f.svg --plot ./f.svg", "two outputs go to this file"),
+            ("measure p.ron room.exr --json f.svg --plot ./f.svg", "two outputs go to this file"),
             ("measure p.ron room.exr room-b.png --error-image .", "an output may replace an image that is measured"),
             ("tune p.ron room.exr --error 1 -o t.ron --state ./t.ron", "two outputs go to this file"),
         ],

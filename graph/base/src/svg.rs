@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Font names; the first is the one that PNGs are rendered with.
+/// The fonts of all texts, by preference.
 const FONTS: &str = "Ubuntu, Inter, 'Segoe UI', 'Helvetica Neue', 'DejaVu Sans', Arial, sans-serif";
 
 /// Right and down from the top left corner, in SVG units.

@@ -3,8 +3,7 @@
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline, write_chart};
-use afterimage_lab::plot::is_chart;
+use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline};
 use afterimage_media::sequence::{Input, is_numbered};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
@@ -20,8 +19,8 @@ use crate::render::tell_other_numbers;
 use crate::terminal::say_styled;
 
 pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    if let Some(path) = args.plot.iter().find(|path| !is_chart(path)) {
-        return Err(Failure::user(format!("`--plot {}` ends neither in `.svg` nor in `.png`", path.display())));
+    if let Some(path) = args.plot.as_ref().filter(|path| path.extension().is_none_or(|ending| ending != "svg")) {
+        return Err(Failure::user(format!("`--plot {}` does not end in `.svg`", path.display())));
     }
     let registry = registry(tables, &args.clips.options.kinds)?;
     let mut options = measure_options(&args.clips)?;
@@ -104,5 +103,8 @@ fn write(args: &MeasureArgs, report: &MeasureReport) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         write_atomic(path, format!("{:#}\n", measure::json(report)).as_bytes())?;
     }
-    Ok(args.plot.iter().try_for_each(|path| write_chart(path, report))?)
+    if let Some(path) = &args.plot {
+        write_atomic(path, measure::chart(report).as_bytes())?;
+    }
+    Ok(())
 }

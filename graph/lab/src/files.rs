@@ -15,11 +15,6 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), LabError> {
         .map_err(|error| LabError::Machine(format!("cannot make the folder `{}`: {error}", shown_path(folder))))
 }
 
-/// Whether the file has this extension, in any case.
-pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
-}
-
 /// A name with `-` in place of the characters that file systems do not allow.
 pub(crate) fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '.' | '-' | '=') { c } else { '-' }).collect()

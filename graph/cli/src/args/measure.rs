@@ -86,9 +86,9 @@ pub(crate) struct MeasureArgs {
     /// Write all figures as JSON
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Write a chart of time against error, as `.svg` or `.png`; can be repeated
+    /// Write a chart of time against error, as `.svg`
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
-    pub(crate) plot: Vec<PathBuf>,
+    pub(crate) plot: Option<PathBuf>,
     /// Write images of the error of each variant: black below 1/16 of a code, red near 1, white from 64
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "DIR")]
     pub(crate) error_image: Option<PathBuf>,

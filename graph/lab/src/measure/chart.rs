@@ -7,11 +7,9 @@ use afterimage_gpu::ClockSource;
 use super::report::{MeasureReport, Row};
 use super::table::significant;
 use super::variants::VariantKind;
-use crate::LabError;
 use crate::plot::axis::{LinearAxis, LogAxis};
 use crate::plot::labels::Labels;
 use crate::plot::palette::{BLUE, GREEN, GRID, INK, ORANGE, SOFT};
-use crate::plot::save;
 use crate::plot::svg::{Anchor, Canvas};
 
 const WIDTH: f64 = 1280.0;
@@ -41,16 +39,8 @@ struct Chart<'a> {
     up: LogAxis,
 }
 
-/// Writes the chart as SVG or PNG, as the file's extension states.
-///
-/// # Errors
-/// The file cannot be written.
-pub fn write_chart(path: &Path, report: &MeasureReport) -> Result<(), LabError> {
-    save(path, &svg(report))
-}
-
 /// The chart as an SVG file.
-fn svg(report: &MeasureReport) -> String {
+pub fn chart(report: &MeasureReport) -> String {
     let points: Vec<(f64, f64)> = report.rows.iter().map(Row::point).collect();
     let (times, errors): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
     let mut chart = Chart {

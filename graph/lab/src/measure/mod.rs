@@ -24,7 +24,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Options, Plan};
 
-pub use chart::write_chart;
+pub use chart::chart;
 pub use clips::{ClipOptions, files};
 pub use errors::{Errors, Flicker};
 pub use json::json;
