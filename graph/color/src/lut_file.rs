@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::clf::parse_clf;
 use crate::lut::text::lines;
-use crate::lut::{Lut, LutError, PngLayout, parse_cube, parse_png, parse_spi1d, parse_spi3d};
+use crate::lut::{Lut, LutError, PngLayout, parse_cube, parse_png};
 use crate::process::Process;
 
 /// The content of a color file.
@@ -26,15 +26,16 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
         return parse_png(bytes, layout).map(LutFile::Table);
     }
     if let Some(what) = foreign(bytes) {
-        let message = format!("the file is {what}, which is not read: convert it to .cube, as `ociobakelut` does");
+        let message = format!(
+            "the file is {what}: `OcioTransform` of a program with the feature `ocio` reads it, or convert it to .cube, \
+             as `ociobakelut` does"
+        );
         return Err(LutError::new(0, message));
     }
-    let known = "the file is neither a table (.cube, .spi1d, .spi3d, .clf) nor a PNG";
+    let known = "the file is neither a table (.cube, .clf) nor a PNG";
     let text = &*text_of(bytes).ok_or_else(|| LutError::new(0, known))?;
     match lines(text).next().map(|(_, line)| line.split_whitespace().next().unwrap_or(line)) {
         Some(word) if word.starts_with('<') => parse_clf(text).map(LutFile::Process),
-        Some("Version" | "From" | "Length" | "Components") => parse_spi1d(text).map(LutFile::Table),
-        Some("SPILUT") => parse_spi3d(text).map(LutFile::Table),
         _ => parse_cube(text).map(LutFile::Table),
     }
 }
@@ -53,7 +54,9 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
     match words.next()? {
         "CSPLUTV100" => Some("a table of cineSpace (.csp)"),
         "3DMESH" => Some("a table of Lustre or Flame (.3dl)"),
+        "SPILUT" => Some("a table of Imageworks (.spi3d)"),
         "Version" if words.next() == Some("3") => Some("a table of Houdini (.lut)"),
+        "Version" | "From" | "Length" | "Components" => Some("a table of Imageworks (.spi1d)"),
         // The first line of a mesh has the inputs of all its entries.
         word if is_whole(word) && words.clone().count() > 2 && words.all(is_whole) => {
             Some("a table of Lustre or Flame (.3dl)")
@@ -97,6 +100,8 @@ mod tests {
             ("CSPLUTV100\n3D\n", ".csp"),
             ("#Inventor V2.1 ascii\n", ".vf"),
             ("Version\t\t3\nType\t\tRGB\n", ".lut"),
+            ("Version 1\nFrom 0 1\nLength 2\n", ".spi1d"),
+            ("SPILUT 1.0\n3 3\n2 2 2\n", ".spi3d"),
         ] {
             let error = parse_lut_file(text.as_bytes(), PngLayout::Tiles).expect_err("it is not read");
             assert!(error.message.contains(name), "{}", error.message);

@@ -224,11 +224,7 @@ fn the_kind_of_a_file_is_seen_in_its_content() {
     let clf = include_bytes!("files/display.clf");
     assert!(matches!(kind(clf), Ok(LutFile::Process(_))));
     assert!(matches!(kind(&[b"\xef\xbb\xbf", &clf[..]].concat()), Ok(LutFile::Process(_))));
-    for table in
-        [&include_bytes!("files/toe.spi1d")[..], include_bytes!("files/teal.spi3d"), b"LUT_1D_SIZE 2\n0 0 0\n1 1 1"]
-    {
-        assert!(matches!(kind(table), Ok(LutFile::Table(_))));
-    }
+    assert!(matches!(kind(b"LUT_1D_SIZE 2\n0 0 0\n1 1 1"), Ok(LutFile::Table(_))));
     let correction = kind(include_bytes!("files/warm.cc")).expect_err("a correction").to_string();
     assert_eq!(correction, "line 2: the file is a color correction: use a node `Cdl`");
 }

@@ -167,13 +167,11 @@ fn files(folder: &str) -> Vec<(String, String)> {
 }
 
 /// A color file of each kind.
-const COLOR_FILES: [&str; 6] = [
+const COLOR_FILES: [&str; 4] = [
     include_str!("../../../graph/color/tests/files/display.clf"),
     include_str!("../../../graph/color/tests/files/teal.clf"),
     include_str!("../../../graph/color/tests/files/warm.cc"),
     include_str!("../../../graph/color/tests/files/edit.cdl"),
-    include_str!("../../../graph/color/tests/files/toe.spi1d"),
-    include_str!("../../../graph/color/tests/files/teal.spi3d"),
 ];
 
 /// The shipped pipelines with their names.

@@ -1,7 +1,7 @@
 //! Color files: `ColorLut` with steps and conversions, and `Cdl` with a file, compared with the evaluation in double
 //! precision, which `graph/color/tests/clf.rs` compares with known values.
 
-use afterimage_color::lut::{Interpolation, parse_correction, parse_spi1d, parse_spi3d};
+use afterimage_color::lut::parse_correction;
 use afterimage_color::parse_clf;
 use afterimage_color::process::Process;
 use afterimage_graph::check::NoFiles;
@@ -128,19 +128,6 @@ fn tables_of_a_list_match() {
     let half = node("LUT1D", "halfDomain=\"true\"", &format!("<Array dim=\"65536 1\">{rows}</Array>"));
     assert_matches(&half, light, steps);
     assert_matches_signed(&half, steps);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn tables_of_imageworks_match() {
-    let curve = include_str!("../../../graph/color/tests/files/toe.spi1d");
-    let process = Process::of_table(&parse_spi1d(curve).expect("a table"), Interpolation::Trilinear);
-    let file = OneFile(curve.as_bytes().to_vec());
-    compare_with("Encoded", "ColorLut(file: \"toe.spi1d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
-    let cube = include_str!("../../../graph/color/tests/files/teal.spi3d");
-    let process = Process::of_table(&parse_spi3d(cube).expect("a table"), Interpolation::Tetrahedral);
-    let file = OneFile(cube.as_bytes().to_vec());
-    compare_with("Encoded", "ColorLut(file: \"teal.spi3d\")", &file, unit, STEPS, |rgb| process.apply(rgb));
 }
 
 /// sRGB to light.

@@ -3,7 +3,6 @@
 pub(crate) mod cdl_file;
 mod cube;
 mod picture;
-mod spi;
 mod table_image;
 pub(crate) mod text;
 pub(crate) mod xml;
@@ -14,7 +13,6 @@ use half::f16;
 pub use cdl_file::{ColorCorrection, parse_correction};
 pub use cube::parse_cube;
 pub use picture::{PngLayout, parse_png};
-pub use spi::{parse_spi1d, parse_spi3d};
 pub use table_image::TableImage;
 
 /// Maximum row length of a 1-D table's texture, in texels. Longer tables take several rows.
@@ -147,13 +145,5 @@ fn texels(entries: &[[f32; 3]], count: usize, half: bool) -> Vec<u8> {
         finite.flat_map(|x| f16::from_f32(x).to_le_bytes()).collect()
     } else {
         finite.flat_map(f32::to_le_bytes).collect()
-    }
-}
-
-/// An entry that half floats can hold.
-fn entry(line: usize, values: [f32; 3]) -> Result<[f32; 3], LutError> {
-    match values.iter().find(|x| x.abs() > LARGEST) {
-        None => Ok(values),
-        Some(x) => Err(LutError::new(line, format!("the entry {x:e} is beyond {LARGEST}, the largest half float"))),
     }
 }
