@@ -3,7 +3,6 @@
 mod bloom;
 mod camera;
 mod color;
-mod definitions;
 mod extremes;
 mod gallery;
 mod laws;

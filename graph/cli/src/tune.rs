@@ -4,7 +4,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
 use afterimage_lab::measure::ClipOptions;
-use afterimage_lab::tune::{Goal, Prediction, TunePipeline, TuneTarget, Tuned, changes, tune};
+use afterimage_lab::tune::{Goal, TunePipeline, TuneTarget, Tuned, changes, tune};
 use afterimage_media::{run_files, write_atomic};
 
 use crate::args::PipelineOptions;
@@ -64,11 +64,8 @@ fn add_charts(clips: &mut ClipOptions, graph: &Graph) {
     }
 }
 
-/// Says what is not in the file: predictions, goals without tiers, figures without claims.
+/// Prints what is not in the file: goals without tiers, figures without claims.
 fn note_result(tuned: &Tuned) {
-    for Prediction { choice, predicted, measured } in &tuned.predictions {
-        note(&format!("{choice}: {predicted:.3} codes predicted, {measured:.3} measured"));
-    }
     tuned.left_out.iter().for_each(|reason| note(&format!("left out {reason}")));
     for tier in &tuned.tiers {
         note(&format!("`{}`: {}", tier.name, tier_file::figures(tier)));

@@ -4,11 +4,11 @@ use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::{ColorState, Format};
 
 use super::clips::Clip;
-use super::errors::{ErrorTrace, Errors, errors};
+use super::errors::{ErrorTrace, Errors, SHARE, errors};
 use super::player::{Cost, Player};
 use super::view::View;
 use crate::LabError;
-use crate::metrics::{PIXELS_PER_DEGREE, Shown, flip, mean};
+use crate::metrics::{PIXELS_PER_DEGREE, Shown, difference, flip, mean, percentile};
 
 /// The frames of the reference on one clip.
 pub(crate) struct Reference {
@@ -17,6 +17,13 @@ pub(crate) struct Reference {
     codes: Vec<Vec<[f32; 3]>>,
     /// The output that is compared.
     output: String,
+}
+
+/// The 99.9th percentile and the largest error, in codes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct CodeErrors {
+    pub(crate) p999: f64,
+    pub(crate) max: f64,
 }
 
 /// What is measured of a variant on one clip, or the worst of several.
@@ -148,24 +155,20 @@ impl Reference {
         Ok(worst)
     }
 
-    /// The signed differences of the loaded plan in codes, of each of the first `count` frames.
-    pub(crate) fn differences(
+    /// The errors in codes of the loaded plan, the worst of the first `count` frames.
+    pub(crate) fn code_errors(
         &self,
         player: &mut Player,
         clip: &Clip,
         view: View,
         count: usize,
-    ) -> Result<Vec<Vec<[f32; 3]>>, LabError> {
-        let mut frames = Vec::with_capacity(count);
+    ) -> Result<CodeErrors, LabError> {
+        let mut worst = CodeErrors::default();
         for (frame, reference) in self.codes.iter().take(count).enumerate() {
-            let mut codes = self.shown(player, clip, view, frame)?.codes();
-            for (code, reference) in codes.iter_mut().zip(reference) {
-                for (code, reference) in code.iter_mut().zip(reference) {
-                    *code -= reference;
-                }
-            }
-            frames.push(codes);
+            let differences = difference(reference, &self.shown(player, clip, view, frame)?.codes());
+            worst.p999 = worst.p999.max(percentile(&differences, SHARE));
+            worst.max = worst.max.max(percentile(&differences, 1.0));
         }
-        Ok(frames)
+        Ok(worst)
     }
 }

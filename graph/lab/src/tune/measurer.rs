@@ -1,4 +1,4 @@
-//! One choice after another on all clips: errors, predicted errors, time.
+//! Errors and time of one choice after another, on all clips.
 
 use std::collections::BTreeMap;
 
@@ -8,24 +8,16 @@ use afterimage_graph::node::Registry;
 use afterimage_plan::PlanHash;
 use serde::{Deserialize, Serialize};
 
-use super::prediction::SignedErrors;
-use super::search::Measured;
-use super::space::{Space, changed, only, singles};
+use super::space::Space;
 use super::steps::Steps;
+use super::target::Measured;
 use crate::LabError;
 use crate::measure::clips::{self, Clip};
-use crate::measure::errors::SHARE;
 use crate::measure::player::{Player, reads_earlier_images};
-use crate::measure::reference::{self, Reference};
+use crate::measure::reference::{self, CodeErrors, Reference};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
 use crate::measure::{MeasureOptions, load};
-use crate::metrics::percentile;
-
-/// The 99.9th percentile and the largest error on a clip, in codes.
-pub(super) type ClipError = (f64, f64);
-/// The signed differences of each pixel of a frame from the reference, in codes.
-type Frame = Vec<[f32; 3]>;
 
 #[derive(Clone, Debug)]
 pub struct TunePipeline {
@@ -70,18 +62,15 @@ pub(super) struct ClipMeasurer<'a> {
     adapter: String,
     /// The time and the bytes of each plan for the largest image, by its hash: equal choices share them.
     costs: BTreeMap<PlanHash, (f64, u64)>,
-    /// The errors of the most accurate choice, of choices of one switch, and of pairs that interact.
-    errors: BTreeMap<Vec<usize>, SignedErrors>,
 }
 
 impl<'a> ClipMeasurer<'a> {
-    /// Loads the clips and renders their references. With `is_split`, the search sees some of them only.
+    /// Loads the clips and renders their references. The search sees some of them only.
     pub(super) fn prepare(
         gpu: &Gpu,
         registry: &Registry,
         pipeline: &'a TunePipeline,
         options: &MeasureOptions,
-        is_split: bool,
         steps: &mut Steps<'_>,
     ) -> Result<Self, LabError> {
         let written = &pipeline.written;
@@ -96,29 +85,19 @@ impl<'a> ClipMeasurer<'a> {
         }
         let samples = player.samples();
         let space = Space::new(written, &mut |graph| player.plan(graph, &clips[0], false))?;
-        let (parts, count) = (space.parts(written), clips.len());
-        let mut pictures = Vec::with_capacity(count);
-        for (at, (clip, is_searched)) in clips.into_iter().zip(clips::searched(&sources)).enumerate() {
-            let (plan, reference) =
-                steps.run(&format!("reference of {}", clip.name), (count - at) as u64 + parts, || {
-                    let plan = player.load(&exact, &clip, true)?;
-                    Ok((plan, Reference::render(&mut player, &clip, view, &output.name)?))
-                })?;
+        steps.add(clips.len() as u64);
+        steps.add_search(&space.sizes());
+        let mut pictures = Vec::with_capacity(clips.len());
+        for (clip, is_searched) in clips.into_iter().zip(clips::searched(&sources)) {
+            let (plan, reference) = steps.run(&format!("reference of {}", clip.name), || {
+                let plan = player.load(&exact, &clip, true)?;
+                Ok((plan, Reference::render(&mut player, &clip, view, &output.name)?))
+            })?;
             let searched_frames = if clip.is_still() && !reads_earlier_images(&plan) { 1 } else { clip.len() };
-            let (plan, is_searched) = (plan.hash().to_string(), is_searched || !is_split);
+            let plan = plan.hash().to_string();
             pictures.push(Picture { clip, reference, plan, is_searched, searched_frames });
         }
-        Ok(Self {
-            player,
-            written,
-            space,
-            view,
-            pictures,
-            samples,
-            adapter: gpu.name(),
-            costs: BTreeMap::new(),
-            errors: BTreeMap::new(),
-        })
+        Ok(Self { player, written, space, view, pictures, samples, adapter: gpu.name(), costs: BTreeMap::new() })
     }
 
     /// What the figures depend on: a search with another identity cannot use them.
@@ -172,7 +151,7 @@ impl<'a> ClipMeasurer<'a> {
 
     /// Measures a choice: the worst errors of the pictures that the search sees, and what it costs on the largest.
     pub(super) fn measured(&mut self, choice: &[usize]) -> Result<Measured, LabError> {
-        let errors = self.measured_errors(choice)?;
+        let errors = self.errors(choice, true)?;
         let graph = self.graph(choice);
         let clip = &self.pictures[self.largest()].clip;
         let plan = self.player.load(&graph, clip, false)?.hash();
@@ -188,10 +167,10 @@ impl<'a> ClipMeasurer<'a> {
 
     /// Measures the errors of a choice on all pictures; `seen` are those that the search saw, and the cost.
     pub(super) fn confirmed(&mut self, choice: &[usize], seen: &Measured) -> Result<Confirmed, LabError> {
-        let errors: Vec<ClipError> = self.differences(choice, false)?.iter().map(|frames| clip_error(frames)).collect();
+        let errors = self.errors(choice, false)?;
         let mut at = 0;
-        for (other, (p999, _)) in errors.iter().enumerate() {
-            if *p999 > errors[at].0 {
+        for (other, error) in errors.iter().enumerate() {
+            if error.p999 > errors[at].p999 {
                 at = other;
             }
         }
@@ -219,20 +198,10 @@ impl<'a> ClipMeasurer<'a> {
         Ok(worst)
     }
 
-    /// The errors of each clip that the search sees. The images that predictions add are kept.
-    pub(super) fn measured_errors(&mut self, choice: &[usize]) -> Result<Vec<ClipError>, LabError> {
-        let images = self.differences(choice, true)?;
-        let errors = images.iter().map(|frames| clip_error(frames)).collect();
-        if singles(choice).len() < 2 || self.is_pair(choice) {
-            self.errors.insert(choice.to_vec(), SignedErrors::new(&images));
-        }
-        Ok(errors)
-    }
-
-    /// The signed differences of each frame of each clip, or of the frames and clips that the search sees.
-    fn differences(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<Vec<Frame>>, LabError> {
+    /// The errors of a choice on each clip, or on the clips and frames that the search sees.
+    fn errors(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<CodeErrors>, LabError> {
         let graph = self.graph(choice);
-        let (mut images, mut loaded): (Vec<Vec<Frame>>, Option<&Clip>) = (Vec::new(), None);
+        let (mut errors, mut loaded): (Vec<CodeErrors>, Option<&Clip>) = (Vec::new(), None);
         for Picture { clip, reference, searched_frames, .. } in
             self.pictures.iter().filter(|picture| picture.is_searched || !only_searched)
         {
@@ -244,71 +213,14 @@ impl<'a> ClipMeasurer<'a> {
                 loaded = Some(clip);
             }
             let frames = if only_searched { *searched_frames } else { clip.len() };
-            images.push(reference.differences(&mut self.player, clip, self.view, frames)?);
+            errors.push(reference.code_errors(&mut self.player, clip, self.view, frames)?);
         }
-        Ok(images)
+        Ok(errors)
     }
-
-    /// The choices whose errors a prediction adds, and that are not measured.
-    pub(super) fn missing_parts(&self, choice: &[usize]) -> Vec<Vec<usize>> {
-        let mut parts: Vec<Vec<usize>> = self.parts(choice).into_keys().collect();
-        parts.push(self.space.most_accurate());
-        parts.retain(|part| !self.errors.contains_key(part));
-        parts
-    }
-
-    /// The most parts that any predictions may still lack.
-    pub(super) fn parts_left(&self) -> u64 {
-        self.space.parts(self.written) - self.errors.len() as u64
-    }
-
-    /// The errors of each clip of a choice of several switches, from the sum of their signed errors.
-    ///
-    /// # Panics
-    /// Parts are missing.
-    pub(super) fn predicted_errors(&self, choice: &[usize]) -> Vec<ClipError> {
-        let parts = self.parts(choice);
-        let parts: Vec<(&SignedErrors, f32)> =
-            parts.iter().map(|(part, factor)| (&self.errors[part], *factor)).collect();
-        SignedErrors::of_sum(&self.errors[&self.space.most_accurate()], &parts)
-    }
-
-    /// The choices whose errors are added for one, and the factor of each. The error of a pair that interacts takes the
-    /// place of the sum of both.
-    fn parts(&self, choice: &[usize]) -> BTreeMap<Vec<usize>, f32> {
-        let changed = changed(choice);
-        let mut parts: BTreeMap<Vec<usize>, f32> = BTreeMap::new();
-        for (at, a) in changed.iter().enumerate() {
-            *parts.entry(only(choice, &[*a])).or_default() += 1.0;
-            for b in changed[at + 1..].iter().filter(|b| self.space.interact(self.written, *a, **b)) {
-                *parts.entry(only(choice, &[*a, *b])).or_default() += 1.0;
-                for switch in [a, b] {
-                    *parts.entry(only(choice, &[*switch])).or_default() -= 1.0;
-                }
-            }
-        }
-        parts.retain(|_, factor| *factor != 0.0);
-        parts
-    }
-
-    /// Whether a choice changes two switches that interact.
-    fn is_pair(&self, choice: &[usize]) -> bool {
-        matches!(changed(choice)[..], [a, b] if self.space.interact(self.written, a, b))
-    }
-}
-
-/// The worst frame of a clip.
-fn clip_error(frames: &[Frame]) -> ClipError {
-    let mut worst = (0.0_f64, 0.0_f64);
-    for frame in frames {
-        let largest: Vec<f32> = frame.iter().map(|pixel| pixel.map(f32::abs).into_iter().fold(0.0, f32::max)).collect();
-        worst = (worst.0.max(percentile(&largest, SHARE)), worst.1.max(percentile(&largest, 1.0)));
-    }
-    worst
 }
 
 /// The worst errors of all clips, without costs.
-pub(super) fn worst(errors: &[ClipError]) -> Measured {
-    let one = |(p999, max): &ClipError| Measured { p999: *p999, max: *max, ..Measured::default() };
+fn worst(errors: &[CodeErrors]) -> Measured {
+    let one = |errors: &CodeErrors| Measured { p999: errors.p999, max: errors.max, ..Measured::default() };
     errors.iter().map(one).reduce(Measured::worst).expect("there is at least one clip")
 }

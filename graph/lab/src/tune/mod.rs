@@ -1,11 +1,11 @@
 //! The choice of quality switches with the smallest error within a time, or the shortest time within an error.
 
 mod measurer;
-mod prediction;
 mod search;
 mod space;
 mod state;
 mod steps;
+mod target;
 mod tiers;
 mod tuner;
 
@@ -16,9 +16,8 @@ use afterimage_graph::node::Registry;
 
 pub use crate::measure::variants::changes;
 pub use measurer::TunePipeline;
-pub use search::{MARGIN, Measured, TuneTarget};
+pub use target::{MARGIN, Measured, TuneTarget};
 pub use tiers::{Goal, Tier};
-pub use tuner::Prediction;
 
 use measurer::ClipMeasurer;
 use state::SearchState;
@@ -40,14 +39,11 @@ pub struct Tuned {
     pub left_out: Vec<String>,
     /// The number of choices with measured figures.
     pub choices: usize,
-    /// The choices whose predicted error was measured in the end.
-    pub predictions: Vec<Prediction>,
 }
 
-/// Searches the choices of a pipeline's quality switches for each goal. Time and errors of each single switch are
-/// measured. Those of several are predicted from them, and measured for the choice that is found; if they are worse,
-/// the search goes on. All goals share all figures. `state` is a file of figures: a search that was interrupted
-/// continues from it.
+/// Searches the choices of a pipeline's quality switches for each goal: a greedy descent from the most accurate choice,
+/// each step of which is measured. All goals share all figures. `state` is a file of figures: a search that was
+/// interrupted continues from it.
 ///
 /// The search sees every other image, and some charts. What it finds is measured on the others, too, and searched again
 /// within less if its errors are beyond the goal there. Errors are claimed a tenth above the worst.
@@ -66,8 +62,9 @@ pub fn tune(
     state: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Tuned, LabError> {
-    let mut steps = Steps::new(progress, goals.len() as u64, tiers::last_steps(goals.len()));
-    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, true, &mut steps)?;
+    let mut steps = Steps::new(progress, goals.len() as u64);
+    steps.add(tiers::last_steps(goals.len()));
+    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
     if goals.len() > 1 {
         // The tiers that are found are timed by turns.
         measurer.samples = measurer.samples.div_ceil(ROUGHLY);
@@ -76,5 +73,5 @@ pub fn tune(
     let mut tuner = Tuner::new(measurer, state, steps);
     let (tiers, left_out) = tiers::tiers(&mut tuner, goals)?;
     tuner.steps.finish();
-    Ok(Tuned { tiers, left_out, choices: tuner.state.len(), predictions: tuner.predictions })
+    Ok(Tuned { tiers, left_out, choices: tuner.state.len() })
 }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use afterimage_graph::check::{Graph, Source};
+use afterimage_graph::check::Graph;
 use afterimage_plan::Plan;
 
 use crate::LabError;
 use crate::measure::player::run_alike;
-use crate::measure::variants::{Switch, SwitchTarget, switches, verify};
+use crate::measure::variants::{Switch, switches, verify};
 
 /// The switches that change the plan, each with at least two choices. A choice is an index for each switch.
 pub(super) struct Space {
@@ -58,31 +58,6 @@ impl Space {
         graph
     }
 
-    /// The number of choices whose errors predictions add: the most accurate one, those of one switch, and of two that
-    /// interact.
-    pub(super) fn parts(&self, graph: &Graph) -> u64 {
-        let cheaper = |at: usize| self.switches[at].choices.len() - 1;
-        let count = self.switches.len();
-        let mut parts = 1 + (0..count).map(cheaper).sum::<usize>();
-        for a in 0..count {
-            parts +=
-                (a + 1..count).filter(|b| self.interact(graph, a, *b)).map(|b| cheaper(a) * cheaper(b)).sum::<usize>();
-        }
-        parts as u64
-    }
-
-    /// Whether the errors of two switches may not add up: one changes how its node makes what the node of the other
-    /// reads. Formats only round.
-    pub(super) fn interact(&self, graph: &Graph, a: usize, b: usize) -> bool {
-        let (a, b) = (&self.switches[a], &self.switches[b]);
-        let reads = |from: &Switch, to: &Switch| {
-            let mut wires = graph.nodes[to.node].wires.iter().flatten();
-            wires.any(|wire| matches!(wire, Source::Node { node, previous: 0, .. } if *node == from.node))
-        };
-        let are_parameters = [a, b].iter().all(|switch| matches!(switch.target, SwitchTarget::Parameter(_)));
-        are_parameters && (reads(a, b) || reads(b, a))
-    }
-
     /// The choice as text: the switches that are not at their most accurate.
     pub(super) fn key(&self, choice: &[usize]) -> String {
         let changed = self.switches.iter().zip(choice).filter(|(_, at)| **at > 0);
@@ -102,23 +77,8 @@ impl Space {
         self.switches.iter().map(name).collect()
     }
 
-    /// How many choices each switch has.
+    /// The number of choices of each switch.
     pub(super) fn sizes(&self) -> Vec<usize> {
         self.switches.iter().map(|switch| switch.choices.len()).collect()
     }
-}
-
-/// The choices of one switch that make up a choice.
-pub(super) fn singles(choice: &[usize]) -> Vec<Vec<usize>> {
-    changed(choice).into_iter().map(|switch| only(choice, &[switch])).collect()
-}
-
-/// The switches that are not at their most accurate.
-pub(super) fn changed(choice: &[usize]) -> Vec<usize> {
-    (0..choice.len()).filter(|switch| choice[*switch] > 0).collect()
-}
-
-/// The choice with all other switches at their most accurate.
-pub(super) fn only(choice: &[usize], switches: &[usize]) -> Vec<usize> {
-    (0..choice.len()).map(|switch| if switches.contains(&switch) { choice[switch] } else { 0 }).collect()
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::measurer::Confirmed;
-use super::search::Measured;
+use super::target::Measured;
 use crate::LabError;
 use crate::files::MAX_TEXT;
 use afterimage_media::{read_text, rewrite};
@@ -24,9 +24,6 @@ struct Content {
     /// What the figures depend on.
     identity: Value,
     measured: BTreeMap<String, Measured>,
-    /// Errors that were predicted, without times.
-    #[serde(default)]
-    predicted: BTreeMap<String, Measured>,
     /// Figures of all pictures, also of those that the search does not see.
     #[serde(default)]
     confirmed: BTreeMap<String, Confirmed>,
@@ -35,8 +32,7 @@ struct Content {
 impl SearchState {
     /// Opens the figures of an earlier search, if the file exists and has the same identity.
     pub(super) fn open(path: Option<&Path>, identity: Value) -> Result<Self, LabError> {
-        let fresh =
-            Content { identity, measured: BTreeMap::new(), predicted: BTreeMap::new(), confirmed: BTreeMap::new() };
+        let fresh = Content { identity, measured: BTreeMap::new(), confirmed: BTreeMap::new() };
         let known = path.filter(|path| path.exists());
         let content = match known {
             None => fresh,
@@ -47,15 +43,6 @@ impl SearchState {
 
     pub(super) fn measured(&self, choice: &str) -> Option<Measured> {
         self.content.measured.get(choice).copied()
-    }
-
-    pub(super) fn predicted(&self, choice: &str) -> Option<Measured> {
-        self.content.predicted.get(choice).copied()
-    }
-
-    /// Keeps predicted errors; [`Self::write`] writes them.
-    pub(super) fn predict(&mut self, choice: String, errors: Measured) {
-        self.content.predicted.insert(choice, errors);
     }
 
     /// Adds figures, and writes them to the file.
@@ -74,7 +61,7 @@ impl SearchState {
         self.write()
     }
 
-    pub(super) fn write(&self) -> Result<(), LabError> {
+    fn write(&self) -> Result<(), LabError> {
         let Some(path) = &self.path else { return Ok(()) };
         let text = serde_json::to_string_pretty(&self.content)
             .map_err(|error| LabError::Machine(format!("cannot write the state: {error}")))?;
@@ -94,7 +81,7 @@ fn read(path: &Path, identity: &Value) -> Result<Content, LabError> {
         LabError::request(format!("`{shown}` is not the state of a search: {error}")).hint("name another file")
     })?;
     let confirmed = content.confirmed.values().map(|confirmed| &confirmed.measured);
-    let figures = content.measured.values().chain(content.predicted.values()).chain(confirmed);
+    let figures = content.measured.values().chain(confirmed);
     if !figures.clone().all(Measured::is_possible) {
         return Err(LabError::request(format!("`{shown}` has figures below 0, which nothing has measured"))
             .hint("remove it, or name another file"));
@@ -121,8 +108,7 @@ mod tests {
         let path = folder.join("state.json");
         let identity = json!({ "size": 8 });
         let mut state = SearchState::open(Some(&path), identity.clone()).expect("there is none");
-        let measured =
-            Measured { ms: 2.0, p999: 3.0, p999_without_worst: Some(4.0), max: 5.0, bytes: 6, is_predicted: false };
+        let measured = Measured { ms: 2.0, p999: 3.0, p999_without_worst: Some(4.0), max: 5.0, bytes: 6 };
         state.insert("a=1".to_owned(), measured).expect("it is written");
         state.confirm("a=1".to_owned(), Confirmed { measured, worst: "b".to_owned() }).expect("it is written");
         let text = std::fs::read_to_string(&path).expect("it was written");

@@ -4,7 +4,7 @@ use afterimage_gpu::FrameTime;
 use afterimage_graph::check::Graph;
 
 use super::measurer::Confirmed;
-use super::search::{Measured, TuneTarget};
+use super::target::{Measured, TuneTarget};
 use super::tuner::Tuner;
 use crate::LabError;
 use crate::measure::beats;
@@ -54,6 +54,7 @@ pub(super) fn last_steps(goals: usize) -> u64 {
 /// The tiers for these goals, and why others have none.
 pub(super) fn tiers(tuner: &mut Tuner<'_>, goals: &[Goal]) -> Result<(Vec<Tier>, Vec<String>), LabError> {
     let (mut found, mut left_out): (Vec<Found<'_>>, Vec<String>) = (Vec::new(), Vec::new());
+    tuner.measure_singles(goals.iter().map(|goal| goal.target))?;
     for goal in goals {
         let (choice, Confirmed { measured, worst }) = tuner.find(goal.target)?;
         if !goal.target.is_met(&measured) {
@@ -68,15 +69,17 @@ pub(super) fn tiers(tuner: &mut Tuner<'_>, goals: &[Goal]) -> Result<(Vec<Tier>,
             found.push(Found { goal, choice, measured, worst });
         }
     }
+    let before = tuner.steps.done();
     if found.len() > 1 {
         time_by_turns(tuner, &mut found)?;
         found = worth_having(&found, &mut left_out);
     }
-    tuner.steps.expect_last(found.len() as u64);
+    // What is left of the last steps is the visible difference of each tier.
+    tuner.steps.end_part(before, last_steps(goals.len()) - found.len() as u64);
     let mut tiers = Vec::new();
     for Found { goal, choice, measured, worst } in found {
         let Tuner { measurer, steps, .. } = tuner;
-        let flip = steps.run_last(&format!("FLIP of {}", goal.name), 0, || measurer.flip(&choice))?;
+        let flip = steps.run(&format!("FLIP of {}", goal.name), || measurer.flip(&choice))?;
         let (graph, conditions) = (measurer.graph(&choice), measurer.conditions(&worst));
         tiers.push(Tier { name: goal.name.clone(), graph, measured, flip, conditions });
     }
@@ -86,14 +89,13 @@ pub(super) fn tiers(tuner: &mut Tuner<'_>, goals: &[Goal]) -> Result<(Vec<Tier>,
 /// Replaces the times by those of two rounds in opposite order, so that a drift is not taken for a difference.
 fn time_by_turns(tuner: &mut Tuner<'_>, found: &mut [Found<'_>]) -> Result<(), LabError> {
     let count = found.len();
-    tuner.steps.expect_last(last_steps(count));
     let mut times: Vec<Option<FrameTime>> = vec![None; count];
     for round in 0..ROUNDS {
         for step in 0..count {
             let at = if round % 2 == 0 { step } else { count - 1 - step };
             let Found { goal, choice, .. } = &found[at];
             let Tuner { measurer, steps, .. } = tuner;
-            let time = steps.run_last(&format!("time of {}", goal.name), 0, || measurer.time(choice, ROUNDS))?;
+            let time = steps.run(&format!("time of {}", goal.name), || measurer.time(choice, ROUNDS))?;
             times[at] = Some(times[at].map_or(time, |before| before.joined(time)));
         }
     }
