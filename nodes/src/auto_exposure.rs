@@ -79,7 +79,9 @@ params! {
         pub highlights: AutoExposureHighlights = AutoExposureHighlights::Ignore;
         /// For `highlights: Protect`: the exposed luminance that the percentile `high` must not exceed. 1 is display
         /// white without a tone curve.
-        pub highlight_threshold: f32 = 10.0 => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance");
+        pub highlight_threshold: f32 = 10.0
+            => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance"),
+               when("highlights", [AutoExposureHighlights::Protect]);
     }
 }
 

@@ -19,7 +19,7 @@ params! {
         /// The distance off the plane, as a share of the depth, beyond which nothing counts.
         pub depth_threshold: f32 = 0.02 => within(0.001..=1.0), usually(0.005..=0.1);
         /// 1 minus the cosine between two normals beyond which nothing counts.
-        pub normal_threshold: f32 = 0.3 => within(0.001..=2.0), usually(0.05..=1.0);
+        pub normal_threshold: f32 = 0.3 => within(0.001..=2.0), usually(0.05..=1.0), when_wired("normal", true);
     }
 }
 

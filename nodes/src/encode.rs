@@ -63,13 +63,17 @@ params! {
         /// primaries or narrower ones.
         pub gamut: Gamut = Gamut::Compress;
         /// For `Gamma`: the gamma of the display. 1 is linear.
-        pub gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0), replans();
+        pub gamma: f32 = 2.2
+            => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0), replans(), when("transfer", [Transfer::Gamma]);
         /// For `Pq` and `Hlg`: the luminance of display-linear 1, which is SDR white. 203 is the reference white of
         /// ITU-R BT.2408.
-        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
+        pub white_nits: f32 = 203.0
+            => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans(),
+               when("transfer", [Transfer::Pq, Transfer::Hlg]);
         /// For `Pq`: light above is clipped. For `Hlg`: the peak of the display, which is signal 1.
         pub peak_nits: f32 = 1000.0
-            => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2"), replans();
+            => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2"), replans(),
+               when("transfer", [Transfer::Pq, Transfer::Hlg]);
     }
 }
 

@@ -39,12 +39,16 @@ macro_rules! blur {
                 pub kernel: GaussianKernel = GaussianKernel::Sigma;
                 /// For `kernel: Sigma`: the standard deviation. The cost grows with it: for a wider blur, blur a
                 /// smaller image. At 0.2 and below the blur changes nothing.
-                pub sigma: f32 = 2.0 => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels");
+                pub sigma: f32 = 2.0
+                    => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels"),
+                       when("kernel", [GaussianKernel::Sigma]);
                 /// How the weights are applied.
                 pub taps: GaussianTaps = GaussianTaps::Exact => quality(GaussianTaps::Exact, [GaussianTaps::Linear]);
                 /// For `kernel: Sigma`: the distance at which the kernel ends. The weight beyond it is lost: 3e-3 of
                 /// all light at 3, 6e-5 at 4.
-                pub reach: f32 = 3.0 => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]);
+                pub reach: f32 = 3.0
+                    => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]),
+                       when("kernel", [GaussianKernel::Sigma]);
                 $($own)*
             }
         }

@@ -34,7 +34,7 @@ params! {
         /// Means over four by four pixels of a surface, one after the other. 0 shows the noise.
         pub denoise: u32 = 1 => within(0.0..=3.0);
         /// The space that `normal` is in.
-        pub space: NormalSpace = NormalSpace::View;
+        pub space: NormalSpace = NormalSpace::View => when_wired("normal", true);
     }
 }
 

@@ -62,7 +62,7 @@ params! {
         /// The result is twice as large as the source.
         pub double: bool = false;
         /// The unit of the motion.
-        pub unit: MotionUnit = MotionUnit::Uv;
+        pub unit: MotionUnit = MotionUnit::Uv => when_wired("motion", true);
     }
 }
 

@@ -6,6 +6,7 @@ mod color;
 mod definitions;
 mod extremes;
 mod gallery;
+mod inactive;
 mod laws;
 mod lens;
 mod local;
