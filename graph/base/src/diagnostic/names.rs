@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Whether a character can forge a line, change the state of a terminal, or reverse the order of what follows: control
-/// characters, separators of lines, and the controls of bidirectional text (Unicode UAX 9, 2).
+/// Returns whether a character can forge a line, change the state of a terminal, or reverse the order of what follows:
+/// control characters, separators of lines, and the controls of bidirectional text (Unicode UAX 9, 2).
 pub const fn is_control(c: char) -> bool {
     matches!(
         c,

@@ -13,12 +13,12 @@ pub(crate) use cost::{check_cost, compile_costs};
 pub(crate) use memory::check_memory;
 pub(crate) use text::{check_size, check_text};
 
-/// How much of something there may be.
+/// An upper limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
-    /// What is counted, in the plural.
+    /// Name of what is counted, in the plural.
     pub counts: &'static str,
-    /// How many there may be.
+    /// The largest count.
     pub most: usize,
 }
 
@@ -27,7 +27,7 @@ impl Limit {
         Self { counts, most }
     }
 
-    /// What is wrong with that many; `None` if they are not too many.
+    /// Message if a count exceeds the limit.
     pub fn exceeded(&self, count: usize) -> Option<String> {
         (count > self.most).then(|| format!("too many {}: the limit is {}", self.counts, self.most))
     }

@@ -45,7 +45,7 @@ fn too_deep(text: &str, tokens: &[Token]) -> Option<(usize, Limit)> {
     None
 }
 
-/// What an expression, or a chain of statements, nests.
+/// Nesting of an expression, or of a chain of statements.
 #[derive(Clone, Copy, Default)]
 struct Level {
     /// The bracket that it is in, and the operators in front of what is read.
@@ -60,7 +60,6 @@ struct Level {
 struct Depth {
     /// The levels around the brackets that are open.
     open: Vec<Level>,
-    /// Their sum.
     outer: Level,
     inner: Level,
 }

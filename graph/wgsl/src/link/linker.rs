@@ -33,7 +33,7 @@ pub struct Linker<'a> {
 pub struct Linked {
     /// The text of the module.
     pub text: String,
-    /// Where its bytes came from.
+    /// Origin of its bytes.
     pub map: SourceMap,
     /// The names in the module of the entry points that were asked for.
     pub entries: Vec<String>,
@@ -47,7 +47,7 @@ pub(crate) struct Declared {
     /// The name in the file.
     pub(crate) original: String,
     pub(crate) instance: Instance,
-    /// Whether the file is one of the framework's library.
+    /// True if the file is one of the framework's library.
     pub(crate) is_framework: bool,
 }
 
@@ -174,8 +174,8 @@ impl<'a> Linker<'a> {
         self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.most))
     }
 
-    /// Whether a loop was ended in the kernel function that was called last, as an expression. `None` if no file has
-    /// loops whose steps are counted.
+    /// Returns whether a loop was ended in the kernel function that was called last, as an expression. `None` if no
+    /// file has loops whose steps are counted.
     pub fn after_call(&self) -> Option<String> {
         self.counter.map(|counter| format!("{}()", self.name(counter, loops::CUT)))
     }
