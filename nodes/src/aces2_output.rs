@@ -63,7 +63,7 @@ impl Node for Aces2Output {
         "Display-linear light in the primaries of `gamut`, 0 to `peak`.",
     )
     .or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         if self.peak <= 1.0 {

@@ -60,7 +60,7 @@ impl Node for BilateralBlur {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.radius == 0 || inputs.is_zero("source")

@@ -71,7 +71,7 @@ impl Node for DemoScene {
             "Where a surface is minus where it was in the previous frame, in uv, without the jitter.",
         ),
     ];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());

@@ -82,7 +82,7 @@ impl Node for Encode {
         &[Input::image("source", "Display-linear light.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn color(&self) -> ColorChange {
         let primaries = self.primaries.space();
@@ -109,7 +109,7 @@ impl Node for Encode {
             .set("luminance_weights", luminance_weights(&to).to_array())
             .set("limit", self.limit())
             .set("compresses", if self.gamut == Gamut::Compress && !is_within(&from, &to) { 1.0 } else { 0.0 })
-            .promise("ENCODE_SAME_PRIMARIES", from == to)
+            .define("ENCODE_SAME_PRIMARIES", from == to)
             .write("result", desc);
     }
 }

@@ -166,7 +166,7 @@ impl Node for Gaussian {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
@@ -186,7 +186,7 @@ impl Node for GaussianPyramid {
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
             .or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
@@ -199,7 +199,7 @@ impl Node for GaussianPyramid {
             let desc = ImageDesc::new(pass.desc(*source).size);
             let level = pass.level(format_args!("result.{index}"), desc);
             self.blur(scale, FILTERED).record(pass, *source, level);
-            pass.give_level("result", level);
+            pass.add_output_level("result", level);
         }
     }
 }

@@ -47,7 +47,7 @@ params! {
 impl Node for Gtao {
     const INPUTS: &'static [Input] = visibility::INPUTS;
     const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

@@ -106,7 +106,7 @@ impl Node for Histogram {
         // Whole vectors, because the header is also read as one.
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
-        pass.give("brightest", InputValue::Buffer(table));
+        pass.set_output("brightest", InputValue::Buffer(table));
         let rows = rows(sampled);
         pass.compute(&SHADER, "histogram")
             .image("albedo", albedo_image)

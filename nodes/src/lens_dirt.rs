@@ -30,7 +30,7 @@ impl Node for LensDirt {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light with the dirt in it.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || inputs.is_zero("source") || inputs.is_zero("dirt")

@@ -32,7 +32,7 @@ impl Node for PurkinjeSimple {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         has_no_effect(self.strength, self.illuminance, inputs)

@@ -69,7 +69,7 @@ impl Node for Resolve {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image of one sample in each pixel.")
             .or_input("otherwise")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

@@ -126,7 +126,7 @@ impl Node for ShadowMask {
             "The share of the light that is blocked, in x; 0 in the others.",
         ),
     ];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

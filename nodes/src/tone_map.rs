@@ -203,11 +203,11 @@ impl Node for ToneMap {
         "Display-linear light in the primaries of the display, 0 to `peak`.",
     )
     .or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
-    fn promises(&self) -> Promises {
+    fn invariants(&self) -> Invariants {
         // Clipping steps at the borders of the gamut, which a table would blur.
-        Promises { of_color: self.gamut != Gamut::Clip, ..Self::PROMISES }
+        Invariants { of_color: self.gamut != Gamut::Clip, ..Self::INVARIANTS }
     }
 
     fn verify(&self) -> Result<(), String> {
@@ -275,8 +275,8 @@ impl Node for ToneMap {
             .set("gt7_intensity", gt7.intensity)
             .set("aces2", [aces2.factor, aces2.offset])
             .set("agx_hdr", [agx_hdr.toe, agx_hdr.slope, agx_hdr.rise, agx_hdr.white])
-            .promise("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
-            .promise("TONE_MAP_CLIPS", self.gamut == Gamut::Clip)
+            .define("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
+            .define("TONE_MAP_CLIPS", self.gamut == Gamut::Clip)
             .write("result", desc);
     }
 }

@@ -112,8 +112,8 @@ impl Node for Upsample {
         inputs.is_zero("source")
     }
 
-    fn promises(&self) -> Promises {
-        Promises { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Promises::DEFAULT }
+    fn invariants(&self) -> Invariants {
+        Invariants { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Invariants::DEFAULT }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -146,6 +146,6 @@ impl Node for Upsample {
                 .write_to(result);
             (joined, rest) = (result, all);
         }
-        pass.give("result", InputValue::Image(joined));
+        pass.set_output("result", InputValue::Image(joined));
     }
 }

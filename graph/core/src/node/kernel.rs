@@ -25,8 +25,8 @@ pub struct KernelCall {
     pub uniform: Vec<u8>,
     /// Workgroups of an entry point; `None` for a function, whose entry point the framework writes.
     pub workgroups: Option<[u32; 3]>,
-    /// Constants of the module that hold here: see [`FunctionPass::promise`](super::FunctionPass::promise).
-    pub promises: Vec<&'static str>,
+    /// Constants of the module that hold here: see [`FunctionPass::define`](super::FunctionPass::define).
+    pub defines: Vec<&'static str>,
     /// Override constants of an entry point's module.
     pub constants: Vec<(&'static str, f64)>,
     /// The form by rows of a function, if it has one.
@@ -199,7 +199,7 @@ pub struct ByCells {
 }
 
 impl KernelCall {
-    /// A call of a function without a uniform, promises or other forms.
+    /// A call of a function without a uniform, defines or other forms.
     pub fn function(
         node: &str,
         shader: impl Into<Shared<Shader>>,
@@ -214,7 +214,7 @@ impl KernelCall {
             args: args.iter().map(argument).collect(),
             uniform: Vec::new(),
             workgroups: None,
-            promises: Vec::new(),
+            defines: Vec::new(),
             constants: Vec::new(),
             by_rows: None,
             by_neighbors: None,

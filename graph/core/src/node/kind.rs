@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::block::HostBlock;
 use super::color::ColorChange;
+use super::invariants::Invariants;
 use super::ports::{Fallback, Input, Output, Signature};
-use super::promises::Promises;
 use super::recorder::Recorder;
 use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
@@ -105,8 +105,8 @@ pub trait DynNode: Send + Sync + 'static {
     }
 
     /// Invariants of the results.
-    fn promises(&self) -> Promises {
-        Promises::NONE
+    fn invariants(&self) -> Invariants {
+        Invariants::NONE
     }
 
     /// Describes the passes of the node.

@@ -9,11 +9,11 @@ mod drawing;
 mod embedded;
 mod folder;
 mod geometry;
+mod invariants;
 mod kernel;
 mod kind;
 mod pass;
 mod ports;
-mod promises;
 mod recorder;
 mod registry;
 mod resource;
@@ -30,11 +30,11 @@ pub use drawing::{ColorAttachment, Compare, DepthAttachment, DepthTest, DrawCont
 pub use embedded::EmbeddedKind;
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
+pub use invariants::Invariants;
 pub use kernel::{Arg, Argument, ByCells, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
 pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, OutputUse, PortType, Signature};
-pub use promises::Promises;
 pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, MisfitPixel, NodeColors, Recorder,
     RecorderContext, Recording, Replay, WarpPass,

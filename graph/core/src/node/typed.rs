@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::color::ColorChange;
+use super::invariants::Invariants;
 use super::kind::{DynNode, InputValues, Kind, NodeKind};
 use super::ports::{Input, Output};
-use super::promises::Promises;
 use super::recorder::Recorder;
 use super::values::UniformValues;
 use afterimage_base::Shared;
@@ -37,7 +37,7 @@ pub trait Node: Params {
     /// The output ports, the main one first, each with its fallback.
     const OUTPUTS: &'static [Output];
     /// Invariants of the results, for `afterimage stress`.
-    const PROMISES: Promises = Promises::DEFAULT;
+    const INVARIANTS: Invariants = Invariants::DEFAULT;
     /// The shaders of its passes. [`Registry::new`](super::Registry::new) links and validates those that are listed; an
     /// error in any other one is found by the first plan that needs it.
     const SHADERS: &'static [&'static Shader] = &[];
@@ -81,8 +81,8 @@ pub trait Node: Params {
     }
 
     /// Invariants of the results at the present values.
-    fn promises(&self) -> Promises {
-        Self::PROMISES
+    fn invariants(&self) -> Invariants {
+        Self::INVARIANTS
     }
 
     /// Describes the passes of the node.
@@ -112,8 +112,8 @@ impl<N: Node> DynNode for N {
     fn color(&self) -> ColorChange {
         Node::color(self)
     }
-    fn promises(&self) -> Promises {
-        Node::promises(self)
+    fn invariants(&self) -> Invariants {
+        Node::invariants(self)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         Node::record(self, pass);

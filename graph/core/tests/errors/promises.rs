@@ -119,7 +119,7 @@ fn with_buffer(draft: &mut Declared, port: Output) {
     draft.record = |values, pass| {
         plain(values, pass);
         let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-        pass.give("other", InputValue::Buffer(buffer));
+        pass.set_output("other", InputValue::Buffer(buffer));
     };
 }
 
@@ -290,16 +290,16 @@ const RECORDED: &[(&str, Change)] = &[
     ("an output of another type", |d| {
         d.record = |_, pass| {
             let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-            pass.give("result", InputValue::Buffer(buffer));
+            pass.set_output("result", InputValue::Buffer(buffer));
         };
     }),
     ("a pyramid for an image", |d| {
         d.record = |_, pass| {
             let image = pass.image("source");
-            pass.give("result", InputValue::Pyramid(vec![image]));
+            pass.set_output("result", InputValue::Pyramid(vec![image]));
         };
     }),
-    ("zero for an image", |d| d.record = |_, pass| pass.give("result", InputValue::Zero)),
+    ("zero for an image", |d| d.record = |_, pass| pass.set_output("result", InputValue::Zero)),
     ("another recording each time", |d| {
         d.record = |values, pass| {
             plain(values, pass);

@@ -46,7 +46,7 @@ pub(super) struct Part<'a> {
     /// True if the file is one of the framework's library.
     pub(super) is_framework: bool,
     /// Boolean constants that are set to true.
-    pub(super) promises: Vec<String>,
+    pub(super) defines: Vec<String>,
     /// Imported files, in which names are looked up after its own declarations.
     pub(super) imports: Vec<Instance>,
     /// The files that all import.
@@ -68,14 +68,14 @@ impl<'a> Part<'a> {
         file: &'a SourceFile,
         module: &'a Module,
         library: Option<&'a Library>,
-        promises: Vec<String>,
+        defines: Vec<String>,
     ) -> Self {
         Self {
             file,
             module,
             library,
             is_framework: false,
-            promises,
+            defines,
             imports: Vec::new(),
             prelude: Vec::new(),
             edits: Vec::new(),
@@ -92,14 +92,14 @@ impl<'a> Part<'a> {
         self.renamed[symbol.index()].as_deref().unwrap_or_else(|| self.module.name(symbol))
     }
 
-    /// Returns whether it is of that file and library, with those promises.
-    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, promises: &[String]) -> bool {
+    /// Returns whether it is of that file and library, with those defines.
+    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, defines: &[String]) -> bool {
         let same_file = std::ptr::eq(self.file, file)
             || (**self.file.name() == **file.name() && **self.file.text() == **file.text());
         let same_library = match (self.library, library) {
             (Some(own), Some(other)) => std::ptr::eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        same_file && same_library && self.promises == promises
+        same_file && same_library && self.defines == defines
     }
 }

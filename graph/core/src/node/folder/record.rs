@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Output, PortType, Promises, Recorder};
+use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Invariants, Output, PortType, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
@@ -196,8 +196,8 @@ impl DynNode for FolderNode {
         is_neutral && arrives && self.passes.can_be_skipped
     }
 
-    fn promises(&self) -> Promises {
-        Promises { of_color: self.passes.of_color, ..Promises::NONE }
+    fn invariants(&self) -> Invariants {
+        Invariants { of_color: self.passes.of_color, ..Invariants::NONE }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -208,7 +208,7 @@ impl DynNode for FolderNode {
         for (step, needed) in node.steps.iter().zip(needed) {
             let made = if needed { recorder.step(step) } else { InputValue::Absent };
             if recorder.pass.is_output_used(&step.name) {
-                recorder.pass.give(&step.name, made.clone());
+                recorder.pass.set_output(&step.name, made.clone());
             }
             recorder.made.push(made);
         }

@@ -119,7 +119,7 @@ impl ComputePass<'_, '_> {
             by_cells,
             node: _,
             uniform: _,
-            promises: _,
+            defines: _,
             by_rows: _,
             by_neighbors: _,
             by_square: _,

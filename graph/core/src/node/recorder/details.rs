@@ -13,7 +13,7 @@ pub(super) struct FunctionDetails {
     pub(super) levels: Vec<(&'static str, Subresource)>,
     /// Computed members of the uniform, besides the parameters.
     pub(super) computed: Vec<(&'static str, UniformValue)>,
-    pub(super) promises: Vec<&'static str>,
+    pub(super) defines: Vec<&'static str>,
 }
 
 /// Bindings and constants of a module with entry points that are no inputs of the same name.
@@ -44,11 +44,11 @@ pub(super) enum Label {
 
 impl FunctionDetails {
     pub(super) fn clear(&mut self) {
-        let Self { reads, levels, computed, promises } = self;
+        let Self { reads, levels, computed, defines } = self;
         reads.clear();
         levels.clear();
         computed.clear();
-        promises.clear();
+        defines.clear();
     }
 }
 

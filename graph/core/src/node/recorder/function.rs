@@ -124,11 +124,11 @@ impl FunctionPass<'_, '_> {
         self
     }
 
-    /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line `const
-    /// NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
-    /// promise. The result must not depend on it.
-    pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
-        self.details.promises.extend(holds.then_some(constant));
+    /// Defines a shader constant, if a condition holds under which the function needs fewer operations. `constant` is a
+    /// line `const NAME: bool = false;` of the module; it becomes true where every function of the module in a pass
+    /// defines it. The result must not depend on it.
+    pub fn define(mut self, constant: &'static str, holds: bool) -> Self {
+        self.details.defines.extend(holds.then_some(constant));
         self
     }
 
@@ -173,7 +173,7 @@ impl FunctionPass<'_, '_> {
         let KernelCall {
             shader,
             function,
-            promises,
+            defines,
             by_rows,
             by_neighbors,
             by_square,
@@ -199,7 +199,7 @@ impl FunctionPass<'_, '_> {
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
             && (*by_neighbors, *by_square) == (self.by_neighbors, self.by_square)
-            && *promises == self.details.promises
+            && *defines == self.details.defines
             && self.has_args(args)
     }
 
@@ -238,7 +238,7 @@ impl FunctionPass<'_, '_> {
         KernelCall {
             args,
             uniform: self.recorder.uniform(&self.shader, params(function), &self.details.computed),
-            promises: self.details.promises.clone(),
+            defines: self.details.defines.clone(),
             by_rows: self.by_rows,
             by_neighbors: self.by_neighbors,
             by_square: self.by_square,

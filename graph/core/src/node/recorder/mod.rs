@@ -156,7 +156,7 @@ impl<'a> Recorder<'a> {
 
     /// Declares that the state of this node stays as the first frame of a sequence makes it: in other frames its
     /// passes, and those that nobody else needs, do not run.
-    pub fn settle_state(&mut self) {
+    pub fn initialize_once(&mut self) {
         self.recording.settled.insert(self.context.node.to_owned());
     }
 
@@ -244,7 +244,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Gives something to an output port.
-    pub fn give(&mut self, port: &str, what: InputValue) {
+    pub fn set_output(&mut self, port: &str, what: InputValue) {
         let index = self.context.kind.output_index(port);
         if let InputValue::Image(image) = what {
             let (desc, ty) = (self.desc(image), self.context.kind.outputs[index].ty);
@@ -260,7 +260,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Gives the next level of the pyramid of an output port, finest first.
-    pub fn give_level(&mut self, port: &str, level: ImageId) {
+    pub fn add_output_level(&mut self, port: &str, level: ImageId) {
         let index = self.context.kind.output_index(port);
         match self.outputs.get_mut(index) {
             Some(InputValue::Pyramid(levels)) => levels.push(level),

@@ -81,7 +81,7 @@ impl Recorder<'_> {
     /// An image of an output port, to be written by a pass of this node.
     pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
         let image = self.level(port, desc);
-        self.give(port, InputValue::Image(image));
+        self.set_output(port, InputValue::Image(image));
         image
     }
 
@@ -139,7 +139,7 @@ impl Recorder<'_> {
     /// The table of an output port.
     pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
         let buffer = self.add_buffer(port, bytes, life);
-        self.give(port, InputValue::Buffer(buffer));
+        self.set_output(port, InputValue::Buffer(buffer));
         buffer
     }
 

@@ -7,11 +7,11 @@
 /// ```
 /// use afterimage_graph::prelude::*;
 /// // A vignette: a constant image becomes darker toward its corners.
-/// const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
-/// assert!(PROMISES.symmetric);
+/// const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
+/// assert!(INVARIANTS.symmetric);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Promises {
+pub struct Invariants {
     /// A constant image comes out constant.
     pub constant: bool,
     /// A constant image comes out as it is.
@@ -33,7 +33,7 @@ pub struct Promises {
     pub of_color: bool,
 }
 
-impl Promises {
+impl Invariants {
     /// Only what the color state of a result demands: what a node promises that declares nothing.
     pub const NONE: Self = Self {
         constant: false,
