@@ -197,10 +197,10 @@ pub(super) fn after_the_end(location: &Location, token: &str, name: Option<&str>
     error(message, location, format!("a file holds one {value} and nothing after it"))
 }
 
-pub(super) fn too_long(start: &Location, bytes: usize, most: usize) -> Diagnostic {
+pub(super) fn too_long(start: &Location, bytes: usize, max: usize) -> Diagnostic {
     Diagnostic::error("file-too-long", format!("the file has {bytes} bytes, more than a pipeline can have"))
         .at(start, "")
-        .help(format!("a pipeline file has at most {most} bytes"))
+        .help(format!("a pipeline file has at most {max} bytes"))
 }
 
 pub(super) fn blank(start: &Location) -> Diagnostic {

@@ -19,17 +19,17 @@ pub struct Limit {
     /// Name of what is counted, in the plural.
     pub counts: &'static str,
     /// The largest count.
-    pub most: usize,
+    pub max: usize,
 }
 
 impl Limit {
-    const fn new(most: usize, counts: &'static str) -> Self {
-        Self { counts, most }
+    const fn new(max: usize, counts: &'static str) -> Self {
+        Self { counts, max }
     }
 
     /// Message if a count exceeds the limit.
     pub fn exceeded(&self, count: usize) -> Option<String> {
-        (count > self.most).then(|| format!("too many {}: the limit is {}", self.counts, self.most))
+        (count > self.max).then(|| format!("too many {}: the limit is {}", self.counts, self.max))
     }
 }
 

@@ -171,7 +171,7 @@ impl<'a> Linker<'a> {
         if self.counter.is_none() && loops::any(&self.parts) {
             self.counter = Some(self.framework(loops::FILE));
         }
-        self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.most))
+        self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.max))
     }
 
     /// Returns whether a loop was ended in the kernel function that was called last, as an expression. `None` if no

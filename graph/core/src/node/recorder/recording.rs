@@ -20,7 +20,7 @@ pub struct Recording {
     pub computed: BTreeMap<String, Arc<[u8]>>,
     /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
     /// all zeros, and whoever sets the limit does not run the recording.
-    pub most_computed: Option<u64>,
+    pub max_computed: Option<u64>,
     /// The nodes whose state stays as it is once it is made.
     pub settled: BTreeSet<String>,
 }

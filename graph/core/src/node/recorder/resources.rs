@@ -102,7 +102,7 @@ impl Recorder<'_> {
     pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
         let computed: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
-        let has_room = self.recording.most_computed.is_none_or(|most| computed.saturating_add(desc.bytes()) <= most);
+        let has_room = self.recording.max_computed.is_none_or(|max| computed.saturating_add(desc.bytes()) <= max);
         let make = || if has_room { compute() } else { vec![0; desc.bytes() as usize] };
         let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| make().into()).clone();
         assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
