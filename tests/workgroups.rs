@@ -210,7 +210,7 @@ fn a_loop_without_end_ends_at_the_limit_which_is_lower_in_a_workgroup() {
         inputs: { "source": Image(doc: "A picture.") },
         outputs: { "result": Image(doc: "Another.", state: Same("source"), function: "shares") },
     )"#;
-    let most = [limits::WORKGROUP_LOOP_STEPS.most as f32, limits::LOOP_STEPS.most as f32];
+    let most = [limits::WORKGROUP_LOOP_STEPS.max as f32, limits::LOOP_STEPS.max as f32];
     for (kind, is_alone) in [(shares(shader), false), (kind(pixel, ("shares.wgsl", shader)), true)] {
         let graph = graph(kind, r#""it": Shares(source: "in")"#);
         let found = Run::new(&graph).exact().frame(&[("in", &scene)]).remove(0);

@@ -48,7 +48,7 @@ params! {
         pub peak: f32 = 1.0 => within(1.0..=100.0), usually(1.0..=20.0), unit("of SDR white"), replans();
         /// For a `peak` above 1: the luminance of display-linear 1. `Encode` has the same default.
         pub white_nits: f32 = 203.0
-            => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
+            => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans(), unless("peak", [1.0f32]);
         /// Which light becomes middle gray. `Native` is the exposure of ACES: 10 cd/m2 for SDR, 14.7 for a peak of
         /// 1000 cd/m2.
         pub middle_gray: MiddleGray = MiddleGray::Matched;
@@ -63,7 +63,7 @@ impl Node for Aces2Output {
         "Display-linear light in the primaries of `gamut`, 0 to `peak`.",
     )
     .or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         if self.peak <= 1.0 {

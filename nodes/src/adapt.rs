@@ -40,7 +40,7 @@ impl Node for Adapt {
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")
             .content("exposure")];
-    const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }
@@ -51,7 +51,7 @@ impl Node for Adapt {
             return;
         }
         if is_settled(pass, self.hold, [self.rate_dark, self.rate_bright]) {
-            pass.settle_state();
+            pass.initialize_once();
         }
         let result = pass.output_value("result", BufferLife::Persistent);
         let before = wanted_before(pass);

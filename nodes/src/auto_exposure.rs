@@ -79,7 +79,9 @@ params! {
         pub highlights: AutoExposureHighlights = AutoExposureHighlights::Ignore;
         /// For `highlights: Protect`: the exposed luminance that the percentile `high` must not exceed. 1 is display
         /// white without a tone curve.
-        pub highlight_threshold: f32 = 10.0 => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance");
+        pub highlight_threshold: f32 = 10.0
+            => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance"),
+               when("highlights", [AutoExposureHighlights::Protect]);
     }
 }
 
@@ -101,7 +103,7 @@ impl Node for AutoExposure {
         Output::new("range", PortType::Value, OutputState::Nothing, "The range of luminance: stops, from, to, and 1.")
             .content("luminance-range"),
     ];
-    const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
 
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {
@@ -125,7 +127,7 @@ impl Node for AutoExposure {
             return;
         }
         if is_settled(pass, self.hold, [self.rate_dark, self.rate_bright]) {
-            pass.settle_state();
+            pass.initialize_once();
         }
         let result = pass.output_value("result", BufferLife::Persistent);
         let range = pass.output_value("range", BufferLife::Persistent);

@@ -19,7 +19,7 @@ params! {
         /// The distance off the plane, as a share of the depth, beyond which nothing counts.
         pub depth_threshold: f32 = 0.02 => within(0.001..=1.0), usually(0.005..=0.1);
         /// 1 minus the cosine between two normals beyond which nothing counts.
-        pub normal_threshold: f32 = 0.3 => within(0.001..=2.0), usually(0.05..=1.0);
+        pub normal_threshold: f32 = 0.3 => within(0.001..=2.0), usually(0.05..=1.0), when_wired("normal", true);
     }
 }
 
@@ -60,7 +60,7 @@ impl Node for BilateralBlur {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.radius == 0 || inputs.is_zero("source")

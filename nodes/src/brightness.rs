@@ -20,7 +20,7 @@ impl Node for Brightness {
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image, 0 or more.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

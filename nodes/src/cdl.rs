@@ -43,7 +43,7 @@ impl Node for Cdl {
         ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The graded image.").or_input("source")];
-    const PROMISES: Promises = Promises { non_negative: false, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { non_negative: false, ..Invariants::OF_COLOR };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.values().is_ok_and(|values| values == ColorCorrection::NEUTRAL)

@@ -35,7 +35,7 @@ impl Node for ChromaticAberration {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with fringes.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || self.red == 0.0 && self.blue == 0.0 || inputs.is_zero("source")

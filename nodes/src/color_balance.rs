@@ -33,7 +33,7 @@ impl Node for ColorBalance {
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.").or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, _: &InputValues) -> bool {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];

@@ -78,7 +78,7 @@ impl Node for ColorLut {
         ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The graded image.").or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, _: &InputValues) -> bool {
         let keeps = self.state == LutState::Source;

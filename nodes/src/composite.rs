@@ -34,7 +34,8 @@ params! {
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent.
         pub radius: f32 = 1.0
-            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom");
+            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom"),
+               when("filter", [UpsampleFilter::Tent]);
     }
 }
 

@@ -37,7 +37,7 @@ params! {
         /// The diameter of the lens: what is not in focus is blurred, which needs many samples. 0 is a pinhole.
         pub aperture: f32 = 0.0 => within(0.0..=1.0), usually(0.0..=0.2), unit("m"), neutral(0.0);
         /// The distance of the focus along the view axis.
-        pub focus: f32 = 4.0 => within(0.1..=1000.0), usually(0.5..=20.0), unit("m");
+        pub focus: f32 = 4.0 => within(0.1..=1000.0), usually(0.5..=20.0), unit("m"), unless("aperture", [0.0f32]);
     }
 }
 
@@ -71,7 +71,7 @@ impl Node for DemoScene {
             "Where a surface is minus where it was in the previous frame, in uv, without the jitter.",
         ),
     ];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(pass.frame_size());

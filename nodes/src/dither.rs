@@ -32,7 +32,7 @@ impl Node for Dither {
     const INPUTS: &'static [Input] = &[Input::image("source", "The encoded image.").accepts(&[ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in exact codes, 0 to 1.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let bits = self.bits;

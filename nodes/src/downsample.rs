@@ -173,8 +173,8 @@ impl Node for Downsample {
         Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
     ];
 
-    fn promises(&self) -> Promises {
-        Promises { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..Promises::DEFAULT }
+    fn invariants(&self) -> Invariants {
+        Invariants { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..Invariants::DEFAULT }
     }
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
@@ -190,9 +190,9 @@ impl Node for Downsample {
             desc = desc.half();
             let level = pass.level(format_args!("result.{index}"), desc);
             self.halve(pass, above, level, index == 0);
-            pass.give_level("result", level);
+            pass.add_output_level("result", level);
             above = level;
         }
-        pass.give("coarsest", InputValue::Image(above));
+        pass.set_output("coarsest", InputValue::Image(above));
     }
 }

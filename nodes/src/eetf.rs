@@ -52,7 +52,7 @@ impl Node for Eetf {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")
             .or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let peak_nits = self.peak_nits.min(self.source_nits).into();

@@ -63,13 +63,17 @@ params! {
         /// primaries or narrower ones.
         pub gamut: Gamut = Gamut::Compress;
         /// For `Gamma`: the gamma of the display. 1 is linear.
-        pub gamma: f32 = 2.2 => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0), replans();
+        pub gamma: f32 = 2.2
+            => within(0.1..=10.0), usually(1.8..=2.6), neutral(1.0), replans(), when("transfer", [Transfer::Gamma]);
         /// For `Pq` and `Hlg`: the luminance of display-linear 1, which is SDR white. 203 is the reference white of
         /// ITU-R BT.2408.
-        pub white_nits: f32 = 203.0 => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans();
+        pub white_nits: f32 = 203.0
+            => within(1.0..=10000.0), usually(80.0..=400.0), unit("cd/m2"), replans(),
+               when("transfer", [Transfer::Pq, Transfer::Hlg]);
         /// For `Pq`: light above is clipped. For `Hlg`: the peak of the display, which is signal 1.
         pub peak_nits: f32 = 1000.0
-            => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2"), replans();
+            => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2"), replans(),
+               when("transfer", [Transfer::Pq, Transfer::Hlg]);
     }
 }
 
@@ -78,7 +82,7 @@ impl Node for Encode {
         &[Input::image("source", "Display-linear light.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn color(&self) -> ColorChange {
         let primaries = self.primaries.space();
@@ -105,7 +109,7 @@ impl Node for Encode {
             .set("luminance_weights", luminance_weights(&to).to_array())
             .set("limit", self.limit())
             .set("compresses", if self.gamut == Gamut::Compress && !is_within(&from, &to) { 1.0 } else { 0.0 })
-            .promise("ENCODE_SAME_PRIMARIES", from == to)
+            .define("ENCODE_SAME_PRIMARIES", from == to)
             .write("result", desc);
     }
 }

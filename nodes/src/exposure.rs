@@ -27,7 +27,7 @@ impl Node for Exposure {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")
             .or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.stops == 0.0 && inputs.is_absent("meter")

@@ -62,13 +62,16 @@ params! {
         /// How light is selected.
         pub method: ExtractMethod = ExtractMethod::Knee;
         /// For `Knee` and `Gate`: the quantity that the threshold applies to.
-        pub brightness: Brightness = Brightness::Max;
+        pub brightness: Brightness = Brightness::Max => when("method", [ExtractMethod::Knee, ExtractMethod::Gate]);
         /// Where the selection begins, in the units of the source. For `Emissive`: the least alpha that is selected;
         /// 0 selects every pixel by its alpha.
-        pub threshold: f32 = 1.0 => within(0.0..=65504.0), usually(0.0..=4.0);
+        pub threshold: f32 = 1.0
+            => within(0.0..=65504.0), usually(0.0..=4.0),
+               when("method", [ExtractMethod::Knee, ExtractMethod::Gate, ExtractMethod::Emissive]);
         /// For `Knee` and `Gate`: half of the width of the transition around the threshold. 0 is a hard edge, which
         /// flickers in motion.
-        pub knee: f32 = 0.1 => within(0.0..=65504.0), usually(0.0..=1.0);
+        pub knee: f32 = 0.1
+            => within(0.0..=65504.0), usually(0.0..=1.0), when("method", [ExtractMethod::Knee, ExtractMethod::Gate]);
         /// How single bright pixels are limited.
         pub fireflies: Fireflies = Fireflies::Keep => neutral(Fireflies::Keep);
         /// Factor of the result. 1 changes nothing.

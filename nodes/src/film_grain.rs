@@ -38,7 +38,7 @@ impl Node for FilmGrain {
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with grain.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

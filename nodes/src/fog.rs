@@ -25,7 +25,8 @@ params! {
         /// The height at which the fog has its density.
         pub level: f32 = 0.0 => within(-10000.0..=10000.0), usually(-100.0..=100.0), unit("m");
         /// The height of the camera, if none is wired.
-        pub eye_height: f32 = 1.7 => within(-10000.0..=10000.0), usually(0.0..=100.0), unit("m");
+        pub eye_height: f32 = 1.7
+            => within(-10000.0..=10000.0), usually(0.0..=100.0), unit("m"), when_wired("camera", false);
         /// Upwards, of length 1.
         pub up: [f32; 3] = [0.0, 1.0, 0.0] => within(-1.0..=1.0);
         /// The distance at which the fog begins.
@@ -41,7 +42,7 @@ params! {
         /// How much of the sun's light is scattered forwards: 0 to all sides, near 1 a glow around the sun.
         pub anisotropy: f32 = 0.7 => within(-0.9..=0.9), usually(0.0..=0.9);
         /// Vertical field of view of the camera, if none is wired.
-        pub fov: f32 = 46.0 => within(1.0..=170.0), usually(20.0..=110.0), unit("degrees");
+        pub fov: f32 = 46.0 => within(1.0..=170.0), usually(20.0..=110.0), unit("degrees"), when_wired("camera", false);
     }
 }
 
@@ -53,7 +54,7 @@ impl Node for Fog {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The scene in fog.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.density == 0.0 || self.most == 0.0

@@ -55,7 +55,7 @@ impl Fxaa {
 impl Node for Fxaa {
     const INPUTS: &'static [Input] = antialiasing::INPUTS;
     const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")

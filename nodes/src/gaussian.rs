@@ -39,12 +39,16 @@ macro_rules! blur {
                 pub kernel: GaussianKernel = GaussianKernel::Sigma;
                 /// For `kernel: Sigma`: the standard deviation. The cost grows with it: for a wider blur, blur a
                 /// smaller image. At 0.2 and below the blur changes nothing.
-                pub sigma: f32 = 2.0 => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels");
+                pub sigma: f32 = 2.0
+                    => within(0.0..=64.0), usually(0.0..=16.0), neutral(0.0), unit("texels"),
+                       when("kernel", [GaussianKernel::Sigma]);
                 /// How the weights are applied.
                 pub taps: GaussianTaps = GaussianTaps::Exact => quality(GaussianTaps::Exact, [GaussianTaps::Linear]);
                 /// For `kernel: Sigma`: the distance at which the kernel ends. The weight beyond it is lost: 3e-3 of
                 /// all light at 3, 6e-5 at 4.
-                pub reach: f32 = 3.0 => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]);
+                pub reach: f32 = 3.0
+                    => within(1.0..=4.0), unit("sigmas"), quality(4.0f32, [3.0, 2.5, 2.0]),
+                       when("kernel", [GaussianKernel::Sigma]);
                 $($own)*
             }
         }
@@ -162,7 +166,7 @@ impl Node for Gaussian {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
@@ -182,7 +186,7 @@ impl Node for GaussianPyramid {
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
             .or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
@@ -195,7 +199,7 @@ impl Node for GaussianPyramid {
             let desc = ImageDesc::new(pass.desc(*source).size);
             let level = pass.level(format_args!("result.{index}"), desc);
             self.blur(scale, FILTERED).record(pass, *source, level);
-            pass.give_level("result", level);
+            pass.add_output_level("result", level);
         }
     }
 }

@@ -57,7 +57,7 @@ impl Node for Halation {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the glow.").or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, keeps_sum: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")

@@ -37,7 +37,7 @@ impl Node for HeatHaze {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image behind hot air.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || inputs.is_zero("mask") || inputs.is_zero("source")

@@ -41,10 +41,13 @@ params! {
         /// The weight of each pixel. A wired `mask` multiplies it.
         pub weight: MeteringWeight = MeteringWeight::Uniform;
         /// For `Center` and `Spot`: the position of full weight.
-        pub center: [f32; 2] = [0.5, 0.5] => within(-1.0..=2.0), unit("uv");
+        pub center: [f32; 2] = [0.5, 0.5]
+            => within(-1.0..=2.0), unit("uv"), unless("weight", [MeteringWeight::Uniform]);
         /// For `Center`: the distance from `center` at which the weight is 1/2. For `Spot`: the radius of the spot. A
         /// spot without a pixel keeps the exposure.
-        pub radius: f32 = 0.5 => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights");
+        pub radius: f32 = 0.5
+            => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights"),
+               unless("weight", [MeteringWeight::Uniform]);
     }
 }
 
@@ -103,7 +106,7 @@ impl Node for Histogram {
         // Whole vectors, because the header is also read as one.
         let bytes = (4 * (HEADER + u64::from(self.bins))).next_multiple_of(16);
         let table = pass.output_table("result", bytes, BufferLife::Zeroed);
-        pass.give("brightest", InputValue::Buffer(table));
+        pass.set_output("brightest", InputValue::Buffer(table));
         let rows = rows(sampled);
         pass.compute(&SHADER, "histogram")
             .image("albedo", albedo_image)

@@ -79,7 +79,7 @@ fn color_and_depth(pass: &mut Recorder<'_>, port: &str, desc: ImageDesc, clear: 
     let color = pass.output(port, desc);
     // The format that a file asks for is that of the color.
     let depth = pass.transient("depth", desc.format(Format::Depth32Float));
-    pass.give("depth", InputValue::Image(depth));
+    pass.set_output("depth", InputValue::Image(depth));
     let draw = pass.host_draw("draws of the host").color(color, Load::Clear(clear.map(f64::from)));
     draw.depth(depth, test(reversed)).record();
 }
@@ -136,7 +136,7 @@ impl Node for DrawDepth {
         };
         let desc = desc(pass, self.width, self.height);
         let depth = pass.transient("depth", desc.format(format));
-        pass.give("depth", InputValue::Image(depth));
+        pass.set_output("depth", InputValue::Image(depth));
         pass.host_draw("draws of the host").depth(depth, test(self.reversed)).record();
     }
 }

@@ -13,9 +13,9 @@ params! {
         /// Factor of the dirt. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=8.0), neutral(0.0);
         /// Without an image: the number of large smudges along the height of the image.
-        pub scale: f32 = 6.0 => within(0.5..=64.0), usually(2.0..=16.0);
+        pub scale: f32 = 6.0 => within(0.5..=64.0), usually(2.0..=16.0), when_wired("dirt", false);
         /// Without an image: another number gives other smudges.
-        pub seed: u32 = 0 => within(0.0..=65535.0), live();
+        pub seed: u32 = 0 => within(0.0..=65535.0), live(), when_wired("dirt", false);
     }
 }
 
@@ -30,7 +30,7 @@ impl Node for LensDirt {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light with the dirt in it.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || inputs.is_zero("source") || inputs.is_zero("dirt")

@@ -47,11 +47,14 @@ params! {
         /// Radial, fourth power.
         pub k2: f32 = 0.0 => within(-1.0..=1.0), usually(-0.1..=0.1), neutral(0.0);
         /// Radial, sixth power; for `BrownConrady`.
-        pub k3: f32 = 0.0 => within(-1.0..=1.0), usually(-0.1..=0.1), neutral(0.0);
+        pub k3: f32 = 0.0
+            => within(-1.0..=1.0), usually(-0.1..=0.1), neutral(0.0), when("model", [LensModel::BrownConrady]);
         /// Tangential, upwards; for `BrownConrady`.
-        pub p1: f32 = 0.0 => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0);
+        pub p1: f32 = 0.0
+            => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0), when("model", [LensModel::BrownConrady]);
         /// Tangential, sideways; for `BrownConrady`.
-        pub p2: f32 = 0.0 => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0);
+        pub p2: f32 = 0.0
+            => within(-0.05..=0.05), usually(-0.01..=0.01), neutral(0.0), when("model", [LensModel::BrownConrady]);
         /// The optical center, from the center of the image.
         pub center: [f32; 2] = [0.0, 0.0] => within(-0.5..=0.5), unit("uv");
         /// Magnification of the result about the optical center.
@@ -116,7 +119,7 @@ impl Node for LensDistortion {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The bent or straight image.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.changes_nothing() || inputs.is_zero("source")

@@ -45,7 +45,7 @@ impl Node for LensFlare {
         ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The flares, of the size of the source.")];
-    const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let has_ghosts = self.ghosts > 0 && self.ghost_strength > 0.0;

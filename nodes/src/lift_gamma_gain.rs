@@ -46,7 +46,7 @@ impl Node for LiftGammaGain {
     ])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.").or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()

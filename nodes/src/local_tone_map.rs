@@ -25,7 +25,7 @@ params! {
         /// Contrast between regions: 1 keeps it, 0.5 halves it in stops, 0 makes all regions equally bright.
         pub contrast: f32 = 0.5 => within(0.0..=2.0), usually(0.3..=1.0), neutral(1.0);
         /// With `range` wired, the stops that need no compression.
-        pub span: f32 = 6.0 => within(0.5..=32.0), usually(3.0..=10.0), unit("stops");
+        pub span: f32 = 6.0 => within(0.5..=32.0), usually(3.0..=10.0), unit("stops"), when_wired("range", true);
         /// Contrast within regions: 1 keeps it, more sharpens.
         pub detail: f32 = 1.0 => within(0.0..=4.0), usually(0.8..=1.5), neutral(1.0);
         /// The exposed luminance that does not change. The default is middle gray, log2 of 0.18.
@@ -34,7 +34,7 @@ params! {
         /// the halo is 2.2 stops at 0, 1.3 at 0.4 and none at 1. A smooth ramp of 12 stops has a ripple of at most
         /// 0.0003 stops. At 1 the Gaussian is not read, so the nodes that make it are skipped; at 0 those that make
         /// the grid.
-        pub share: f32 = 1.0 => within(0.0..=1.0), replans();
+        pub share: f32 = 1.0 => within(0.0..=1.0), replans(), when_wired("grid", true), when_wired("gaussian", true);
         /// Darker pixels get the factor of this luminance.
         pub lo: f32 = -10.5 => within(-32.0..=32.0), unit("log2 of luminance");
         /// Brighter pixels get the factor of this luminance.

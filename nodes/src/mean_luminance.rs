@@ -32,10 +32,13 @@ params! {
         /// The weight of each pixel. A wired `mask` multiplies it.
         pub weight: MeteringWeight = MeteringWeight::Uniform;
         /// For `Center` and `Spot`: the position of full weight.
-        pub center: [f32; 2] = [0.5, 0.5] => within(-1.0..=2.0), unit("uv");
+        pub center: [f32; 2] = [0.5, 0.5]
+            => within(-1.0..=2.0), unit("uv"), unless("weight", [MeteringWeight::Uniform]);
         /// For `Center`: the distance from `center` at which the weight is 1/2. For `Spot`: the radius of the spot. A
         /// spot without a pixel keeps the exposure.
-        pub radius: f32 = 0.5 => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights");
+        pub radius: f32 = 0.5
+            => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights"),
+               unless("weight", [MeteringWeight::Uniform]);
     }
 }
 

@@ -114,7 +114,7 @@ impl Node for MotionBlur {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
-    const PROMISES: Promises = Promises { symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let is_unknown = inputs.is_absent("motion") && (inputs.is_absent("depth") || inputs.is_absent("camera"));

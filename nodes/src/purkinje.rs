@@ -17,7 +17,8 @@ params! {
     /// It expects exposed light before any tone curve.
     pub struct Purkinje {
         /// Illuminance of the scene, if `meter` is not wired. 10 and more changes nothing.
-        pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
+        pub illuminance: f32 = 0.1
+            => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0), when_wired("meter", false);
         /// Share of the effect. 0 changes nothing, 1 is the full model.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
         /// Factor from exposed luminance to the range of the model's receptors. More reduces the effect of the rods.

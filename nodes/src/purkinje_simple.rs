@@ -15,7 +15,8 @@ params! {
     /// of it. It expects exposed light before any tone curve.
     pub struct PurkinjeSimple {
         /// Illuminance of the scene, if `meter` is not wired. 10 and more changes nothing.
-        pub illuminance: f32 = 0.1 => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0);
+        pub illuminance: f32 = 0.1
+            => within(0.0..=100000.0), usually(0.0..=10.0), unit("lux"), neutral(10.0), when_wired("meter", false);
         /// Share of the effect. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
@@ -31,7 +32,7 @@ impl Node for PurkinjeSimple {
     const INPUTS: &'static [Input] = INPUTS;
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         has_no_effect(self.strength, self.illuminance, inputs)

@@ -38,7 +38,7 @@ impl Node for ReferenceGamutCompress {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light, with no color outside of AP1.")
             .or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

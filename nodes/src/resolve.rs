@@ -40,7 +40,9 @@ params! {
         pub filter: ResolveFilter = ResolveFilter::Box;
         /// The exposure that weights are made for: the factor from the source to the light that the tone curve sees.
         /// 0 is the plain mean. Unused by `Smallest` and `Largest`.
-        pub gain: f32 = 1.0 => within(0.0..=65504.0), usually(0.0..=16.0), neutral(0.0);
+        pub gain: f32 = 1.0
+            => within(0.0..=65504.0), usually(0.0..=16.0), neutral(0.0),
+               unless("filter", [ResolveFilter::Smallest, ResolveFilter::Largest]);
     }
 }
 
@@ -67,7 +69,7 @@ impl Node for Resolve {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image of one sample in each pixel.")
             .or_input("otherwise")];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");

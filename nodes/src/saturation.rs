@@ -22,7 +22,7 @@ impl Node for Saturation {
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 1.0

@@ -52,7 +52,7 @@ params! {
         /// How far along its normal a place is moved, more the more the light grazes the surface.
         pub normal_bias: f32 = 0.0 => within(0.0..=8.0), usually(0.0..=3.0), unit("texels"), neutral(0.0);
         /// The space that `normal` is in.
-        pub space: NormalSpace = NormalSpace::View;
+        pub space: NormalSpace = NormalSpace::View => when_wired("normal", true);
         /// The diameter of a light whose camera has a perspective: a disc across its axis. 0 searches no blockers.
         pub light_diameter: f32 = 0.0 => within(0.0..=100.0), usually(0.0..=1.0), unit("m"), neutral(0.0);
         /// The angle that a light with parallel rays, whose camera is orthographic, has in the sky: the sun 0.53. 0
@@ -126,7 +126,7 @@ impl Node for ShadowMask {
             "The share of the light that is blocked, in x; 0 in the others.",
         ),
     ];
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

@@ -34,7 +34,7 @@ impl Node for Sharpen {
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The sharper image.").or_input("source")];
-    const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || inputs.is_zero("source")

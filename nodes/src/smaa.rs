@@ -55,7 +55,7 @@ impl Node for Smaa {
     const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
     // As published, what an edge is compared with, and a diagonal that takes its place, are those of the pixel at whose
     // left or upper border it lies: a mirrored image differs.
-    const PROMISES: Promises = Promises { symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")

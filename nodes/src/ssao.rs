@@ -34,14 +34,14 @@ params! {
         /// Means over four by four pixels of a surface, one after the other. 0 shows the noise.
         pub denoise: u32 = 1 => within(0.0..=3.0);
         /// The space that `normal` is in.
-        pub space: NormalSpace = NormalSpace::View;
+        pub space: NormalSpace = NormalSpace::View => when_wired("normal", true);
     }
 }
 
 impl Node for Ssao {
     const INPUTS: &'static [Input] = visibility::INPUTS;
     const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

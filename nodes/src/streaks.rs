@@ -81,7 +81,7 @@ impl Node for Streaks {
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The streaks, of the size of the source.")];
-    const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")

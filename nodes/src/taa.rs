@@ -62,7 +62,7 @@ params! {
         /// The result is twice as large as the source.
         pub double: bool = false;
         /// The unit of the motion.
-        pub unit: MotionUnit = MotionUnit::Uv;
+        pub unit: MotionUnit = MotionUnit::Uv => when_wired("motion", true);
     }
 }
 
@@ -104,7 +104,7 @@ impl Node for Taa {
         Output::image("result", OutputState::same("source"), "The smooth image.").or_input("source"),
         Output::image("exposure", OutputState::Always(ColorState::Data), "The stops of `meter`, for the next frame."),
     ];
-    const PROMISES: Promises = Promises { symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let size = surface::size_of(pass, "source");

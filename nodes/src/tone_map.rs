@@ -48,6 +48,10 @@ choices! {
     }
 }
 
+/// Curves whose results end at 1.
+const FIXED_PEAK: [Curve; 6] =
+    [Curve::Reinhard, Curve::Exponential, Curve::AcesNarkowicz, Curve::AcesHill, Curve::Hable, Curve::KhronosNeutral];
+
 impl Curve {
     /// Whether the curve defines its own working space.
     pub(crate) fn has_own_space(self) -> bool {
@@ -140,9 +144,10 @@ params! {
         pub curve: Curve = Curve::Aces2ToneScale;
         /// The working space: the primaries in which the curve works per channel. `AcesHill`, `KhronosNeutral`, `AgX`,
         /// `Gt7` and `ReinhardLuminance` define their own: with them `space` must be `Auto`.
-        pub space: WorkingSpace = WorkingSpace::Auto;
+        pub space: WorkingSpace = WorkingSpace::Auto
+            => when("curve", Curve::ALL.iter().copied().filter(|curve| !curve.has_own_space()));
         /// Which light becomes middle gray.
-        pub middle_gray: MiddleGray = MiddleGray::Matched;
+        pub middle_gray: MiddleGray = MiddleGray::Matched => unless("curve", [Curve::None]);
         /// Share of the light's own hue in the result, in Oklab: 0 is the hue that the curve makes. A `look` turns hues
         /// on purpose, so that this is 0 with one.
         pub keep_hue: f32 = 1.0 => within(0.0..=1.0);
@@ -150,39 +155,43 @@ params! {
         pub gamut: Gamut = Gamut::Compress;
         /// For `gamut: Compress`: colors stay unchanged up to this share of the distance from gray (0) to the gamut's
         /// border (1). 1 is the hardest.
-        pub gamut_knee: f32 = 0.8 => within(0.0..=1.0);
+        pub gamut_knee: f32 = 0.8 => within(0.0..=1.0), when("gamut", [Gamut::Compress]);
         /// The largest value of the result, in units of SDR white: 1 for SDR, 4.93 for 1000 cd/m2 at a white of 203.
         /// Only `None`, `ReinhardExtended`, `Aces2ToneScale`, `Uchimura` (with a `maximum` above 1), `AgX` and `Gt7`
         /// use more.
-        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans();
+        pub peak: f32 = 1.0 => within(1.0..=100.0), unit("of SDR white"), replans(), unless("curve", FIXED_PEAK);
         /// For `ReinhardExtended` and `ReinhardLuminance`: the light that maps to 1.
-        pub white_level: f32 = 4.0 => within(1e-3..=65504.0), usually(1.0..=16.0);
+        pub white_level: f32 = 4.0
+            => within(1e-3..=65504.0), usually(1.0..=16.0),
+               when("curve", [Curve::ReinhardExtended, Curve::ReinhardLuminance]);
         /// For `Exponential` with `middle_gray: Native`: factor of the light.
-        pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0);
+        pub exposure: f32 = 1.0 => within(0.0..=64.0), usually(0.25..=4.0), when("curve", [Curve::Exponential]);
         /// For `Uchimura`: P, the limit for bright light.
-        pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white");
+        pub maximum: f32 = 1.0 => within(0.1..=100.0), unit("of SDR white"), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: a, the slope of the linear part.
-        pub contrast: f32 = 1.0 => within(0.1..=4.0), usually(0.5..=2.0);
+        pub contrast: f32 = 1.0 => within(0.1..=4.0), usually(0.5..=2.0), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: m, where the linear part begins.
-        pub linear_start: f32 = 0.22 => within(0.0..=0.99), usually(0.1..=0.5);
+        pub linear_start: f32 = 0.22 => within(0.0..=0.99), usually(0.1..=0.5), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: l, the linear share of the range above `linear_start`.
-        pub linear_length: f32 = 0.4 => within(0.0..=1.0);
+        pub linear_length: f32 = 0.4 => within(0.0..=1.0), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: c, the exponent of the toe. 1 is linear, more darkens shadows.
-        pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0);
+        pub toe: f32 = 1.33 => within(1.0..=4.0), usually(1.0..=3.0), when("curve", [Curve::Uchimura]);
         /// For `Uchimura`: b, added to the toe.
-        pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0);
+        pub pedestal: f32 = 0.0 => within(0.0..=0.5), neutral(0.0), when("curve", [Curve::Uchimura]);
         /// For `AgX` with a `peak` of 1: the look.
-        pub look: AgxLook = AgxLook::Base;
+        pub look: AgxLook = AgxLook::Base => when("curve", [Curve::AgX]);
         /// For `AgX`: how its sigmoid is computed.
-        pub sigmoid: Sigmoid = Sigmoid::Exact => quality(Sigmoid::Exact, [Sigmoid::Polynomial]);
+        pub sigmoid: Sigmoid = Sigmoid::Exact
+            => quality(Sigmoid::Exact, [Sigmoid::Polynomial]), when("curve", [Curve::AgX]);
         /// For `space: Custom`: the red primary. The default primaries and white are those of `Tsushima`.
-        pub red: [f32; 2] = [0.750, 0.270] => within(-1.0..=2.0), unit("xy");
+        pub red: [f32; 2] = [0.750, 0.270] => within(-1.0..=2.0), unit("xy"), when("space", [WorkingSpace::Custom]);
         /// For `space: Custom`: the green primary.
-        pub green: [f32; 2] = [0.165, 0.830] => within(-1.0..=2.0), unit("xy");
+        pub green: [f32; 2] = [0.165, 0.830] => within(-1.0..=2.0), unit("xy"), when("space", [WorkingSpace::Custom]);
         /// For `space: Custom`: the blue primary.
-        pub blue: [f32; 2] = [0.128, 0.044] => within(-1.0..=2.0), unit("xy");
+        pub blue: [f32; 2] = [0.128, 0.044] => within(-1.0..=2.0), unit("xy"), when("space", [WorkingSpace::Custom]);
         /// For `space: Custom`: the white, adapted to D65 by Bradford.
-        pub white: [f32; 2] = [0.32168, 0.33767] => within(1e-3..=1.0), unit("xy");
+        pub white: [f32; 2] = [0.32168, 0.33767]
+            => within(1e-3..=1.0), unit("xy"), when("space", [WorkingSpace::Custom]);
     }
 }
 
@@ -194,11 +203,11 @@ impl Node for ToneMap {
         "Display-linear light in the primaries of the display, 0 to `peak`.",
     )
     .or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
-    fn promises(&self) -> Promises {
+    fn invariants(&self) -> Invariants {
         // Clipping steps at the borders of the gamut, which a table would blur.
-        Promises { of_color: self.gamut != Gamut::Clip, ..Self::PROMISES }
+        Invariants { of_color: self.gamut != Gamut::Clip, ..Self::INVARIANTS }
     }
 
     fn verify(&self) -> Result<(), String> {
@@ -266,8 +275,8 @@ impl Node for ToneMap {
             .set("gt7_intensity", gt7.intensity)
             .set("aces2", [aces2.factor, aces2.offset])
             .set("agx_hdr", [agx_hdr.toe, agx_hdr.slope, agx_hdr.rise, agx_hdr.white])
-            .promise("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
-            .promise("TONE_MAP_CLIPS", self.gamut == Gamut::Clip)
+            .define("TONE_MAP_SAME_SPACE", conversions == [DMat3::IDENTITY; 2])
+            .define("TONE_MAP_CLIPS", self.gamut == Gamut::Clip)
             .write("result", desc);
     }
 }

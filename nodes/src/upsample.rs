@@ -41,21 +41,22 @@ params! {
         pub blend: UpsampleBlend = UpsampleBlend::Mix;
         /// For `Mix`: the weight of the coarser levels at each step. 0 keeps only the finest level, 1 only the
         /// coarsest.
-        pub spread: f32 = 0.7 => within(0.0..=1.0);
+        pub spread: f32 = 0.7 => within(0.0..=1.0), when("blend", [UpsampleBlend::Mix]);
         /// For `Add`: whether to divide by the number of levels, so that a constant stays the same and strength has the
         /// same meaning for any number of levels.
-        pub normalize: bool = true;
+        pub normalize: bool = true => when("blend", [UpsampleBlend::Add]);
         /// Height of the frame for which the weights are meant, as the `lines` of the pyramid. With 0, they hold for
         /// every frame.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
         /// Whether a level fades in over the frames between two halvings of `lines`. A `GaussianPyramid` with `lines`
         /// has levels of the same share of the picture in all of them, which keep their weights.
-        pub fade: bool = true;
+        pub fade: bool = true => unless("lines", [0u32]);
         /// The filter of each enlargement.
         pub filter: UpsampleFilter = UpsampleFilter::Tent => quality(UpsampleFilter::Tent, [UpsampleFilter::Bilinear]);
         /// Distance between the reads of the tent. Above 1.5 the gaps between them become visible.
         pub radius: f32 = 1.0
-            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level");
+            => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level"),
+               when("filter", [UpsampleFilter::Tent]);
     }
 }
 
@@ -111,8 +112,8 @@ impl Node for Upsample {
         inputs.is_zero("source")
     }
 
-    fn promises(&self) -> Promises {
-        Promises { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Promises::DEFAULT }
+    fn invariants(&self) -> Invariants {
+        Invariants { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Invariants::DEFAULT }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -145,6 +146,6 @@ impl Node for Upsample {
                 .write_to(result);
             (joined, rest) = (result, all);
         }
-        pass.give("result", InputValue::Image(joined));
+        pass.set_output("result", InputValue::Image(joined));
     }
 }

@@ -27,7 +27,7 @@ impl Node for Vignette {
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
-    const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

@@ -48,7 +48,7 @@ params! {
         pub far: f32 = 64.0 => within(0.01..=60000.0), usually(10.0..=500.0), unit("m");
         /// How much thinner near slices are than far ones, for curved slices. 0 is linear; the logarithm of
         /// `far / near` is exponential.
-        pub curve: f32 = 3.0 => within(0.0..=20.0), usually(0.0..=6.0);
+        pub curve: f32 = 3.0 => within(0.0..=20.0), usually(0.0..=6.0), when("slices", [VolumetricSlices::Curved]);
         /// The distance that a texel belongs to.
         pub texels: VolumetricTexels = VolumetricTexels::End;
         /// A factor of the scattered light, such as an exposure that is in the scene and not in the volume.

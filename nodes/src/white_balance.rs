@@ -51,7 +51,7 @@ impl Node for WhiteBalance {
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The balanced light.").or_input("source")];
-    const PROMISES: Promises = Promises { monotone: true, ..Promises::OF_COLOR };
+    const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()

@@ -2,5 +2,4 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod color_files;
-mod inactive;
 mod tone_map;

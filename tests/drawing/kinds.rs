@@ -227,7 +227,7 @@ impl Node for Edge {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass).multisampled(4);
         let (color, depth) = (pass.output("samples", desc), pass.level("depth", desc.format(Format::Depth32Float)));
-        pass.give("depth", InputValue::Image(depth));
+        pass.set_output("depth", InputValue::Image(depth));
         let vertices = LARGE.map(|(place, _)| (place, [50.0, 25.0, 5.0, 1.0]));
         let buffer = buffer(pass, &vertices);
         let draw = pass.draw(&SHADER, "corner").fragment("colored").color(color, Load::Clear([0.0; 4]));

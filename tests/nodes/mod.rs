@@ -5,6 +5,7 @@ mod camera;
 mod color;
 mod extremes;
 mod gallery;
+mod inactive;
 mod laws;
 mod lens;
 mod local;

@@ -47,7 +47,7 @@ macro_rules! faulty {
         impl Node for $kind {
             const INPUTS: &'static [Input] = SOURCE;
             const OUTPUTS: &'static [Output] = $outputs;
-            const PROMISES: Promises = Promises { $($promise: true,)? ..Promises::DEFAULT };
+            const INVARIANTS: Invariants = Invariants { $($promise: true,)? ..Invariants::DEFAULT };
 
             fn is_identity(&self, _: &InputValues) -> bool {
                 let is_neutral: fn(&Self) -> bool = $fallback;

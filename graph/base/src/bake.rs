@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 
 use serde::Serialize;
 
-/// Whether a run of nodes whose results depend on the color of a pixel alone becomes a table of colors.
+/// True if a run of nodes whose results depend on the color of a pixel alone becomes a table of colors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Bake {
     /// The node is computed for every pixel.

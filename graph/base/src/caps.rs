@@ -15,7 +15,7 @@ pub struct Caps {
     pub renderable: BTreeSet<Format>,
     /// Formats that draws can blend into.
     pub blendable: BTreeSet<Format>,
-    /// Whether 32-bit floats can be filtered.
+    /// True if 32-bit floats can be filtered.
     pub filter_32_bit: bool,
     /// The longest side of an image.
     pub max_side: u32,
@@ -33,12 +33,12 @@ pub struct Caps {
     pub max_uniform_buffers: u32,
     /// The same in a pass that is fused of others: fewer where a driver fails with more.
     pub max_fused_uniform_buffers: u32,
-    /// Whether the ranges of draws that a buffer holds may begin at any instance; at the first otherwise.
+    /// True if the ranges of draws that a buffer holds may begin at any instance; at the first otherwise.
     pub indirect_first_instance: bool,
-    /// Whether workgroup memory is faster than the device's other memory. It is not on a processor, where images are
+    /// True if workgroup memory is faster than the device's other memory. It is not on a processor, where images are
     /// not halved row by row.
     pub fast_workgroup_memory: bool,
-    /// Whether point and gather passes are drawn instead of dispatched.
+    /// True if point and gather passes are drawn instead of dispatched.
     pub prefer_fragment: bool,
 }
 

@@ -20,19 +20,20 @@ pub struct FileBytes(Arc<Content>);
 
 struct Content {
     bytes: Arc<[u8]>,
-    /// The oldest first.
+    /// Results of `read`, the oldest first.
     read: Mutex<Vec<Arc<Kept>>>,
 }
 
 type Kept = dyn Any + Send + Sync;
 
-/// How many results are kept with a file. One plan needs one or two; a few more serve plans that are made by turns.
+/// Number of results that are kept with a file. One plan needs one or two; a few more serve plans that are made by
+/// turns.
 const MOST: usize = 4;
 
 impl FileBytes {
-    /// What `read` makes of the bytes. The result is kept with them, so that a file is not read again for each new
-    /// value of another parameter: the next caller whose `accepts` accepts a result of that type gets the same. The
-    /// last few are kept, of all types.
+    /// Decodes the bytes by `read`. The result is kept with them, so that a file is not read again for each new value
+    /// of another parameter: the next caller whose `accepts` accepts a result of that type gets the same. The last few
+    /// are kept, of all types.
     pub fn read<T: Any + Send + Sync>(&self, accepts: impl Fn(&T) -> bool, read: impl FnOnce(&[u8]) -> T) -> Arc<T> {
         let is_known = |kept: &&Arc<Kept>| kept.downcast_ref().is_some_and(&accepts);
         let known = self.kept().iter().find(is_known).cloned();

@@ -101,12 +101,12 @@ impl Format {
         }
     }
 
-    /// Whether each channel has 32 bits. Many devices cannot filter these formats.
+    /// Returns whether each channel has 32 bits. Many devices cannot filter these formats.
     pub fn is_32_bit(self) -> bool {
         matches!(self, Self::R32Float | Self::Rgba32Float | Self::Depth32Float)
     }
 
-    /// Whether it holds a depth, which no device filters.
+    /// Returns whether it holds a depth, which no device filters.
     pub fn is_depth(self) -> bool {
         matches!(self, Self::Depth16Unorm | Self::Depth32Float)
     }
@@ -234,7 +234,7 @@ pub struct ImageDesc {
     pub size: Size,
     /// Storage of one texel.
     pub format: Format,
-    /// Whether the image is a volume (3-D). A volume may have depth 1.
+    /// True if the image is a volume (3-D). A volume may have depth 1.
     pub volume: bool,
     /// Samples of each pixel: 1, or more for a multisampled image, which a host gives or a drawing pass makes.
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -303,7 +303,7 @@ impl ImageDesc {
         Self { size, levels: 1, layers: 1, ..self }
     }
 
-    /// Whether it is one image: one sample in each pixel, one mip level and one layer.
+    /// Returns whether it is one image: one sample in each pixel, one mip level and one layer.
     pub fn is_plain(self) -> bool {
         self.samples == 1 && self.levels == 1 && self.layers == 1
     }

@@ -106,12 +106,37 @@ pub struct Param {
     pub usual: Option<(f64, f64)>,
     /// The unit of its numbers. Empty for pure numbers.
     pub unit: Shared<str>,
-    /// Whether a change needs a new plan. Otherwise a new uniform is enough.
+    /// True if a change needs a new plan. Otherwise a new uniform is enough.
     pub replan: bool,
     /// The value at which the parameter changes nothing, if there is one.
     pub neutral: Option<Value>,
     /// For an accuracy switch: its most accurate value and the alternatives.
     pub quality: Option<Quality>,
+    /// Unless all of these hold, the parameter has no effect.
+    pub when: Vec<When>,
+}
+
+/// A condition under which a parameter has an effect.
+#[derive(Clone, Debug, PartialEq)]
+pub enum When {
+    /// The parameter of that name has one of these values.
+    OneOf(Shared<str>, Vec<Value>),
+    /// The parameter of that name has another value.
+    NoneOf(Shared<str>, Vec<Value>),
+    /// The optional input of that name is wired, or is not.
+    Wired(Shared<str>, bool),
+}
+
+impl std::fmt::Display for When {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let any = |values: &[Value]| values.iter().map(Value::to_string).collect::<Vec<_>>().join(" or ");
+        match self {
+            Self::OneOf(name, values) => write!(f, "`{name}` is {}", any(values)),
+            Self::NoneOf(name, values) => write!(f, "`{name}` is not {}", any(values)),
+            Self::Wired(name, true) => write!(f, "`{name}` is wired"),
+            Self::Wired(name, false) => write!(f, "`{name}` is not wired"),
+        }
+    }
 }
 
 /// An accuracy switch: its most accurate value, and cheaper ones from the most to the least accurate.
@@ -139,6 +164,7 @@ impl Param {
             replan,
             neutral: None,
             quality: None,
+            when: Vec::new(),
         }
     }
 
@@ -182,6 +208,26 @@ impl Param {
     pub fn quality<T: ParamType, const N: usize>(mut self, exact: T, cheaper: [T; N]) -> Self {
         let cheaper = cheaper.into_iter().map(ParamType::into_value).collect();
         self.quality = Some(Quality { exact: exact.into_value(), cheaper });
+        self
+    }
+
+    /// Declares that the parameter has an effect only while another one has one of these values.
+    pub fn when<T: ParamType>(self, name: impl Into<Shared<str>>, values: impl IntoIterator<Item = T>) -> Self {
+        self.only(When::OneOf(name.into(), values.into_iter().map(ParamType::into_value).collect()))
+    }
+
+    /// Declares that the parameter has no effect while another one has one of these values.
+    pub fn unless<T: ParamType>(self, name: impl Into<Shared<str>>, values: impl IntoIterator<Item = T>) -> Self {
+        self.only(When::NoneOf(name.into(), values.into_iter().map(ParamType::into_value).collect()))
+    }
+
+    /// Declares that the parameter has an effect only while an optional input is wired, or while it is not.
+    pub fn when_wired(self, input: impl Into<Shared<str>>, is_wired: bool) -> Self {
+        self.only(When::Wired(input.into(), is_wired))
+    }
+
+    fn only(mut self, condition: When) -> Self {
+        self.when.push(condition);
         self
     }
 

@@ -147,6 +147,7 @@ fn parameter(param: &Param) -> String {
         facts.push(format!("in {}", param.unit));
     }
     facts.extend(param.neutral.as_ref().map(|value| format!("neutral at {value}")));
+    facts.extend(param.when.iter().map(|condition| format!("only while {condition}")));
     if param.quality.is_some() {
         facts.push("trades accuracy for speed".into());
     }

@@ -42,7 +42,7 @@ pub mod prelude {
     //! The names that node authors need.
     pub use crate::node::{
         BufferId, BufferLife, ByCells, ByNeighbors, ByRows, ColorChange, Fallback, ImageColor, ImageId, Input,
-        InputValue, InputValues, Node, NodeKind, Output, OutputState, Params, PortType, Promises, Recorder, Resource,
+        InputValue, InputValues, Invariants, Node, NodeKind, Output, OutputState, Params, PortType, Recorder, Resource,
     };
     pub use crate::{choices, params};
     pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};

@@ -304,7 +304,7 @@ fn samples_levels_and_layers_stay_where_they_can_be_read() {
         (
             said(|pass| {
                 let mips = image(pass, "mips", desc().with_levels(2));
-                pass.give("result", InputValue::Image(mips));
+                pass.set_output("result", InputValue::Image(mips));
             }),
             "the output `result` of `Canvas` is a Image: its image has 1 sample, 2 levels and 1 layer",
         ),

@@ -8,7 +8,7 @@
 //!
 //! Options come in as plain structs, and results go out as reports. Pipelines and node kinds are given as graphs and
 //! registries: this crate parses no command line. It has no table of node kinds: what the results of a kind keep is
-//! declared by [`Node::promises`](afterimage_graph::node::Node::promises). Two kinds are named: `DemoScene`, which
+//! declared by [`Node::invariants`](afterimage_graph::node::Node::invariants). Two kinds are named: `DemoScene`, which
 //! [`scene`] renders, and `Dither`, which [`measure`] switches off before outputs.
 
 #![allow(

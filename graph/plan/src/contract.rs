@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
     Arg, ByRows, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource,
-    RowDownsample, for_each_recording,
+    RowDownsample, contract_with,
 };
 use afterimage_wgsl::{SampleMode, Shader};
 
@@ -22,41 +22,16 @@ use crate::fusion::{Neighbors, row_kernel, row_pass, square_kernel};
 /// # Errors
 /// All violations, one sentence each, with the kind's name in front.
 pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
-    let (skipped, mut violations) = match afterimage_graph::node::contract(kinds) {
-        Ok(skipped) => (skipped, Vec::new()),
-        Err(violations) => (Vec::new(), violations),
-    };
-    for kind in kinds {
-        for violation in of_modules(kind) {
-            let violation = format!("`{}`: {violation}", kind.name());
-            if !violations.contains(&violation) {
-                violations.push(violation);
-            }
-        }
-    }
-    if violations.is_empty() { Ok(skipped) } else { Err(violations) }
+    let mut modules = Modules::default();
+    contract_with(kinds, &mut |recording| modules.look(recording))
 }
 
 /// The WGSL of every module that the contract composes from these kinds without immediates, for validators other than
 /// naga.
 pub fn modules(kinds: &[NodeKind]) -> BTreeSet<String> {
-    kinds.iter().flat_map(|kind| of_kind(kind).plain).collect()
-}
-
-fn of_modules(kind: &NodeKind) -> Vec<String> {
-    of_kind(kind).violations
-}
-
-fn of_kind(kind: &NodeKind) -> Modules {
     let mut modules = Modules::default();
-    for_each_recording(kind, &mut |recording| {
-        for pass in &recording.passes {
-            if modules.shapes.insert(shape(pass, recording)) {
-                modules.check(&limited(pass), recording);
-            }
-        }
-    });
-    modules
+    let _ = contract_with(kinds, &mut |recording| modules.look(recording));
+    modules.plain
 }
 
 /// The pass as the planner records it: it limits the results of untrusted shaders.
@@ -81,9 +56,8 @@ fn cover(pass: &Pass, recording: &Recording) -> Option<[u32; 2]> {
     pass.function_result().map(|image| functions_cover(pass, recording.image(image).desc.size, sanitizes))
 }
 
-/// Every way in which a module may be composed: how its textures are sampled, and whether the frame's time comes from
-/// immediates.
-const WAYS: [(SampleMode, bool); 6] = [
+/// Variants of a module: the sampling of its textures, and whether the frame's time comes from immediates.
+const VARIANTS: [(SampleMode, bool); 6] = [
     (SampleMode::Plain, false),
     (SampleMode::ByHand, false),
     (SampleMode::Sanitized, false),
@@ -92,7 +66,7 @@ const WAYS: [(SampleMode, bool); 6] = [
     (SampleMode::Plain, true),
 ];
 
-/// The modules of a kind.
+/// Modules of passes.
 #[derive(Default)]
 struct Modules {
     shapes: BTreeSet<String>,
@@ -103,6 +77,16 @@ struct Modules {
 }
 
 impl Modules {
+    /// The violations of the passes of a recording that are new.
+    fn look(&mut self, recording: &Recording) -> Vec<String> {
+        for pass in &recording.passes {
+            if self.shapes.insert(shape(pass, recording)) {
+                self.check(&limited(pass), recording);
+            }
+        }
+        std::mem::take(&mut self.violations)
+    }
+
     /// The pass as a module, for every way in which its textures may be read and its numbers may be made; and in its
     /// other forms.
     fn check(&mut self, pass: &Pass, recording: &Recording) {
@@ -113,23 +97,23 @@ impl Modules {
         // In large images the same functions are called in a longer entry point.
         let small = functions_cover(pass, Size::new(1, 1), false);
         let is_small = cover(pass, recording).is_none_or(|cover| cover == small);
-        self.ways(pass, recording, "", if is_small { &WAYS } else { &WAYS[..1] });
+        self.variants(pass, recording, "", if is_small { &VARIANTS } else { &VARIANTS[..1] });
         if let Some(fused) = fused(pass) {
-            self.ways(&fused, recording, " fused with its reader", &WAYS[..1]);
+            self.variants(&fused, recording, " fused with its reader", &VARIANTS[..1]);
         }
         let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass)).chain(by_cells(pass));
         for mut pass in forms {
-            self.ways(&pass, recording, "", &WAYS);
+            self.variants(&pass, recording, "", &VARIANTS);
             if let PassKind::RowDownsample(rows) = &mut pass.kind {
                 rows.odd = [1; 2];
-                self.ways(&pass, recording, " at an odd size", &WAYS[..1]);
+                self.variants(&pass, recording, " at an odd size", &VARIANTS[..1]);
             }
         }
     }
 
-    fn ways(&mut self, pass: &Pass, recording: &Recording, form: &str, ways: &[(SampleMode, bool)]) {
+    fn variants(&mut self, pass: &Pass, recording: &Recording, form: &str, variants: &[(SampleMode, bool)]) {
         let desc_of = |image: ImageId| recording.image(image).desc;
-        for (mode, immediates) in ways.iter().copied() {
+        for (mode, immediates) in variants.iter().copied() {
             let options = CodeOptions { immediates, in_rectangle: false };
             let composed = compose_pass(pass, &desc_of, &|_| mode, options);
             self.plain.extend(composed.iter().filter(|_| !immediates).map(|composed| composed.source.clone()));

@@ -111,7 +111,7 @@ fn check_operations(passes: &[PlannedPass]) -> Result<(), PlanError> {
     let mut operations: usize = 0;
     for PlannedPass { pass, .. } in passes {
         let kernels = pass.kernels.iter();
-        let code: Vec<_> = kernels.map(|kernel| (kernel.shader.file(), &*kernel.function, &kernel.promises)).collect();
+        let code: Vec<_> = kernels.map(|kernel| (kernel.shader.file(), &*kernel.function, &kernel.defines)).collect();
         if known.insert(code) {
             operations = operations.saturating_add(pass.compile_cost().operations());
         }

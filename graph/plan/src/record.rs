@@ -41,7 +41,7 @@ pub(crate) fn record(
         let mut round = RecordAttempt::new(graph, request, specialized, &guesses, &colors);
         round.builder.recording.computed = computed;
         // What exceeds the limits of a plan is refused by `RecordingLimits`.
-        round.builder.recording.most_computed = Some(max_computed_bytes);
+        round.builder.recording.max_computed = Some(max_computed_bytes);
         round.run()?;
         let wrong = round.wrong_guesses();
         let Some((node, ..)) = wrong.first() else {

@@ -115,7 +115,7 @@ kind!(
     |pass| {
         let value = pass.add_buffer("value", 16, BufferLife::Frame);
         pass.compute(&METER, "meter").buffer("value", value).dispatch([1, 1, 1]);
-        pass.give("result", InputValue::Buffer(value));
+        pass.set_output("result", InputValue::Buffer(value));
     }
 );
 

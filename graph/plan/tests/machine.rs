@@ -342,7 +342,7 @@ impl<'p> Machine<'p> {
             return Ok(term((form.function, args, size.width, size.height)));
         }
         let names: Vec<&String> = kernel.args.iter().map(|arg| &arg.name).collect();
-        let rest = format!("{:?} {:?} {:?} {size}", kernel.promises, kernel.constants, kernel.limited);
+        let rest = format!("{:?} {:?} {:?} {size}", kernel.defines, kernel.constants, kernel.limited);
         Ok(term((kernel.shader.file(), &*kernel.function, &kernel.uniform, names, values, rest)))
     }
 

@@ -1,4 +1,4 @@
-//! How much functions compute for each pixel.
+//! Cost of functions per pixel.
 
 use naga::{
     BinaryOperator, Block, Expression, Function, Handle, Literal, LocalVariable, MathFunction, Module, Statement,
@@ -15,7 +15,7 @@ const FEW_TURNS: i64 = 4;
 /// Turns of a loop, at most, that compute no more than many powers.
 const SOME_TURNS: i64 = 8;
 
-/// How much a function and all that it calls computes. Code that a constant switches off does not count.
+/// Cost of a function and all that it calls. Code that a constant switches off does not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Work {
     powers: usize,
@@ -24,7 +24,7 @@ pub struct Work {
     reads: usize,
 }
 
-/// How much a function computes, in the measure of registers: more texels in flight need more of them.
+/// Number of registers that a function needs: more texels in flight need more of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effort {
     /// Few powers, and loops of a few turns at most.
@@ -48,7 +48,7 @@ pub(crate) fn works(module: &Module) -> Vec<(&String, Work)> {
 }
 
 impl Work {
-    /// Whether it takes longer than a trip of its result through memory.
+    /// Returns whether it takes longer than a trip of its result through memory.
     pub(crate) fn is_heavy(self) -> bool {
         self.has_loop || self.powers > FEW_POWERS
     }
@@ -57,7 +57,7 @@ impl Work {
         if self.powers > FEW_POWERS { self.effort.max(Effort::Medium) } else { self.effort }
     }
 
-    /// How many texels it reads at most, through the library: those that its loops read in each of their turns.
+    /// Upper bound of the texels that it reads through the library, in all turns of its loops.
     pub(crate) fn reads(self) -> usize {
         self.reads
     }
@@ -80,12 +80,12 @@ struct Walk<'m> {
     function: &'m Function,
     known: &'m [Work],
     work: Work,
-    /// How often the statements run that are walked over.
+    /// Number of runs of the present statements.
     turns: usize,
 }
 
 impl Walk<'_> {
-    /// Whether what follows the block may run.
+    /// Returns whether what follows the block may run.
     fn block(&mut self, block: &Block) -> bool {
         for (index, statement) in block.iter().enumerate() {
             let goes_on = match statement {

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 
 use crate::token::{Token, TokenKind, tokens};
 
-/// What the module of a pass sees in bands.
+/// Module of a pass in bands.
 pub struct BandedModule<'a> {
     /// The name of its compute entry point.
     pub entry: &'a str,
@@ -58,7 +58,7 @@ struct Rewriter<'a> {
     source: &'a str,
     tokens: &'a [Token],
     module: &'a BandedModule<'a>,
-    /// What takes the place of the text from the first byte to behind the last.
+    /// Replacement of the text in a range of bytes.
     edits: Vec<(usize, usize, String)>,
 }
 

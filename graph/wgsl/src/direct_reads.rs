@@ -16,7 +16,7 @@ pub(crate) fn filtering(module: &Module) -> Vec<&String> {
     with_callers(module, &|function| has(function, is_sample))
 }
 
-/// Whether a function itself has such an expression.
+/// Returns whether a function itself has such an expression.
 pub(crate) fn has(function: &Function, matches: fn(&Expression) -> bool) -> bool {
     function.expressions.iter().any(|(_, expression)| matches(expression))
 }
@@ -25,7 +25,7 @@ fn is_sample(expression: &Expression) -> bool {
     matches!(expression, Expression::ImageSample { .. })
 }
 
-/// Whether it loads, samples or gathers texels.
+/// Returns whether it loads, samples or gathers texels.
 pub(crate) fn is_read(expression: &Expression) -> bool {
     matches!(expression, Expression::ImageLoad { .. } | Expression::ImageSample { .. })
 }

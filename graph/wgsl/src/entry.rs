@@ -6,7 +6,7 @@ use naga::{Binding, Module, ScalarKind as NagaKind, ShaderStage, TypeInner};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
     pub name: String,
-    /// Where it runs.
+    /// Its stage.
     pub stage: EntryStage,
     /// Invocations of a workgroup, in each direction; 0 where there is none.
     pub workgroup: [u32; 3],
@@ -16,7 +16,7 @@ pub struct EntryPoint {
     pub outputs: Vec<Located>,
 }
 
-/// Where an entry point runs.
+/// Stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntryStage {
     Compute,

@@ -10,13 +10,13 @@ pub struct ShaderError {
     pub line: u32,
     /// The column, from 1; 0 if unknown.
     pub column: u32,
-    /// What is wrong.
+    /// The error.
     pub message: String,
     /// Remarks at places, that of the error included.
     pub labels: Vec<ShaderLabel>,
-    /// What to do about it.
+    /// The help.
     pub help: Option<Box<str>>,
-    /// Whether the system had no thread to read the shader on, which may be right.
+    /// True if the system had no thread to read the shader on, which may be right.
     pub is_of_system: bool,
     /// Further errors of the same module.
     pub others: Box<[ShaderError]>,
@@ -38,7 +38,7 @@ pub struct Place {
 pub struct ShaderLabel {
     /// The place.
     pub place: Place,
-    /// What is there.
+    /// The label's text.
     pub text: String,
 }
 

@@ -21,7 +21,6 @@ mod sample_mode;
 mod shader;
 mod token;
 mod uniform;
-mod uniform_reads;
 mod validate;
 mod walk;
 
@@ -36,10 +35,9 @@ pub use sample_mode::SampleMode;
 pub use shader::Shader;
 pub use token::imports;
 pub use uniform::UniformValue;
-pub use uniform_reads::UniformReads;
 pub use validate::validate;
 
-/// Whether a name may be declared in a module: WGSL does not reserve it.
+/// Returns whether a name may be declared in a module: WGSL does not reserve it.
 pub fn is_free_name(name: &str) -> bool {
     naga::front::wgsl::parse_str(&format!("fn f({name}: f32) {{ }} struct S {{ {name}: f32 }}")).is_ok()
 }

@@ -31,8 +31,8 @@ impl SourceFile {
         self.untrusted
     }
 
-    /// Whether functions of the file and of those that it imports may share memory of a workgroup, although it is not
-    /// trusted.
+    /// Returns whether functions of the file and of those that it imports may share memory of a workgroup, although it
+    /// is not trusted.
     pub(crate) fn has_workgroups(&self) -> bool {
         self.has_workgroups
     }
@@ -56,7 +56,7 @@ impl SourceFile {
         module.as_ref().map_err(Clone::clone)
     }
 
-    /// What `#import` calls the file: its name without folders and ending.
+    /// Name for `#import`: the file's name without folders and ending.
     pub(crate) fn stem(&self) -> &str {
         let name = self.name.rsplit(['/', '\\']).next().unwrap_or(&self.name);
         name.strip_suffix(".wgsl").unwrap_or(name)
@@ -97,7 +97,7 @@ impl Library {
         self.files().iter().find(|file| file.stem() == name)
     }
 
-    /// Whether the file is one of these.
+    /// Returns whether the file is one of these.
     pub(crate) fn holds(&self, file: &SourceFile) -> bool {
         self.files().iter().any(|own| std::ptr::eq(own, file))
     }
@@ -135,7 +135,7 @@ impl Source {
         }
     }
 
-    /// Whether both bring the same files.
+    /// Returns whether both bring the same files.
     pub(crate) fn has_library_of(&self, other: &Self) -> bool {
         let texts = |source: &Self| -> Vec<(String, String)> {
             let files = source.library().map_or(&[][..], Library::files);

@@ -1,4 +1,4 @@
-//! What a validator lets through and a device does not survive.
+//! Lints for code that a validator accepts and a device does not survive.
 
 use naga::{Block, Expression, Function, Literal, Module, SampleLevel, ShaderStage, Span, Statement, TypeInner};
 
@@ -28,13 +28,13 @@ pub(crate) fn first(module: &Module) -> Option<(Span, &'static str)> {
     })
 }
 
-/// Whether all entry points are of a drawing pass, whose fragments have neighbors and can be discarded.
+/// Returns whether all entry points are of a drawing pass, whose fragments have neighbors and can be discarded.
 fn draws_only(module: &Module) -> bool {
     let is_of_draw = |stage: ShaderStage| matches!(stage, ShaderStage::Vertex | ShaderStage::Fragment);
     !module.entry_points.is_empty() && module.entry_points.iter().all(|entry| is_of_draw(entry.stage))
 }
 
-/// What needs the pixels around: derivatives, and samples whose level of detail comes from them.
+/// Expressions that need the pixels around: derivatives, and samples with an implicit level of detail.
 fn neighbors(function: &Function) -> Option<Span> {
     let (at, _) = function.expressions.iter().find(|(_, expression)| {
         matches!(
@@ -58,7 +58,7 @@ fn is_endless(function: &Function, statement: &Statement) -> bool {
     }
 }
 
-/// Whether something in the block leaves the function, or the loop that the block belongs to.
+/// Returns whether something in the block leaves the function, or the loop that the block belongs to.
 fn leaves(function: &Function, block: &Block, is_own: bool) -> bool {
     let inside = |block: &Block, is_own: bool| leaves(function, block, is_own);
     block.iter().any(|statement| match statement {

@@ -68,7 +68,7 @@ pub(crate) fn parse(source: &str, map: &SourceMap) -> Result<Module, ShaderError
     Err(first)
 }
 
-/// What a declaration of the library requires is named before the author's expression, which is the place to show.
+/// Shows the author's expression, which follows the requirement of a declaration of the library.
 fn author_byte(map: &SourceMap, error: &ParseError) -> Option<usize> {
     map.of_author(error.labels().filter_map(|(span, _)| first_byte(span)))
 }
@@ -159,7 +159,7 @@ fn suggestion(unknown: &str, map: &SourceMap) -> Option<String> {
     did_you_mean(unknown, names.into_iter().filter(|name| *name != unknown).chain(builtin))
 }
 
-/// How to mend the mistakes that those make who write in other languages.
+/// Help for mistakes of authors who know other languages.
 fn advice(message: &str, source: &str, at: std::ops::Range<usize>, map: &SourceMap) -> Option<String> {
     const COMPONENTS: &str = "xyzwrgba";
     let word = source.get(at.clone())?;

@@ -1,4 +1,4 @@
-//! What a module declares, read from naga's view of it.
+//! Reflection of a module, from naga's IR.
 
 use naga::valid::ModuleInfo;
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
@@ -31,9 +31,9 @@ pub struct Reflection {
     pub filtering: Vec<String>,
     /// Functions of the file that use memory of a workgroup, or wait for its other invocations.
     pub sharing: Vec<String>,
-    /// How much the functions of the file compute.
+    /// Cost per pixel of the functions of the file.
     pub works: Vec<(String, Work)>,
-    /// What it takes to compile the functions and entry points of the file.
+    /// Compilation cost of the functions and entry points of the file.
     pub costs: Vec<(String, CompileCost)>,
 }
 
@@ -45,7 +45,7 @@ pub struct Function {
     pub args: Vec<(String, ArgType)>,
 }
 
-/// How a kernel function takes an argument.
+/// Type of an argument of a kernel function.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ArgType {
     /// Numbers: a pixel (4) or a value on the GPU (1 to 4).
@@ -114,7 +114,7 @@ pub struct Global {
     pub kind: GlobalKind,
 }
 
-/// What a bound variable is.
+/// Kind of a bound variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GlobalKind {
     /// The uniform with the frame's time: of the type `Frame` of the framework's library.
@@ -158,7 +158,7 @@ impl Reflection {
     }
 }
 
-/// What a file declares: linked with its imports, parsed and validated.
+/// Reflects a file: it is linked with its imports, parsed and validated.
 pub(crate) fn reflect(source: &Source) -> Result<Reflection, ShaderError> {
     reflect_linked(source).map_err(|error| match error.file == GENERATED {
         // The file is all that is known of the place.

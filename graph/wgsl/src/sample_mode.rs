@@ -1,8 +1,8 @@
-//! How the textures of a module are sampled.
+//! Sampling of the textures of a module.
 
 use afterimage_base::image::Signedness;
 
-/// How a module's textures are sampled.
+/// Sampling of a module's textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SampleMode {
     /// Finite numbers, filtered by the device.
@@ -47,7 +47,7 @@ impl SampleMode {
         }
     }
 
-    /// Whether texels are sanitized.
+    /// Returns whether texels are sanitized.
     pub fn sanitizes(self) -> bool {
         self.number().is_some()
     }

@@ -75,12 +75,12 @@ impl Shader {
         shader
     }
 
-    /// Whether it was made by [`unchecked`](Self::unchecked).
+    /// Returns whether it was made by [`unchecked`](Self::unchecked).
     pub fn is_unchecked(&self) -> bool {
         self.unchecked
     }
 
-    /// Whether it was made by [`untrusted`](Self::untrusted).
+    /// Returns whether it was made by [`untrusted`](Self::untrusted).
     pub fn is_untrusted(&self) -> bool {
         self.source.file.is_untrusted()
     }
@@ -100,7 +100,7 @@ impl Shader {
         &self.source
     }
 
-    /// What the file declares; linked with its imports, parsed and validated once.
+    /// Reflection of the file, which is linked with its imports, parsed and validated once.
     ///
     /// # Errors
     /// The first error in the file or its imports.
@@ -108,35 +108,35 @@ impl Shader {
         self.reflection.get_or_init(|| reflect(&self.source)).as_ref().map_err(Clone::clone)
     }
 
-    /// Whether a function or an entry point of the file reads textures directly, and not through `texel` and `tap`, so
-    /// that the framework cannot sanitize what it reads.
+    /// Returns whether a function or an entry point of the file reads textures directly, and not through `texel` and
+    /// `tap`, so that the framework cannot sanitize what it reads.
     pub fn reads_textures_itself(&self, function: &str) -> bool {
         self.reflect().is_ok_and(|reflection| reflection.direct_reads.iter().any(|name| name == function))
     }
 
-    /// Whether a function or an entry point of the file filters textures, through `tap` or directly.
+    /// Returns whether a function or an entry point of the file filters textures, through `tap` or directly.
     pub fn filters_textures(&self, function: &str) -> bool {
         self.reflect().is_ok_and(|reflection| reflection.filtering.iter().any(|name| name == function))
     }
 
-    /// Whether to compute a function again takes longer than to store its result and to read it again.
+    /// Returns whether to compute a function again takes longer than to store its result and to read it again.
     pub fn is_heavy(&self, function: &str) -> bool {
         self.work(function).is_heavy()
     }
 
-    /// How much a function computes.
+    /// Cost per pixel of a function.
     pub fn effort(&self, function: &str) -> Effort {
         self.work(function).effort()
     }
 
-    /// How many texels a function reads at most, through the library; `usize::MAX` if no constant states how many turns
-    /// its loops have, and for an entry point.
+    /// Upper bound of the texels that a function reads through the library; `usize::MAX` if no constant states how many
+    /// turns its loops have, and for an entry point.
     pub fn texel_reads(&self, function: &str) -> usize {
         let is_function = self.reflect().is_ok_and(|reflection| reflection.function(function).is_some());
         if is_function { self.work(function).reads() } else { usize::MAX }
     }
 
-    /// What it takes to compile a function or an entry point.
+    /// Compilation cost of a function or an entry point.
     pub fn compile_cost(&self, function: &str) -> CompileCost {
         let reflection = self.reflect().ok();
         let known = reflection.and_then(|reflection| reflection.costs.iter().find(|(name, _)| name == function));

@@ -28,7 +28,6 @@ pub(crate) struct Token {
 }
 
 impl Token {
-    /// Its characters.
     pub(crate) fn of<'t>(&self, text: &'t str) -> &'t str {
         &text[self.start as usize..self.end as usize]
     }
@@ -101,7 +100,7 @@ impl<'t> Lexer<'t> {
     }
 }
 
-/// Whether the character ends a line, and with it a comment.
+/// Returns whether the character ends a line, and with it a comment.
 fn is_line_end(c: char) -> bool {
     matches!(c, '\n' | '\u{b}' | '\u{c}' | '\r' | '\u{85}' | '\u{2028}' | '\u{2029}')
 }

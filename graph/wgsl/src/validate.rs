@@ -86,7 +86,7 @@ fn on_stack<T: Send>(bytes: usize, work: impl FnOnce() -> T + Send) -> io::Resul
     })
 }
 
-/// What modules may use on every device; the framework enables nothing more.
+/// Capabilities that modules may use on every device; the framework enables no others.
 fn of_every_device() -> Capabilities {
     Capabilities::default() | Capabilities::IMMEDIATES | Capabilities::SHADER_FLOAT16_IN_FLOAT32
 }

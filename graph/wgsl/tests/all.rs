@@ -5,7 +5,6 @@ mod costs;
 mod hostile;
 mod isolation;
 mod linker;
-mod reads;
 mod reflected;
 mod told;
 mod uniform;

@@ -40,7 +40,7 @@ fn most(line: &str) -> usize {
 
 /// Operations that a line takes, to a hundredth.
 fn operations(line: &str) -> f64 {
-    limits::OPERATIONS.most as f64 / most(line) as f64
+    limits::OPERATIONS.max as f64 / most(line) as f64
 }
 
 fn assert_costs(cases: &[(&str, f64)]) {

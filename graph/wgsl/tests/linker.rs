@@ -288,3 +288,58 @@ fn generated_code_that_names_what_a_file_does_not_declare_is_an_error_of_the_fil
     let error = linker.link(code, &[]).expect_err("there is no `g`");
     assert_eq!(error.to_string(), "own.wgsl:0:1: the file declares no `g`");
 }
+
+/// Steps are counted from a limit that generated code sets, and it can ask whether a loop was ended.
+#[test]
+fn generated_code_sets_the_limit_of_steps_and_asks_whether_it_was_reached() {
+    let looped = Shader::untrusted(
+        "own.wgsl".into(),
+        "fn f(v: vec4f) -> vec4f { var x = v; while x.x < 1.0 { x += v; } return x; }".into(),
+    );
+    let plain = Shader::untrusted("own.wgsl".into(), "fn f(v: vec4f) -> vec4f { return v; }".into());
+    let trusted = Shader::loaded(
+        "own.wgsl".into(),
+        "fn f(v: vec4f) -> vec4f { var x = v; while x.x < 1.0 { x += v; } return x; }".into(),
+    );
+    for (shader, is_counted) in [(&looped, true), (&plain, false), (&trusted, false)] {
+        let mut linker = Linker::new(SampleMode::Plain);
+        let instance = linker.add(shader.source(), &[]).expect("it imports nothing");
+        assert_eq!(linker.after_call(), None, "nothing was called yet");
+        let before = linker.before_call(afterimage_wgsl::limits::WORKGROUP_LOOP_STEPS);
+        let after = linker.after_call();
+        assert_eq!((before.is_some(), after.is_some()), (is_counted, is_counted));
+        let (before, after) = (before.unwrap_or_default(), after.unwrap_or_else(|| "false".into()));
+        let call = linker.name(instance, "f");
+        let code = format!(
+            "@fragment fn run() -> @location(0) vec4f {{ {before} let v = {call}(vec4f()); return v * f32({after}); }}"
+        );
+        let linked = linker.link(code, &[(Instance::GENERATED, "run")]).expect("all names are known");
+        validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{error}\n{}", linked.text));
+        assert_eq!(linked.text.contains("begin_steps(16384);"), is_counted, "{}", linked.text);
+        assert_eq!(linked.text.contains("were_steps_cut()"), is_counted);
+    }
+}
+
+/// The name of a file becomes a part of names, whatever it holds.
+#[test]
+fn namespaces_are_made_of_letters_digits_and_single_underscores() {
+    let text = "fn same(v: vec4f) -> vec4f { return v; }";
+    for (file, namespace) in [
+        ("a b--c.wgsl", "a_b_c"),
+        ("2nd.wgsl", "file2nd"),
+        ("__x__.wgsl", "x"),
+        ("folder/e.é.wgsl", "e"),
+        ("...wgsl", "file"),
+    ] {
+        let (one, other) = (Shader::loaded(file.into(), text.into()), Shader::loaded("other.wgsl".into(), text.into()));
+        let mut linker = Linker::new(SampleMode::Plain);
+        let names = [&one, &other].map(|shader| {
+            let instance = linker.add(shader.source(), &[]).expect("it imports nothing");
+            linker.name(instance, "same")
+        });
+        let code = format!("fn run(v: vec4f) -> vec4f {{ return {}(v) + {}(v); }}", names[0], names[1]);
+        let linked = linker.link(code, &[]).expect("all names are known");
+        assert!(linked.text.contains(&format!("fn {namespace}_same(")), "{file}: {}", linked.text);
+        assert!(linked.text.contains("fn other_same("), "{file}");
+    }
+}

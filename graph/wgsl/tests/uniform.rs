@@ -148,7 +148,7 @@ fn a_file_is_in_a_module_once() {
     let shader = |file: &str, text: &str| Shader::loaded(file.into(), text.into());
     let shaders = [shader("a", text), shader("a", text), shader("b", text), shader("a", "const A = 1;")];
     let mut linker = Linker::new(SampleMode::Plain);
-    let mut add = |at: usize, promises: &[&str]| linker.add(shaders[at].source(), promises).expect("it has no imports");
+    let mut add = |at: usize, defines: &[&str]| linker.add(shaders[at].source(), defines).expect("it has no imports");
     let first = add(0, &[]);
     assert!(first == add(0, &[]) && first == add(1, &[]));
     assert!(first != add(2, &[]) && first != add(3, &[]) && first != add(0, &["FAST"]));

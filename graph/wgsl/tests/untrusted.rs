@@ -214,7 +214,7 @@ fn every_bomb_is_refused_by_its_limit_and_soon() {
         let start = Instant::now();
         let error = refused(&text);
         let took = start.elapsed();
-        let expected = format!("too many {}: the limit is {}", limit.counts, limit.most);
+        let expected = format!("too many {}: the limit is {}", limit.counts, limit.max);
         assert_eq!(error.message, expected, "{what}: {error}");
         assert!(took < Duration::from_secs(2), "{what} took {took:?}");
     }
@@ -259,7 +259,7 @@ fn the_steps_of_every_loop_are_counted_whatever_its_form() {
     }
     let nested = linked(&in_body("var s = source; while s.x < 1.0 { if s.y > 0.0 { s *= 2.0; } } return s;"));
     assert!(nested.contains("while s.x < 1.0 { if is_last_step() { break; }"), "{nested}");
-    let begin = format!("begin_steps({});", limits::LOOP_STEPS.most);
+    let begin = format!("begin_steps({});", limits::LOOP_STEPS.max);
     assert_eq!(text.matches(&begin).count(), 1, "{text}");
     let plain = linked(&in_body("return source;"));
     assert!(!plain.contains("steps"), "{plain}");
@@ -325,7 +325,7 @@ fn an_error_is_shown_in_the_file_that_it_is_in() {
 
 #[test]
 fn one_declaration_more_than_the_limit_is_refused() {
-    let constants: String = (0..=limits::DECLARATIONS.most).map(|at| format!("const c{at} = 1.0;\n")).collect();
+    let constants: String = (0..=limits::DECLARATIONS.max).map(|at| format!("const c{at} = 1.0;\n")).collect();
     let error = refused(&format!("{constants}fn untrusted(source: vec4f) -> vec4f {{ return source; }}"));
     assert!(error.message.starts_with("too many declarations"), "{error}");
 }

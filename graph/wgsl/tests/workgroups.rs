@@ -94,11 +94,11 @@ fn what_devices_may_not_have_is_refused_also_with_a_workgroup() {
 fn memory_and_barriers_have_limits() {
     let memory = |bytes: usize| format!("var<workgroup> a: array<u32, {}>;\nvar<workgroup> b: vec4f;\n", bytes / 4 - 4);
     let uses = |text: String| format!("{text}{}", with_body("a[0] = 1u; b = source;").replace("sums", "others"));
-    let fits = WORKGROUP_BYTES.most - 16;
+    let fits = WORKGROUP_BYTES.max - 16;
     shared(&uses(memory(fits))).reflect().unwrap_or_else(|error| panic!("{error}"));
     let error = refused(&uses(memory(fits + 16)));
     assert_eq!(Some(error.message.clone()), WORKGROUP_BYTES.exceeded(usize::MAX), "{error}");
-    let doubled = format!("fn both() {{ {} }}\n", "workgroupBarrier();".repeat(BARRIERS.most / 2));
+    let doubled = format!("fn both() {{ {} }}\n", "workgroupBarrier();".repeat(BARRIERS.max / 2));
     shared(&(doubled.clone() + &with_body("both(); both();"))).reflect().unwrap_or_else(|error| panic!("{error}"));
     let error = refused(&(doubled + &with_body("both(); both(); workgroupBarrier();")));
     assert_eq!((Some(error.message.clone()), error.line), (BARRIERS.exceeded(usize::MAX), 4), "{error}");

@@ -132,7 +132,7 @@ kind!(Levels, "A pyramid.", [SOURCE], [Output::new("result", PortType::Pyramid, 
         levels.push(level);
         above = level;
     }
-    pass.give("result", InputValue::Pyramid(levels));
+    pass.set_output("result", InputValue::Pyramid(levels));
 });
 kind!(
     Join,
@@ -148,7 +148,7 @@ kind!(
             pass.function(&LAY, "lay").read("base", *level).read("over", joined).write_to(result);
             joined = result;
         }
-        pass.give("result", InputValue::Image(joined));
+        pass.set_output("result", InputValue::Image(joined));
     }
 );
 kind!(Bake, "A volume.", [SOURCE], [Output::new("result", PortType::Volume, ANY, "A volume.")], |pass| {

@@ -23,7 +23,7 @@ impl Node for Halftone {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The printed image.").or_input("source")];
     // Dots make a constant image uneven, and their rows are oblique: `stress` expects neither.
-    const PROMISES: Promises = Promises { constant: false, symmetric: false, ..Promises::DEFAULT };
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
     // An error in it is an error of the registry.
     const SHADERS: &'static [&'static Shader] = &[&SHADER];
 

@@ -16,7 +16,7 @@ pub(super) mod dark_edges {
     impl Node for DarkEdges {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
-        const PROMISES: Promises = Promises { keeps_constant: true, ..Promises::DEFAULT };
+        const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
@@ -133,7 +133,7 @@ pub(super) mod restless {
     impl Node for Restless {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
-        const PROMISES: Promises = Promises { is_exposure: true, ..Promises::DEFAULT };
+        const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
 
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(

@@ -119,13 +119,13 @@ impl Chromaticities {
         }
     }
 
-    /// Whether every coordinate differs by less than `tolerance`.
+    /// Returns whether every coordinate differs by less than `tolerance`.
     pub fn close_to(&self, other: &Self, tolerance: f64) -> bool {
         let mut pairs = self.points().into_iter().zip(other.points());
         pairs.all(|(a, b)| (a.to_vec() - b.to_vec()).abs().max_element() < tolerance)
     }
 
-    /// Whether the primaries span a triangle and white has a positive y, so that the matrices exist.
+    /// Returns whether the primaries span a triangle and white has a positive y, so that the matrices exist.
     pub fn is_usable(&self) -> bool {
         self.primaries().determinant().abs() >= 1e-6 && self.white.y.get() >= 1e-3
     }

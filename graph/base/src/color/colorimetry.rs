@@ -7,7 +7,7 @@ use super::{Chromaticities, Decimal, Transfer, Xy};
 /// The luminance of diffuse white in HDR, in cd/m2 (ITU-R BT.2408).
 pub const GRAPHICS_WHITE: Decimal = Decimal::new(203.0);
 
-/// What the numbers of an image mean as light.
+/// Colorimetry of an image.
 ///
 /// | transfer | a signal of 1 | `white_nits` |
 /// |---|---|---|
@@ -48,7 +48,7 @@ impl Colorimetry {
         Self { white_nits: Some(white.into()), peak_nits: Some(peak.into()), ..self }
     }
 
-    /// Whether light above SDR white can be stored: `Pq` and `Hlg`.
+    /// Returns whether light above SDR white can be stored: `Pq` and `Hlg`.
     pub fn is_hdr(&self) -> bool {
         matches!(self.transfer, Transfer::Pq | Transfer::Hlg)
     }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::location::{Location, Sources, floor};
 use super::names::{equally_near, is_control, quote, shown};
 
-/// How severe a diagnostic is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -25,9 +25,9 @@ pub enum Severity {
 pub struct Label {
     /// The location.
     pub location: Location,
-    /// What the location shows; may be empty.
+    /// Text at the location; may be empty.
     pub text: String,
-    /// Whether this is the location of the error, not one that explains it.
+    /// True if this is the location of the error, not one that explains it.
     pub primary: bool,
 }
 
@@ -38,13 +38,13 @@ pub struct Diagnostic {
     pub code: &'static str,
     /// The severity.
     pub severity: Severity,
-    /// What is wrong: lower case, no full stop.
+    /// The message: lower case, no full stop.
     pub message: String,
     /// The locations, the primary one first.
     pub labels: Vec<Label>,
     /// A hint: what to do about it.
     pub help: Option<String>,
-    /// What would mend it, if that is known.
+    /// A fix, if one is known.
     pub correction: Option<Box<Correction>>,
 }
 
@@ -171,7 +171,7 @@ impl Diagnostics {
         self
     }
 
-    /// Whether any is an error.
+    /// Returns whether any is an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|d| d.severity == Severity::Error)
     }
@@ -186,7 +186,7 @@ impl Diagnostics {
         self.list.len()
     }
 
-    /// Whether there are no diagnostics.
+    /// Returns whether there are no diagnostics.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -200,7 +200,7 @@ impl<'a> IntoIterator for &'a Diagnostics {
     }
 }
 
-/// How to render.
+/// Options for rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Style {
     /// Text only.

@@ -10,7 +10,7 @@ use super::location::Location;
 pub struct Fix {
     /// The words to replace.
     pub location: Location,
-    /// What to write in their place.
+    /// The replacement.
     pub replacement: String,
 }
 
@@ -56,7 +56,7 @@ pub fn apply(text: &str, fixes: &[Fix]) -> String {
     fixed
 }
 
-/// Where words occur that are no part of longer ones, if they occur once.
+/// Place of a whole word that occurs once.
 fn only_occurrence(text: &str, words: &str) -> Option<Range<usize>> {
     let mut found = text.match_indices(words).map(|(at, _)| at).filter(|at| is_whole(text, words, *at));
     let first = found.next().filter(|_| found.next().is_none())?;
@@ -70,7 +70,7 @@ fn is_whole(text: &str, words: &str, at: usize) -> bool {
     !begins && !ends
 }
 
-/// Whether two characters next to each other are of one word.
+/// Returns whether two characters next to each other are of one word.
 fn is_joined(left: Option<char>, right: Option<char>) -> bool {
     [left, right].iter().all(|c| c.is_some_and(|c| c.is_alphanumeric() || c == '_'))
 }

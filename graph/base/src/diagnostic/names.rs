@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Whether a character can forge a line, change the state of a terminal, or reverse the order of what follows: control
-/// characters, separators of lines, and the controls of bidirectional text (Unicode UAX 9, 2).
+/// Returns whether a character can forge a line, change the state of a terminal, or reverse the order of what follows:
+/// control characters, separators of lines, and the controls of bidirectional text (Unicode UAX 9, 2).
 pub const fn is_control(c: char) -> bool {
     matches!(
         c,
@@ -51,10 +51,10 @@ pub fn quote(name: &str) -> String {
     if name.chars().nth(MAX_LENGTH).is_some() { format!("`{shown}…`") } else { format!("`{shown}`") }
 }
 
-/// A list of names for a message: `a`, `b` and `c`; at most `most` of them.
-pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
+/// A list of names for a message: `a`, `b` and `c`; at most `max` of them.
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, max: usize) -> String {
     let mut names = names.into_iter();
-    let shown: Vec<String> = names.by_ref().take(most).map(quote).collect();
+    let shown: Vec<String> = names.by_ref().take(max).map(quote).collect();
     match (shown.split_last(), names.count()) {
         (None, 0) => String::new(),
         (Some((only, [])), 0) => only.clone(),

@@ -78,7 +78,7 @@ impl Node for OcioTransform {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The signal of the display, or the graded light.")
             .or_input("source")];
-    const PROMISES: Promises = Promises::OF_COLOR;
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 
     fn is_identity(&self, _: &InputValues) -> bool {
         self.state == OcioResult::Source && self.looks.is_empty() && self.file.is_empty()

@@ -12,7 +12,6 @@ use afterimage_base::image::ColorState;
 use afterimage_base::value::Value;
 
 impl GraphBuilder<'_> {
-    /// Checks every wire.
     pub(super) fn agree(&mut self) {
         self.find_states();
         for node in 0..self.drafts.len() {
@@ -209,7 +208,7 @@ impl GraphBuilder<'_> {
             .help(help)
     }
 
-    /// What is at the beginning of a wire, in words.
+    /// Description of the source of a wire.
     fn maker(&self, wire: &Wire) -> String {
         match wire.source {
             Some(Source::Node { node, output, .. }) => {

@@ -13,7 +13,7 @@ use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 const MAX_HINTS: usize = 100;
 
 impl GraphBuilder<'_> {
-    /// Whether the number of nodes permits one more.
+    /// Returns whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
         let has_room = self.drafts.len() + self.scopes.len() <= MAX_NODES;
         if !has_room {
@@ -67,7 +67,7 @@ impl GraphBuilder<'_> {
         }
     }
 
-    /// Whether a name inside of a scope is short enough.
+    /// Returns whether a name inside of a scope is short enough.
     pub(super) fn is_short(&mut self, scope: usize, name: &Spanned<String>) -> bool {
         let outer: usize = self.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
         // The top has no name.
@@ -107,7 +107,7 @@ impl GraphBuilder<'_> {
         }
     }
 
-    /// Whether further errors get no hints, because there are many.
+    /// Returns whether further errors get no hints, because there are many.
     pub(super) fn has_many_errors(&self) -> bool {
         self.diagnostics.len() >= MAX_HINTS
     }

@@ -1,4 +1,4 @@
-//! What the steps of the check work on: drafts of nodes, the scopes of names they live in, and what went wrong so far.
+//! State of a check: drafts of nodes, scopes of names, and the diagnostics so far.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +13,6 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
 
-/// The check in progress.
 pub(super) struct GraphBuilder<'a> {
     pub(super) registry: &'a Registry,
     pub(super) files: &'a Files<'a>,
@@ -25,7 +24,6 @@ pub(super) struct GraphBuilder<'a> {
     pub(super) changes: Vec<Change>,
     /// Wires that are not in this graph, with their scopes: those of other tiers, and those that a change replaced.
     pub(super) wires_elsewhere: Vec<(usize, Spanned<String>)>,
-    /// Where they begin.
     pub(super) sources_elsewhere: Vec<Source>,
     pub(super) facts: BTreeMap<String, (FactKind, Location)>,
     pub(super) outputs: Vec<(OutputEntry, Option<Wire>)>,
@@ -41,15 +39,15 @@ pub(super) struct NodeDraft {
     pub(super) kind_location: Location,
     pub(super) scope: usize,
     pub(super) values: Vec<Value>,
-    /// Where each value was written; `None` for defaults.
+    /// Location of each value; `None` for defaults.
     pub(super) written: Vec<Option<Location>>,
-    /// What the file wires to each input.
+    /// Text of the wire of each input.
     pub(super) wire_texts: Vec<Option<Spanned<String>>>,
-    /// What each input is really wired to.
+    /// Source that was found for each input.
     pub(super) wires: Vec<Option<Wire>>,
     pub(super) when: Option<Condition>,
     pub(super) off: bool,
-    /// Where `Off` or `On` was written.
+    /// Location of `Off` or `On`.
     pub(super) switched: Option<Location>,
     pub(super) format: Option<Format>,
     pub(super) bake: Option<Bake>,
@@ -57,7 +55,7 @@ pub(super) struct NodeDraft {
     pub(super) label: Option<String>,
     /// The state of each output once it is known.
     pub(super) states: Vec<Option<Option<ColorState>>>,
-    /// Whether parts of it could not be read.
+    /// True if parts of it could not be read.
     pub(super) is_partial: bool,
 }
 
@@ -71,25 +69,23 @@ pub(super) struct Scope {
     pub(super) outputs: Vec<OutputEntry>,
     pub(super) when: Option<Condition>,
     pub(super) off: bool,
-    /// Where `Off` or `On` was written.
+    /// Location of `Off` or `On`.
     pub(super) switched: Option<Location>,
     pub(super) label: Option<String>,
     pub(super) facts: Option<Vec<String>>,
-    /// Whether names are missing because of errors that have been reported.
+    /// True if names are missing because of errors that have been reported.
     pub(super) is_partial: bool,
 }
 
-/// Where an input of a scope comes from.
+/// Source of an input of a scope.
 pub(super) enum Feed {
-    /// From the host.
     Host(usize),
     /// From a wire in the parent scope.
     Wire(Spanned<String>),
-    /// From nowhere.
     Absent,
 }
 
-/// What a name in a scope refers to.
+/// Meaning of a name in a scope.
 #[derive(Clone, Copy)]
 pub(super) enum Named {
     Input(usize),

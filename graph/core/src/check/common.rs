@@ -1,4 +1,4 @@
-//! What every node takes besides its ports and parameters: `when`, `format`, `bake`, `every` and `label`.
+//! Fields of every node besides its ports and parameters: `when`, `format`, `bake`, `every` and `label`.
 
 use super::build::GraphBuilder;
 use super::condition::{Condition, FactKind};
@@ -110,7 +110,7 @@ impl GraphBuilder<'_> {
         None
     }
 
-    /// Whether a node becomes part of a table.
+    /// Returns whether a node becomes part of a table.
     pub(super) fn bake(&mut self, item: &Item) -> Option<Bake> {
         let known = match &item.value {
             Tree::Name(name) => Bake::named(name),

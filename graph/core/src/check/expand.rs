@@ -10,7 +10,7 @@ use super::nodes::PIPELINE;
 use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, is_control, list, quote};
 
-/// What surrounds a pipeline that is being expanded.
+/// Context of a pipeline that is being expanded.
 struct Around {
     parent: Option<usize>,
     name: Spanned<String>,
@@ -114,7 +114,7 @@ impl GraphBuilder<'_> {
         }
     }
 
-    /// Whether an input is an image, or a block that some kind reads.
+    /// Returns whether an input is an image, or a block that some kind reads.
     fn is_known_type(&mut self, input: &InputEntry) -> bool {
         let Some(ty) = input.block.as_ref().filter(|ty| self.registry.block(&ty.value).is_none()) else { return true };
         let mut names: Vec<&str> = image_type_names().chain(self.registry.blocks().map(|block| block.name)).collect();

@@ -32,7 +32,6 @@ pub(super) enum Named {
 pub(super) struct Files<'a> {
     loader: &'a dyn Loader,
     bytes: RefCell<BTreeMap<String, Bytes>>,
-    /// Those that overrides name.
     overrides: RefCell<BTreeMap<String, Bytes>>,
     documents: RefCell<BTreeMap<String, Named>>,
 }

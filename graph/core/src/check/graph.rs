@@ -18,7 +18,7 @@ pub struct Graph {
     pub inputs: Vec<GraphInput>,
     /// The nodes, in the order of the file; those of a pipeline used as a node are called `outer/inner`.
     pub nodes: Vec<GraphNode>,
-    /// What the host gets.
+    /// Images of the host's outputs.
     pub outputs: Vec<GraphOutput>,
     /// An edge from each node to each that reads it in the same frame. Node indices are those of `nodes`.
     pub wires: DiGraph<(), ()>,
@@ -31,17 +31,17 @@ pub struct GraphInput {
     pub name: String,
     /// The declaration of a host block; `None` for an image.
     pub block: Option<&'static HostBlock>,
-    /// What the numbers of an image mean.
+    /// Color state of an image.
     pub state: ColorState,
     /// Channels that an image has at least: 2 for `Motion`, 3 for `Normals`.
     pub min_channels: u8,
-    /// Whether the host may leave it out.
+    /// True if the host may leave it out.
     pub optional: bool,
-    /// Whether it has several samples in each pixel.
+    /// True if it has several samples in each pixel.
     pub multisampled: bool,
-    /// Whether it is a volume.
+    /// True if it is a volume.
     pub volume: bool,
-    /// Whether the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
+    /// True if the pipeline needs an alpha that is not 1 everywhere, as a mask. A host should warn about an image
     /// without one.
     pub needs_alpha: bool,
     /// A factor of its colors, before they are limited to the range of half floats.
@@ -49,7 +49,7 @@ pub struct GraphInput {
 }
 
 impl GraphInput {
-    /// What it gives.
+    /// Its outputs.
     pub fn port_type(&self) -> PortType {
         match self.block {
             Some(_) => PortType::Block,
@@ -67,15 +67,15 @@ pub struct GraphNode {
     pub name: String,
     /// The node of its kind at its parameter values.
     pub instance: NodeInstance,
-    /// What is wired to its inputs, in the order of the kind's ports.
+    /// Sources of its inputs, in the order of the kind's ports.
     pub wires: Vec<Option<Source>>,
-    /// When it is needed; always if `None`.
+    /// Condition under which it is needed; always if `None`.
     pub when: Option<Condition>,
-    /// Whether a tier has switched it off.
+    /// True if a tier has switched it off.
     pub off: bool,
     /// The format of its results, if the file sets one.
     pub format: Option<Format>,
-    /// Whether a table may take its place, if the file says so.
+    /// True if a table may take its place, if the file says so.
     pub bake: Option<Bake>,
     /// In one of how many frames it runs, from 1, if nothing has begun anew. Its results are held in between.
     pub every: u32,
@@ -85,21 +85,21 @@ pub struct GraphNode {
     pub states: Vec<Option<ColorState>>,
 }
 
-/// What the host gets.
+/// Images of the host's outputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphOutput {
     /// Its name.
     pub name: String,
-    /// Where it comes from.
+    /// Its source.
     pub source: Source,
-    /// What its numbers mean.
+    /// Its color state.
     pub state: ColorState,
-    /// Whether its alpha is coverage, the share of the pixel that the picture covers. Otherwise it may be a mask, and a
+    /// True if its alpha is coverage, the share of the pixel that the picture covers. Otherwise it may be a mask, and a
     /// file for a display is opaque.
     pub has_coverage: bool,
 }
 
-/// Where a wire begins.
+/// Source of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
     /// An input of the pipeline.
@@ -110,7 +110,7 @@ pub enum Source {
         node: usize,
         /// The index of the output in the kind's ports.
         output: usize,
-        /// How many frames ago; 0 for this one.
+        /// Number of frames back; 0 for this one.
         previous: u32,
     },
 }
@@ -121,7 +121,7 @@ impl GraphNode {
         self.instance.kind()
     }
 
-    /// Whether all but the values of parameters is the same.
+    /// Returns whether all but the values of parameters is the same.
     fn has_structure_of(&self, other: &Self) -> bool {
         let Self { name, instance, wires, when, off, format, bake, every, label, states } = other;
         self.name == *name
@@ -182,7 +182,7 @@ impl Graph {
         Ok(ParameterId { node, index })
     }
 
-    /// What a name of this pipeline is, in words: a hint for a name in the wrong place.
+    /// Description of a name of this pipeline: a hint for a name in the wrong place.
     pub fn meaning_of(&self, name: &str) -> Option<String> {
         let input = self.inputs.iter().find(|input| input.name == name);
         let inner =
@@ -199,7 +199,7 @@ impl Graph {
         })
     }
 
-    /// Whether another graph has the same inputs, nodes, wires and outputs: then at most values differ.
+    /// Returns whether another graph has the same inputs, nodes, wires and outputs: then at most values differ.
     pub fn has_structure_of(&self, other: &Self) -> bool {
         self.inputs == other.inputs
             && self.outputs == other.outputs

@@ -1,4 +1,4 @@
-//! What a document inherits: `extends` and tiers that are files.
+//! Inheritance of documents: `extends` and tiers that are files.
 
 use std::rc::Rc;
 
@@ -118,7 +118,7 @@ fn extends_itself(named: &Spanned<String>, path: &str, chain: &[String]) -> Diag
         .help("let the shared part be a file that extends nothing")
 }
 
-/// What `base` has, changed by what `own` has.
+/// Entries of `base`, replaced by those of `own`.
 fn merge(base: Document, own: Document) -> Document {
     let facts = match (base.facts, own.facts) {
         (Some(base), Some(own)) => Some(replace(base, own, |(name, _)| &name.value)),

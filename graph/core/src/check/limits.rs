@@ -28,10 +28,8 @@ pub const MAX_EVERY: u32 = 16;
 /// Pipelines within pipelines, and files that extend files.
 pub const MAX_DEPTH: usize = 16;
 
-/// What has been counted so far.
 #[derive(Default)]
 pub(super) struct Counted {
-    /// Bytes of pipeline files.
     pub(super) text: usize,
     /// Bytes of files that parameters name.
     pub(super) file_bytes: usize,

@@ -58,7 +58,6 @@ fn mixes(graph: &Graph) -> Vec<Mix> {
     mixes
 }
 
-/// `DisplayLinear`, in Rec2020.
 fn described(color: ImageColor) -> String {
     let Colorimetry { primaries, transfer, .. } = color.colorimetry;
     let space = primaries.name().unwrap_or("its own primaries");

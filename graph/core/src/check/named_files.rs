@@ -81,7 +81,6 @@ mod tests {
     use crate::document::parse;
     use crate::node::Registry;
 
-    /// Documents by their paths.
     struct Texts(&'static [(&'static str, &'static str)]);
 
     impl Loader for Texts {

@@ -249,7 +249,7 @@ fn draft(scope: usize, entry: &NodeEntry, kind: &NodeKind) -> NodeDraft {
     }
 }
 
-/// Why the kind refuses the values of the node or the format of its results.
+/// Reports why the kind refuses the values of the node or the format of its results.
 fn doubt(draft: &NodeDraft, instance: &NodeInstance) -> Option<String> {
     let format = || draft.format.map_or(Ok(()), |format| instance.verify_format(format));
     instance.verify().and_then(|()| format()).err()

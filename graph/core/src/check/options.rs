@@ -32,7 +32,7 @@ pub struct CheckOptions<'a> {
     pub tier: Option<String>,
     /// Overrides in the order in which they are applied: `node.parameter` and a value as in a pipeline file.
     pub sets: Vec<(String, String)>,
-    /// Where files come from.
+    /// Source of the files that a pipeline names.
     pub loader: &'a dyn Loader,
 }
 

@@ -8,7 +8,6 @@ use super::nodes::{COMMON, with_point};
 use crate::document::{Item, Override, Tree, read_tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, quote};
 
-/// What a key names.
 enum Target {
     Node(usize),
     Scope(usize),
@@ -48,7 +47,7 @@ impl GraphBuilder<'_> {
         }
     }
 
-    /// Whether changes are applied, not only checked.
+    /// Returns whether changes are applied, not only checked.
     pub(super) fn is_made(&self, change: &Change) -> bool {
         change.tier.is_none() || change.tier == self.tier
     }

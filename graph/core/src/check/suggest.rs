@@ -49,7 +49,7 @@ fn required(kind: &NodeKind) -> usize {
     kind.inputs().iter().filter(|port| !port.optional).count()
 }
 
-/// What comes out of a kind's main output when this is wired to its first input.
+/// Color state of a kind's main output for this state at its first input.
 fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
     let port = kind.inputs().first()?;
     let output = kind.outputs().first()?;
@@ -67,7 +67,6 @@ fn through(kind: &NodeKind, on_wire: OnWire) -> Option<OnWire> {
     takes.then_some(OnWire { ty: output.ty, state })
 }
 
-/// "put a `ToneMap` between".
 pub(super) fn between(path: &[&NodeKind]) -> String {
     let names = list(path.iter().map(|kind| kind.name()), 8);
     match path {

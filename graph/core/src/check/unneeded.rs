@@ -1,4 +1,4 @@
-//! What nobody needs: warnings, since a file in the making is full of it.
+//! Warnings about unused entries; errors would be in the way of a file in the making.
 
 use super::Source;
 use super::build::{Feed, GraphBuilder};

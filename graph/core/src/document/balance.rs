@@ -1,4 +1,4 @@
-//! How many brackets of each kind a file has.
+//! Number of brackets of each kind in a file.
 
 use std::sync::Arc;
 
@@ -28,12 +28,12 @@ impl Balance {
         self.0[bracket as usize] += closing;
     }
 
-    /// Whether closing brackets of this kind are missing.
+    /// Returns whether closing brackets of this kind are missing.
     pub(super) fn lacks(&self, bracket: Bracket) -> bool {
         self.0[bracket as usize] < 0
     }
 
-    /// Whether there are too many closing brackets of this kind.
+    /// Returns whether there are too many closing brackets of this kind.
     pub(super) fn exceeds(&self, bracket: Bracket) -> bool {
         self.0[bracket as usize] > 0
     }

@@ -11,10 +11,10 @@ pub(super) const CLAIM: &str = "Claim";
 
 const FIGURES: [&str; 4] = ["ms", "p999", "flip", "on"];
 
-/// What was measured of a quality level, as its file states it. Written, it is a line for a user.
+/// Measurement of a tier, as its file states it. Its `Display` is a line for a user.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Claim {
-    /// What it was measured on: a device, a size, images.
+    /// Conditions of the measurement: a device, a size, images.
     pub on: String,
     /// The milliseconds of a frame.
     pub ms: Option<f64>,

@@ -1,4 +1,4 @@
-//! What the sections of a pipeline file hold.
+//! Entries of the sections of a pipeline file.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use afterimage_base::image::ColorState;
 pub struct Document {
     /// The file's name.
     pub file: Arc<str>,
-    /// Where `Pipeline` is written.
+    /// Location of the word `Pipeline`.
     pub location: Location,
     /// The file that this one changes.
     pub extends: Option<Spanned<String>>,
@@ -26,7 +26,7 @@ pub struct Document {
     pub set: Vec<Override>,
     /// The quality levels.
     pub tiers: Vec<(Spanned<String>, Tier)>,
-    /// What was measured of tiers. A file that extends this one does not inherit it.
+    /// Measurements of tiers. A file that extends this one does not inherit them.
     pub claims: Vec<(Spanned<String>, Claim)>,
     /// The facts that conditions may use, with their meanings; `None` if the file does not list them.
     pub facts: Option<Vec<(Spanned<String>, String)>>,
@@ -34,7 +34,7 @@ pub struct Document {
     pub problems: Diagnostics,
     /// Names whose entries could not be read, so that nothing is reported twice.
     pub(crate) unread: Vec<String>,
-    /// Whether more names are missing than `unread` knows.
+    /// True if more names are missing than `unread` knows.
     pub(crate) is_partial: bool,
 }
 
@@ -43,19 +43,19 @@ pub struct Document {
 pub struct InputEntry {
     /// Its name.
     pub name: Spanned<String>,
-    /// What the numbers of an image mean.
+    /// Color state of an image.
     pub state: ColorState,
     /// Channels that an image has at least.
     pub min_channels: u8,
     /// The name of a type that is none of images: that of a host block, if some kind declares it.
     pub block: Option<Spanned<String>>,
-    /// Whether the host may leave it out.
+    /// True if the host may leave it out.
     pub optional: bool,
-    /// Whether it has several samples in each pixel.
+    /// True if it has several samples in each pixel.
     pub multisampled: bool,
-    /// Whether it is a volume.
+    /// True if it is a volume.
     pub volume: bool,
-    /// Whether the pipeline needs an alpha that is not 1 everywhere.
+    /// True if the pipeline needs an alpha that is not 1 everywhere.
     pub needs_alpha: bool,
     /// A factor of its colors, before anything is limited.
     pub scale: f64,
@@ -68,7 +68,7 @@ pub struct OutputEntry {
     pub name: Spanned<String>,
     /// The text of its wire.
     pub source: Spanned<String>,
-    /// Whether its alpha is coverage: the share of the pixel that the picture covers.
+    /// True if its alpha is coverage: the share of the pixel that the picture covers.
     pub has_coverage: bool,
 }
 
@@ -91,7 +91,7 @@ pub struct Override {
     pub(crate) value: Item,
 }
 
-/// What a quality level is.
+/// Content of a tier.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tier {
     /// The same pipeline with changes.

@@ -6,7 +6,6 @@ use super::unknown::unknown;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, quote};
 use afterimage_base::image::ColorState;
 
-/// A type of images.
 #[derive(Clone, Copy)]
 pub(super) struct ImageType {
     name: &'static str,

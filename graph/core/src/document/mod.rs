@@ -41,7 +41,7 @@
 mod balance;
 mod bracket;
 mod claim;
-mod edit;
+pub(crate) mod edit;
 mod entries;
 mod input_options;
 mod output;
@@ -59,7 +59,6 @@ mod unknown;
 mod tests;
 
 pub use claim::Claim;
-pub(crate) use edit::Editor;
 pub use entries::{Document, InputEntry, NodeEntry, OutputEntry, Override, Tier};
 pub(crate) use input_options::image_type_names;
 pub(crate) use parser::read as read_tree;

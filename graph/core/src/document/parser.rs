@@ -23,7 +23,6 @@ pub(crate) struct Parsed {
     pub(crate) errors: Vec<Diagnostic>,
 }
 
-/// Reads a whole file.
 pub(crate) fn read(file: &Arc<str>, text: &str) -> Parsed {
     let parsed = Parser::new(file, text, Balance::default()).parse();
     if parsed.errors.is_empty() {
@@ -32,7 +31,7 @@ pub(crate) fn read(file: &Arc<str>, text: &str) -> Parsed {
     Parser::new(file, text, Balance::of(file, text)).parse()
 }
 
-/// Whether there is nothing but space and comments.
+/// Returns whether there is nothing but space and comments.
 pub(super) fn is_blank(file: &Arc<str>, text: &str) -> bool {
     let mut lexer = Lexer::new(file, text);
     lexer.next().kind == Kind::End && lexer.errors.is_empty()
@@ -42,7 +41,7 @@ pub(super) fn is_blank(file: &Arc<str>, text: &str) -> bool {
 pub(super) struct Entry {
     pub(super) key: Option<Item>,
     pub(super) value: Item,
-    /// Whether it may be a part of the entry before it.
+    /// True if it may be a part of the entry before it.
     pub(super) follows_error: bool,
 }
 
@@ -58,9 +57,9 @@ pub(super) struct Parser<'a> {
     /// How many of the open groups, the outermost first, may have lost entries to a bracket that is not closed.
     pub(super) lossy_depth: usize,
     pub(super) balance: Balance,
-    /// Whether what was read last may be followed by an entry without a comma, since an error was reported there.
+    /// True if what was read last may be followed by an entry without a comma, since an error was reported there.
     pub(super) needs_no_comma: bool,
-    /// Whether any bracket was missing or too many.
+    /// True if any bracket was missing or too many.
     pub(super) has_misfit: bool,
 }
 
@@ -170,7 +169,7 @@ impl<'a> Parser<'a> {
         self.group(open, Bracket::Round, Some(name))
     }
 
-    /// Whether a field of `Kind(field: value)` follows in a map, without the parenthesis before it.
+    /// Returns whether a field of `Kind(field: value)` follows in a map, without the parenthesis before it.
     fn lacks_parenthesis(&self) -> bool {
         let is_in_map = self.open.last().is_some_and(|open| open.kind == Kind::Open(Bracket::Curly));
         let is_field = self.next.kind == Kind::Word && self.second.kind == Kind::Colon;
@@ -223,8 +222,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Whether the innermost group ends here. Its closing bracket is read, or reported as missing; closing brackets
-    /// that close nothing are reported and skipped.
+    /// Returns whether the innermost group ends here. Its closing bracket is read, or reported as missing; closing
+    /// brackets that close nothing are reported and skipped.
     fn eat_end(&mut self, bracket: Bracket, last: Option<&Entry>) -> bool {
         self.needs_no_comma = false;
         loop {
@@ -262,7 +261,7 @@ impl<'a> Parser<'a> {
         Some(Entry { key: None, value: first, follows_error })
     }
 
-    /// Whether a value follows its key `first`; the colon is read, or reported as missing.
+    /// Returns whether a value follows its key `first`; the colon is read, or reported as missing.
     fn eat_colon(&mut self, bracket: Bracket, first: &Item) -> bool {
         if self.next.kind == Kind::Colon {
             self.advance();
@@ -289,7 +288,7 @@ impl<'a> Parser<'a> {
         self.next.begins_value() && self.second.kind != Kind::Colon
     }
 
-    /// Whether the next token is what a field's value begins with, or stands in place of the colon before it.
+    /// Returns whether the next token is what a field's value begins with, or stands in place of the colon before it.
     fn may_follow_colon(&self) -> bool {
         match self.next.kind {
             Kind::Stray => self.next_text() != ";",
@@ -330,7 +329,7 @@ fn plain_name(word: &str) -> &str {
     word.strip_prefix("r#").unwrap_or(word)
 }
 
-/// What is between the quotes, if it needs no decoding.
+/// Text between the quotes, if it needs no decoding.
 fn plain_text(written: &str) -> Option<&str> {
     let inside = written.strip_prefix('"')?.strip_suffix('"')?;
     (!inside.contains(['\\', '"'])).then_some(inside)
@@ -351,7 +350,7 @@ fn plain_number(written: &str) -> Option<Tree> {
 mod tests {
     use super::{Tree, number, plain_number, plain_text};
 
-    /// What is taken without `ron` is what `ron` reads.
+    /// The fast path agrees with `ron`.
     #[test]
     fn plain_numbers_and_texts_are_those_of_ron() {
         let digits = ["0", "-0", "7", "-7", "007", "1_000", "0x1F", "+3", "9223372036854775807", "9223372036854775808"];

@@ -1,4 +1,4 @@
-//! Where texts in quotes end, and which of them is not closed.
+//! Ends of quoted texts, and the quote that is not closed.
 //!
 //! A text of RON may run over lines, so a quote that is missing turns all that follows inside out. Texts of pipelines
 //! hardly ever do. A line on which a text begins that does not end there has one quote too few, unless that text is
@@ -49,12 +49,12 @@ pub(super) fn character_end(text: &str, start: usize) -> Option<usize> {
     if is_closed { Some(close + 1) } else { foreign_end(text, start) }
 }
 
-/// What is known of the quotes of a line.
+/// Result of a look at the quotes of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LineQuotes {
-    /// What is known holds up to here.
+    /// End of the part that was looked at.
     end: usize,
-    /// Whether a quote is missing on the line.
+    /// True if a quote is missing on the line.
     is_odd: bool,
 }
 
@@ -78,7 +78,7 @@ impl LineQuotes {
         };
     }
 
-    /// Whether the text that would end at `end` is the one whose quote is missing.
+    /// Returns whether the text that would end at `end` is the one whose quote is missing.
     pub(super) fn is_left_open(&self, text: &str, end: usize) -> bool {
         self.is_odd && (end > self.end || !can_follow(text[end..self.end].trim_start()))
     }
@@ -104,7 +104,7 @@ fn next_quote(line: &str) -> Option<usize> {
     (!line[..quote].contains("//")).then_some(quote)
 }
 
-/// Whether a text can be followed by this.
+/// Returns whether a text can be followed by this.
 fn can_follow(rest: &str) -> bool {
     const FAR: usize = 256;
     let next = rest.chars().take(FAR).find(|c| !c.is_whitespace());

@@ -10,14 +10,13 @@ use super::syntax;
 use super::token::Kind;
 use afterimage_base::diagnostic::{Diagnostic, Location};
 
-/// What is wrong about a closing bracket that does not fit the innermost group.
+/// Reason why a closing bracket does not fit the innermost group.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Misfit {
     /// It is meant to close the group, and of the wrong kind.
     Wrong,
     /// It closes an outer group; the innermost one is not closed.
     Unclosed,
-    /// It closes nothing.
     Extra,
 }
 
@@ -89,7 +88,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether the innermost group must have ended before the next token, which is not a closing bracket.
+    /// Returns whether the innermost group must have ended before the next token, which is not a closing bracket.
     pub(super) fn is_left_open(&self, inner: Bracket) -> bool {
         let [.., outer, open] = self.open.as_slice() else { return false };
         let is_lacking = self.balance.lacks(inner);

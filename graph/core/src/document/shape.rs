@@ -1,4 +1,4 @@
-//! What the entries between two brackets are: fields, values, a list or a map.
+//! Tree of the entries between two brackets: fields, values, a list or a map.
 
 use super::parser::{Entry, Parser};
 use super::syntax;

@@ -38,7 +38,7 @@ fn error(message: impl Into<String>, location: &Location, help: impl Into<String
     Diagnostic::error("syntax", message).at(location, "").help(help)
 }
 
-/// What stands somewhere, as messages show it: the whole token.
+/// Text for messages: the whole token at a place.
 pub(super) fn found(token: &str) -> String {
     if token.is_empty() { "the file ends".into() } else { format!("there is {}", quote(token)) }
 }
@@ -189,7 +189,7 @@ pub(super) fn unclosed_at_end(open: &[(Location, Bracket)]) -> Option<Diagnostic
     Some(diagnostic)
 }
 
-/// What follows the one value of a file, which may have a name.
+/// Error of text after the one value of a file, which may have a name.
 pub(super) fn after_the_end(location: &Location, token: &str, name: Option<&str>) -> Diagnostic {
     let value = name.map_or_else(|| "value".to_owned(), |name| quote(&format!("{name}( ... )")));
     let end = name.map_or_else(|| "the value".to_owned(), |_| value.clone());
@@ -197,10 +197,10 @@ pub(super) fn after_the_end(location: &Location, token: &str, name: Option<&str>
     error(message, location, format!("a file holds one {value} and nothing after it"))
 }
 
-pub(super) fn too_long(start: &Location, bytes: usize, most: usize) -> Diagnostic {
+pub(super) fn too_long(start: &Location, bytes: usize, max: usize) -> Diagnostic {
     Diagnostic::error("file-too-long", format!("the file has {bytes} bytes, more than a pipeline can have"))
         .at(start, "")
-        .help(format!("a pipeline file has at most {most} bytes"))
+        .help(format!("a pipeline file has at most {max} bytes"))
 }
 
 pub(super) fn blank(start: &Location) -> Diagnostic {

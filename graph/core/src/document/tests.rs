@@ -14,7 +14,7 @@ use super::parser::read;
 use super::tree::Tree;
 use afterimage_base::diagnostic::Diagnostic;
 
-/// Whether `ron` reads the text as one value.
+/// Returns whether `ron` reads the text as one value.
 fn ron_reads(text: &str) -> bool {
     let options = Options::default().with_recursion_limit(32);
     let Ok(mut reader) = ron::de::Deserializer::from_str_with_options(text, &options) else { return false };
@@ -134,7 +134,7 @@ proptest! {
     }
 }
 
-/// What follows a text is read, so the text ends where it should.
+/// A text ends where it should: the token after it is read.
 #[test]
 fn texts_of_every_form_hold_what_is_between_their_quotes() {
     for (written, inside) in [

@@ -22,13 +22,12 @@ pub(super) enum Kind {
     ForeignText,
     /// A string that is not closed, which has been reported.
     BrokenText,
-    /// A character or bytes.
     Literal,
     Open(Bracket),
     Close(Bracket),
     Comma,
     Colon,
-    /// What RON has no use for.
+    /// A character that RON does not use.
     Stray,
     End,
 }
@@ -39,25 +38,25 @@ pub(super) struct Token {
     pub(super) kind: Kind,
     pub(super) start: usize,
     pub(super) end: usize,
-    /// Where its line starts.
+    /// First byte of its line.
     pub(super) line: usize,
     /// Bytes before the first token of its line.
     pub(super) indent: usize,
 }
 
 impl Token {
-    /// Whether it is the first of its line.
+    /// Returns whether it is the first of its line.
     pub(super) fn is_first_on_line(&self) -> bool {
         self.start == self.line + self.indent
     }
 
-    /// Whether a value can begin with it.
+    /// Returns whether a value can begin with it.
     pub(super) fn begins_value(&self) -> bool {
         !matches!(self.kind, Kind::Close(_) | Kind::Comma | Kind::Colon | Kind::Stray | Kind::End)
     }
 }
 
-/// What RON takes for space.
+/// Returns whether RON treats the character as space.
 fn is_space(c: char) -> bool {
     matches!(c, ' ' | '\t'..='\r' | '\u{85}' | '\u{200E}' | '\u{200F}' | '\u{2028}' | '\u{2029}')
 }
@@ -76,7 +75,7 @@ pub(super) struct Lexer<'a> {
     quotes: LineQuotes,
     has_begun: bool,
     pub(super) errors: Errors,
-    /// Whether a comment runs to the end of the file, so that what is missing there may be in it.
+    /// True if a comment runs to the end of the file, so that what is missing there may be in it.
     pub(super) ends_in_comment: bool,
 }
 
@@ -268,7 +267,7 @@ fn sign(c: char) -> Option<Kind> {
     })
 }
 
-/// Whether a sign or a point begins a number.
+/// Returns whether a sign or a point begins a number.
 fn begins_number(rest: &str) -> bool {
     let mut chars = rest.chars();
     match (chars.next(), chars.next()) {

@@ -14,7 +14,7 @@ pub(crate) type Field = (Spanned<String>, Item);
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Group<T> {
     pub(crate) entries: Vec<T>,
-    /// Whether more may be written there than could be read.
+    /// True if more may be written there than could be read.
     pub(crate) is_partial: bool,
 }
 
@@ -24,22 +24,15 @@ impl<T> Default for Group<T> {
     }
 }
 
-/// What is written at a location.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Tree {
-    /// `true` or `false`.
     Bool(bool),
-    /// A whole number.
     Int(i64),
     /// Any other number, finite or not.
     Float(f64),
-    /// A string.
     Text(String),
-    /// A bare name.
     Name(String),
-    /// `[ ... ]`.
     List(Vec<Item>),
-    /// `{ key: value }`.
     Map(Group<(Item, Item)>),
     /// `(a, b)` or `Name(a, b)`.
     Tuple(Option<Spanned<String>>, Vec<Item>),
@@ -47,12 +40,11 @@ pub(crate) enum Tree {
     Struct(Option<Spanned<String>>, Group<Field>),
     /// Characters and bytes, which pipelines have no use for.
     Other,
-    /// What could not be read.
+    /// A value with a syntax error.
     Broken,
 }
 
 impl Tree {
-    /// What it is, in words.
     pub(crate) fn describe(&self) -> &'static str {
         match self {
             Self::Bool(_) => "a flag",
@@ -78,7 +70,7 @@ impl Tree {
         }
     }
 
-    /// Whether it could not be read.
+    /// Returns whether it could not be read.
     pub(crate) fn is_broken(&self) -> bool {
         *self == Self::Broken
     }

@@ -1,8 +1,7 @@
 //! Blending as data: how what a fragment gives is combined with what an attachment holds.
 
-/// How fragments are combined with what an attachment for color holds. The source is what a fragment gives, the target
-/// what is there. One draw after the other is blended, and in a draw one triangle after the other, in the order of the
-/// buffers.
+/// Blending of fragments with a color attachment. The source is the value of a fragment, the target what is there. One
+/// draw after the other is blended, and in a draw one triangle after the other, in the order of the buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Blend {
     /// For red, green and blue.
@@ -11,7 +10,7 @@ pub struct Blend {
     pub alpha: BlendComponent,
 }
 
-/// How the channels of a color, or alpha, are combined.
+/// Blending of the color channels, or of alpha.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlendComponent {
     /// source × factor + target × factor.
@@ -26,7 +25,7 @@ pub enum BlendComponent {
     Max,
 }
 
-/// What source and target are multiplied with.
+/// Factors of source and target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Factors {
     /// For the source.
@@ -35,7 +34,7 @@ pub struct Factors {
     pub target: BlendFactor,
 }
 
-/// What the source or the target is multiplied with. A format without alpha has an alpha of 1.
+/// Factor of the source or the target. A format without alpha has an alpha of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlendFactor {
     /// 0.
@@ -101,7 +100,7 @@ impl Blend {
         Self { color: component, alpha: component }
     }
 
-    /// Whether finite numbers stay finite. A sum of halves may be larger than the largest half.
+    /// Returns whether finite numbers stay finite. A sum of halves may be larger than the largest half.
     pub fn stays_finite(self) -> bool {
         [self.color, self.alpha]
             .into_iter()

@@ -7,7 +7,7 @@ use afterimage_wgsl::{ScalarKind, StructLayout};
 pub struct HostBlock {
     /// The name of the struct, as pipeline files and shaders write it.
     pub name: &'static str,
-    /// What it holds, for the manual.
+    /// Description for the manual.
     pub doc: &'static str,
     /// The members, in the order of the struct.
     pub fields: &'static [BlockField],
@@ -20,7 +20,7 @@ pub struct BlockField {
     pub name: &'static str,
     /// Its type.
     pub ty: FieldType,
-    /// What it is, with its unit.
+    /// Description with the unit.
     pub doc: &'static str,
     /// Its numbers where the host sets none; columns of a matrix one after the other.
     pub default: &'static [f32],
@@ -42,7 +42,7 @@ pub enum FieldType {
 }
 
 impl FieldType {
-    /// How many numbers it has.
+    /// Number of components.
     pub const fn numbers(self) -> usize {
         match self {
             Self::Float => 1,
@@ -73,7 +73,7 @@ impl HostBlock {
         })
     }
 
-    /// Whether a struct of a shader has these members at these places.
+    /// Returns whether a struct of a shader has these members at these places.
     pub fn fits(&self, layout: &StructLayout) -> bool {
         layout.members.len() == self.fields.len()
             && self.layout().zip(&layout.members).all(|((offset, field), member)| {

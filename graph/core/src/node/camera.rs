@@ -46,7 +46,7 @@ pub struct Camera {
     pub previous_view: Matrix,
     /// `projection` of the frame before.
     pub previous_projection: Matrix,
-    /// How far this frame's samples lie from the centers of pixels, in pixels, y downwards.
+    /// Offset of this frame's samples from the centers of pixels, in pixels, y downwards.
     pub jitter: [f32; 2],
     /// `jitter` of the frame before.
     pub previous_jitter: [f32; 2],
@@ -122,7 +122,7 @@ fn check_columns(name: &str, matrix: &Matrix) -> Result<(), String> {
     }
 }
 
-/// Whether these numbers are the last row of a view, or else of a projection.
+/// Returns whether these numbers are the last row of a view, or else of a projection.
 fn is_last_row(row: [f32; 4], is_view: bool) -> bool {
     let is = |wanted: [f32; 4]| row.iter().zip(wanted).all(|(is, wanted)| (is - wanted).abs() < 1e-3);
     is([0.0, 0.0, 0.0, 1.0]) || !is_view && is([0.0, 0.0, -1.0, 0.0])

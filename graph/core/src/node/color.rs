@@ -1,9 +1,9 @@
-//! What the numbers of an image on a wire mean, and what nodes do to that meaning.
+//! Colorimetry of the images on wires, and changes of it by nodes.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, Transfer, Xy};
 use afterimage_base::image::ColorState;
 
-/// What the numbers of an image mean.
+/// Color state of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageColor {
     /// Its color state.
@@ -22,19 +22,19 @@ impl ImageColor {
         Self { state, colorimetry }
     }
 
-    /// Whether it is a picture, and not data or a map of luminance.
+    /// Returns whether it is a picture, and not data or a map of luminance.
     pub fn is_picture(&self) -> bool {
         !matches!(self.state, ColorState::Data | ColorState::LogLuminance)
     }
 
-    /// Whether a sum of both images has a meaning: equal states, primaries and transfer functions.
+    /// Returns whether a sum of both images has a meaning: equal states, primaries and transfer functions.
     pub fn mixes_with(&self, other: &Self) -> bool {
         let same = |a: &Colorimetry, b: &Colorimetry| a.primaries == b.primaries && a.transfer == b.transfer;
         self.state == other.state && same(&self.colorimetry, &other.colorimetry)
     }
 
-    /// What a node makes of it that changes no colorimetry and declares `state` for its result. A node that declares
-    /// `Encoded` for light, and does not say how it encodes, is taken to encode for sRGB.
+    /// Color of the result of a node that changes no colorimetry and declares `state`. A node that declares `Encoded`
+    /// for light, and does not say how it encodes, is taken to encode for sRGB.
     pub(crate) fn kept_as(self, state: ColorState) -> Self {
         let result = Self { state, ..self };
         if state == self.state {
@@ -52,7 +52,7 @@ impl ImageColor {
     }
 }
 
-/// What a node does to the colorimetry of the image that passes it.
+/// Change of colorimetry by a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColorChange {
     /// Nothing: the results have the colorimetry of the input whose color state they have, or else of the first image

@@ -35,36 +35,36 @@ impl Subresource {
     }
 }
 
-/// What a drawing pass draws into, and what it draws.
+/// Attachments and content of a drawing pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
     /// The attachments for color, by the `@location` of a fragment's results.
     pub colors: Vec<ColorAttachment>,
     /// The attachment for depth.
     pub depth: Option<DepthAttachment>,
-    /// What is drawn.
+    /// The draws.
     pub contents: DrawContents,
 }
 
-/// What an attachment holds before the first draw of a pass.
+/// Content of an attachment before the first draw of a pass.
 ///
 /// There is no choice to leave it undefined: to clear costs no more, and a frame must not depend on what memory held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Load<T> {
     /// This value.
     Clear(T),
-    /// What the passes before have drawn.
+    /// The result of the passes before.
     Keep,
 }
 
 /// An attachment for color.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorAttachment {
-    /// What is drawn into.
+    /// The image.
     pub target: Subresource,
-    /// What it holds at first.
+    /// Content before the first draw.
     pub load: Load<[f64; 4]>,
-    /// How fragments are combined with what it holds. For passes that a host fills, its pipelines state.
+    /// Blending. For passes that a host fills, its pipelines state it.
     pub blend: Blend,
     /// The channels that are written; likewise.
     pub writes: WriteMask,
@@ -73,7 +73,7 @@ pub struct ColorAttachment {
 /// An attachment for depth, in the format `Depth16Unorm` or `Depth32Float`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthAttachment {
-    /// What is drawn into.
+    /// The image.
     pub target: Subresource,
     /// Test and writes.
     pub test: DepthTest,
@@ -82,11 +82,11 @@ pub struct DepthAttachment {
 /// The depth test of a drawing pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthTest {
-    /// What the attachment holds at first.
+    /// Content before the first draw.
     pub load: Load<f32>,
-    /// How a fragment's depth must compare to the one that is there. For passes that a host fills, its pipelines state.
+    /// Comparison with the stored depth. For passes that a host fills, its pipelines state it.
     pub compare: Compare,
-    /// Whether fragments that pass the test replace the depth.
+    /// True if fragments that pass the test replace the depth.
     pub write: bool,
 }
 
@@ -102,7 +102,7 @@ impl DepthTest {
     pub const REVERSED: Self = Self { load: Load::Clear(0.0), compare: Compare::Greater, write: true };
 }
 
-/// How two depths compare.
+/// Comparison of two depths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compare {
     /// The new one is smaller.
@@ -119,7 +119,7 @@ pub enum Compare {
     Always,
 }
 
-/// What a drawing pass draws.
+/// Content of a drawing pass.
 #[derive(Clone, Debug, PartialEq)]
 pub enum DrawContents {
     /// Nothing: the attachments are cleared.
@@ -131,7 +131,7 @@ pub enum DrawContents {
 }
 
 impl Drawing {
-    /// What it draws into: colors, then depth.
+    /// Its attachments: colors, then depth.
     pub fn targets(&self) -> impl Iterator<Item = Subresource> + '_ {
         let colors = self.colors.iter().map(|color| color.target);
         colors.chain(self.depth.map(|depth| depth.target))
@@ -148,7 +148,7 @@ impl Drawing {
         images
     }
 
-    /// What it draws into without clearing it first.
+    /// Its attachments that are not cleared first.
     pub fn kept(&self) -> impl Iterator<Item = Subresource> + '_ {
         let colors = self.colors.iter().filter(|color| color.load == Load::Keep).map(|color| color.target);
         let depth = self.depth.filter(|depth| depth.test.load == Load::Keep);
@@ -176,12 +176,12 @@ impl Drawing {
         unbounded.map(|color| color.target.image)
     }
 
-    /// Whether the image is its depth.
+    /// Returns whether the image is its depth.
     pub fn is_depth(&self, image: ImageId) -> bool {
         self.depth.is_some_and(|depth| depth.target.image == image)
     }
 
-    /// What it reads besides the arguments of its kernel.
+    /// Resources that it reads besides the arguments of its kernel.
     pub(super) fn reads(&self) -> impl Iterator<Item = Resource> + '_ {
         let kept = self.kept().map(|kept| Resource::Image(kept.image));
         let buffers = self.geometry().into_iter().flat_map(Geometry::buffers);

@@ -5,7 +5,7 @@ use afterimage_wgsl::{Located, NumberKind};
 
 use super::resource::BufferId;
 
-/// What a pass draws with one pipeline.
+/// Draws of a pass with one pipeline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
     /// The fragment entry point; without one, only depth is drawn.
@@ -14,13 +14,13 @@ pub struct Geometry {
     pub vertices: Vec<VertexBuffer>,
     /// Numbers of vertices, 32 bits each. Without them, vertices are drawn in order.
     pub indices: Option<BufferId>,
-    /// What is drawn of them.
+    /// Ranges that are drawn.
     pub draws: Draws,
-    /// How triangles become fragments.
+    /// Rasterization.
     pub raster: Raster,
 }
 
-/// What is drawn of the buffers, in order.
+/// Ranges that are drawn, in order.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Draws {
     /// Ranges that are known now.
@@ -36,7 +36,7 @@ pub struct DrawRange {
     pub first: u32,
     /// Vertices, or indices, of an instance.
     pub count: u32,
-    /// What is added to each index; 0 without indices.
+    /// Offset of each index; 0 without indices.
     pub base_vertex: i32,
     /// The first instance.
     pub first_instance: u32,
@@ -62,7 +62,7 @@ pub struct IndirectDraws {
 pub struct VertexBuffer {
     /// The buffer.
     pub buffer: BufferId,
-    /// Whether it continues with each instance, and not with each vertex.
+    /// True if it continues with each instance, and not with each vertex.
     pub per_instance: bool,
     /// The formats of successive locations.
     pub formats: Vec<VertexFormat>,
@@ -85,23 +85,23 @@ pub enum VertexFormat {
     Unorm8x4,
 }
 
-/// How geometry becomes fragments.
+/// Rasterization state.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Raster {
-    /// What vertices make up.
+    /// Primitive topology.
     pub topology: Topology,
-    /// Which sides of triangles are not drawn.
+    /// Culled sides of triangles.
     pub cull: Cull,
-    /// Whether the vertices of a front side go around clockwise, and not counterclockwise, as they are seen on a
-    /// screen with y up.
+    /// True if the vertices of a front side go around clockwise, and not counterclockwise, as they are seen on a screen
+    /// with y up.
     pub clockwise: bool,
-    /// What is added to depths, in the smallest steps of the depth's format.
+    /// Constant depth bias, in the smallest steps of the depth's format.
     pub bias: i32,
-    /// What is added to depths for each unit of their slope.
+    /// Slope-scaled depth bias.
     pub slope_bias: f32,
 }
 
-/// What vertices make up.
+/// Primitive topology.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Topology {
     /// A triangle of each three.
@@ -115,7 +115,7 @@ pub enum Topology {
     Points,
 }
 
-/// Which sides of triangles are not drawn.
+/// Culled sides of triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cull {
     /// Both are drawn.
@@ -142,7 +142,7 @@ impl Geometry {
         }
     }
 
-    /// What the buffers give to a vertex entry point.
+    /// Attributes that the buffers give to a vertex entry point.
     pub fn attributes(&self) -> Vec<Located> {
         let formats = self.vertices.iter().flat_map(|vertices| &vertices.formats);
         formats.zip(0..).map(|(format, location)| format.located(location)).collect()
@@ -157,7 +157,7 @@ impl DrawRange {
 }
 
 impl IndirectDraws {
-    /// Where the last range ends in the buffer.
+    /// End of the last range in the buffer.
     pub fn end(&self, has_indices: bool) -> u64 {
         let bytes = u64::from(self.ranges) * if has_indices { 20 } else { 16 };
         self.offset.saturating_add(bytes)

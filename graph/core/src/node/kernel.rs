@@ -25,8 +25,8 @@ pub struct KernelCall {
     pub uniform: Vec<u8>,
     /// Workgroups of an entry point; `None` for a function, whose entry point the framework writes.
     pub workgroups: Option<[u32; 3]>,
-    /// Constants of the module that hold here: see [`FunctionPass::promise`](super::FunctionPass::promise).
-    pub promises: Vec<&'static str>,
+    /// Constants of the module that hold here: see [`FunctionPass::define`](super::FunctionPass::define).
+    pub defines: Vec<&'static str>,
     /// Override constants of an entry point's module.
     pub constants: Vec<(&'static str, f64)>,
     /// The form by rows of a function, if it has one.
@@ -40,7 +40,7 @@ pub struct KernelCall {
     pub by_cells: Option<ByCells>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
     pub limited: Option<Signedness>,
-    /// Which kernel it is, if new values come into its uniform while a plan runs: they find it by this.
+    /// Identity of a kernel whose uniform gets new values while a plan runs.
     pub origin: Option<KernelOrigin>,
     /// Its part in a warp, if it has one.
     pub warp: Option<WarpPart>,
@@ -59,14 +59,14 @@ pub enum WarpPart {
     Join,
 }
 
-/// Which kernel a kernel is, also after fusion.
+/// Identity of a kernel, which fusion keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum KernelOrigin {
     /// A kernel of a node.
     Node {
         /// The index of the node in the graph.
         node: usize,
-        /// How many kernels the node records before it.
+        /// Number of kernels that the node records before it.
         kernel: usize,
     },
     /// The one that reads the host's rectangle of an input, by the index of the input in the graph.
@@ -78,11 +78,11 @@ pub enum KernelOrigin {
 pub struct Argument {
     /// The name in the module.
     pub name: String,
-    /// What it holds.
+    /// Its value.
     pub value: Arg,
 }
 
-/// What an argument of a kernel holds.
+/// Value of an argument of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arg {
     /// The value of an earlier kernel of the same pass, by its place in the pass.
@@ -101,7 +101,7 @@ pub enum Arg {
     Square,
     /// The same four texels as an earlier kernel of the same pass makes them, by its place in the pass.
     SquareOf(usize),
-    /// What the texels around one show in a pass by rows: see [`ByNeighbors`].
+    /// Values of the texels around one in a pass by rows: see [`ByNeighbors`].
     Around,
     /// An image that the kernel writes.
     Storage(ImageId),
@@ -164,7 +164,7 @@ pub struct ByNeighbors {
     pub source: &'static str,
     /// The number of a texel.
     pub number: &'static str,
-    /// Whether the function may change a texel.
+    /// True if the function may change a texel.
     pub changes: &'static str,
     /// The function of a texel and of the numbers around it.
     pub function: &'static str,
@@ -186,7 +186,7 @@ pub struct ByNeighbors {
 ///   to store the cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ByCells {
-    /// What the three functions' names begin with.
+    /// Prefix of the names of the three functions.
     pub form: &'static str,
     /// The variable that holds the image.
     pub source: &'static str,
@@ -199,7 +199,7 @@ pub struct ByCells {
 }
 
 impl KernelCall {
-    /// A call of a function without a uniform, promises or other forms.
+    /// A call of a function without a uniform, defines or other forms.
     pub fn function(
         node: &str,
         shader: impl Into<Shared<Shader>>,
@@ -214,7 +214,7 @@ impl KernelCall {
             args: args.iter().map(argument).collect(),
             uniform: Vec::new(),
             workgroups: None,
-            promises: Vec::new(),
+            defines: Vec::new(),
             constants: Vec::new(),
             by_rows: None,
             by_neighbors: None,
@@ -226,22 +226,22 @@ impl KernelCall {
         }
     }
 
-    /// Whether an argument holds this.
+    /// Returns whether an argument holds this.
     pub fn accepts(&self, value: Arg) -> bool {
         self.args.iter().any(|arg| arg.value == value)
     }
 
-    /// Whether to compute its result again takes longer than to store it and to read it again.
+    /// Returns whether to compute its result again takes longer than to store it and to read it again.
     pub fn is_heavy(&self) -> bool {
         self.shader.is_heavy(&self.function)
     }
 
-    /// How much it computes.
+    /// Cost per pixel.
     pub fn effort(&self) -> Effort {
         self.shader.effort(&self.function)
     }
 
-    /// What it takes to compile it.
+    /// Cost of its compilation.
     pub fn compile_cost(&self) -> CompileCost {
         self.shader.compile_cost(&self.function)
     }
@@ -254,7 +254,7 @@ impl KernelCall {
         })
     }
 
-    /// Whether it reads an image around the pixel.
+    /// Returns whether it reads an image around the pixel.
     pub fn reads_texture(&self) -> bool {
         self.textures().next().is_some()
     }
@@ -275,7 +275,7 @@ impl KernelCall {
         self
     }
 
-    /// What the argument of that name holds.
+    /// Value of the argument of that name.
     pub fn arg(&self, name: &str) -> Option<Arg> {
         self.args.iter().find(|arg| arg.name == name).map(|arg| arg.value)
     }
@@ -293,7 +293,7 @@ pub(super) fn uniform_buffers<'a>(kernels: impl Iterator<Item = &'a KernelCall> 
 }
 
 impl Arg {
-    /// What it reads.
+    /// Resources that it reads.
     pub fn read(self) -> Option<Resource> {
         match self {
             Self::Pixel(image) | Self::Texture(image) | Self::Level(Subresource { image, .. }) => {
@@ -312,7 +312,7 @@ impl Arg {
         }
     }
 
-    /// What it writes.
+    /// Resources that it writes.
     pub fn written(self) -> Option<Resource> {
         match self {
             Self::Storage(image) => Some(Resource::Image(image)),

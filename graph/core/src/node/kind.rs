@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use super::block::HostBlock;
 use super::color::ColorChange;
+use super::invariants::Invariants;
 use super::ports::{Fallback, Input, Output, Signature};
-use super::promises::Promises;
 use super::recorder::Recorder;
 use afterimage_base::Shared;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::Format;
-use afterimage_base::value::{Param, Value};
+use afterimage_base::value::{Param, Value, When};
 use afterimage_wgsl::Shader;
 
-/// What arrives at a node's inputs once the graph is specialized.
+/// Inputs of a node of a specialized graph that are zero or absent.
 #[derive(Clone, Debug, Default)]
 pub struct InputValues {
     zero: Vec<Shared<str>>,
@@ -26,12 +26,12 @@ impl InputValues {
         Self { zero, absent }
     }
 
-    /// Whether the input is known to be zero everywhere.
+    /// Returns whether the input is known to be zero everywhere.
     pub fn is_zero(&self, port: &str) -> bool {
         self.zero.iter().any(|name| name == port)
     }
 
-    /// Whether nothing arrives at the input.
+    /// Returns whether nothing arrives at the input.
     pub fn is_absent(&self, port: &str) -> bool {
         self.absent.iter().any(|name| name == port)
     }
@@ -41,7 +41,7 @@ impl InputValues {
 pub trait Kind: Send + Sync + 'static {
     /// The name in pipeline files.
     fn name(&self) -> &str;
-    /// What it does, for the manual.
+    /// Description for the manual.
     fn doc(&self) -> &str;
     /// The parameters.
     fn params(&self) -> &[Param];
@@ -70,43 +70,43 @@ pub trait DynNode: Send + Sync + 'static {
         false
     }
 
-    /// Whether every output equals its fallback at these input values.
+    /// Returns whether every output equals its fallback at these input values.
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let _ = inputs;
         false
     }
 
-    /// Whether the named output equals its fallback at these input values.
+    /// Returns whether the named output equals its fallback at these input values.
     fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let _ = output;
         self.is_identity(inputs)
     }
 
-    /// Whether the values go together and the files among them, which are loaded by now, can be read.
+    /// Returns whether the values go together and the files among them, which are loaded by now, can be read.
     fn verify(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Whether the node can give its results in a format that the pipeline file sets.
+    /// Returns whether the node can give its results in a format that the pipeline file sets.
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let _ = format;
         Ok(())
     }
 
-    /// Whether the results suit a display that they are encoded for.
+    /// Returns whether the results suit a display that they are encoded for.
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let _ = display;
         Ok(())
     }
 
-    /// What the node does to the colorimetry of its image.
+    /// Change of colorimetry by the node.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
     }
 
-    /// What the results keep of the images.
-    fn promises(&self) -> Promises {
-        Promises::NONE
+    /// Invariants of the results.
+    fn invariants(&self) -> Invariants {
+        Invariants::NONE
     }
 
     /// Describes the passes of the node.
@@ -131,13 +131,13 @@ impl NodeKind {
         }
     }
 
-    /// Whether both are the same implementation. A kind that was loaded again is another one.
+    /// Returns whether both are the same implementation. A kind that was loaded again is another one.
     pub fn is(&self, other: &Self) -> bool {
         // Kinds without fields may all have one address, so the name is compared, too.
         std::ptr::addr_eq(&raw const *self.0, &raw const *other.0) && self.name() == other.name()
     }
 
-    /// What the kind declares.
+    /// Declaration of the kind.
     pub fn signature(&self) -> Signature<'_> {
         Signature { name: self.name(), params: self.params(), inputs: self.inputs(), outputs: self.outputs() }
     }
@@ -157,9 +157,21 @@ impl NodeKind {
         self.outputs().iter().find(|port| port.name == name)
     }
 
-    /// Whether a node of this kind may be off in any graph: readers of each output get something.
+    /// Returns whether a node of this kind may be off in any graph: readers of each output get something.
     pub fn can_be_off(&self) -> bool {
         self.outputs().iter().all(|port| port.fallback != Fallback::Absent)
+    }
+
+    /// The first condition of the parameter at a place of the table that does not hold at these values of all
+    /// parameters; `None` if the parameter has an effect. `is_wired` is called with names of inputs.
+    pub fn unmet_condition(&self, values: &[Value], index: usize, is_wired: impl Fn(&str) -> bool) -> Option<&When> {
+        let is_one_of =
+            |name: &str, among: &[Value]| self.param(name).is_some_and(|(other, _)| among.contains(&values[other]));
+        self.params()[index].when.iter().find(|condition| match condition {
+            When::OneOf(name, among) => !is_one_of(name, among),
+            When::NoneOf(name, among) => is_one_of(name, among),
+            When::Wired(input, wired) => is_wired(input) != *wired,
+        })
     }
 
     /// The parameter of that name and its place in the table.

@@ -15,14 +15,14 @@ use super::resource::{ImageId, Resource};
 pub struct Pass {
     /// The nodes it works for; more than one after fusion.
     pub nodes: Vec<String>,
-    /// What it does, for people.
+    /// Label for people.
     pub label: String,
-    /// What runs, in order.
+    /// Kernels in order.
     pub kernels: Vec<KernelCall>,
     /// The images that take the values of kernel functions. Compute entry points write through their arguments, and
     /// drawing passes into their attachments.
     pub results: Vec<PassResult>,
-    /// How the kernels run together.
+    /// Kind of the pass.
     pub kind: PassKind,
 }
 
@@ -35,7 +35,7 @@ pub struct PassResult {
     pub image: ImageId,
 }
 
-/// How the kernels of a pass run together.
+/// Kind of a pass: the way in which its kernels run together.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PassKind {
     /// Functions of one pixel, each of which may use the values of those before it.
@@ -105,7 +105,7 @@ impl Pass {
         result.map(|result| result.image)
     }
 
-    /// What it draws; `None` for other kinds.
+    /// Draws of a drawing pass.
     pub fn drawing(&self) -> Option<&Drawing> {
         match &self.kind {
             PassKind::Drawing(drawing) => Some(drawing),
@@ -152,7 +152,7 @@ impl Pass {
         self.kernels.iter().map(|kernel| &*kernel.shader)
     }
 
-    /// What it takes to compile its kernels.
+    /// Cost of the compilation of its kernels.
     pub fn compile_cost(&self) -> CompileCost {
         self.kernels.iter().map(KernelCall::compile_cost).sum()
     }
@@ -175,7 +175,7 @@ impl Pass {
 }
 
 impl PassKind {
-    /// Whether a full-screen draw can make the result as well as a dispatch.
+    /// Returns whether a full-screen draw can make the result as well as a dispatch.
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
     }

@@ -5,7 +5,7 @@ use afterimage_base::Shared;
 use afterimage_base::image::ColorState;
 use afterimage_base::value::Param;
 
-/// What travels on a wire.
+/// Type of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PortType {
     /// A 2-D image.
@@ -48,16 +48,16 @@ pub struct Input {
     pub ty: PortType,
     /// The color states that it accepts; empty for any.
     pub states: Shared<[ColorState]>,
-    /// Whether it may stay unwired.
+    /// True if it may stay unwired.
     pub optional: bool,
-    /// Whether only x of a value is read.
+    /// True if only x of a value is read.
     pub only_x: bool,
-    /// What its numbers are, for a table, a value or a volume: only outputs with this content fit, and those that
-    /// declare none.
+    /// Name of the content of a table, a value or a volume: only outputs with this content fit, and those that declare
+    /// none.
     pub content: Option<Shared<str>>,
     /// The declaration of a host block.
     pub block: Option<&'static HostBlock>,
-    /// What it is for.
+    /// Description for the manual.
     pub doc: Shared<str>,
 }
 
@@ -161,11 +161,11 @@ pub struct Output {
     pub ty: PortType,
     /// The color state of its image.
     pub state: OutputState,
-    /// What it holds.
+    /// Its value.
     pub doc: Shared<str>,
-    /// What its readers get when the node does not run.
+    /// Replacement for readers if the node does not run.
     pub fallback: Fallback,
-    /// What its numbers are, for a table, a value or a volume: the layout of a histogram, stops of exposure.
+    /// Name of the content of a table, a value or a volume: the layout of a histogram, stops of exposure.
     pub content: Option<Shared<str>>,
 }
 
@@ -200,7 +200,7 @@ impl Output {
     }
 }
 
-/// How much of an output is read.
+/// Part of an output that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum OutputUse {
     /// Nothing.
@@ -211,7 +211,7 @@ pub enum OutputUse {
     Whole,
 }
 
-/// What a kind declares, as a recorder needs it.
+/// Declaration of a kind, as a recorder needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct Signature<'a> {
     /// The kind's name.
@@ -224,7 +224,27 @@ pub struct Signature<'a> {
     pub outputs: &'a [Output],
 }
 
-/// What replaces an output of a node that does not run.
+impl Signature<'_> {
+    /// The index of an input port. Panics if the kind has none of that name.
+    pub(super) fn input_index(&self, name: &str) -> usize {
+        let index = self.inputs.iter().position(|port| port.name == name);
+        index.unwrap_or_else(|| panic!("`{}` has no input `{name}`", self.name))
+    }
+
+    /// The index of an output port. Panics if the kind has none of that name.
+    pub(super) fn output_index(&self, name: &str) -> usize {
+        let index = self.outputs.iter().position(|port| port.name == name);
+        index.unwrap_or_else(|| panic!("`{}` has no output `{name}`", self.name))
+    }
+
+    /// The index of a parameter. Panics if the kind has none of that name.
+    pub(super) fn param_index(&self, name: &str) -> usize {
+        let index = self.params.iter().position(|param| param.name == name);
+        index.unwrap_or_else(|| panic!("`{}` has no parameter `{name}`", self.name))
+    }
+}
+
+/// Replacement of an output of a node that does not run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fallback {
     /// Whatever the named input holds.

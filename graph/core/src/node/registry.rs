@@ -13,7 +13,7 @@ pub struct Registry {
     kinds: BTreeMap<String, NodeKind>,
 }
 
-/// Why a table of kinds is refused.
+/// Error of a table of kinds.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RegistryError {
     /// Two kinds have this name.

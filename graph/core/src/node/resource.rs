@@ -35,7 +35,7 @@ impl Resource {
     }
 }
 
-/// Where an image comes from.
+/// Origin of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Origin {
     /// Made and used within one frame; its memory is shared with others.
@@ -48,11 +48,11 @@ pub enum Origin {
     Baked,
     /// The result of a node that runs in some frames only. It keeps its contents in the others.
     Held,
-    /// What `of` held so many frames ago.
+    /// The image `of` of so many frames ago.
     Previous {
         /// The image that is written in each frame.
         of: ImageId,
-        /// How many frames ago.
+        /// Number of frames back.
         frames: u32,
     },
 }
@@ -74,9 +74,9 @@ pub struct VirtualImage {
     pub label: String,
     /// Size and format.
     pub desc: ImageDesc,
-    /// Where it comes from.
+    /// Its source.
     pub origin: Origin,
-    /// Whether all its numbers are known to be finite and within half range.
+    /// True if all its numbers are known to be finite and within half range.
     pub finite: bool,
     /// The negative numbers that it may hold.
     pub signedness: Signedness,
@@ -89,11 +89,11 @@ pub struct VirtualBuffer {
     pub label: String,
     /// Its size.
     pub bytes: u64,
-    /// How it lives.
+    /// Lifetime.
     pub life: BufferLife,
 }
 
-/// How a buffer lives.
+/// Lifetime of a buffer.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BufferLife {
     /// Written before it is read in every frame.

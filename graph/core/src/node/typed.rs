@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::color::ColorChange;
+use super::invariants::Invariants;
 use super::kind::{DynNode, InputValues, Kind, NodeKind};
 use super::ports::{Input, Output};
-use super::promises::Promises;
 use super::recorder::Recorder;
 use super::values::UniformValues;
 use afterimage_base::Shared;
@@ -18,7 +18,7 @@ use afterimage_wgsl::Shader;
 pub trait Params: Sized + Clone + Send + Sync + 'static {
     /// The name of the kind, as pipeline files write it.
     const KIND: &'static str;
-    /// What the kind does, for the manual.
+    /// Description for the manual.
     const DOC: &'static str;
     /// The declarations, in the order of the struct's fields.
     fn table() -> &'static [Param];
@@ -36,14 +36,14 @@ pub trait Node: Params {
     const INPUTS: &'static [Input];
     /// The output ports, the main one first, each with its fallback.
     const OUTPUTS: &'static [Output];
-    /// What the results keep of the images, for `afterimage stress`.
-    const PROMISES: Promises = Promises::DEFAULT;
+    /// Invariants of the results, for `afterimage stress`.
+    const INVARIANTS: Invariants = Invariants::DEFAULT;
     /// The shaders of its passes. [`Registry::new`](super::Registry::new) links and validates those that are listed; an
     /// error in any other one is found by the first plan that needs it.
     const SHADERS: &'static [&'static Shader] = &[];
 
-    /// Whether every output equals its fallback at the present values and input values: the node is then skipped. The
-    /// fallback must be bit-identical to the result of running the node, or more accurate.
+    /// Returns whether every output equals its fallback at the present values and input values: the node is then
+    /// skipped. The fallback must be bit-identical to the result of running the node, or more accurate.
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let _ = inputs;
         false
@@ -75,14 +75,14 @@ pub trait Node: Params {
         Ok(())
     }
 
-    /// What the node does to the colorimetry of its image at its present values.
+    /// Change of colorimetry at the present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
     }
 
-    /// What the results keep of the images at the present values.
-    fn promises(&self) -> Promises {
-        Self::PROMISES
+    /// Invariants of the results at the present values.
+    fn invariants(&self) -> Invariants {
+        Self::INVARIANTS
     }
 
     /// Describes the passes of the node.
@@ -112,8 +112,8 @@ impl<N: Node> DynNode for N {
     fn color(&self) -> ColorChange {
         Node::color(self)
     }
-    fn promises(&self) -> Promises {
-        Node::promises(self)
+    fn invariants(&self) -> Invariants {
+        Node::invariants(self)
     }
     fn record(&self, pass: &mut Recorder<'_>) {
         Node::record(self, pass);

@@ -138,7 +138,7 @@ params! {
         /// Nothing has it.
         pub idle: f32 = 0.5 => within(0.0..=1.0);
         /// Acts if `wide`, and only then.
-        pub reach: f32 = 0.5 => within(0.0..=1.0);
+        pub reach: f32 = 0.25 => within(0.0..=1.0), when("wide", [true]);
         /// Whether `reach` acts.
         pub wide: bool = false => replans();
     }
@@ -168,7 +168,8 @@ fn what_is_declared_or_stored_and_not_read_is_named() {
         [
             "`Waste`: the pass `waste_far` makes the image `node.lost`, which nothing reads",
             "`Waste`: no pass reads the input `mask`",
-            "`Waste`: the parameter `idle` does nothing: no uniform has it, and no pass differs by it",
+            "`Waste`: the parameter `idle` does nothing: no uniform has it, and no pass differs by it; if it depends \
+             on another one, declare `when`",
         ]
     );
 }

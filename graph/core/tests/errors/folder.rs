@@ -1,6 +1,7 @@
 //! Node kinds of two files and no Rust: one that works, and what is reported when either file is wrong.
 
 use afterimage_graph::node::{folder_kind, folder_kind_of};
+use afterimage_graph::value::Value;
 
 pub(super) const DECLARATION: &str = r#"Kind(
     name: "Posterize",
@@ -37,6 +38,26 @@ fn a_folder_becomes_a_kind() {
     assert_eq!((kind.name(), kind.main_output(), kind.inputs().len()), ("Posterize", "result", 2));
     let (_, levels) = kind.param("levels").expect("it is declared");
     assert_eq!((levels.domain, levels.usual, levels.replan), (Some((2.0, 256.0)), Some((2.0, 16.0)), false));
+}
+
+#[test]
+fn a_parameter_may_depend_on_another_and_on_an_input() {
+    let with = |condition: &str| {
+        DECLARATION
+            .replace("16.0)),", &format!("16.0), {condition}),\n        \"on\": Bool(doc: \"On.\", default: true),"))
+    };
+    let shader = SHADER.replace("levels: f32", "levels: f32, on: u32");
+    let declared = with("when: { \"on\": [true], \"mask\": false }");
+    let kind = folder_kind(("node.ron", &declared), ("posterize.wgsl", &shader));
+    let kind = kind.unwrap_or_else(|reported| panic!("{reported}"));
+    let values = |on: bool| [Value::Float(4.0), Value::Bool(on)];
+    let unmet = |on, is_wired| kind.unmet_condition(&values(on), 0, |_| is_wired).map(ToString::to_string);
+    assert_eq!(unmet(true, false), None);
+    assert_eq!(unmet(false, false).as_deref(), Some("`on` is true"));
+    assert_eq!(unmet(true, true).as_deref(), Some("`mask` is not wired"));
+    let reported = reported(&with("when: { \"onn\": true }, unless: { \"on\": 1 }"), &shader);
+    assert!(reported.contains("`onn` is neither a parameter nor an optional input"), "{reported}");
+    assert!(reported.contains("did you mean `on`?") && reported.contains("this is a whole number"), "{reported}");
 }
 
 #[test]

@@ -1,7 +1,16 @@
 //! Node kinds without Rust that have several passes: what works, and what is reported when an image is wrong.
 
 use afterimage_graph::image::{Format, Size};
-use afterimage_graph::node::{NodeKind, Recording, folder_kind, for_each_recording};
+use afterimage_graph::node::{NodeKind, Recording, contract_with, folder_kind};
+
+/// Calls `seen` with the recordings of a kind that keeps the contract.
+fn recordings(kind: &NodeKind, mut seen: impl FnMut(&Recording)) {
+    let mut seen = |recording: &Recording| {
+        seen(recording);
+        Vec::new()
+    };
+    contract_with(std::slice::from_ref(kind), &mut seen).unwrap_or_else(|violations| panic!("{violations:?}"));
+}
 
 pub(super) const DECLARATION: &str = r#"Kind(
     name: "Haze",
@@ -48,7 +57,7 @@ fn written(recording: &Recording) -> Vec<(String, Size, Format)> {
 #[test]
 fn functions_are_called_for_images_and_levels_in_the_order_of_the_declaration() {
     let mut first = None;
-    for_each_recording(&kind(DECLARATION, SHADER), &mut |recording| {
+    recordings(&kind(DECLARATION, SHADER), |recording| {
         first.get_or_insert_with(|| written(recording));
     });
     let (half, full) = (Format::Rgba16Float, Size::new(64, 36));
@@ -241,7 +250,7 @@ fn a_table_is_a_texture_also_under_another_name() {
     };
     let (declaration, shader) = counts("texture_2d<f32>", "words");
     let mut labels = Vec::new();
-    for_each_recording(&kind(&declaration, &shader), &mut |recording| {
+    recordings(&kind(&declaration, &shader), |recording| {
         labels = recording.passes.iter().map(|pass| pass.label.clone()).collect();
     });
     assert_eq!(labels, ["table_words", "haze"]);

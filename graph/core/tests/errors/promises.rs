@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use afterimage_graph::node::{CAMERA, DynNode, Fallback, InputValues, Kind, NodeKind, contract};
 use afterimage_graph::prelude::*;
-use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value};
+use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value, When};
 
 static SHADER: Shader = Shader::new(
     "mist.wgsl",
@@ -119,7 +119,7 @@ fn with_buffer(draft: &mut Declared, port: Output) {
     draft.record = |values, pass| {
         plain(values, pass);
         let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-        pass.give("other", InputValue::Buffer(buffer));
+        pass.set_output("other", InputValue::Buffer(buffer));
     };
 }
 
@@ -218,6 +218,24 @@ const DECLARED: &[(&str, Change)] = &[
     }),
     ("a flag, which needs no domain", |d| d.params.push(Param::new("flag", "A flag.", Type::Bool, Value::Bool(true)))),
     ("no choices", |d| d.params.push(choice(&[], "One"))),
+    ("conditions of a parameter", |d| {
+        d.params.push(choice(CHOICES, "One"));
+        let choice = |name| Value::Choice(name);
+        d.params[0].when = vec![
+            When::OneOf("mode".into(), vec![choice("One"), choice("Two")]),
+            When::NoneOf("mode".into(), vec![choice("Two")]),
+            When::Wired("meter".into(), false),
+        ];
+    }),
+    ("conditions on nothing, on itself, of another type and on a required input", |d| {
+        d.params.push(Param::new("flag", "A flag.", Type::Bool, Value::Bool(true)));
+        d.params[0].when = vec![
+            When::OneOf("mode".into(), vec![Value::Bool(true)]),
+            When::OneOf("amount".into(), vec![Value::Float(0.5)]),
+            When::NoneOf("flag".into(), vec![Value::Int(1)]),
+            When::Wired("source".into(), true),
+        ];
+    }),
     ("choices in small letters and without doc", |d| d.params.push(choice(BAD_CHOICES, "Two"))),
 ];
 
@@ -272,16 +290,16 @@ const RECORDED: &[(&str, Change)] = &[
     ("an output of another type", |d| {
         d.record = |_, pass| {
             let buffer = pass.add_buffer("other", 16, BufferLife::Frame);
-            pass.give("result", InputValue::Buffer(buffer));
+            pass.set_output("result", InputValue::Buffer(buffer));
         };
     }),
     ("a pyramid for an image", |d| {
         d.record = |_, pass| {
             let image = pass.image("source");
-            pass.give("result", InputValue::Pyramid(vec![image]));
+            pass.set_output("result", InputValue::Pyramid(vec![image]));
         };
     }),
-    ("zero for an image", |d| d.record = |_, pass| pass.give("result", InputValue::Zero)),
+    ("zero for an image", |d| d.record = |_, pass| pass.set_output("result", InputValue::Zero)),
     ("another recording each time", |d| {
         d.record = |values, pass| {
             plain(values, pass);

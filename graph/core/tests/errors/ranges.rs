@@ -32,8 +32,8 @@ impl Node for Loose {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
-        pass.give("result", InputValue::Image(source));
-        pass.give("Result", InputValue::Image(source));
+        pass.set_output("result", InputValue::Image(source));
+        pass.set_output("Result", InputValue::Image(source));
     }
 }
 

@@ -43,7 +43,7 @@ impl Node for SceneDepth {
         let (vertices, indices, count) = scene(pass);
         let size = Size::new(self.size, self.size);
         let depth = pass.transient("depth", ImageDesc::new(size).format(Format::Depth16Unorm));
-        pass.give("depth", InputValue::Image(depth));
+        pass.set_output("depth", InputValue::Image(depth));
         let raster = Raster { bias: self.bias as i32, slope_bias: self.slope_bias, ..Raster::default() };
         let draw = pass.draw(&DEPTH, "from_light").depth(depth, DepthTest::default()).raster(raster);
         draw.vertices(vertices, &VERTEX).indices(indices).record(count, 1);

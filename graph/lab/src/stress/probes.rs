@@ -70,7 +70,7 @@ params! {
 impl Node for ProbeLevel {
     const INPUTS: &'static [Input] = &[Input::new("pyramid", PortType::Pyramid, "The pyramid.")];
     const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("pyramid"), "The level.")];
-    const PROMISES: Promises = super::promises::ALL;
+    const INVARIANTS: Invariants = super::promises::ALL;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("pyramid");
@@ -87,7 +87,7 @@ impl Node for ProbeValue {
     const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Data), "The value.").or(Fallback::Absent)];
-    const PROMISES: Promises = super::promises::ALL;
+    const INVARIANTS: Invariants = super::promises::ALL;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float);
@@ -99,7 +99,7 @@ impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.").or(Fallback::Absent)];
-    const PROMISES: Promises = super::promises::ALL;
+    const INVARIANTS: Invariants = super::promises::ALL;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");
@@ -114,7 +114,7 @@ impl Node for ProbeFilter {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Data), "What the filter gives.")
             .or(Fallback::Absent)];
-    const PROMISES: Promises = super::promises::ALL;
+    const INVARIANTS: Invariants = super::promises::ALL;
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let image = pass.image("image");

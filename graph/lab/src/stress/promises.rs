@@ -1,10 +1,10 @@
 //! What a graph promises beyond finite numbers.
 
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::Promises;
+use afterimage_graph::node::Invariants;
 
 /// All promises about images: what a node keeps that only makes values visible.
-pub(super) const ALL: Promises = Promises {
+pub(super) const ALL: Invariants = Invariants {
     constant: true,
     keeps_constant: true,
     symmetric: true,
@@ -17,11 +17,11 @@ pub(super) const ALL: Promises = Promises {
 };
 
 /// What all nodes of a graph promise together; it gives an exposure if one of them does.
-pub(super) fn promises(graph: &Graph) -> Promises {
+pub(super) fn promises(graph: &Graph) -> Invariants {
     let mut all = ALL;
     for node in &graph.nodes {
-        let one = node.instance.promises();
-        all = Promises {
+        let one = node.instance.invariants();
+        all = Invariants {
             constant: all.constant && one.constant,
             keeps_constant: all.keeps_constant && one.keeps_constant,
             symmetric: all.symmetric && one.symmetric,

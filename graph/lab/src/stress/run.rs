@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{Promises, Registry};
+use afterimage_graph::node::{Invariants, Registry};
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
@@ -249,7 +249,7 @@ impl CaseRunner<'_> {
     }
 
     /// The promises that the outputs of a still break.
-    fn broken(&mut self, frame: &[OutputPixels], image: Extreme, size: Size, promises: &Promises) -> Vec<Broken> {
+    fn broken(&mut self, frame: &[OutputPixels], image: Extreme, size: Size, promises: &Invariants) -> Vec<Broken> {
         let mut all = Vec::new();
         for shown in frame {
             for (promise, what) in promised(shown, image, size, promises) {
@@ -267,7 +267,7 @@ impl CaseRunner<'_> {
         exact: &[OutputPixels],
         image: Extreme,
         size: Size,
-        promises: &Promises,
+        promises: &Invariants,
     ) {
         let is_kept = |broken: &Broken| {
             let Some(shown) = named(exact, &broken.output) else { return false };

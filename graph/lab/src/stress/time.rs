@@ -2,7 +2,7 @@
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
-use afterimage_graph::node::Promises;
+use afterimage_graph::node::Invariants;
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
@@ -163,7 +163,7 @@ fn shorten(shots: &mut Vec<Shot>, is_heavy: bool) {
 }
 
 /// Whether the first output of the subject is the exposure itself.
-fn applies(runner: &CaseRunner<'_>, promises: &Promises) -> bool {
+fn applies(runner: &CaseRunner<'_>, promises: &Invariants) -> bool {
     promises.is_exposure && promises.settles && runner.subject.shows_value
 }
 

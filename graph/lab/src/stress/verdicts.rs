@@ -1,7 +1,7 @@
 //! What is wrong with an output.
 
 use afterimage_graph::image::{ColorState, Signedness, Size};
-use afterimage_graph::node::Promises;
+use afterimage_graph::node::Invariants;
 
 use super::images::{Extreme, sanitized};
 use super::render::OutputPixels;
@@ -91,7 +91,7 @@ pub(crate) fn different(a: &OutputPixels, b: &OutputPixels, tolerance: Tolerance
 pub(crate) type Tested = (&'static str, Option<String>);
 
 /// Tests the promises of the graph on a still image.
-pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promises: &Promises) -> Vec<Tested> {
+pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promises: &Invariants) -> Vec<Tested> {
     // Data is not light: sums in a grid depend on the number of pixels in a cell.
     if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();

@@ -86,7 +86,7 @@ fn can_lose_light(graph: &Graph, pass: &Pass, lightless: &BTreeSet<ImageId>) -> 
         return false;
     };
     let mut read = pass.reads().into_iter().filter_map(Resource::image);
-    !graph.nodes[node].instance.promises().non_negative || read.any(|image| lightless.contains(&image))
+    !graph.nodes[node].instance.invariants().non_negative || read.any(|image| lightless.contains(&image))
 }
 
 /// The part of a chain from the node that asks for a table.
@@ -123,7 +123,7 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
         (Some(Bake::Off), _) | (_, Some(Bake::Off)) => return None,
         (written, replaced) => replaced.or(written),
     };
-    let (port, source) = node.instance.promises().of_color.then(|| color_of(builder, kernel))??;
+    let (port, source) = node.instance.invariants().of_color.then(|| color_of(builder, kernel))??;
     let reads_value = kernel.args.iter().any(|arg| matches!(arg.value, Arg::Value(..)));
     if reads_value && !matches!(bake, Some(Bake::Size(_))) {
         return None;

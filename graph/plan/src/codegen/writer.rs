@@ -39,7 +39,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     pub(super) fn new(code: &'c PassCode<'a>, mut linker: Linker<'a>) -> Result<Self, ShaderError> {
         let kernels = code.pass.kernels.iter();
         let instances =
-            kernels.map(|kernel| linker.add(kernel.shader.source(), &kernel.promises)).collect::<Result<_, _>>()?;
+            kernels.map(|kernel| linker.add(kernel.shader.source(), &kernel.defines)).collect::<Result<_, _>>()?;
         Ok(Self {
             code,
             linker,

@@ -12,7 +12,6 @@ mod files;
 mod frame;
 mod frame_images;
 mod images;
-mod inactive;
 mod inspect;
 mod measure;
 mod project;
@@ -20,7 +19,6 @@ mod reading;
 mod savings;
 mod tap;
 
-use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
 use afterimage_gpu::{Gpu, GpuError, KernelFaults, Watch};
@@ -45,7 +43,6 @@ pub use tap::{Tap, TapImage};
 use crate::Problem;
 use chains::Chains;
 use fault_count::FaultCount;
-use inactive::InactiveCache;
 
 /// A pipeline that is open in the viewer.
 pub struct Model {
@@ -74,7 +71,6 @@ pub struct Model {
     chains: Chains,
     faults: FaultCount,
     savings: Option<Savings>,
-    inactive: RefCell<InactiveCache>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
     watched: Option<Watch>,
@@ -107,7 +103,6 @@ impl Model {
             chains: Chains::default(),
             faults: FaultCount::default(),
             savings: None,
-            inactive: RefCell::default(),
             tap: None,
             watched: None,
             probes: false,
@@ -141,22 +136,18 @@ impl Model {
         self.problem.as_ref()
     }
 
-    /// Whether a parameter does nothing at the present values of its node.
-    pub fn is_inactive(&self, parameter: ParameterId) -> bool {
-        self.updated_inactive(parameter.node).is_inactive(parameter)
-    }
-
-    /// Why a parameter does nothing, as a sentence.
+    /// The declared condition for which a parameter has no effect at present, as a sentence.
     pub fn inactive_reason(&self, parameter: ParameterId) -> Option<String> {
-        self.updated_inactive(parameter.node).reason(parameter)
-    }
-
-    fn updated_inactive(&self, node: usize) -> RefMut<'_, InactiveCache> {
-        let mut cache = self.inactive.borrow_mut();
-        if let Some(graph) = &self.graph {
-            cache.update(graph, node, &self.changes, self.images.size());
-        }
-        cache
+        let graph = self.graph.as_ref()?;
+        let node = &graph.nodes[parameter.node];
+        let value = |index| self.value(&graph.parameter_name(ParameterId { index, ..parameter }));
+        let values = (0..node.kind().params().len()).map(value).collect::<Option<Vec<_>>>()?;
+        let is_wired = |input: &str| {
+            let mut ports = node.kind().inputs().iter().zip(&node.wires);
+            ports.any(|(port, wire)| port.name == input && wire.is_some())
+        };
+        let unmet = node.kind().unmet_condition(&values, parameter.index, is_wired)?;
+        Some(format!("Has an effect only while {unmet}."))
     }
 
     /// The tiers of the pipeline.

@@ -121,14 +121,15 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, action
     let target = Target::Parameter(name);
     let is_changed = model.changes().get(&target).is_some();
     ui.horizontal(|ui| {
-        if model.is_inactive(parameter) {
+        let inactive_reason = model.inactive_reason(parameter);
+        if inactive_reason.is_some() {
             ui.multiply_opacity(DIMMED);
         }
         let color = if is_changed { ACCENT } else { ui.visuals().text_color() };
         let marked = RichText::new(&*param.name).color(color);
         let text = egui::Label::new(marked).sense(egui::Sense::click()).truncate();
         let label = ui.add_sized([94.0, 20.0], text).on_hover_ui(|ui| {
-            if let Some(why) = model.inactive_reason(parameter) {
+            if let Some(why) = &inactive_reason {
                 ui.label(RichText::new(why).color(ACCENT));
             }
             ui.label(about(param, model.written(&target).as_ref()));

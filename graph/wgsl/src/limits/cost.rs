@@ -37,7 +37,7 @@ const LIBRARY_READ: Cost =
 /// thousand.
 const MERGED: usize = 10;
 
-/// How much a driver compiles for a function, with all that it calls.
+/// Cost of the compilation of a function with all that it calls.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CompileCost {
     operations: usize,
@@ -76,7 +76,7 @@ pub(crate) fn check_cost(
     })
 }
 
-/// What it takes to compile each function and each entry point of a module.
+/// Compilation cost of each function and each entry point of a module.
 pub(crate) fn compile_costs<'m>(
     module: &'m Module,
     info: &ModuleInfo,
@@ -112,14 +112,13 @@ fn function_costs(
     (costs, all_merged)
 }
 
-/// What a function and all that it calls takes.
+/// Cost of a function and all that it calls.
 #[derive(Clone, Copy, Default)]
 struct Cost {
     compile: CompileCost,
     loops: usize,
-    /// Calls inside of calls.
     calls: usize,
-    /// Whether it reads textures.
+    /// True if it reads textures.
     is_reader: bool,
 }
 

@@ -1,5 +1,5 @@
-//! How often a function uses values that branches have made: what a variable is after an `if` that sets it, and what a
-//! function gives that returns in one.
+//! Uses of values that branches have merged: a variable after an `if` that sets it, and the result of a function gives
+//! that returns in one.
 //!
 //! llvmpipe keeps such a value in memory and reads all of it for each use of a number. Its compiler then takes a time
 //! in proportion to the square of these uses.
@@ -11,23 +11,23 @@ use crate::walk::{blocks, statements};
 /// Values with fewer uses do not count: there may be many of them.
 const FEW: usize = 16;
 
-/// What a function does with values that branches have made.
+/// Summary of a function's uses of merged values.
 #[derive(Clone, Default)]
 pub(super) struct Merged {
     /// Uses of the numbers of values that it makes itself.
     pub(super) uses: usize,
     /// Uses of the numbers of each argument.
     arguments: Vec<usize>,
-    /// Whether a branch sets what the argument points to.
+    /// True if a branch sets what the argument points to.
     sets: Vec<bool>,
     result: Root,
 }
 
-/// How many numbers the value of an expression has.
+/// Number of components of an expression.
 type Numbers<'w> = &'w dyn Fn(Handle<Expression>) -> usize;
 
 impl Merged {
-    /// What a function does; `known` holds the functions before it.
+    /// Summary of a function; `known` holds those before it.
     pub(super) fn of(function: &Function, numbers: Numbers<'_>, known: &[Self]) -> Self {
         let mut walk = Walk {
             function,
@@ -51,7 +51,6 @@ impl Merged {
     }
 }
 
-/// Where a value comes from.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 enum Root {
     /// An operation, or a constant.
@@ -68,7 +67,6 @@ struct Walk<'w> {
     known: &'w [Merged],
     /// Of each expression so far.
     roots: Vec<Root>,
-    /// Of each variable now.
     locals: Vec<Root>,
     /// The uses of each value that branches have made.
     made: Vec<usize>,
@@ -177,7 +175,7 @@ impl Walk<'_> {
         matches!(self.function.expressions[pointer], Expression::Access { .. } | Expression::AccessIndex { .. })
     }
 
-    /// Where a value, or what a pointer leads to, comes from.
+    /// Origin of a value, or of the target of a pointer.
     fn root(&self, value: Handle<Expression>) -> Root {
         self.local(value).map_or(self.roots[value.index()], |local| self.locals[local.index()])
     }
@@ -217,7 +215,7 @@ impl Walk<'_> {
         self.common(operands)
     }
 
-    /// Where all of these come from, apart from constants.
+    /// Common origin of all of these, apart from constants.
     fn common(&self, operands: &[Handle<Expression>]) -> Root {
         let mut others = operands.iter().filter(|operand| !self.is_constant(**operand));
         let first = others.next().map_or(Root::Computed, |first| self.root(*first));

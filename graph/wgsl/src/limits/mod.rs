@@ -13,23 +13,23 @@ pub(crate) use cost::{check_cost, compile_costs};
 pub(crate) use memory::check_memory;
 pub(crate) use text::{check_size, check_text};
 
-/// How much of something there may be.
+/// An upper limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
-    /// What is counted, in the plural.
+    /// Name of what is counted, in the plural.
     pub counts: &'static str,
-    /// How many there may be.
-    pub most: usize,
+    /// The largest count.
+    pub max: usize,
 }
 
 impl Limit {
-    const fn new(most: usize, counts: &'static str) -> Self {
-        Self { counts, most }
+    const fn new(max: usize, counts: &'static str) -> Self {
+        Self { counts, max }
     }
 
-    /// What is wrong with that many; `None` if they are not too many.
+    /// Message if a count exceeds the limit.
     pub fn exceeded(&self, count: usize) -> Option<String> {
-        (count > self.most).then(|| format!("too many {}: the limit is {}", self.counts, self.most))
+        (count > self.max).then(|| format!("too many {}: the limit is {}", self.counts, self.max))
     }
 }
 

@@ -7,7 +7,7 @@ use crate::token::{Token, TokenKind};
 /// Checks the size of a file.
 pub(crate) fn check_size(file: &str, text: &str) -> Result<(), ShaderError> {
     match FILE_BYTES.exceeded(text.len()) {
-        Some(message) => Err(ShaderError::new(file, position(text, FILE_BYTES.most), message)),
+        Some(message) => Err(ShaderError::new(file, position(text, FILE_BYTES.max), message)),
         None => Ok(()),
     }
 }
@@ -15,11 +15,11 @@ pub(crate) fn check_size(file: &str, text: &str) -> Result<(), ShaderError> {
 /// Checks the number and the nesting of a file's tokens.
 pub(crate) fn check_text(file: &str, text: &str, tokens: &[Token]) -> Result<(), ShaderError> {
     let imports = tokens.iter().enumerate().filter(|(_, token)| token.kind == TokenKind::Import);
-    let import = imports.map(|(at, _)| at).nth(IMPORTS.most).map(|at| (at, IMPORTS));
-    let last = (tokens.len() > FILE_TOKENS.most).then_some((FILE_TOKENS.most, FILE_TOKENS));
+    let import = imports.map(|(at, _)| at).nth(IMPORTS.max).map(|at| (at, IMPORTS));
+    let last = (tokens.len() > FILE_TOKENS.max).then_some((FILE_TOKENS.max, FILE_TOKENS));
     match last.or(import).or_else(|| too_deep(text, tokens)) {
         Some((at, limit)) => {
-            let message = limit.exceeded(limit.most + 1).expect("one more is too many");
+            let message = limit.exceeded(limit.max + 1).expect("one more is too many");
             Err(ShaderError::new(file, position(text, tokens[at].start as usize), message))
         }
         None => Ok(()),
@@ -35,17 +35,17 @@ fn too_deep(text: &str, tokens: &[Token]) -> Option<(usize, Limit)> {
         if let TokenKind::Sign(sign) = token.kind {
             depth.step(sign, is_prefix, is_else);
         }
-        if depth.outer.nesting + depth.inner.nesting > NESTING.most {
+        if depth.outer.nesting + depth.inner.nesting > NESTING.max {
             return Some((at, NESTING));
         }
-        if depth.outer.operators + depth.inner.operators > OPERATORS.most {
+        if depth.outer.operators + depth.inner.operators > OPERATORS.max {
             return Some((at, OPERATORS));
         }
     }
     None
 }
 
-/// What an expression, or a chain of statements, nests.
+/// Nesting of an expression, or of a chain of statements.
 #[derive(Clone, Copy, Default)]
 struct Level {
     /// The bracket that it is in, and the operators in front of what is read.
@@ -60,7 +60,6 @@ struct Level {
 struct Depth {
     /// The levels around the brackets that are open.
     open: Vec<Level>,
-    /// Their sum.
     outer: Level,
     inner: Level,
 }
@@ -153,15 +152,15 @@ mod tests {
         assert_eq!(at(&"-".repeat(65)), Some((64, NESTING.counts)));
         assert_eq!(at(&("x".to_owned() + &"+x".repeat(257))), Some((513, OPERATORS.counts)));
         assert_eq!(at(&format!("{0}({0}x)", "x+".repeat(150))), Some((514, OPERATORS.counts)));
-        let limits = [(FILE_TOKENS.most + 1, "x "), (IMPORTS.most + 1, "#import a\n")];
+        let limits = [(FILE_TOKENS.max + 1, "x "), (IMPORTS.max + 1, "#import a\n")];
         for (count, text) in limits {
             let (most, more) = (text.repeat(count - 1), text.repeat(count));
             assert!(check_text("f", &most, &tokens(&most).expect("tokens")).is_ok(), "{text}");
             assert!(check_text("f", &more, &tokens(&more).expect("tokens")).is_err(), "{text}");
         }
         assert!(
-            check_size("f", &"x".repeat(FILE_BYTES.most)).is_ok()
-                && check_size("f", &"x".repeat(FILE_BYTES.most + 1)).is_err()
+            check_size("f", &"x".repeat(FILE_BYTES.max)).is_ok()
+                && check_size("f", &"x".repeat(FILE_BYTES.max + 1)).is_err()
         );
     }
 

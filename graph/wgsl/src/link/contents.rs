@@ -1,4 +1,5 @@
-//! What untrusted files may hold: functions, constants and types, and memory of a workgroup where functions have one.
+//! Checks that untrusted files hold functions, constants and types only, and memory of a workgroup where functions have
+//! one.
 
 use super::instance::{Part, Target};
 use crate::error::{ShaderError, position};
@@ -98,7 +99,7 @@ fn reached<'p>(part: &'p Part<'_>) -> impl Iterator<Item = &'p Declaration> {
     declarations.filter(|(_, reached)| **reached).map(|(declaration, _)| declaration)
 }
 
-/// Why a file of the library is only for whole kernels, if it is: what is used of it, or of what it imports.
+/// Reason for which a file of the library is for whole kernels only: a use of it, or of its imports.
 fn needs_workgroup(parts: &[Part<'_>], part: &Part<'_>) -> Option<&'static str> {
     if !part.is_framework {
         return None;

@@ -54,7 +54,7 @@ impl<'w> Writer<'w, '_> {
         }
     }
 
-    /// Whether something else is used in place of what is declared.
+    /// Returns whether something else is used in place of what is declared.
     fn is_replaced(&self, part: &Part<'_>, declaration: &Declaration) -> bool {
         declaration.name.is_some_and(|name| part.replacements.iter().any(|replacement| replacement.name == name))
     }

@@ -18,7 +18,7 @@ impl Instance {
     }
 }
 
-/// What a name of a file means.
+/// Meaning of a name in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Target {
     /// Something of the language, or nothing.
@@ -27,7 +27,6 @@ pub(super) enum Target {
     Declared(Instance, Symbol),
     /// The replacement at that index.
     Replaced(usize),
-    /// Declarations of two imports.
     Ambiguous(Instance, Instance),
 }
 
@@ -37,20 +36,18 @@ pub(super) struct Replacement {
     pub(super) name: Symbol,
     /// A name of the generated code, or of the language.
     pub(super) by: String,
-    /// What follows it: members.
     pub(super) members: String,
 }
 
-/// An instance under construction.
 pub(super) struct Part<'a> {
     pub(super) file: &'a SourceFile,
     pub(super) module: &'a Module,
     pub(super) library: Option<&'a Library>,
-    /// Whether the file is one of the framework's library.
+    /// True if the file is one of the framework's library.
     pub(super) is_framework: bool,
     /// Boolean constants that are set to true.
-    pub(super) promises: Vec<String>,
-    /// Where its names are looked up after its own declarations: the files that it imports.
+    pub(super) defines: Vec<String>,
+    /// Imported files, in which names are looked up after its own declarations.
     pub(super) imports: Vec<Instance>,
     /// The files that all import.
     pub(super) prelude: Vec<Instance>,
@@ -59,9 +56,8 @@ pub(super) struct Part<'a> {
     /// The brackets where loops begin whose steps are counted: bytes of the file.
     pub(super) loops: Vec<Range<usize>>,
     pub(super) replacements: Vec<Replacement>,
-    /// What each name means.
     pub(super) targets: Vec<Option<Target>>,
-    /// Whether each declaration is in the module.
+    /// True if each declaration is in the module.
     pub(super) reached: Vec<bool>,
     /// The names in the module of what is declared, where they differ from those in the file.
     pub(super) renamed: Vec<Option<String>>,
@@ -72,14 +68,14 @@ impl<'a> Part<'a> {
         file: &'a SourceFile,
         module: &'a Module,
         library: Option<&'a Library>,
-        promises: Vec<String>,
+        defines: Vec<String>,
     ) -> Self {
         Self {
             file,
             module,
             library,
             is_framework: false,
-            promises,
+            defines,
             imports: Vec::new(),
             prelude: Vec::new(),
             edits: Vec::new(),
@@ -96,14 +92,14 @@ impl<'a> Part<'a> {
         self.renamed[symbol.index()].as_deref().unwrap_or_else(|| self.module.name(symbol))
     }
 
-    /// Whether it is of that file and library, with those promises.
-    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, promises: &[String]) -> bool {
+    /// Returns whether it is of that file and library, with those defines.
+    pub(super) fn is_of(&self, file: &SourceFile, library: Option<&Library>, defines: &[String]) -> bool {
         let same_file = std::ptr::eq(self.file, file)
             || (**self.file.name() == **file.name() && **self.file.text() == **file.text());
         let same_library = match (self.library, library) {
             (Some(own), Some(other)) => std::ptr::eq(own, other),
             (own, other) => own.is_none() && other.is_none(),
         };
-        same_file && same_library && self.promises == promises
+        same_file && same_library && self.defines == defines
     }
 }

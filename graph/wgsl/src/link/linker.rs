@@ -33,7 +33,7 @@ pub struct Linker<'a> {
 pub struct Linked {
     /// The text of the module.
     pub text: String,
-    /// Where its bytes came from.
+    /// Origin of its bytes.
     pub map: SourceMap,
     /// The names in the module of the entry points that were asked for.
     pub entries: Vec<String>,
@@ -47,7 +47,7 @@ pub(crate) struct Declared {
     /// The name in the file.
     pub(crate) original: String,
     pub(crate) instance: Instance,
-    /// Whether the file is one of the framework's library.
+    /// True if the file is one of the framework's library.
     pub(crate) is_framework: bool,
 }
 
@@ -62,15 +62,15 @@ impl<'a> Linker<'a> {
         linker
     }
 
-    /// Adds a file and what it imports; an instance of it that is there and has the same promises is used again. The
-    /// promises are boolean constants of the file, which are set to true.
+    /// Adds a file and what it imports; an instance of it that is there and has the same defines is used again. The
+    /// defines are boolean constants of the file, which are set to true.
     ///
     /// # Errors
     /// An import of a file that does not exist, and a bracket or comment without an end.
-    pub fn add(&mut self, source: &'a Source, promises: &[&str]) -> Result<Instance, ShaderError> {
-        let mut promises: Vec<String> = promises.iter().map(|name| (*name).to_owned()).collect();
-        promises.sort_unstable();
-        self.part(&source.file, source.library(), promises)
+    pub fn add(&mut self, source: &'a Source, defines: &[&str]) -> Result<Instance, ShaderError> {
+        let mut defines: Vec<String> = defines.iter().map(|name| (*name).to_owned()).collect();
+        defines.sort_unstable();
+        self.part(&source.file, source.library(), defines)
     }
 
     /// Adds a file as an instance of its own, even if another is there.
@@ -94,12 +94,12 @@ impl<'a> Linker<'a> {
         &mut self,
         file: &'a SourceFile,
         library: Option<&'a Library>,
-        promises: Vec<String>,
+        defines: Vec<String>,
     ) -> Result<Instance, ShaderError> {
-        if let Some(known) = self.parts.iter().position(|part| part.is_of(file, library, &promises)) {
+        if let Some(known) = self.parts.iter().position(|part| part.is_of(file, library, &defines)) {
             return Ok(Instance(known as u32));
         }
-        self.parts.push(Part::new(file, file.module()?, library, promises));
+        self.parts.push(Part::new(file, file.module()?, library, defines));
         self.import(Instance(self.parts.len() as u32 - 1))
     }
 
@@ -123,7 +123,7 @@ impl<'a> Linker<'a> {
         Ok(instance)
     }
 
-    /// Sets what the way of sampling and the promises state. Nothing sets the overrides of an untrusted file.
+    /// Sets what the way of sampling and the defines state. Nothing sets the overrides of an untrusted file.
     fn settle(&mut self, instance: Instance) {
         let part = &mut self.parts[instance.index()];
         if part.file.is_untrusted() {
@@ -134,8 +134,8 @@ impl<'a> Linker<'a> {
                 edit::set_value(part, name, value);
             }
         }
-        for promise in part.promises.clone() {
-            edit::set_value(part, &promise, "true");
+        for define in part.defines.clone() {
+            edit::set_value(part, &define, "true");
         }
     }
 
@@ -171,11 +171,11 @@ impl<'a> Linker<'a> {
         if self.counter.is_none() && loops::any(&self.parts) {
             self.counter = Some(self.framework(loops::FILE));
         }
-        self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.most))
+        self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.max))
     }
 
-    /// Whether a loop was ended in the kernel function that was called last, as an expression. `None` if no file has
-    /// loops whose steps are counted.
+    /// Returns whether a loop was ended in the kernel function that was called last, as an expression. `None` if no
+    /// file has loops whose steps are counted.
     pub fn after_call(&self) -> Option<String> {
         self.counter.map(|counter| format!("{}()", self.name(counter, loops::CUT)))
     }

@@ -13,7 +13,7 @@ pub(super) const BEGIN: &str = "begin_steps";
 /// The function that states whether a loop had to end.
 pub(super) const CUT: &str = "were_steps_cut";
 
-/// Whether any untrusted file has a loop.
+/// Returns whether any untrusted file has a loop.
 pub(super) fn any(parts: &[Part<'_>]) -> bool {
     parts.iter().any(|part| part.file.is_untrusted() && keywords(part).next().is_some())
 }
@@ -28,7 +28,7 @@ pub(super) fn mark(parts: &mut [Part<'_>]) {
     }
 }
 
-/// What follows the bracket of a loop, if the counting function has that name.
+/// Code after the bracket of a loop, for a counting function of that name.
 pub(super) fn start(parts: &[Part<'_>], counter: Instance) -> String {
     let part = &parts[counter.index()];
     let symbol = part.module.symbol(STEP).expect("the library's file declares the function");

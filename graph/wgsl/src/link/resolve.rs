@@ -1,10 +1,9 @@
-//! What names mean, and which declarations a module needs.
+//! Resolution of names, and the declarations that a module needs.
 
 use super::instance::{Instance, Part, Target};
 use crate::error::{ShaderError, position};
 use crate::module::{DeclarationKind, Symbol};
 
-/// Where a module starts.
 #[derive(Clone, Copy)]
 pub(super) struct Roots<'r> {
     /// The instance whose declarations are all in it.
@@ -48,7 +47,7 @@ pub(super) fn reach(parts: &mut [Part<'_>], roots: Roots<'_>) {
     }
 }
 
-/// What a name of an instance means, with what replaces it looked through.
+/// Meaning of a name of an instance, after replacements.
 fn follow(parts: &mut [Part<'_>], instance: Instance, symbol: Symbol) -> Target {
     let target = resolve(parts, instance, symbol);
     if let Target::Replaced(index) = target {
@@ -57,7 +56,7 @@ fn follow(parts: &mut [Part<'_>], instance: Instance, symbol: Symbol) -> Target 
     target
 }
 
-/// What the name means that replaces another.
+/// Meaning of the replacement of a name.
 pub(super) fn replacing(parts: &[Part<'_>], instance: Instance, replacement: usize) -> Target {
     let code = Instance(parts.len() as u32 - 1);
     let by = &parts[instance.index()].replacements[replacement].by;
@@ -89,14 +88,14 @@ fn look_up(parts: &[Part<'_>], instance: Instance, symbol: Symbol) -> Target {
     }
 }
 
-/// What generated code refers to by [`Linker::name`](super::linker::Linker::name): WGSL has no names that begin like
+/// References of generated code by [`Linker::name`](super::linker::Linker::name): WGSL has no names that begin like
 /// this.
 pub(super) fn reference(name: &str) -> Option<(Instance, &str)> {
     let (instance, name) = name.strip_prefix("__")?.split_once('_')?;
     Some((Instance(instance.parse().ok()?), name))
 }
 
-/// What a name means in a file, also one that the file itself does not use.
+/// Meaning of a name in a file, also of one that the file itself does not use.
 fn meaning(parts: &[Part<'_>], instance: Instance, name: &str) -> Target {
     declared(parts, instance, name).unwrap_or_else(|| imported(parts, instance, name))
 }
@@ -107,7 +106,7 @@ fn declared(parts: &[Part<'_>], instance: Instance, name: &str) -> Option<Target
     Some(Target::Declared(instance, symbol))
 }
 
-/// What a name means that the file does not declare: what its imports do, or else what those do that every file has.
+/// Meaning of a name that the file does not declare: from its imports, or else from those that every file has.
 fn imported(parts: &[Part<'_>], instance: Instance, name: &str) -> Target {
     let Some(part) = parts.get(instance.index()) else { return Target::Language };
     let mut found = Target::Language;

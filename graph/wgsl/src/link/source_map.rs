@@ -1,4 +1,4 @@
-//! Which byte of which file each byte of a linked module came from.
+//! Map from the bytes of a linked module to those of its files.
 
 use afterimage_base::Shared;
 
@@ -23,11 +23,11 @@ struct Segment {
 struct MappedFile {
     name: Shared<str>,
     text: Shared<str>,
-    /// Whether it is one of the framework's library.
+    /// True if it is one of the framework's library.
     is_framework: bool,
 }
 
-/// Which byte of which file each byte of a linked module came from.
+/// Map from the bytes of a linked module to those of its files.
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
     files: Vec<MappedFile>,
@@ -53,7 +53,7 @@ impl SourceMap {
         }
     }
 
-    /// Where a byte of the module came from; `None` for text before the first declaration.
+    /// Source of a byte of the module; `None` for text before the first declaration.
     pub fn locate(&self, byte: usize) -> Option<Place> {
         let segment = self.segment_of(byte)?;
         let MappedFile { name, text, .. } = &self.files[segment.file as usize];

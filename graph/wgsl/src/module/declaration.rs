@@ -1,4 +1,4 @@
-//! What a file is made of.
+//! Declarations of a file.
 
 use std::ops::Range;
 
@@ -33,7 +33,6 @@ pub(crate) struct Use {
 pub(crate) struct Declaration {
     pub(crate) kind: DeclarationKind,
     pub(crate) name: Option<Symbol>,
-    /// Its tokens, attributes first.
     pub(crate) tokens: Range<u32>,
     /// The names that it uses, its own among them, in the order of the text. Local names and members are not among
     /// them.
@@ -44,7 +43,6 @@ pub(crate) struct Declaration {
     pub(crate) locals: Vec<Symbol>,
 }
 
-/// `#import name`.
 #[derive(Clone, Debug)]
 pub(crate) struct Import {
     pub(crate) name: String,
@@ -161,7 +159,6 @@ impl Module {
         &self.names[symbol.index()]
     }
 
-    /// How many distinct names there are.
     pub(crate) fn symbol_count(&self) -> usize {
         self.names.len()
     }

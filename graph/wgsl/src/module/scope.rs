@@ -1,4 +1,4 @@
-//! Which names of a declaration can mean something outside of it: not members, locals, parameters, attributes and
+//! Free names of a declaration, which can mean something outside of it: not members, locals, parameters, attributes and
 //! enumerants.
 
 use super::kind::DeclarationKind;
@@ -24,7 +24,6 @@ pub(super) fn names_of(text: &str, tokens: &[Token], kind: DeclarationKind) -> N
     reader.names
 }
 
-/// What a scope ends with.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Scope {
     Block,
@@ -73,7 +72,6 @@ const KEYWORDS: [&str; 21] = [
     "true",
     "var",
 ];
-/// The enumerants of access.
 const ACCESS: [&str; 3] = ["read", "write", "read_write"];
 
 impl<'t> Reader<'t> {

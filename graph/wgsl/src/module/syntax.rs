@@ -15,7 +15,7 @@ pub(super) enum Item {
     Declaration(DeclarationKind, Range<usize>, Option<usize>),
 }
 
-/// What is wrong with a file, and the index of the token where it shows.
+/// Error of a file, with the index of a token.
 #[derive(Debug)]
 pub(super) struct Wrong {
     pub(super) token: usize,
@@ -93,7 +93,7 @@ struct Reader<'t> {
     at: usize,
 }
 
-/// How a part of the top level ends.
+/// End of a part of the top level.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
     Semicolon,

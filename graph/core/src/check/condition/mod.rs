@@ -73,7 +73,7 @@ impl<N: Into<String>> FromIterator<(N, Fact)> for Facts {
     }
 }
 
-/// What a condition takes a fact for.
+/// Type of a fact, by its use in conditions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FactKind {
     /// True or false.
@@ -129,7 +129,7 @@ impl Condition {
         Self(Arc::new(Expression::And(self.0, other.0)))
     }
 
-    /// Whether it holds. A condition that depends on an unknown fact holds.
+    /// Returns whether it holds. A condition that depends on an unknown fact holds.
     pub fn holds(&self, facts: &Facts) -> bool {
         self.0.truth(facts).unwrap_or(true)
     }

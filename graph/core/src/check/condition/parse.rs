@@ -20,9 +20,9 @@ use afterimage_base::diagnostic::quote;
 pub struct ConditionError {
     /// The bytes of the condition that are at fault.
     pub span: Range<usize>,
-    /// What is wrong.
+    /// The error.
     pub message: String,
-    /// What to do.
+    /// The help.
     pub help: String,
 }
 

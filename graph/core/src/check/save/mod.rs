@@ -2,7 +2,7 @@
 //!
 //! A value changes where the file gives it: one number, name or text differs. A default becomes a new field of its
 //! node. What the file does not hold, nodes of the file that it `extends` and of pipelines used as nodes, gets an
-//! override: in the tier if the tier gives the value, in the section `set` otherwise.
+//! override: in the tier if the tier gives the value, in the section `set` otherwise. The text is then checked again.
 //!
 //! ```
 //! use afterimage_graph::check::{Change, NoFiles, Saver};
@@ -20,13 +20,9 @@
 //! # Ok::<(), afterimage_graph::diagnostic::Diagnostics>(())
 //! ```
 
-mod change;
+mod edits;
 mod path;
-mod place;
-mod resolve;
 mod saver;
 mod state;
-mod verify;
 
-pub use change::Change;
-pub use saver::Saver;
+pub use saver::{Change, Saver};

@@ -1,40 +1,36 @@
-//! What a document states at a tier, and where it states it.
+//! Values of a document at a tier, with their locations.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use super::path::join_written;
+use indexmap::IndexMap;
+
+use super::path::{join_written, relative};
 use crate::check::build::{GraphBuilder, NodeDraft};
 use crate::check::files::{Files, join};
-use crate::document::{Document, Override, Tier};
+use crate::document::{Document, Override, Tier, Tree};
 use crate::node::Registry;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, quote};
-use afterimage_base::value::{FileValue, Value};
+use afterimage_base::value::{FileValue, Type, Value};
 
-/// What an override can change: a parameter of a node, or whether a node or a pipeline used as a node is off. Numbers
-/// are those of drafts, parameters and scopes, and the same at all tiers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Subject {
-    Value(usize, usize),
-    Node(usize),
-    Scope(usize),
-}
-
-/// What it is set to. Paths of files are relative to the folder of the program, and files have no bytes.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum SetTo {
-    Value(Value),
-    Off(bool),
+/// Target of an override: a parameter, or the switch of a node or of a pipeline used as a node.
+pub(super) struct Setting {
+    /// The value; that of a switch is a flag, `true` for on.
+    pub(super) value: Value,
+    pub(super) is_switch: bool,
+    /// The place of the value; `None` for defaults.
+    pub(super) written: Option<Location>,
+    /// True if the tier gives the value.
+    pub(super) is_of_tier: bool,
+    /// The first byte of the node's kind, of a parameter of a node that the file itself has.
+    pub(super) kind_start: Option<usize>,
 }
 
 /// A document at a tier.
 pub(super) struct State<'a> {
-    /// With what it inherits.
     pub(super) document: Document,
     pub(super) builder: GraphBuilder<'a>,
-    /// The values of overrides of the tier, in all files.
-    of_tier: BTreeSet<Location>,
-    nodes: BTreeMap<String, usize>,
-    scopes: BTreeMap<String, usize>,
+    /// By the keys of overrides: `node.parameter`, or the name of what is switched.
+    pub(super) settings: IndexMap<String, Setting>,
 }
 
 impl<'a> State<'a> {
@@ -55,32 +51,36 @@ impl<'a> State<'a> {
         }
         let made = builder.changes.iter().filter(|change| change.tier.is_some() && builder.is_made(change));
         let values = made.flat_map(|change| &change.settings).map(|setting| setting.value.location.clone());
-        let of_tier = values.collect();
+        let of_tier: BTreeSet<Location> = values.collect();
         builder.change();
         if builder.diagnostics.has_errors() {
             return Err(builder.diagnostics.sorted());
         }
-        let nodes = builder.drafts.iter().enumerate().map(|(index, draft)| (builder.full_name(draft), index)).collect();
-        let inner = 1..builder.scopes.len();
-        let scopes = inner.map(|scope| (builder.full_scope_name(scope), scope)).collect();
-        Ok(Self { document, builder, of_tier, nodes, scopes })
+        let setting = |value, is_switch, written: &Option<Location>, kind_start| {
+            let is_of_tier = written.as_ref().is_some_and(|location| of_tier.contains(location));
+            Setting { value, is_switch, written: written.clone(), is_of_tier, kind_start }
+        };
+        let mut settings = IndexMap::new();
+        for draft in &builder.drafts {
+            let name = builder.full_name(draft);
+            let is_own = draft.scope == 0 && draft.kind_location.file == document.file;
+            for (index, param) in draft.kind.params().iter().enumerate() {
+                let kind_start = is_own.then_some(draft.kind_location.start);
+                let value = draft.values[index].clone();
+                settings
+                    .insert(format!("{name}.{}", param.name), setting(value, false, &draft.written[index], kind_start));
+            }
+            settings.insert(name, setting(Value::Bool(!draft.off), true, &draft.switched, None));
+        }
+        for (index, scope) in builder.scopes.iter().enumerate().skip(1) {
+            let switch = setting(Value::Bool(!scope.off), true, &scope.switched, None);
+            settings.insert(builder.full_scope_name(index), switch);
+        }
+        Ok(Self { document, builder, settings })
     }
 
-    pub(super) fn draft(&self, node: usize) -> &NodeDraft {
-        &self.builder.drafts[node]
-    }
-
-    pub(super) fn node(&self, name: &str) -> Option<usize> {
-        self.nodes.get(name).copied()
-    }
-
-    pub(super) fn scope(&self, name: &str) -> Option<usize> {
-        self.scopes.get(name).copied()
-    }
-
-    /// The names of all nodes, and of pipelines used as nodes.
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> + '_ {
-        self.nodes.keys().chain(self.scopes.keys()).map(String::as_str)
+    pub(super) fn node(&self, name: &str) -> Option<&NodeDraft> {
+        self.builder.drafts.iter().find(|draft| self.builder.full_name(draft) == name)
     }
 
     /// The names of the tiers that are overrides, and before them `None`.
@@ -89,85 +89,55 @@ impl<'a> State<'a> {
         std::iter::once(None).chain(own.map(|(name, _)| Some(name.value.clone()))).collect()
     }
 
-    /// The overrides of a tier; none if it is a file, or if there is no such tier.
-    pub(super) fn overrides(&self, tier: &str) -> &[Override] {
-        match self.document.tiers.iter().find(|(name, _)| name.value == tier) {
-            Some((_, Tier::Settings(settings))) => settings,
-            _ => &[],
-        }
+    /// The overrides of a tier, as the saved file writes them; none if it is a file, or if there is no such tier.
+    pub(super) fn overrides(&self, tier: &str) -> IndexMap<String, String> {
+        let named = self.document.tiers.iter().find(|(name, _)| name.value == tier);
+        let Some((_, Tier::Settings(overrides))) = named else { return IndexMap::new() };
+        let copied = |setting: &Override| Some((setting.key.value.clone(), self.copied(setting)?));
+        overrides.iter().filter_map(copied).collect()
     }
 
-    /// All that overrides can change, in the order of the nodes.
-    pub(super) fn subjects(&self) -> impl Iterator<Item = Subject> + '_ {
-        let of_draft = |(node, draft): (usize, &NodeDraft)| {
-            let values = (0..draft.values.len()).map(move |index| Subject::Value(node, index));
-            values.chain([Subject::Node(node)])
-        };
-        let scopes = (1..self.builder.scopes.len()).map(Subject::Scope);
-        self.builder.drafts.iter().enumerate().flat_map(of_draft).chain(scopes)
-    }
-
-    /// The key of an override of it.
-    pub(super) fn key(&self, subject: Subject) -> String {
-        match subject {
-            Subject::Value(node, index) => {
-                let draft = self.draft(node);
-                format!("{}.{}", self.builder.full_name(draft), draft.kind.params()[index].name)
+    /// The value of an override; a path is written from the folder of the saved file.
+    fn copied(&self, setting: &Override) -> Option<String> {
+        let (location, own) = (&setting.value.location, &self.document.file);
+        let param = setting.key.value.rsplit_once('.').and_then(|(node, field)| self.node(node)?.kind.param(field));
+        if let (Tree::Text(path), Some(Type::File)) = (&setting.value.value, param.map(|(_, param)| param.ty)) {
+            let [here, there] = [own, &location.file].map(|file| join_written(file, path));
+            if here != there {
+                return Some(format!("{:?}", relative(own, &there)));
             }
-            Subject::Node(node) => self.builder.full_name(self.draft(node)),
-            Subject::Scope(scope) => self.builder.full_scope_name(scope),
+        }
+        let text = self.builder.diagnostics.sources.text(&location.file)?;
+        text.get(location.span()).map(str::to_owned)
+    }
+
+    /// The value of a setting. Paths are relative to the folder of the program, and files have no bytes.
+    pub(super) fn stated(&self, setting: &Setting) -> Value {
+        stated(&setting.value, setting.written.as_ref().map_or(&self.document.file, |location| &location.file))
+    }
+
+    /// A value that was [stated](Self::stated), as the file writes it.
+    pub(super) fn text(&self, is_switch: bool, value: &Value) -> String {
+        match value {
+            Value::Bool(on) if is_switch => if *on { "On" } else { "Off" }.to_owned(),
+            Value::File(named) => format!("{:?}", relative(&self.document.file, &named.path)),
+            value => value.to_string(),
         }
     }
 
-    pub(super) fn set_to(&self, subject: Subject) -> SetTo {
-        match subject {
-            Subject::Value(node, index) => {
-                let file = self.given(subject).map_or(&*self.document.file, |location| &*location.file);
-                SetTo::value(&self.draft(node).values[index], file)
-            }
-            Subject::Node(node) => SetTo::Off(self.draft(node).off),
-            Subject::Scope(scope) => SetTo::Off(self.builder.scopes[scope].off),
-        }
+    /// One error of the document.
+    pub(super) fn error(&self, error: Diagnostic) -> Diagnostics {
+        let mut errors = Diagnostics::new(self.builder.diagnostics.sources.clone());
+        errors.push(error.at(&self.document.location, ""));
+        errors
     }
+}
 
-    /// Where the value that it has is written; `None` for a default.
-    pub(super) fn given(&self, subject: Subject) -> Option<&Location> {
-        match subject {
-            Subject::Value(node, index) => self.draft(node).written[index].as_ref(),
-            Subject::Node(node) => self.draft(node).switched.as_ref(),
-            Subject::Scope(scope) => self.builder.scopes[scope].switched.as_ref(),
-        }
-    }
-
-    /// The pipelines used as nodes around it.
-    pub(super) fn outer(&self, subject: Subject) -> impl Iterator<Item = usize> + '_ {
-        let parent = |scope: usize| self.builder.scopes[scope].parent;
-        let first = match subject {
-            Subject::Value(node, _) | Subject::Node(node) => Some(self.draft(node).scope),
-            Subject::Scope(scope) => parent(scope),
-        };
-        std::iter::successors(first, move |scope| parent(*scope)).filter(|scope| *scope > 0)
-    }
-
-    pub(super) fn is_scope_off(&self, scope: usize) -> bool {
-        self.builder.scopes[scope].off
-    }
-
-    /// Whether the tier gives the value that it has.
-    pub(super) fn is_of_tier(&self, subject: Subject) -> bool {
-        self.given(subject).is_some_and(|location| self.of_tier.contains(location))
-    }
-
-    /// What the nodes have that is never saved: conditions, formats, tables, the frames that they run in, labels.
-    pub(super) fn others(&self) -> impl Iterator<Item = (String, Option<String>, Option<&'static str>)> + '_ {
-        let builder = &self.builder;
-        builder.drafts.iter().map(|draft| {
-            let conditions = builder.scopes_around(draft.scope).filter_map(|scope| scope.when.as_ref());
-            let conditions = draft.when.iter().chain(conditions).map(ToString::to_string);
-            let conditions: Vec<String> = conditions.collect();
-            let text = format!("{}: {conditions:?} {:?} {}", builder.full_name(draft), draft.bake, draft.every);
-            (text, builder.full_label(draft), draft.format.map(|format| format.name()))
-        })
+/// A value that a file states.
+pub(super) fn stated(value: &Value, file: &str) -> Value {
+    match value {
+        Value::File(named) => Value::File(FileValue { path: join_written(file, &named.path).into(), bytes: None }),
+        other => other.clone(),
     }
 }
 
@@ -189,14 +159,4 @@ fn used_twice(document: &Document) -> Diagnostic {
     Diagnostic::error("used-twice", message)
         .at(&document.location, "")
         .help("a value of it is one of several nodes: write the value by hand")
-}
-
-impl SetTo {
-    /// A value as it is written in a file.
-    pub(super) fn value(value: &Value, file: &str) -> Self {
-        Self::Value(match value {
-            Value::File(named) => Value::File(FileValue { path: join_written(file, &named.path).into(), bytes: None }),
-            other => other.clone(),
-        })
-    }
 }

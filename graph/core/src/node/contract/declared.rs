@@ -1,11 +1,11 @@
-//! What a kind declares: names, manual, ports, parameters.
+//! Checks of a kind's declaration: names, manual, ports, parameters.
 
 use std::collections::BTreeSet;
 
 use super::names::{RESERVED, is_free_in_wgsl, is_pascal, is_snake};
 use super::violations::Violations;
 use crate::node::{Fallback, Input, NodeKind, Output, OutputState, PortType};
-use afterimage_base::value::{Param, Type, Value};
+use afterimage_base::value::{Param, Type, Value, When};
 
 /// Names that pipeline files and shaders use for other things.
 const TAKEN: [&str; 8] = ["when", "format", "bake", "every", "label", "at", "frame", "params"];
@@ -20,6 +20,28 @@ pub(super) fn look(kind: &NodeKind, violations: &mut Violations) {
     kind.outputs().iter().for_each(|port| output(kind, port, violations));
     kind.outputs().iter().for_each(|port| fallback(kind, port, violations));
     kind.params().iter().for_each(|param| parameter(param, violations));
+    kind.params().iter().for_each(|param| conditions(kind, param, violations));
+}
+
+/// Conditions name other parameters, with values of these, and optional inputs.
+fn conditions(kind: &NodeKind, param: &Param, violations: &mut Violations) {
+    for condition in &param.when {
+        match condition {
+            When::OneOf(name, values) | When::NoneOf(name, values) => match kind.param(name) {
+                Some((_, other)) if other.name != param.name => {
+                    violations.require(!values.is_empty(), || format!("a condition of `{}` has no value", param.name));
+                    let what = format!("condition of `{}`", param.name);
+                    values.iter().for_each(|value| acceptable(other, &what, value, violations));
+                }
+                _ => violations.add(format!("the condition `{name}` of `{}` is no other parameter", param.name)),
+            },
+            When::Wired(input, _) => {
+                violations.require(kind.input(input).is_some_and(|port| port.optional), || {
+                    format!("the condition `{input}` of `{}` is no optional input", param.name)
+                });
+            }
+        }
+    }
 }
 
 fn names(kind: &NodeKind, violations: &mut Violations) {

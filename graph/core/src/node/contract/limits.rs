@@ -36,13 +36,13 @@ pub(super) fn look(recording: &Recording, size: Size, violations: &mut Violation
     }
 }
 
-fn exceeds(count: usize, most: usize, what: &str, place: &str, violations: &mut Violations) {
-    violations.require(count <= most, || format!("{place} has {count} {what}; the limit of a device may be {most}"));
+fn exceeds(count: usize, max: usize, what: &str, place: &str, violations: &mut Violations) {
+    violations.require(count <= max, || format!("{place} has {count} {what}; the limit of a device may be {max}"));
 }
 
 fn dispatch(kernel: &KernelCall, place: &str, violations: &mut Violations) {
-    let most = kernel.workgroups.into_iter().flatten().max().unwrap_or(0);
-    exceeds(most as usize, MAX_GROUPS as usize, "workgroups in one direction", place, violations);
+    let max = kernel.workgroups.into_iter().flatten().max().unwrap_or(0);
+    exceeds(max as usize, MAX_GROUPS as usize, "workgroups in one direction", place, violations);
 }
 
 fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, violations: &mut Violations) {
@@ -59,8 +59,8 @@ fn workgroup(kernel: &KernelCall, caps: &Caps, place: &str, violations: &mut Vio
 fn invocations(sides: [u32; 3], caps: &Caps, place: &str, violations: &mut Violations) {
     let all = sides.iter().map(|side| *side as usize).product();
     exceeds(all, caps.workgroup_invocations as usize, "invocations in a workgroup", place, violations);
-    for (side, most) in sides.into_iter().zip(MAX_INVOCATIONS) {
-        exceeds(side as usize, most as usize, "invocations in one direction of a workgroup", place, violations);
+    for (side, max) in sides.into_iter().zip(MAX_INVOCATIONS) {
+        exceeds(side as usize, max as usize, "invocations in one direction of a workgroup", place, violations);
     }
 }
 

@@ -12,11 +12,10 @@
 mod declared;
 mod limits;
 mod names;
-mod parts;
+mod passes;
 mod recorded;
-mod unread;
+mod variants;
 mod violations;
-mod ways;
 
 use std::collections::BTreeSet;
 
@@ -26,7 +25,6 @@ use violations::Violations;
 
 pub use names::kind_file_name;
 pub(super) use names::{is_pascal, is_snake, snake, stem};
-pub(super) use recorded::arrival;
 
 /// Checks the contract for each kind of a table.
 ///
@@ -52,22 +50,27 @@ pub(super) use recorded::arrival;
 /// # Errors
 /// All violations, one sentence each, beginning with the kind's name.
 pub fn contract(kinds: &[NodeKind]) -> Result<Vec<String>, Vec<String>> {
-    let mut violations = Violations::default();
-    let mut names = BTreeSet::new();
-    for kind in kinds {
-        violations.about(kind.name());
-        if !names.insert(kind.name()) {
-            violations.add("another kind has the same name");
-        }
-        declared::look(kind, &mut violations);
-        ways::look(kind, &mut violations, &mut |_| {});
-        recorded::live(kind, &mut violations);
-    }
-    violations.finish()
+    contract_with(kinds, &mut |_| Vec::new())
 }
 
-/// Calls `seen` with every recording that [`contract`] makes of a kind: at its defaults and at each parameter's
-/// extremes, with and without its optional inputs.
-pub fn for_each_recording(kind: &NodeKind, seen: &mut dyn FnMut(&Recording)) {
-    ways::look(kind, &mut Violations::default(), seen);
+/// Checks the contract of [`contract`], and calls `seen` with every recording, which returns further violations.
+///
+/// # Errors
+/// All violations, one sentence each, beginning with the kind's name.
+pub fn contract_with(
+    kinds: &[NodeKind],
+    seen: &mut dyn FnMut(&Recording) -> Vec<String>,
+) -> Result<Vec<String>, Vec<String>> {
+    let mut names = BTreeSet::new();
+    let (mut all, mut skipped) = (Vec::new(), Vec::new());
+    for kind in kinds {
+        let mut violations = Violations::default();
+        violations.require(names.insert(kind.name()), || "another kind has the same name".into());
+        declared::look(kind, &mut violations);
+        let unchecked = variants::look(kind, &mut violations, seen);
+        let about_kind = |text: String| format!("`{}`: {text}", kind.name());
+        skipped.extend(unchecked.map(about_kind));
+        all.extend(violations.0.into_iter().map(about_kind));
+    }
+    if all.is_empty() { Ok(skipped) } else { Err(all) }
 }

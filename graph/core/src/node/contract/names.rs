@@ -3,7 +3,7 @@
 /// Names that pipeline files use themselves.
 pub(super) const RESERVED: [&str; 3] = ["Pipeline", "Off", "On"];
 
-/// What the files and functions of a kind are called: `tone_map` for `ToneMap`.
+/// Name of the files and functions of a kind: `tone_map` for `ToneMap`.
 ///
 /// # Errors
 /// Why no kind can have the name.
@@ -19,12 +19,10 @@ pub fn kind_file_name(kind: &str) -> Result<String, String> {
     }
 }
 
-/// `ToneMap`.
 pub(in crate::node) fn is_pascal(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_uppercase()) && name.chars().all(|c| c.is_ascii_alphanumeric())
 }
 
-/// `tone_map`.
 pub(in crate::node) fn is_snake(name: &str) -> bool {
     let inner = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     name.starts_with(|c: char| c.is_ascii_lowercase())
@@ -33,7 +31,6 @@ pub(in crate::node) fn is_snake(name: &str) -> bool {
         && !name.ends_with('_')
 }
 
-/// `ToneMap` as `tone_map`.
 pub(in crate::node) fn snake(pascal: &str) -> String {
     let mut snake = String::new();
     for c in pascal.chars() {
@@ -45,7 +42,6 @@ pub(in crate::node) fn snake(pascal: &str) -> String {
     snake
 }
 
-/// `tone_map` as `ToneMap`.
 pub(super) fn pascal(snake: &str) -> String {
     let word = |word: &str| {
         word.chars().take(1).map(|c| c.to_ascii_uppercase()).chain(word.chars().skip(1)).collect::<String>()
@@ -53,7 +49,7 @@ pub(super) fn pascal(snake: &str) -> String {
     snake.split('_').map(word).collect()
 }
 
-/// Whether WGSL takes the name for a variable.
+/// Returns whether WGSL takes the name for a variable.
 pub(super) fn is_free_in_wgsl(name: &str) -> bool {
     afterimage_wgsl::is_free_name(name)
 }

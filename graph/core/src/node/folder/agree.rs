@@ -42,7 +42,6 @@ impl Pair<'_> {
         Location::new(&self.file, start..(start + word.len()).min(self.source.len()))
     }
 
-    /// Where words stand that are no part of longer ones.
     fn find(&self, words: &str, from: usize) -> Option<usize> {
         let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
         self.source[from..].match_indices(words).map(|(at, _)| from + at).find(|at| {

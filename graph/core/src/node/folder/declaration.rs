@@ -1,4 +1,4 @@
-//! What a `node.ron` declares.
+//! Declaration in a `node.ron`.
 
 use crate::node::{Input, Output, PortType};
 use afterimage_base::diagnostic::{Location, Spanned};
@@ -13,7 +13,6 @@ pub(super) struct Declaration {
     /// The images between inputs and outputs, and after them the outputs. Each may read those before it.
     pub(super) made: Vec<Made>,
     pub(super) params: Vec<(Param, Location)>,
-    /// See [`Promises::of_color`](crate::node::Promises::of_color).
     pub(super) of_color: bool,
 }
 
@@ -31,7 +30,7 @@ pub(super) struct Made {
     pub(super) port: Option<Output>,
 }
 
-/// How often the function is called, and for which sizes.
+/// Calls of a function: their number and sizes.
 pub(super) enum Shape {
     /// Once: an image. Its invocations may share workgroups of that many, across and down.
     Image { workgroup: Option<[u32; 2]> },
@@ -43,7 +42,7 @@ pub(super) enum Shape {
     Up { of: Spanned<String> },
 }
 
-/// What an argument reads instead of what has its name.
+/// Source of an argument that has another name.
 pub(super) struct Read {
     pub(super) of: Spanned<String>,
     /// The level, of a pyramid; the coarsest one if there are fewer.
@@ -59,18 +58,18 @@ pub(super) enum SizeRule {
     Fixed(u32, u32),
 }
 
-/// What an argument of a function reads.
+/// Source of an argument of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Source {
     /// An input, by its place.
     Input(usize),
-    /// What another function makes, by its place.
+    /// The result of another function, by its index.
     Made(usize),
     /// A level of a pyramid.
     Level(Pyramid, u32),
     /// Of a function that is called for several levels: the level at hand, or for `Down` the image above.
     AtHand,
-    /// What `Up` has made of the coarser levels.
+    /// The result of `Up` so far, of the coarser levels.
     Coarser,
 }
 
@@ -112,7 +111,7 @@ impl Shape {
         }
     }
 
-    /// What it goes through, level by level, and the type of that.
+    /// Source of its levels, with the type.
     pub(super) fn of(&self) -> Option<(&Spanned<String>, PortType)> {
         match self {
             Self::Image { .. } => None,
@@ -130,7 +129,7 @@ impl Declaration {
         input.or_else(made)
     }
 
-    /// What the argument of the function at that place reads, if there is something of that name.
+    /// Source of an argument of the function at that index, if there is something of that name.
     pub(super) fn source(&self, at: usize, argument: &str) -> Option<Source> {
         let made = &self.made[at];
         if made.shape.of().is_some_and(|(of, _)| of.value == argument) {
@@ -162,7 +161,7 @@ impl Declaration {
         }
     }
 
-    /// Whether what an argument reads may have another size than what its function makes.
+    /// Returns whether what an argument reads may have another size than what its function makes.
     pub(super) fn differs_in_size(&self, at: usize, source: Source) -> bool {
         let made = &self.made[at];
         match source {

@@ -30,7 +30,7 @@ pub(super) struct Fields<'d> {
     location: Location,
     what: &'static str,
     left: Vec<Field>,
-    /// Whether fields are missing because of errors that have been reported.
+    /// True if fields are missing because of errors that have been reported.
     is_partial: bool,
     pub(super) diagnostics: &'d mut Diagnostics,
 }
@@ -220,13 +220,7 @@ impl<'d> Fields<'d> {
 
     pub(super) fn value(&mut self, name: &str, ty: Type, is_required: bool) -> Option<Value> {
         let item = if is_required { self.required(name)? } else { self.take(name)? };
-        let value = match (ty, &item.value) {
-            (Type::Bool, Tree::Bool(flag)) => Some(Value::Bool(*flag)),
-            (Type::Int, Tree::Int(whole)) => Some(Value::Int(*whole)),
-            (Type::Float, _) => item.value.number().map(Value::Float),
-            (Type::Vector(n), Tree::Tuple(None, items)) if items.len() == n => vector(items),
-            _ => None,
-        };
+        let value = item.value.value(ty);
         if value.is_none() {
             self.wrong(name, &item, &ty.describe());
         }
@@ -258,15 +252,26 @@ impl<'d> Fields<'d> {
     }
 }
 
-fn vector(items: &[Item]) -> Option<Value> {
-    let mut numbers = [0.0; 4];
-    for (slot, item) in numbers.iter_mut().zip(items) {
-        *slot = item.value.number()?;
+impl Tree {
+    /// The value of a number, a flag or a vector that a parameter of this type gets.
+    pub(super) fn value(&self, ty: Type) -> Option<Value> {
+        match (ty, self) {
+            (Type::Bool, Self::Bool(flag)) => Some(Value::Bool(*flag)),
+            (Type::Int, Self::Int(whole)) => Some(Value::Int(*whole)),
+            (Type::Float, _) => self.number().map(Value::Float),
+            (Type::Vector(n), Self::Tuple(None, items)) if items.len() == n => {
+                let mut numbers = [0.0; 4];
+                for (slot, item) in numbers.iter_mut().zip(items) {
+                    *slot = item.value.number()?;
+                }
+                Some(Value::Vector(numbers, n))
+            }
+            _ => None,
+        }
     }
-    Some(Value::Vector(numbers, items.len()))
 }
 
-/// Whether a text can be printed: it is not empty, and has no control characters but line feeds and tabs.
+/// Returns whether a text can be printed: it is not empty, and has no control characters but line feeds and tabs.
 fn is_shown(text: &str) -> bool {
     !text.trim().is_empty() && text.chars().all(|c| !is_control(c) || matches!(c, '\n' | '\r' | '\t'))
 }

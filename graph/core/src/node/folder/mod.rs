@@ -37,7 +37,8 @@
 //!   use `var<workgroup>`, `workgroupBarrier` and atomics, and take `invocation: Invocation` of `#import workgroup`.
 //! * `parameters` are of type `Bool`, `Int`, `Float`, `Vector2`, `Vector3` or `Vector4`. Each needs `doc` and
 //!   `default`, numbers need `within`, and `usually`, `unit` and `neutral` are optional. They go by name into the
-//!   struct of the function's argument `params`.
+//!   struct of the function's argument `params`. `when: { "mode": [1, 2], "mask": true }` declares that a parameter has
+//!   no effect unless `mode` is 1 or 2 and the optional input `mask` is wired; `unless` states values without effect.
 //! * A node whose parameters with a `neutral` value all have it is skipped, and readers of its first output get the
 //!   fallback.
 //! * `of_color: true` promises that red, green and blue of a pixel follow from those of the same pixel alone, and that
@@ -128,7 +129,7 @@ pub fn folder_kind_sharing(
     }
 }
 
-/// Which of the files is the kind's shader: the only one, or the one with its name.
+/// Index of the kind's shader: the only file, or the one with its name.
 fn shader_of(
     declared: Option<&Declaration>,
     files: &[(String, String)],

@@ -9,12 +9,12 @@ use crate::node::contract::snake;
 use crate::node::{CAMERA, Input, PortType};
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, quote};
-use afterimage_base::value::{Param, Type};
+use afterimage_base::value::{Param, Type, Value, When};
 
 const EXPECTED_FORM: &str =
     "a node file is `Kind(name: \"...\", doc: \"...\", inputs: { ... }, outputs: { ... }, parameters: { ... })`";
 
-/// What the file declares; `None` once it is clear that no kind can come of it.
+/// Reads the declaration; `None` if no kind can be made of it.
 pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<Declaration> {
     let mut fields = match tree.value {
         Tree::Struct(Some(word), fields) if word.value == "Kind" => {
@@ -38,6 +38,7 @@ pub(super) fn declaration(tree: Item, diagnostics: &mut Diagnostics) -> Option<D
         None => Vec::new(),
     };
     let params = params.into_iter().filter_map(|(name, item)| parameter(&name, item, fields.diagnostics)).collect();
+    let params = with_conditions(params, &inputs, fields.diagnostics);
     let of_color = fields.flag("of_color");
     fields.finish(&["name", "doc", "inputs", "images", "outputs", "parameters", "of_color"]);
     Some(Declaration { name: name?, doc: doc?.value, inputs, made, params, of_color })
@@ -97,7 +98,14 @@ fn input(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> O
     Some((input, name.location.clone()))
 }
 
-fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<(Param, Location)> {
+/// A parameter with its conditions as they are written: whether each is one of `when`, its subject and its values.
+struct ReadParameter {
+    param: Param,
+    location: Location,
+    conditions: Vec<(bool, Spanned<String>, Item)>,
+}
+
+fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) -> Option<ReadParameter> {
     const TYPES: [(&str, Type); 6] = [
         ("Bool", Type::Bool),
         ("Int", Type::Int),
@@ -115,7 +123,12 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
     let within = fields.range("within", ty? != Type::Bool);
     let usually = fields.range("usually", false);
     let unit = if fields.has("unit") { fields.text("unit") } else { None };
-    fields.finish(&["doc", "default", "neutral", "within", "usually", "unit"]);
+    let mut conditions = Vec::new();
+    for (word, is_one_of) in [("when", true), ("unless", false)] {
+        let entries = fields.take(word).map(|item| fields.entries(word, item)).unwrap_or_default();
+        conditions.extend(entries.into_iter().map(|(subject, values)| (is_one_of, subject, values)));
+    }
+    fields.finish(&["doc", "default", "neutral", "within", "usually", "unit", "when", "unless"]);
     // The numbers of a folder kind are uniforms: no change of theirs needs a new plan.
     let mut param = Param::new(name.value.clone(), &doc?.value, ty?, default?).live();
     param.domain = within;
@@ -128,5 +141,47 @@ fn parameter(name: &Spanned<String>, item: Item, diagnostics: &mut Diagnostics) 
             diagnostics.push(Diagnostic::error("out-of-domain", message).at(&name.location, ""));
         }
     }
-    Some((param, name.location.clone()))
+    Some(ReadParameter { param, location: name.location.clone(), conditions })
+}
+
+/// The parameters with their conditions, whose values have the types of the parameters that they name.
+fn with_conditions(
+    read: Vec<ReadParameter>,
+    inputs: &[(Input, Location)],
+    diagnostics: &mut Diagnostics,
+) -> Vec<(Param, Location)> {
+    let params: Vec<(Shared<str>, Type)> = read.iter().map(|read| (read.param.name.clone(), read.param.ty)).collect();
+    let optional: Vec<&Input> = inputs.iter().map(|(input, _)| input).filter(|input| input.optional).collect();
+    let with_conditions = |ReadParameter { mut param, location, conditions }| {
+        for (is_one_of, name, item) in conditions {
+            let ty = params.iter().find(|(known, _)| *known == name.value).map(|(_, ty)| *ty);
+            if ty.is_none() && !optional.iter().any(|input| input.name == name.value) {
+                let known =
+                    || params.iter().map(|(known, _)| &**known).chain(optional.iter().map(|input| &*input.name));
+                let message = format!("{} is neither a parameter nor an optional input", quote(&name.value));
+                let error = Diagnostic::error("unknown-name", message).at(&name.location, "");
+                diagnostics.push(error.did_you_mean(&name.value, known()));
+                continue;
+            }
+            let values: Option<Vec<Value>> = match &item.value {
+                Tree::List(items) => items.iter().map(|item| item.value.value(ty.unwrap_or(Type::Bool))).collect(),
+                value => value.value(ty.unwrap_or(Type::Bool)).map(|value| vec![value]),
+            };
+            let name: Shared<str> = name.value.into();
+            param.when.push(match (ty, values) {
+                (Some(_), Some(values)) if is_one_of => When::OneOf(name, values),
+                (Some(_), Some(values)) => When::NoneOf(name, values),
+                (None, Some(flags)) => When::Wired(name, flags.contains(&Value::Bool(is_one_of))),
+                (ty, None) => {
+                    let expected = ty.map_or("`true` or `false`: whether it is wired".into(), Type::describe);
+                    let seen = format!("this is {}", item.value.describe());
+                    let error = Diagnostic::error("wrong-type", format!("the condition is {expected}"));
+                    diagnostics.push(error.at(&item.location, seen));
+                    continue;
+                }
+            });
+        }
+        (param, location)
+    };
+    read.into_iter().map(with_conditions).collect()
 }

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Output, PortType, Promises, Recorder};
+use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Invariants, Output, PortType, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
@@ -37,7 +37,7 @@ const MAX_ROWS: u64 = 8192;
 pub(super) struct FolderNode {
     passes: Arc<FolderPasses>,
     params: Arc<[Param]>,
-    /// Whether each parameter has its neutral value, or has none.
+    /// True if each parameter has its neutral value, or has none.
     is_neutral: Vec<bool>,
 }
 
@@ -52,14 +52,14 @@ fn is_neutral(param: &Param, value: &Value) -> bool {
     param.neutral.as_ref().is_none_or(|neutral| neutral == value)
 }
 
-/// What nodes of a kind without Rust share. Passes do not depend on the parameters, which are numbers in uniforms.
+/// Passes of a folder kind, shared by its nodes. They do not depend on the parameters, which are uniforms.
 pub(super) struct FolderPasses {
     pub(super) inputs: Vec<Input>,
     pub(super) outputs: Vec<Output>,
     steps: Vec<Step>,
     shader: Arc<Shader>,
     of_color: bool,
-    /// Whether the first output can be replaced by its fallback, which then has its size.
+    /// True if the first output can be replaced by its fallback, which then has its size.
     can_be_skipped: bool,
 }
 
@@ -117,7 +117,7 @@ impl FolderPasses {
     }
 }
 
-/// Whether the first output has the size of its fallback: that of the first image, if nothing else is stated.
+/// Returns whether the first output has the size of its fallback: that of the first image, if nothing else is stated.
 fn can_be_skipped(declared: &Declaration) -> bool {
     let Some(main) = declared.made.iter().find(|made| made.port.is_some()) else { return false };
     let first = declared.inputs.iter().map(|(input, _)| input).find(|input| is_image(input));
@@ -196,8 +196,8 @@ impl DynNode for FolderNode {
         is_neutral && arrives && self.passes.can_be_skipped
     }
 
-    fn promises(&self) -> Promises {
-        Promises { of_color: self.passes.of_color, ..Promises::NONE }
+    fn invariants(&self) -> Invariants {
+        Invariants { of_color: self.passes.of_color, ..Invariants::NONE }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
@@ -208,7 +208,7 @@ impl DynNode for FolderNode {
         for (step, needed) in node.steps.iter().zip(needed) {
             let made = if needed { recorder.step(step) } else { InputValue::Absent };
             if recorder.pass.is_output_used(&step.name) {
-                recorder.pass.give(&step.name, made.clone());
+                recorder.pass.set_output(&step.name, made.clone());
             }
             recorder.made.push(made);
         }
@@ -218,14 +218,14 @@ impl DynNode for FolderNode {
 struct FolderRecorder<'n, 'r, 'a> {
     node: &'n FolderPasses,
     size: Size,
-    /// What the functions before have made.
+    /// Results of the functions before.
     made: Vec<InputValue>,
     /// The tables that have been read, as images.
     tables: BTreeMap<usize, ImageId>,
     pass: &'r mut Recorder<'a>,
 }
 
-/// What a function that is called for several levels reads besides the others.
+/// Additional sources of a function that is called for several levels.
 #[derive(Clone, Copy, Default)]
 struct Moving {
     at_hand: Option<ImageId>,

@@ -1,4 +1,4 @@
-//! What the functions of a kind read: by their arguments, and by the names in its `node.ron`.
+//! Sources of the functions of a kind: by their arguments, and by the names in its `node.ron`.
 
 use super::agree::Pair;
 use super::declaration::{COARSER, Made, Shape, Source};
@@ -8,7 +8,7 @@ use afterimage_wgsl::limits::TEXTURES;
 use afterimage_wgsl::{ArgType, Function};
 
 impl Pair<'_> {
-    /// What is read under a name in the declaration must exist before, and fit.
+    /// Checks that each named source exists before its use, and fits.
     pub(super) fn named_sources(&mut self, at: usize) {
         let made = &self.declared.made[at];
         if let Some((of, expected)) = made.shape.of() {
@@ -99,7 +99,7 @@ impl Pair<'_> {
         }
     }
 
-    /// Where something is declared that the function at that place reads.
+    /// Location of the declaration of a source.
     fn location(&self, at: usize, source: Source) -> Location {
         match source {
             Source::Input(input) => self.declared.inputs[input].1.clone(),

@@ -1,4 +1,4 @@
-//! What the bindings of an entry point hold.
+//! Resources of the bindings of an entry point.
 
 use super::details::{Bindings, Bound};
 use super::{InputValue, Recorder};
@@ -38,14 +38,14 @@ impl Bindings {
             .map(|(name, value)| Argument { name: name.to_owned(), value })
             .collect();
         let uniform = recorder.uniform(&shader, params(recorder, &shader), &self.computed);
-        KernelCall { args, uniform, ..KernelCall::function(recorder.node, shader, entry, &[]) }
+        KernelCall { args, uniform, ..KernelCall::function(recorder.context.node, shader, entry, &[]) }
     }
 
     fn resolve(&self, recorder: &Recorder<'_>, name: &str) -> Option<Bound> {
         let bound = self.bound.iter().find(|(variable, _)| *variable == name).map(|(_, bound)| *bound);
         bound.or_else(|| {
-            let index = recorder.kind.inputs.iter().position(|input| input.name == name)?;
-            match &recorder.inputs[index] {
+            let index = recorder.context.kind.inputs.iter().position(|input| input.name == name)?;
+            match &recorder.context.inputs[index] {
                 InputValue::Image(image) => Some(Bound::Resource(Resource::Image(*image))),
                 InputValue::Buffer(buffer) => Some(Bound::Resource(Resource::Buffer(*buffer))),
                 _ => None,
@@ -68,8 +68,8 @@ pub(super) fn params<'s>(recorder: &Recorder<'_>, shader: &'s Shader) -> Option<
 
 /// The host block at the input of that name.
 fn block(recorder: &Recorder<'_>, name: &str) -> Option<Arg> {
-    let index = recorder.kind.inputs.iter().position(|input| input.name == name)?;
-    match recorder.inputs[index] {
+    let index = recorder.context.kind.inputs.iter().position(|input| input.name == name)?;
+    match recorder.context.inputs[index] {
         InputValue::Block(block) => Some(Arg::Block(block)),
         _ => None,
     }

@@ -33,13 +33,13 @@ impl<'a> Recorder<'a> {
 }
 
 impl ComputePass<'_, '_> {
-    /// What the pass does, for people; the entry point's name by default.
+    /// Label for people; the entry point's name by default.
     pub fn label(mut self, label: impl Display) -> Self {
         self.label = self.recorder.pass_label(label);
         self
     }
 
-    /// What a variable of the module holds when it is not an input of the same name.
+    /// Binds a resource that is not an input of the same name.
     pub fn bind(mut self, variable: &'static str, resource: Resource) -> Self {
         self.bindings.bound.push((variable, Bound::Resource(resource)));
         self
@@ -95,7 +95,7 @@ impl ComputePass<'_, '_> {
             return;
         }
         let Self { recorder, shader, entry, label, bindings, by_cells } = self;
-        let (nodes, label) = (vec![recorder.node.to_owned()], label.text(&entry));
+        let (nodes, label) = (vec![recorder.context.node.to_owned()], label.text(&entry));
         if recorder.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
             recorder.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
         }
@@ -104,7 +104,7 @@ impl ComputePass<'_, '_> {
         recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
     }
 
-    /// Whether the pass is this one, but for its uniform.
+    /// Returns whether the pass is this one, but for its uniform.
     fn is_as(&self, expected: &Pass, groups: [u32; 3]) -> bool {
         let ([kernel], [], PassKind::Compute) = (&*expected.kernels, &*expected.results, &expected.kind) else {
             return false;
@@ -119,7 +119,7 @@ impl ComputePass<'_, '_> {
             by_cells,
             node: _,
             uniform: _,
-            promises: _,
+            defines: _,
             by_rows: _,
             by_neighbors: _,
             by_square: _,

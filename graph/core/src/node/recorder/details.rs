@@ -1,4 +1,4 @@
-//! What a node states of a pass, in vectors that its next pass takes over.
+//! Details of a pass, in vectors that the node's next pass reuses.
 
 use afterimage_base::Shared;
 use afterimage_wgsl::UniformValue;
@@ -6,26 +6,25 @@ use afterimage_wgsl::UniformValue;
 use crate::node::drawing::Subresource;
 use crate::node::resource::{ImageId, Resource};
 
-/// What a node states of a pass around a function.
+/// Details of a pass around a function.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FunctionDetails {
     pub(super) reads: Vec<(Shared<str>, ImageId)>,
     pub(super) levels: Vec<(&'static str, Subresource)>,
-    /// What the node computes for the uniform, besides its parameters.
+    /// Computed members of the uniform, besides the parameters.
     pub(super) computed: Vec<(&'static str, UniformValue)>,
-    pub(super) promises: Vec<&'static str>,
+    pub(super) defines: Vec<&'static str>,
 }
 
-/// What the variables and constants of a module with entry points hold, where that is no input of the same name.
+/// Bindings and constants of a module with entry points that are no inputs of the same name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bindings {
     pub(super) bound: Vec<(&'static str, Bound)>,
-    /// What the node computes for the uniform, besides its parameters.
+    /// Computed members of the uniform, besides the parameters.
     pub(super) computed: Vec<(&'static str, UniformValue)>,
     pub(super) constants: Vec<(&'static str, f64)>,
 }
 
-/// What a variable holds.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Bound {
     /// A whole image or buffer.
@@ -34,24 +33,22 @@ pub(super) enum Bound {
     Level(Subresource),
 }
 
-/// What a pass does, for people.
 #[derive(Debug)]
 pub(super) enum Label {
     /// The name of its function or entry point.
     OfKernel,
-    /// A text.
     Own(String),
-    /// Whether it is that of the recording before.
+    /// True if it is that of the recording before.
     Compared(bool),
 }
 
 impl FunctionDetails {
     pub(super) fn clear(&mut self) {
-        let Self { reads, levels, computed, promises } = self;
+        let Self { reads, levels, computed, defines } = self;
         reads.clear();
         levels.clear();
         computed.clear();
-        promises.clear();
+        defines.clear();
     }
 }
 
@@ -65,7 +62,7 @@ impl Bindings {
 }
 
 impl Label {
-    /// Whether it is this text, for a kernel of that name.
+    /// Returns whether it is this text, for a kernel of that name.
     pub(super) fn is(&self, text: &str, kernel: &str) -> bool {
         match self {
             Self::OfKernel => text == kernel,

@@ -83,7 +83,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn record_drawing(&mut self, label: String, kernel: Option<KernelCall>, drawing: Drawing) {
-        let nodes = vec![self.node.to_owned()];
+        let nodes = vec![self.context.node.to_owned()];
         let kernels = kernel.into_iter().collect();
         let pass = Pass { nodes, label, kernels, results: Vec::new(), kind: PassKind::Drawing(Box::new(drawing)) };
         // What is recorded again equals a pass that was checked, or is dropped.
@@ -100,7 +100,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl DrawPass<'_, '_> {
-    /// What the pass draws, for people; the vertex entry point's name by default.
+    /// Label for people; the vertex entry point's name by default.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
@@ -119,7 +119,7 @@ impl DrawPass<'_, '_> {
         self
     }
 
-    /// How fragments are combined with what the attachment that was added last holds; [`Blend::REPLACE`] by default.
+    /// Blending into the attachment that was added last; [`Blend::REPLACE`] by default.
     ///
     /// # Panics
     /// Before the first attachment for color.
@@ -171,7 +171,7 @@ impl DrawPass<'_, '_> {
         self
     }
 
-    /// How geometry becomes fragments.
+    /// Rasterization state.
     pub fn raster(mut self, raster: Raster) -> Self {
         self.raster = raster;
         self

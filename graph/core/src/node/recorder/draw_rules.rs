@@ -1,4 +1,4 @@
-//! What a drawing pass must satisfy on every device.
+//! Rules for drawing passes that hold on every device.
 
 use super::{Recording, shape};
 use crate::node::drawing::{ColorAttachment, Drawing, Subresource};
@@ -128,7 +128,7 @@ impl Rules<'_> {
         }
     }
 
-    /// What an attachment keeps, a pass before has drawn.
+    /// A kept attachment was drawn by a pass before.
     fn contents_before(&mut self) {
         for kept in self.drawing.kept().collect::<Vec<_>>() {
             let draws = |pass: &Pass| match pass.drawing() {
@@ -213,7 +213,7 @@ impl Rules<'_> {
         most.unsigned_abs() + 1
     }
 
-    /// What the ranges are, only the device knows.
+    /// The ranges are known to the device alone.
     fn indirect(&mut self, geometry: &Geometry, indirect: &IndirectDraws) {
         let IndirectDraws { buffer, offset, ranges } = *indirect;
         let described = self.recording.buffer(buffer);

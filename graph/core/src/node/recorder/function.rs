@@ -54,7 +54,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl FunctionPass<'_, '_> {
-    /// What the pass does, for people; the function's name by default.
+    /// Label for people; the function's name by default.
     pub fn label(mut self, label: impl Display) -> Self {
         self.label = self.recorder.pass_label(label);
         self
@@ -124,11 +124,11 @@ impl FunctionPass<'_, '_> {
         self
     }
 
-    /// Promises a condition under which the function needs fewer operations, if it holds. `constant` is a line `const
-    /// NAME: bool = false;` of the module; it becomes true where every function of the module in a pass makes the
-    /// promise. The result must not depend on it.
-    pub fn promise(mut self, constant: &'static str, holds: bool) -> Self {
-        self.details.promises.extend(holds.then_some(constant));
+    /// Defines a shader constant, if a condition holds under which the function needs fewer operations. `constant` is a
+    /// line `const NAME: bool = false;` of the module; it becomes true where every function of the module in a pass
+    /// defines it. The result must not depend on it.
+    pub fn define(mut self, constant: &'static str, holds: bool) -> Self {
+        self.details.defines.extend(holds.then_some(constant));
         self
     }
 
@@ -155,7 +155,7 @@ impl FunctionPass<'_, '_> {
             return;
         }
         let kernel = self.call();
-        let nodes = vec![self.recorder.node.to_owned()];
+        let nodes = vec![self.recorder.context.node.to_owned()];
         let mut pass = Pass::of_functions(nodes, self.label.text(&self.function), vec![kernel], result);
         if let Some(invocations) = self.workgroup {
             pass.kind = PassKind::Workgroup(invocations);
@@ -163,7 +163,7 @@ impl FunctionPass<'_, '_> {
         self.recorder.add_pass(pass);
     }
 
-    /// Whether the pass is this one, but for its uniform.
+    /// Returns whether the pass is this one, but for its uniform.
     fn is_as(&self, expected: &Pass, result: ImageId) -> bool {
         let ([kernel], [PassResult { kernel: 0, image }]) = (expected.kernels.as_slice(), expected.results.as_slice())
         else {
@@ -173,7 +173,7 @@ impl FunctionPass<'_, '_> {
         let KernelCall {
             shader,
             function,
-            promises,
+            defines,
             by_rows,
             by_neighbors,
             by_square,
@@ -199,7 +199,7 @@ impl FunctionPass<'_, '_> {
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
             && (*by_neighbors, *by_square) == (self.by_neighbors, self.by_square)
-            && *promises == self.details.promises
+            && *defines == self.details.defines
             && self.has_args(args)
     }
 
@@ -234,11 +234,11 @@ impl FunctionPass<'_, '_> {
             value: self.arg(function, index),
         };
         let args = function.args.iter().enumerate().map(arg).collect();
-        let call = KernelCall::function(self.recorder.node, self.shader.clone(), self.function.clone(), &[]);
+        let call = KernelCall::function(self.recorder.context.node, self.shader.clone(), self.function.clone(), &[]);
         KernelCall {
             args,
             uniform: self.recorder.uniform(&self.shader, params(function), &self.details.computed),
-            promises: self.details.promises.clone(),
+            defines: self.details.defines.clone(),
             by_rows: self.by_rows,
             by_neighbors: self.by_neighbors,
             by_square: self.by_square,
@@ -254,7 +254,7 @@ impl FunctionPass<'_, '_> {
             _ => false,
         };
         if is_port && !self.has_source(name) {
-            self.recorder.add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.kind.name)));
+            self.recorder.add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.context.kind.name)));
             return Arg::Zero(1);
         }
         match ty {
@@ -279,9 +279,9 @@ impl FunctionPass<'_, '_> {
         }
     }
 
-    /// Whether the argument has an image of its own, or that of an input.
+    /// Returns whether the argument has an image of its own, or that of an input.
     fn has_source(&self, name: &str) -> bool {
-        let inputs = self.recorder.kind.inputs;
+        let inputs = self.recorder.context.kind.inputs;
         self.chosen(name).is_some()
             || self.details.levels.iter().any(|(arg, _)| *arg == name)
             || inputs.iter().any(|input| input.name == name)
@@ -294,7 +294,7 @@ impl FunctionPass<'_, '_> {
     fn image(&self, name: &str, has_samples: bool) -> ImageId {
         let image = self.chosen(name).unwrap_or_else(|| match self.recorder.input_value(name) {
             InputValue::Image(image) => *image,
-            other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.node),
+            other => panic!("input `{name}` of `{}` is {other:?}: `read` an image for it", self.recorder.context.node),
         });
         self.require_samples(name, image, has_samples);
         let layers = self.recorder.desc(image).layers;
@@ -316,7 +316,7 @@ impl FunctionPass<'_, '_> {
     fn block(&self, name: &str) -> BlockId {
         match self.recorder.input_value(name) {
             InputValue::Block(block) => *block,
-            other => panic!("input `{name}` of `{}` is {other:?}, not a host block", self.recorder.node),
+            other => panic!("input `{name}` of `{}` is {other:?}, not a host block", self.recorder.context.node),
         }
     }
 
@@ -333,7 +333,7 @@ impl FunctionPass<'_, '_> {
             InputValue::Buffer(buffer) => Arg::Value(*buffer, components),
             InputValue::Zero | InputValue::Absent => Arg::Zero(components),
             other @ (InputValue::Pyramid(_) | InputValue::Block(_)) => {
-                panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.node)
+                panic!("input `{name}` of `{}` is {other:?}, not a pixel", self.recorder.context.node)
             }
         }
     }
@@ -344,7 +344,7 @@ impl Recorder<'_> {
     /// A number for a uniform: what the node computes, or else its parameter of that name.
     fn number<'v>(&self, computed: &'v [(&str, UniformValue)], name: &str) -> Option<Cow<'v, UniformValue>> {
         let own = computed.iter().rev().find(|(known, _)| *known == name);
-        own.map(|(_, value)| Cow::Borrowed(value)).or_else(|| self.parameters.get(name).map(Cow::Owned))
+        own.map(|(_, value)| Cow::Borrowed(value)).or_else(|| self.context.parameters.get(name).map(Cow::Owned))
     }
 
     /// The bytes of a uniform struct of a module; none without a struct.
@@ -373,7 +373,7 @@ impl Recorder<'_> {
     }
 }
 
-/// What stands for a function that there is not.
+/// Placeholder for a function that does not exist.
 static NO_FUNCTION: Function = Function { name: String::new(), args: Vec::new() };
 
 /// The struct of a function's `params`, if it has some.

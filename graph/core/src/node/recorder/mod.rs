@@ -33,7 +33,7 @@ use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
 use afterimage_wgsl::{Reflection, Shader, ShaderError};
 use details::Label;
 
-/// What is wired to an input port of a node that runs.
+/// Value of an input port of a node that runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum InputValue {
     /// An image or a volume.
@@ -50,55 +50,45 @@ pub enum InputValue {
     Absent,
 }
 
-/// What a node gets: its parameters and inputs, and the recording to which it adds passes.
+/// Interface of a node's `record`: its parameters and inputs, and the recording to which it adds passes.
 pub struct Recorder<'a> {
-    node: &'a str,
-    kind: Signature<'a>,
-    parameters: UniformValues<'a>,
-    dynamic: &'a [usize],
-    inputs: &'a [InputValue],
-    format: Option<Format>,
-    frame_size: Size,
-    caps: &'a Caps,
-    exact: bool,
-    used_outputs: &'a [OutputUse],
-    colors: NodeColors<'a>,
+    context: RecorderContext<'a>,
     recording: &'a mut Recording,
-    /// What the node has recorded before, if it is recorded again for its uniforms.
+    /// The node's recording of before, if it is recorded again for its uniforms.
     replay: Option<&'a mut Replay>,
     /// None if it is recorded again: nobody reads them then.
     outputs: Vec<InputValue>,
-    /// What is wrong with the shaders of the node.
+    /// Errors in the shaders of the node.
     errors: RefCell<Vec<ShaderError>>,
 }
 
-/// What a [`Recorder`] knows of its node; the planner fills it in.
+/// Context of a [`Recorder`], from the planner.
 pub struct RecorderContext<'a> {
     /// The node's name.
     pub node: &'a str,
-    /// What its kind declares.
+    /// Declaration of its kind.
     pub kind: Signature<'a>,
     /// The values of its parameters, for uniforms.
     pub parameters: UniformValues<'a>,
     /// The parameters that the host changes while the plan runs, by their indices in the kind's table.
     pub dynamic: &'a [usize],
-    /// What arrives at its inputs, in the order of the kind's ports.
+    /// Values of its inputs, in the order of the kind's ports.
     pub inputs: &'a [InputValue],
     /// The format that the file asks for.
     pub format: Option<Format>,
     /// The size of the frame, for nodes without an image input.
     pub frame_size: Size,
-    /// What the device can do.
+    /// Capabilities of the device.
     pub caps: &'a Caps,
-    /// Whether every intermediate is stored in 32 bits.
+    /// True if every intermediate is stored in 32 bits.
     pub exact: bool,
-    /// How much of each output is read, in the order of the kind's ports.
+    /// Part of each output that is read, in the order of the kind's ports.
     pub used_outputs: &'a [OutputUse],
-    /// What the images at its ports mean.
+    /// Colors of the images at its ports.
     pub colors: NodeColors<'a>,
 }
 
-/// What the images at the ports of a node mean, in the order of the kind's ports. `None`, or a port without an entry,
+/// Colors of the images at the ports of a node, in the order of the kind's ports. `None`, or a port without an entry,
 /// is an image about which nothing is known.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeColors<'a> {
@@ -112,41 +102,14 @@ impl<'a> Recorder<'a> {
     /// A recorder that adds to `recording`.
     pub fn new(context: RecorderContext<'a>, recording: &'a mut Recording) -> Self {
         let outputs = vec![InputValue::Absent; context.kind.outputs.len()];
-        Self::with(context, recording, None, outputs)
+        Self { context, recording, replay: None, outputs, errors: RefCell::default() }
     }
 
     /// A recorder for a node that is recorded again at other values: passes are compared with those of before, and only
     /// their uniforms are made.
     pub fn again(context: RecorderContext<'a>, recording: &'a mut Recording, replay: &'a mut Replay) -> Self {
         replay.begin(recording);
-        Self::with(context, recording, Some(replay), Vec::new())
-    }
-
-    fn with(
-        context: RecorderContext<'a>,
-        recording: &'a mut Recording,
-        replay: Option<&'a mut Replay>,
-        outputs: Vec<InputValue>,
-    ) -> Self {
-        let RecorderContext { node, kind, parameters, dynamic, inputs, .. } = context;
-        let RecorderContext { format, frame_size, caps, exact, used_outputs, colors, .. } = context;
-        Self {
-            node,
-            kind,
-            parameters,
-            dynamic,
-            inputs,
-            format,
-            frame_size,
-            caps,
-            exact,
-            used_outputs,
-            colors,
-            recording,
-            replay,
-            outputs,
-            errors: RefCell::default(),
-        }
+        Self { context, recording, replay: Some(replay), outputs: Vec::new(), errors: RefCell::default() }
     }
 
     fn add_pass(&mut self, pass: Pass) {
@@ -156,53 +119,51 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// What each output port holds, in the order of the kind's ports; and the errors in the shaders of the node, with
+    /// Values of the output ports, in the order of the kind's ports; and the errors in the shaders of the node, with
     /// which its passes must not run.
     pub fn finish(self) -> (Vec<InputValue>, Vec<ShaderError>) {
         (self.outputs, self.errors.into_inner())
     }
 
     fn input_value(&self, port: &str) -> &'a InputValue {
-        let index = self.kind.inputs.iter().position(|input| input.name == port);
-        &self.inputs[index.unwrap_or_else(|| panic!("`{}` has no input `{port}`", self.kind.name))]
+        &self.context.inputs[self.context.kind.input_index(port)]
     }
 
-    /// Whether something arrives at an optional input.
+    /// Returns whether something arrives at an optional input.
     pub fn wired(&self, port: &str) -> bool {
         !matches!(self.input_value(port), InputValue::Absent)
     }
 
-    /// Whether the input is known to be zero everywhere.
+    /// Returns whether the input is known to be zero everywhere.
     pub fn is_zero(&self, port: &str) -> bool {
         matches!(self.input_value(port), InputValue::Zero)
     }
 
-    /// Whether the output is read.
+    /// Returns whether the output is read.
     pub fn is_output_used(&self, port: &str) -> bool {
         self.use_of(port) != OutputUse::Unused
     }
 
-    /// Whether more of a value than its x is read.
+    /// Returns whether more of a value than its x is read.
     pub fn is_whole_output_used(&self, port: &str) -> bool {
         self.use_of(port) == OutputUse::Whole
     }
 
     fn use_of(&self, port: &str) -> OutputUse {
-        let index = self.kind.outputs.iter().position(|output| output.name == port);
-        index.map_or(OutputUse::Unused, |index| self.used_outputs[index])
+        let index = self.context.kind.outputs.iter().position(|output| output.name == port);
+        index.map_or(OutputUse::Unused, |index| self.context.used_outputs[index])
     }
 
     /// Declares that the state of this node stays as the first frame of a sequence makes it: in other frames its
     /// passes, and those that nobody else needs, do not run.
-    pub fn settle_state(&mut self) {
-        self.recording.settled.insert(self.node.to_owned());
+    pub fn initialize_once(&mut self) {
+        self.recording.settled.insert(self.context.node.to_owned());
     }
 
-    /// Whether the host changes the parameter while the plan runs. Then the passes must be the same at all its values,
-    /// but for their uniforms.
+    /// Returns whether the host changes the parameter while the plan runs. Then the passes must be the same at all its
+    /// values, but for their uniforms.
     pub fn is_dynamic(&self, parameter: &str) -> bool {
-        let index = self.kind.params.iter().position(|param| param.name == parameter);
-        self.dynamic.contains(&index.unwrap_or_else(|| panic!("`{}` has no parameter `{parameter}`", self.kind.name)))
+        self.context.dynamic.contains(&self.context.kind.param_index(parameter))
     }
 
     /// The image or volume at an input; one black texel where the input is zero.
@@ -210,7 +171,7 @@ impl<'a> Recorder<'a> {
         match self.input_value(port).clone() {
             InputValue::Image(image) => image,
             InputValue::Zero => self.black(),
-            other => panic!("input `{port}` of `{}` is {other:?}, not an image", self.node),
+            other => panic!("input `{port}` of `{}` is {other:?}, not an image", self.context.node),
         }
     }
 
@@ -219,7 +180,7 @@ impl<'a> Recorder<'a> {
         match self.input_value(port) {
             InputValue::Pyramid(levels) => levels.as_slice().into(),
             InputValue::Zero => vec![self.black()].into(),
-            other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.node),
+            other => panic!("input `{port}` of `{}` is {other:?}, not a pyramid", self.context.node),
         }
     }
 
@@ -227,7 +188,7 @@ impl<'a> Recorder<'a> {
     pub fn buffer(&self, port: &str) -> BufferId {
         match self.input_value(port) {
             InputValue::Buffer(buffer) => *buffer,
-            other => panic!("input `{port}` of `{}` is {other:?}, not a buffer", self.node),
+            other => panic!("input `{port}` of `{}` is {other:?}, not a buffer", self.context.node),
         }
     }
 
@@ -243,57 +204,55 @@ impl<'a> Recorder<'a> {
 
     /// The size of the frame: for nodes without an image input.
     pub fn frame_size(&self) -> Size {
-        self.frame_size
+        self.context.frame_size
     }
 
-    /// What the device can do.
+    /// Capabilities of the device.
     pub fn caps(&self) -> &Caps {
-        self.caps
+        self.context.caps
     }
 
-    /// Whether the reference is recorded, with every intermediate in 32 bits. Quality switches are set by the caller.
+    /// Returns whether the reference is recorded, with every intermediate in 32 bits. Quality switches are set by the
+    /// caller.
     pub fn exact(&self) -> bool {
-        self.exact
+        self.context.exact
     }
 
     /// The format that the file asks for this node's results.
     pub fn format(&self) -> Option<Format> {
-        self.format
+        self.context.format
     }
 
-    /// What the image at an input means. Linear Rec.709, or sRGB for a port that accepts encoded images only, if
-    /// nothing is known about it.
+    /// Color of the image at an input. Linear Rec.709, or sRGB for a port that accepts encoded images only, if nothing
+    /// is known about it.
     pub fn color(&self, input: &str) -> ImageColor {
-        let index = self.kind.inputs.iter().position(|port| port.name == input);
-        let index = index.unwrap_or_else(|| panic!("`{}` has no input `{input}`", self.kind.name));
-        let state = self.kind.inputs[index].states.first().copied().unwrap_or(ColorState::Scene);
-        self.colors.inputs.get(index).copied().flatten().unwrap_or(ImageColor::of(state))
+        let index = self.context.kind.input_index(input);
+        let state = self.context.kind.inputs[index].states.first().copied().unwrap_or(ColorState::Scene);
+        self.context.colors.inputs.get(index).copied().flatten().unwrap_or(ImageColor::of(state))
     }
 
-    /// What the image at an output means: for a node that maps light to a display, with the primaries of that display.
+    /// Color of the image at an output: for a node that maps light to a display, with the primaries of that display.
     pub fn output_color(&self, output: &str) -> ImageColor {
-        let index = self.kind.outputs.iter().position(|port| port.name == output);
-        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{output}`", self.kind.name));
-        let otherwise = || match &self.kind.outputs[index].state {
+        let index = self.context.kind.output_index(output);
+        let otherwise = || match &self.context.kind.outputs[index].state {
             OutputState::Always(state) => ImageColor::of(*state),
             OutputState::Same(input) => self.color(input),
-            OutputState::Chosen(_) => self.color(&self.kind.inputs[0].name),
+            OutputState::Chosen(_) => self.color(&self.context.kind.inputs[0].name),
             OutputState::Nothing => ImageColor::of(ColorState::Data),
         };
-        self.colors.outputs.get(index).copied().flatten().unwrap_or_else(otherwise)
+        self.context.colors.outputs.get(index).copied().flatten().unwrap_or_else(otherwise)
     }
 
     /// Gives something to an output port.
-    pub fn give(&mut self, port: &str, what: InputValue) {
-        let index = self.kind.outputs.iter().position(|output| output.name == port);
-        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
+    pub fn set_output(&mut self, port: &str, what: InputValue) {
+        let index = self.context.kind.output_index(port);
         if let InputValue::Image(image) = what {
-            let (desc, ty) = (self.desc(image), self.kind.outputs[index].ty);
+            let (desc, ty) = (self.desc(image), self.context.kind.outputs[index].ty);
             let fits = match ty {
                 PortType::Multisampled => desc.samples > 1,
                 _ => desc.is_plain(),
             };
-            assert!(fits, "the output `{port}` of `{}` is a {}: {}", self.kind.name, ty.name(), shape(desc));
+            assert!(fits, "the output `{port}` of `{}` is a {}: {}", self.context.kind.name, ty.name(), shape(desc));
         }
         if let Some(output) = self.outputs.get_mut(index) {
             *output = what;
@@ -301,9 +260,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// Gives the next level of the pyramid of an output port, finest first.
-    pub fn give_level(&mut self, port: &str, level: ImageId) {
-        let index = self.kind.outputs.iter().position(|output| output.name == port);
-        let index = index.unwrap_or_else(|| panic!("`{}` has no output `{port}`", self.kind.name));
+    pub fn add_output_level(&mut self, port: &str, level: ImageId) {
+        let index = self.context.kind.output_index(port);
         match self.outputs.get_mut(index) {
             Some(InputValue::Pyramid(levels)) => levels.push(level),
             Some(output) => *output = InputValue::Pyramid(vec![level]),
@@ -325,7 +283,7 @@ impl<'a> Recorder<'a> {
         );
     }
 
-    /// What a module declares: nothing, if it is wrong.
+    /// Reflection of a module; empty if it is wrong.
     fn reflection<'s>(&self, shader: &'s Shader) -> &'s Reflection {
         shader.reflect().unwrap_or_else(|error| {
             self.add_error(error);
@@ -341,7 +299,6 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// What a pass does, for people.
     fn pass_label(&self, label: impl Display) -> Label {
         match &self.replay {
             Some(replay) => replay.compared(label),
@@ -350,7 +307,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// What a wrong module declares.
+/// Reflection of a wrong module.
 static NOTHING: Reflection = Reflection {
     functions: Vec::new(),
     entries: Vec::new(),

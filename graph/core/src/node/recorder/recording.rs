@@ -1,4 +1,4 @@
-//! What nodes have recorded.
+//! Recordings of nodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -20,7 +20,7 @@ pub struct Recording {
     pub computed: BTreeMap<String, Arc<[u8]>>,
     /// The bytes that computed images may have together, if that is limited. What exceeds them is not computed: it is
     /// all zeros, and whoever sets the limit does not run the recording.
-    pub most_computed: Option<u64>,
+    pub max_computed: Option<u64>,
     /// The nodes whose state stays as it is once it is made.
     pub settled: BTreeSet<String>,
 }
@@ -39,8 +39,7 @@ pub struct MisfitPixel<'r> {
 }
 
 impl Recording {
-    /// What the functions of a pass read outside of an image, or at other places of it: pixels of images of another
-    /// size.
+    /// Reads of a pass outside of an image, or at other places of it: pixels of images of another size.
     pub fn misfit_pixels<'r>(&'r self, pass: &'r Pass) -> impl Iterator<Item = MisfitPixel<'r>> {
         let result = pass.results.first().map(|result| result.image);
         let args = pass.kernels.iter().flat_map(|kernel| kernel.args.iter().map(move |argument| (kernel, argument)));
@@ -57,7 +56,7 @@ impl Recording {
         &self.images[id.0 as usize]
     }
 
-    /// Whether the image is the result of a node that runs in some frames only.
+    /// Returns whether the image is the result of a node that runs in some frames only.
     pub fn is_held(&self, id: ImageId) -> bool {
         self.image(id).origin == Origin::Held
     }

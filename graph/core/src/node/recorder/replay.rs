@@ -1,4 +1,4 @@
-//! What a node has recorded, to record it again at other values.
+//! Replays of a recording at other parameter values.
 
 use std::fmt::{self, Display, Write};
 use std::ops::Range;
@@ -8,7 +8,7 @@ use super::recording::Recording;
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
 
-/// What a node has recorded. At other values of dynamic parameters it records the same but for its uniforms, so that a
+/// Recording of a node. At other values of dynamic parameters it records the same but for its uniforms, so that a
 /// second recording compares what it would build: where nothing differs, passes of functions and of compute kernels
 /// allocate nothing.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ pub struct Replay {
     passes: Vec<Pass>,
     /// The uniforms of all kernels, in order: of the last recording.
     uniforms: Vec<Vec<u8>>,
-    /// How many images and buffers the recording has, with those of others.
+    /// Number of images and buffers in the recording, with those of others.
     recorded: [usize; 2],
     next: Next,
     is_equal: bool,
@@ -29,7 +29,7 @@ pub struct Replay {
     pub(super) bindings: Bindings,
 }
 
-/// What comes next, counted from the node's first.
+/// Index of the next one, counted from the node's first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Next {
     image: usize,
@@ -147,19 +147,19 @@ fn take_uniforms(passes: &mut [Pass]) -> impl Iterator<Item = Vec<u8>> {
     kernels.map(|kernel| std::mem::take(&mut kernel.uniform))
 }
 
-/// Whether something prints as this text, without a copy of it.
+/// Returns whether something prints as this text, without a copy of it.
 pub(super) fn is_text(text: &str, printed: impl Display) -> bool {
     let mut rest = Rest(text);
     write!(rest, "{printed}").is_ok() && rest.0.is_empty()
 }
 
-/// Whether something of a node has this label: `node.name`.
+/// Returns whether something of a node has this label: `node.name`.
 pub(super) fn is_label(label: &str, node: &str, name: impl Display) -> bool {
     let rest = label.strip_prefix(node).and_then(|rest| rest.strip_prefix('.'));
     rest.is_some_and(|rest| is_text(rest, name))
 }
 
-/// What is left of a text to be printed.
+/// Remainder of a text to be printed.
 struct Rest<'a>(&'a str);
 
 impl Write for Rest<'_> {

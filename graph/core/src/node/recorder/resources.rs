@@ -13,7 +13,8 @@ impl Recorder<'_> {
         self.add_constant("black", ImageDesc::new(Size::new(1, 1)), [0; 8])
     }
 
-    /// Whether the image stands for an input that is zero: it has one texel, whatever the size of the result is.
+    /// Returns whether the image stands for an input that is zero: it has one texel, whatever the size of the result
+    /// is.
     pub(super) fn is_black(&self, image: ImageId) -> bool {
         let image = self.recording.image(image);
         let Origin::Constant(bytes) = &image.origin else { return false };
@@ -21,18 +22,18 @@ impl Recorder<'_> {
     }
 
     fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
-        let asked = if is_output { self.format.unwrap_or(desc.format) } else { desc.format };
+        let asked = if is_output { self.context.format.unwrap_or(desc.format) } else { desc.format };
         // No device draws samples of four floats.
-        let is_exact = self.exact && (desc.samples == 1 || asked.exact() != Format::Rgba32Float);
+        let is_exact = self.context.exact && (desc.samples == 1 || asked.exact() != Format::Rgba32Float);
         desc.format(if is_exact { asked.exact() } else { asked })
     }
 
     fn label(&self, what: impl Display) -> String {
-        format!("{}.{what}", self.node)
+        format!("{}.{what}", self.context.node)
     }
 
     fn add_transient(&mut self, name: impl Display, desc: ImageDesc, signedness: Signedness) -> ImageId {
-        let node = self.node;
+        let node = self.context.node;
         let is_same = |known: &VirtualImage| {
             (known.desc, known.signedness) == (desc, signedness)
                 && known.origin == Origin::Transient
@@ -46,7 +47,7 @@ impl Recorder<'_> {
     }
 
     fn add_constant(&mut self, name: &str, desc: ImageDesc, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> ImageId {
-        let (node, given) = (self.node, bytes.as_ref());
+        let (node, given) = (self.context.node, bytes.as_ref());
         let is_same = |known: &VirtualImage| {
             known.desc == desc
                 && matches!(&known.origin, Origin::Constant(old) if is_equal(old, given))
@@ -80,7 +81,7 @@ impl Recorder<'_> {
     /// An image of an output port, to be written by a pass of this node.
     pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
         let image = self.level(port, desc);
-        self.give(port, InputValue::Image(image));
+        self.set_output(port, InputValue::Image(image));
         image
     }
 
@@ -90,7 +91,7 @@ impl Recorder<'_> {
             bytes.as_ref().len() as u64,
             desc.bytes(),
             "`{}.{name}` has the bytes of its description",
-            self.node
+            self.context.node
         );
         self.add_constant(name, desc, bytes)
     }
@@ -101,7 +102,7 @@ impl Recorder<'_> {
     pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
         let computed: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
-        let has_room = self.recording.most_computed.is_none_or(|most| computed.saturating_add(desc.bytes()) <= most);
+        let has_room = self.recording.max_computed.is_none_or(|max| computed.saturating_add(desc.bytes()) <= max);
         let make = || if has_room { compute() } else { vec![0; desc.bytes() as usize] };
         let bytes = self.recording.computed.entry(label.clone()).or_insert_with(|| make().into()).clone();
         assert_eq!(bytes.len() as u64, desc.bytes(), "`{label}` has the bytes of its description");
@@ -116,7 +117,7 @@ impl Recorder<'_> {
 
     /// The buffer that is the same in the recording before.
     fn known_buffer(&mut self, name: &str, bytes: u64, lives: impl Fn(&BufferLife) -> bool) -> Option<BufferId> {
-        let node = self.node;
+        let node = self.context.node;
         let is_same =
             |known: &VirtualBuffer| known.bytes == bytes && lives(&known.life) && is_label(&known.label, node, name);
         self.replay.as_mut().and_then(|replay| replay.buffer(self.recording, is_same))
@@ -138,7 +139,7 @@ impl Recorder<'_> {
     /// The table of an output port.
     pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
         let buffer = self.add_buffer(port, bytes, life);
-        self.give(port, InputValue::Buffer(buffer));
+        self.set_output(port, InputValue::Buffer(buffer));
         buffer
     }
 
@@ -148,7 +149,7 @@ impl Recorder<'_> {
     }
 }
 
-/// Whether both have the same bytes. Large tables are often the same memory.
+/// Returns whether both have the same bytes. Large tables are often the same memory.
 fn is_equal(old: &[u8], given: &[u8]) -> bool {
     std::ptr::eq(old, given) || old == given
 }

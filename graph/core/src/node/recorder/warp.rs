@@ -67,7 +67,7 @@ impl<'a> Recorder<'a> {
 }
 
 impl WarpPass<'_, '_> {
-    /// What the pass does, for people; the first function's name by default.
+    /// Label for people; the first function's name by default.
     pub fn label(mut self, label: &'static str) -> Self {
         self.label = label;
         self
@@ -83,7 +83,7 @@ impl WarpPass<'_, '_> {
     pub fn write(mut self, port: &str, desc: ImageDesc) -> ImageId {
         let places: Vec<KernelCall> = self.functions.clone().into_iter().map(|name| self.place(name)).collect();
         let image = self.recorder.output(port, desc);
-        let node = self.recorder.node;
+        let node = self.recorder.context.node;
         let part = |warp, function: &'static str, args: &[(&str, Arg)]| KernelCall {
             warp: Some(warp),
             ..KernelCall::function(node, &WARP, function, args)

@@ -1,17 +1,17 @@
-//! What a node promises of its results.
+//! Invariants of a node's results.
 
-/// What a node promises of its results beyond finite numbers. `afterimage stress` tests that it is kept.
+/// Invariants of a node's results beyond finite numbers. `afterimage stress` tests them.
 ///
 /// A node that does not keep the [default](Self::DEFAULT) declares what it does keep:
 ///
 /// ```
 /// use afterimage_graph::prelude::*;
 /// // A vignette: a constant image becomes darker toward its corners.
-/// const PROMISES: Promises = Promises { constant: false, ..Promises::DEFAULT };
-/// assert!(PROMISES.symmetric);
+/// const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
+/// assert!(INVARIANTS.symmetric);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Promises {
+pub struct Invariants {
     /// A constant image comes out constant.
     pub constant: bool,
     /// A constant image comes out as it is.
@@ -24,7 +24,7 @@ pub struct Promises {
     pub monotone: bool,
     /// Light without negative numbers gets none.
     pub non_negative: bool,
-    /// What earlier frames leave in a history fades away.
+    /// Traces of earlier frames in a history fade away.
     pub settles: bool,
     /// The result is an exposure in stops that falls as the frames get brighter.
     pub is_exposure: bool,
@@ -33,7 +33,7 @@ pub struct Promises {
     pub of_color: bool,
 }
 
-impl Promises {
+impl Invariants {
     /// Only what the color state of a result demands: what a node promises that declares nothing.
     pub const NONE: Self = Self {
         constant: false,
@@ -47,7 +47,8 @@ impl Promises {
         of_color: false,
     };
 
-    /// What most nodes keep: constant and symmetric images stay so, no light becomes negative, and histories settle.
+    /// Invariants of most nodes: constant and symmetric images stay so, no light becomes negative, and histories
+    /// settle.
     pub const DEFAULT: Self = Self { constant: true, symmetric: true, settles: true, ..Self::NONE };
 
     /// [`DEFAULT`](Self::DEFAULT), and the color of a pixel follows from its color.
