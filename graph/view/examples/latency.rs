@@ -24,7 +24,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::FileWatch;
 use afterimage_pipelines::BuiltIn;
 use afterimage_view::{
-    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
+    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Scene, Stage, Target, TextProject, saved,
 };
 
 const WINDOW: [u32; 2] = [1280, 720];
@@ -345,7 +345,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let names = ["AcesNarkowicz", "Uchimura", "Hable"];
     let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
     rows("a choice that needs a plan", (0..60).map(|i| bench.after(|model| model.set(&curve, choose(i)))));
-    savings(&mut opened("tsushima", size)?)?;
     files(&gpu, [size, small])?;
     row("a new pass of one line, by the driver alone", (0..30).map(|_| driver(&gpu)).collect());
     let mut bench = opened("lynx", Size::new(64, 36))?;
@@ -359,31 +358,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if index % (changes / 8).max(1) == 0 || index + 1 == changes {
             println!("  {:>6}  {:8.1} MiB  {:>4}", index, held(), open_files());
         }
-    }
-    Ok(())
-}
-
-/// Prints what each node would save.
-fn savings(bench: &mut Bench) -> Result<(), Box<dyn std::error::Error>> {
-    (0..100).for_each(|_| bench.frame());
-    bench.gpu.wait()?;
-    bench.frame();
-    bench.model().measure_savings().map_err(|problem| problem.to_string())?;
-    while bench.model().savings().is_some_and(|savings| savings.left() > 0) {
-        bench.frame();
-        bench.gpu.wait()?;
-    }
-    println!("what a frame without a node saves");
-    for saving in bench.model().savings().map_or(&[][..], Savings::found) {
-        match &saving.ms {
-            Ok(estimate) => {
-                println!("  {:<12} {:+.4} ms ±{:.4}", saving.node, estimate.median, estimate.half_width());
-            }
-            Err(why) => println!("  {:<12} {why}", saving.node),
-        }
-    }
-    if let Some(total) = bench.model().savings().and_then(Savings::total) {
-        println!("  {:<12} {:+.4} ms of a frame of {:.4} ms; {}", "all", total.sum, total.frame, total.why());
     }
     Ok(())
 }

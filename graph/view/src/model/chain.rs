@@ -70,13 +70,6 @@ impl Chain {
         Self { post, controls: Vec::new(), is_timed: false }
     }
 
-    /// A second pipeline with another graph. Both share compiled pipelines; histories are separate.
-    pub(super) fn clone_with(&self, graph: Graph) -> Self {
-        let mut post = self.post.clone_for_view();
-        post.change(graph);
-        Self { post, controls: self.controls.clone(), is_timed: false }
-    }
-
     pub fn post(&mut self) -> &mut Post {
         &mut self.post
     }

@@ -69,11 +69,6 @@ impl PlayClock {
         Some(self.last)
     }
 
-    /// The moment of another frame at the time of the last one, which runs whole.
-    pub fn still(&self) -> Moment {
-        Moment { time: self.time, ..Moment::default() }
-    }
-
     /// The moment of the last frame again.
     pub fn again(&self) -> Moment {
         Moment { kind: FrameKind::Again, ..self.last }

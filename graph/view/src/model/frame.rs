@@ -23,13 +23,11 @@ impl Model {
         self.faults.take(&self.gpu, &self.chains);
         let advanced = self.clock.advance(elapsed);
         let is_changing = self.chains.shown.iter().chain(&self.chains.inspected).any(Chain::is_changing);
-        let must_run = self.is_stale || is_changing || self.is_measuring() || self.faults.is_busy();
+        let must_run = self.is_stale || is_changing || self.faults.is_busy();
         if self.graph.is_none() || advanced.is_none() && !must_run {
             return Rendered::Same;
         }
-        // A frame that is timed runs whole.
-        let paused = if self.is_measuring() { self.clock.still() } else { self.clock.again() };
-        let moment = advanced.unwrap_or(paused);
+        let moment = advanced.unwrap_or_else(|| self.clock.again());
         match self.record(encoder, moment) {
             Ok(()) => {
                 self.is_stale = false;
@@ -60,7 +58,6 @@ impl Model {
             chain.frame(encoder, &images, moment)?;
         }
         self.faults.record(&self.gpu, encoder, &mut self.chains, &images)?;
-        self.record_savings(encoder, &images, moment);
         self.fed = images;
         Ok(())
     }

@@ -14,10 +14,8 @@ mod frame_images;
 mod images;
 mod inactive;
 mod inspect;
-mod measure;
 mod project;
 mod reading;
-mod savings;
 mod tap;
 
 use std::cell::{RefCell, RefMut};
@@ -39,7 +37,6 @@ pub use frame::Rendered;
 pub use frame_images::FrameImages;
 pub use images::{Images, Scene};
 pub use project::{Checked, NamedFile, Project, Store, TextProject, saved};
-pub use savings::{Saving, Savings, SavingsTotal};
 pub use tap::{Tap, TapImage};
 
 use crate::Problem;
@@ -73,7 +70,6 @@ pub struct Model {
     clock: PlayClock,
     chains: Chains,
     faults: FaultCount,
-    savings: Option<Savings>,
     inactive: RefCell<InactiveCache>,
     tap: Option<Tap>,
     /// The table or value that the tap reads.
@@ -106,7 +102,6 @@ impl Model {
             clock: PlayClock::default(),
             chains: Chains::default(),
             faults: FaultCount::default(),
-            savings: None,
             inactive: RefCell::default(),
             tap: None,
             watched: None,
@@ -200,7 +195,7 @@ impl Model {
             None => self.facts.unset(name),
         }
         self.chains.set_facts(&self.facts);
-        (self.is_stale, self.savings) = (true, None);
+        self.is_stale = true;
     }
 
     /// The text that is shown, without the changed values.
@@ -305,7 +300,6 @@ impl Model {
             Target::Node(_) => self.apply_graph(),
             Target::Parameter(name) => {
                 let Some(value) = self.value(name) else { return Ok(()) };
-                self.savings = None;
                 self.chains.set(name, &value)?;
             }
         }
@@ -328,7 +322,6 @@ impl Model {
     fn apply_graph(&mut self) {
         let Some(graph) = self.present_graph() else { return };
         self.chains.set_graph(&self.gpu, &graph, &self.facts);
-        self.savings = None;
         self.renew_compared();
         self.is_stale = true;
     }
@@ -349,7 +342,7 @@ impl Model {
         self.images = images;
         self.forget_problem();
         self.clock.seek(0.0);
-        (self.is_stale, self.savings) = (true, None);
+        self.is_stale = true;
     }
 
     /// A frame went well; what is wrong with the text is wrong still.
@@ -383,7 +376,7 @@ impl Model {
         self.gpu = gpu.clone();
         self.images.rebuild(gpu)?;
         self.chains.rebuild(gpu);
-        (self.problem, self.savings, self.fed) = (None, None, FrameImages::default());
+        (self.problem, self.fed) = (None, FrameImages::default());
         self.clock.cut();
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Model {
         match self.images.follow() {
             Ok(true) => {
                 self.forget_problem();
-                (self.is_stale, self.savings) = (true, None);
+                self.is_stale = true;
             }
             Ok(false) => {}
             Err(problem) => self.problem = Some(problem),

@@ -272,7 +272,7 @@ impl Viewer {
             Tab::Scopes => self.right_panel(ui),
             Tab::Graph => self.graph.show(ui, &mut self.model),
             Tab::Text => self.show_text(ui),
-            Tab::Cost => self.cost.show(ui, &mut self.model),
+            Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
                 if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
                     self.text.go_to(line);
