@@ -1,4 +1,4 @@
-//! What the viewer does beside showing: it lives through wrong texts and lost devices.
+//! Recovery from texts with errors and lost devices, and sequences of images.
 
 use crate::support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
 use afterimage_graph::value::Value;
@@ -63,17 +63,17 @@ fn the_whole_window_goes_on_after_its_device_is_lost() {
     (0..8).for_each(|_| window.frame(Vec::new()));
     let before = window.texels();
     own.device.destroy();
-    let is_lost = |window: &Window| matches!(window.stage.viewer.model.problem(), Some(Problem::DeviceLost));
+    let is_lost = |window: &Window| matches!(window.ui.viewer.model.problem(), Some(Problem::DeviceLost));
     for _ in 0..64 {
-        window.stage.viewer.model.clock().step();
+        window.ui.viewer.model.clock().step();
         window.frame(Vec::new());
         if is_lost(&window) {
             break;
         }
     }
-    assert!(is_lost(&window), "{:?} {:?}", window.stage.viewer.model.problem(), errors.take_first());
+    assert!(is_lost(&window), "{:?} {:?}", window.ui.viewer.model.problem(), errors.take_first());
     window.replace_device(&other);
-    window.stage.viewer.model.clock().seek(0.0);
+    window.ui.viewer.model.clock().seek(0.0);
     (0..16).for_each(|_| window.frame(Vec::new()));
     let after = window.texels();
     let equal = before.bytes.iter().zip(&after.bytes).filter(|(a, b)| a.abs_diff(**b) <= 2).count();

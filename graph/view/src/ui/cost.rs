@@ -1,4 +1,4 @@
-//! The panel of cost: GPU time of passes and frames, memory, batches.
+//! The cost panel: GPU time of passes and frames, memory, batches.
 
 use std::collections::VecDeque;
 
@@ -7,13 +7,13 @@ use afterimage_plan::Plan;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
 
 use super::theme::{ACCENT, DIM, FIELD};
-use crate::model::{Chain, Model};
+use crate::model::{Model, PipelineInstance};
 
 /// Frames that the plot shows.
 const FRAMES: usize = 240;
 /// The least width of the two columns; a narrower panel is scrolled.
 const MIN_WIDTH: f32 = 560.0;
-/// How much a new time counts in the times of the table.
+/// Weight of a new time in the running means of the table.
 const NEW: f64 = 0.1;
 
 #[derive(Default)]
@@ -29,10 +29,10 @@ pub(super) struct CostPanel {
 }
 
 impl CostPanel {
-    /// Takes the newest times.
     pub(super) fn take(&mut self, model: &Model, own_ms: f64) {
         self.own += NEW * (own_ms - self.own);
-        let Some(times) = model.shown().and_then(Chain::pass_times).filter(|times| times.frame != self.last) else {
+        let Some(times) = model.shown().and_then(PipelineInstance::pass_times).filter(|times| times.frame != self.last)
+        else {
             return;
         };
         self.last = times.frame;
@@ -59,7 +59,7 @@ impl CostPanel {
     }
 
     pub(super) fn show(&self, ui: &mut Ui, model: &Model) {
-        let Some(plan) = model.shown().and_then(Chain::plan).cloned() else {
+        let Some(plan) = model.shown().and_then(PipelineInstance::plan).cloned() else {
             ui.label(RichText::new("Nothing runs yet.").color(DIM));
             return;
         };
@@ -130,7 +130,7 @@ impl CostPanel {
     }
 }
 
-/// What plans on this device do without.
+/// Features that plans on this device lack.
 fn lacking(model: &Model) -> String {
     let is_vulkan = model.gpu().adapter.get_info().backend == wgpu::Backend::Vulkan;
     let memory = if is_vulkan { "" } else { "Plans here have no placed memory. " };
