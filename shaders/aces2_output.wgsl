@@ -123,7 +123,7 @@ fn compressed_chroma(from_j: f32, j: f32, m: f32, hue: vec2f, reach: f32, params
     return norm * toe(widened, limit, share * params.chroma.z, rest);
 }
 
-// How slowly lines through points of this J fan out.
+// The inverse slope of lines through points of this J.
 fn slope_gain(j: f32, hull: Hull, params: Aces2Output) -> f32 {
     let threshold = mix(hull.cusp.x, params.limit_j, 0.3);
     let gain = params.limit_j * params.focus_distance;

@@ -59,7 +59,7 @@ fn auto_exposure_bins() -> AutoExposureBins {
     return AutoExposureBins(count, lo, (bitcast<f32>(histogram[2]) - lo) / f32(max(count, 2u) - 1u));
 }
 
-// Whether this bin contains the pixel of rank `rank`. The last bin in use also contains all higher ranks.
+// True if this bin contains the pixel of rank `rank`. The last bin in use also contains all higher ranks.
 fn auto_exposure_holds(rank: f32, below: u32, through: u32, total: u32) -> bool {
     let in_use = through > below && f32(below) <= rank;
     return in_use && (rank < f32(through) || through == total);

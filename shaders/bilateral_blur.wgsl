@@ -18,7 +18,7 @@ fn bilateral_blur_weight(depth: texture_2d<f32>, p: vec2i, i: i32, slope: f32, p
     return like * exp(-params.sharpness * f32(i * i));
 }
 
-// Whether the image has a texel there: the texels at the border count once.
+// True if the image has a texel there: the texels at the border count once.
 fn bilateral_blur_inside(source: texture_2d<f32>, p: vec2i) -> bool {
     return all(p >= vec2i(0)) && all(p < vec2i(textureDimensions(source)));
 }

@@ -100,7 +100,7 @@ fn demo_scene_radiance(first: Ray, pixel: f32, sun: vec3f, lamps: LoftLamps, pos
     return vec4f(color, glow);
 }
 
-// Where sample `i` of `count` lies in a pixel: on a rotated grid for four of them, else in the R2 sequence (Roberts,
+// Position of sample `i` of `count` in a pixel: on a rotated grid for four of them, else in the R2 sequence (Roberts,
 // "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 fn demo_scene_offset(i: i32, count: i32) -> vec2f {
     var offset = vec2f(0.125, 0.375);
@@ -110,7 +110,7 @@ fn demo_scene_offset(i: i32, count: i32) -> vec2f {
     return select(spread, offset, count == 4);
 }
 
-// Where sample `i` lies on a disc of radius 1: in two parts of the R3 sequence (Roberts), apart from those in a pixel.
+// Position of sample `i` on a disc of radius 1: two parts of the R3 sequence (Roberts), apart from those in a pixel.
 fn demo_scene_lens(i: i32) -> vec2f {
     let share = fract(0.5 + f32(i) * vec2f(0.8191725, 0.6710436));
     return sqrt(share.x) * vec2f(cos(6.2831853 * share.y), sin(6.2831853 * share.y));
@@ -134,7 +134,7 @@ fn demo_scene(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     return vec4f(min(mean.rgb, vec3f(DEMO_SCENE_BRIGHTEST)), mean.a);
 }
 
-// What is seen at the middle of a pixel.
+// The surface at the middle of a pixel.
 struct DemoSceneSeen {
     camera: DemoSceneCamera,
     ray: Ray,
@@ -191,7 +191,7 @@ fn demo_scene_uv(camera: DemoSceneCamera, way: vec3f, at: Point) -> vec2f {
     return 0.5 + 0.5 * place * vec2f(at.size.y / at.size.x, 1.0);
 }
 
-// How far the surface that was hit has moved since the previous frame.
+// The motion of the surface that was hit since the previous frame.
 fn demo_scene_moved(what: u32, params: DemoScene) -> vec3f {
     let now = loft_pose(params.time, params.objects);
     let before = loft_pose(params.time - params.dt, params.objects);
@@ -199,7 +199,7 @@ fn demo_scene_moved(what: u32, params: DemoScene) -> vec3f {
     return select(ball, now.balloon - before.balloon, what == LOFT_BALLOON);
 }
 
-// Where the surface at a pixel's center is in the image, minus where it was in the previous frame, in uv. The sky is
+// The position of the surface at a pixel's center minus its position in the previous frame, in uv. The sky is
 // too far to move with the camera.
 fn demo_scene_motion(at: Point, frame: Frame, params: DemoScene) -> vec4f {
     let seen = demo_scene_seen(at, params);

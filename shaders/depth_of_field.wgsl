@@ -48,34 +48,6 @@ fn depth_of_field_circle(depth: texture_2d<f32>, at: Point, params: DepthOfField
     return vec4f(radius, z, 0.0, 1.0);
 }
 
-// The largest radius in a row of texels, and in a column of such rows.
-fn depth_of_field_rows(circle: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    var most = 0.0;
-    for (var i = 0; i < params.tile; i++) {
-        most = max(most, texel(circle, vec2i(at.pixel.x * params.tile + i, at.pixel.y)).x);
-    }
-    return vec4f(most, 0.0, 0.0, 1.0);
-}
-
-fn depth_of_field_tiles(rows: texture_2d<f32>, at: Point, params: DepthOfField) -> vec4f {
-    var most = 0.0;
-    for (var i = 0; i < params.tile; i++) {
-        most = max(most, texel(rows, vec2i(at.pixel.x, at.pixel.y * params.tile + i)).x);
-    }
-    return vec4f(most, 0.0, 0.0, 1.0);
-}
-
-// The largest radius of the nine tiles around: no circle reaches farther than a tile.
-fn depth_of_field_around(tiles: texture_2d<f32>, at: Point) -> vec4f {
-    var most = 0.0;
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            most = max(most, texel(tiles, at.pixel + vec2i(x, y)).x);
-        }
-    }
-    return vec4f(most, 0.0, 0.0, 1.0);
-}
-
 // Half of the angle between two samples of the rings 1 to 16: its cosine and sine. A direction is the one before it,
 // turned, which is cheaper than its own sine; these are numbers, because the error of a device's sine would add up.
 const DEPTH_OF_FIELD_TURNS = array<vec2f, 16>(

@@ -15,7 +15,7 @@ struct Encode {
     system_power: f32,     // HLG: (1 - gamma) / gamma of the display
 }
 
-// Whether the source has the primaries of the result. The rows are then the identity.
+// True if the source has the primaries of the result. The rows are then the identity.
 const ENCODE_SAME_PRIMARIES: bool = false;
 
 // Up to this share of the distance from gray to the border of the gamut, compressed colors stay the same.

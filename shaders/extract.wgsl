@@ -88,7 +88,7 @@ fn extract_texels(source: texture_2d<f32>, at: Point) -> array<vec4f, 4> {
     return texels_inside(source, at.pixel, min(beside, last), min(above, last), at.pixel);
 }
 
-// Whether a pixel beside or above shows that this one is no firefly, which decides nearly all pixels.
+// True if a pixel beside or above shows that this one is no firefly, which decides nearly all pixels.
 fn extract_is_plain(color: vec4f, beside: vec4f, above: vec4f, at: Point) -> bool {
     let across = select(0.0, brightest(beside.rgb), at.size.x > 1.0);
     let near = max(across, select(0.0, brightest(above.rgb), at.size.y > 1.0));
@@ -128,7 +128,7 @@ fn extract_limited_around_since(source: vec4f, around: Around, before: texture_2
     return extract_dimmed(source, EXTRACT_CONTRAST * near, at);
 }
 
-// Whether the pixel may be a firefly: few are.
+// True if the pixel may be a firefly: few are.
 fn extract_stands_out(source: vec4f, around: Around) -> bool {
     return brightest(source.rgb) > EXTRACT_CONTRAST * largest_around(around);
 }

@@ -70,7 +70,7 @@ fn fxaa_square(source: texture_2d<f32>, p: vec2i, center: f32, beside: vec4f, is
     ));
 }
 
-// How far a pixel that stands out from all around it moves to its neighbor: this dims dots and thin lines.
+// The offset toward the neighbor for a pixel that differs from all around it: this dims dots and thin lines.
 fn fxaa_subpixel(square: FxaaSquare, contrast: f32, params: Fxaa) -> f32 {
     let upper = square.rows[0];
     let middle = square.rows[1];
@@ -140,7 +140,7 @@ fn fxaa_end(
     return vec2f(distance, difference);
 }
 
-// How far a pixel beside an edge moves across it: half a pixel at the end of the edge, nothing from its middle on, and
+// The offset across an edge for a pixel beside it: half a pixel at the end of the edge, nothing from its middle on, and
 // nothing where the edge ends to the other side.
 fn fxaa_offset(
     source: texture_2d<f32>,

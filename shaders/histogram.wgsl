@@ -20,7 +20,7 @@ struct Histogram {
     full_weight: f32,
 }
 
-// How pixels are weighted by their distance from the center.
+// Weights of pixels by their distance from the center.
 override HISTOGRAM_WEIGHT: u32 = 0;
 override HISTOGRAM_MASK: bool = false;
 override HISTOGRAM_ALBEDO: bool = false;

@@ -13,7 +13,7 @@ struct MeanLuminance {
     tiles: u32,
 }
 
-// How pixels are weighted by their distance from the center, whether by a mask, and whether at all.
+// Weights of pixels: by their distance from the center, by a mask, or equal.
 override MEAN_LUMINANCE_WEIGHT: u32 = 0;
 override MEAN_LUMINANCE_MASK: bool = false;
 override MEAN_LUMINANCE_WEIGHTED: bool = false;

@@ -73,48 +73,13 @@ fn motion_blur_still(source: vec4f) -> vec4f {
     return source;
 }
 
-// The longer of two paths.
-fn motion_blur_longer(a: vec2f, b: vec2f) -> vec2f {
-    return select(a, b, dot(b, b) > dot(a, a));
-}
-
-// The longest path in a row of texels, and in a column of such rows.
-fn motion_blur_rows(path: texture_2d<f32>, at: Point, params: MotionBlur) -> vec4f {
-    var longest = vec2f();
-    for (var i = 0; i < params.tile; i++) {
-        let place = vec2i(at.pixel.x * params.tile + i, at.pixel.y);
-        longest = motion_blur_longer(longest, texel(path, place).xy);
-    }
-    return vec4f(longest, 0.0, 1.0);
-}
-
-fn motion_blur_tiles(rows: texture_2d<f32>, at: Point, params: MotionBlur) -> vec4f {
-    var longest = vec2f();
-    for (var i = 0; i < params.tile; i++) {
-        let place = vec2i(at.pixel.x, at.pixel.y * params.tile + i);
-        longest = motion_blur_longer(longest, texel(rows, place).xy);
-    }
-    return vec4f(longest, 0.0, 1.0);
-}
-
-// The longest path of the nine tiles around: no path leads farther than a tile.
-fn motion_blur_around(tiles: texture_2d<f32>, at: Point) -> vec4f {
-    var longest = vec2f();
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
-            longest = motion_blur_longer(longest, texel(tiles, at.pixel + vec2i(x, y)).xy);
-        }
-    }
-    return vec4f(longest, 0.0, 1.0);
-}
-
 // The share of the time in which what moves half a path of this length is seen at a pixel this far away.
 fn motion_blur_cover(path: f32, distance: f32) -> f32 {
     let half = max(path, 0.5);
     return clamp(half + 0.5 - distance, 0.0, 1.0) / (2.0 * half);
 }
 
-// Where a sample lies along a path, evenly over it and half a pixel beyond, and its distance.
+// The position of a sample along a path, evenly over it and half a pixel beyond, and its distance.
 fn motion_blur_sample(direction: vec2f, reach: f32, part: f32) -> vec3f {
     let offset = round(direction * (reach * (2.0 * part - 1.0)));
     return vec3f(offset, abs(dot(offset, direction)));

@@ -21,7 +21,7 @@ fn resolve_digit(digits: vec2u, index: i32) -> f32 {
     return f32((word >> (4u * u32(index & 7))) & 15u);
 }
 
-// Where a sample lies in its pixel: the standard places of Vulkan, Direct3D and Metal, in sixteenths.
+// The position of a sample in its pixel: the standard places of Vulkan, Direct3D and Metal, in sixteenths.
 fn resolve_place(count: i32, index: i32) -> vec2f {
     var x = vec2u(0x8u, 0u);
     var y = vec2u(0x8u, 0u);

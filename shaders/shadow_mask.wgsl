@@ -88,7 +88,7 @@ fn shadow_disc(map: texture_2d<f32>, light: Camera, place: ShadowPlace, disc: Sh
     return sum / f32(count);
 }
 
-// Whether the light has a size.
+// True if the light has a size.
 fn shadow_is_soft(light: Camera, params: ShadowMask) -> bool {
     return select(params.tangent, params.light_diameter, light.projection[2].w != 0.0) > 0.0;
 }
@@ -105,7 +105,7 @@ fn shadow_nearest(light: Camera) -> f32 {
     return min(camera_distance(light, vec2f(0.5), 0.0), camera_distance(light, vec2f(0.5), 1.0));
 }
 
-// How much nearer to the light than the place its blockers are, in the mean: 0 without one. Only what lies before part
+// The mean distance of blockers before the place, toward the light: 0 without one. Only what lies before part
 // of the light counts, so a plane never blocks itself, or what the least disc of the filter reaches. Taps are nearer to
 // each other in the middle, where all blockers are that are near to the place.
 fn shadow_gap(map: texture_2d<f32>, light: Camera, place: ShadowPlace, disc: ShadowDisc, params: ShadowMask) -> f32 {
@@ -176,14 +176,14 @@ fn shadow_share(
     let facing = dot(n, toward);
     if facing <= 0.0 { return 1.0; }
     let size = vec2f(textureDimensions(map));
-    // What a texel covers at this distance.
+    // The size of a texel at this distance.
     let width = 1.0 / max(length(camera_uv_apart(light, vec2f(1.0, 0.0), -place.z) * size), 1e-6);
     let aside = sqrt(max(1.0 - facing * facing, 0.0));
     let moved = place + n * (params.normal_bias * width * aside);
     if -moved.z <= 0.0 { return 0.0; }
     let uv = camera_uv(light, moved);
     if any(uv.xy < vec2f(0.0)) || any(uv.xy > vec2f(1.0)) { return 0.0; }
-    // How much nearer the plane of the surface is at the farthest texel that is compared.
+    // The depth of the plane of the surface at the farthest texel that is compared, toward the light.
     let is_soft = shadow_is_soft(light, params);
     let reach = (0.5 * f32(params.kernel) + select(0.5, 1.0, is_soft || params.is_disc > 0.5)) * width;
     let slope = (abs(n.x) + abs(n.y)) * max(toward.z, 0.0) / max(facing, SHADOW_GRAZING);

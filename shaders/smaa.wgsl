@@ -121,7 +121,7 @@ fn smaa_rounded(area: f32, length: f32) -> f32 {
     return mix(sqrt(0.5 * area), area, min(length / SMAA_ROUND, 1.0));
 }
 
-// How much less is mixed near an end because the crossing edge is longer than a step: a real corner stays sharp.
+// The factor of the blend near an end whose crossing edge is longer than a step: a real corner stays sharp.
 fn smaa_sharpness(edges: texture_2d<f32>, end: SmaaEnd, line: SmaaLine) -> vec2f {
     return vec2f(
         smaa_turned(edges, end.place + line.across, line).x,
@@ -165,7 +165,7 @@ fn smaa_share(start: vec2f, end: vec2f, corner: vec2f) -> f32 {
     return select(area, 1.0 - area, depth > 0.5);
 }
 
-// Where a diagonal begins, on the staircase's corners: `kind` is 1 for an edge that goes on to one side, 2 to the
+// The beginning of a diagonal, on the staircase's corners: `kind` is 1 for an edge that goes on to one side, 2 to the
 // other, 3 to both and 0 to none. The last two leave two possibilities, of which the mean is taken.
 fn smaa_corner(kind: i32, is_open: bool, is_second: bool) -> vec2f {
     let inner = vec2f(1.0, 0.0);
@@ -208,7 +208,7 @@ fn smaa_staircase(edges: texture_2d<f32>, p: vec2i, way: vec2i, reach: i32) -> S
     return found;
 }
 
-// What a diagonal of a row's pixel takes: up to the right, or down to the right.
+// The blend weights of a diagonal of a row's pixel: up to the right, or down to the right.
 fn smaa_diagonal(edges: texture_2d<f32>, p: vec2i, rises: bool, params: Smaa) -> vec2f {
     let slope = select(1, -1, rises);
     let right = vec2i(1, 0);

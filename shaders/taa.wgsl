@@ -20,7 +20,7 @@ struct Taa {
     texel: f32,            // and its inverse
 }
 
-// How fast a sample counts less that lies this far from the middle of the pixel: the square of the distance in pixels.
+// Falloff of the weight of a sample with the square of its distance from the middle of the pixel, in pixels.
 const TAA_SHARPNESS: f32 = 2.29;
 // The mean of all weights of samples that are two pixels apart: pi / (4 * TAA_SHARPNESS).
 const TAA_SPARSE: f32 = 0.343;
@@ -46,7 +46,7 @@ fn taa_unpacked(packed: vec4f) -> vec3f {
     return vec3f(color.x + color.y - color.z, color.x + color.z, color.x - color.y - color.z);
 }
 
-// What is seen around a pixel: the new color, and the limits of the old one.
+// The neighborhood of a pixel: the new color, and the limits of the old one.
 struct TaaAround {
     color: vec4f,
     mean: vec4f,
@@ -92,7 +92,7 @@ fn taa_around(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> 
     return TaaAround(sum / max(total, 1e-7), mean, below, above, brightest, params.keep_above, nearness);
 }
 
-// Whether a bright light is wide, as a sky is: whether three of the eight pixels at this distance show it, too.
+// True if a bright light is wide, as a sky is: three of the eight pixels at this distance show it, too.
 const TAA_WIDE: i32 = 8;
 
 fn taa_is_wide(source: texture_2d<f32>, p: vec2i, params: Taa) -> bool {
@@ -105,7 +105,7 @@ fn taa_is_wide(source: texture_2d<f32>, p: vec2i, params: Taa) -> bool {
     return count > 2;
 }
 
-// What is seen around a pixel. Wide lights are no lamps: edges before them would have steps, and of a wide light that a
+// The neighborhood of a pixel. Wide lights are no lamps: edges before them would have steps, and of a wide light that a
 // mean dims at its edge little is lost.
 fn taa_seen(source: texture_2d<f32>, p: vec2i, jitter: vec2f, params: Taa) -> TaaAround {
     let around = taa_around(source, p, jitter, params);
@@ -135,7 +135,7 @@ fn taa_world(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
     return camera_world(camera, camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX)));
 }
 
-// How far a texel has moved since the frame before, in uv: by the motion image, or of what stands still.
+// The motion of a texel since the previous frame, in uv: by the motion image, or of static surfaces.
 fn taa_motion(depth: texture_2d<f32>, motion: texture_2d<f32>, camera: Camera, p: vec2i, params: Taa) -> vec2f {
     let uv = (vec2f(p) + 0.5 + camera.jitter) / vec2f(textureDimensions(depth));
     let still = uv - camera_previous_uv(camera, taa_world(depth, camera, p)).xy;
@@ -143,7 +143,7 @@ fn taa_motion(depth: texture_2d<f32>, motion: texture_2d<f32>, camera: Camera, p
     return clamp(select(still, moved, params.has_motion > 0.5), vec2f(-4.0), vec2f(4.0));
 }
 
-// Whether the surface of a texel was seen in the frame before: whether its distance then is that of a texel there.
+// True if the surface of a texel was visible in the previous frame: its distance then is that of a texel there.
 fn taa_was_seen(
     depth: texture_2d<f32>,
     previous_depth: texture_2d<f32>,
@@ -266,7 +266,7 @@ fn taa_place(at: Point, jitter: vec2f, params: Taa) -> TaaPlace {
     return TaaPlace(vec2i(pixel), jitter + (pixel + 0.5 - middle));
 }
 
-// What a pixel gets: the new frame, and the old light if the history has a meaning there.
+// The result of a pixel: the new frame, blended with the history if that is valid there.
 fn taa_mixed(
     source: texture_2d<f32>,
     history: texture_2d<f32>,
@@ -292,12 +292,12 @@ fn taa_mixed(
     return vec4f(bounded_scene(mixed + lamps), texel(source, place.pixel).a);
 }
 
-// Whether the frame before has a meaning at a place.
+// True if the history is valid at a place.
 fn taa_inside(there: vec2f, frame: Frame) -> bool {
     return frame.reset == 0u && all(there >= vec2f(0.0)) && all(there <= vec2f(1.0));
 }
 
-// How many times as bright exposed light is as in the frame before.
+// The exposure relative to that of the previous frame.
 fn taa_ratio(meter: f32, previous_exposure: texture_2d<f32>, params: Taa) -> f32 {
     let stops = meter - texel(previous_exposure, vec2i(0)).x;
     return exp2(params.has_exposure * clamp(stops, -16.0, 16.0));

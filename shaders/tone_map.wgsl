@@ -44,9 +44,9 @@ struct ToneMap {
 
 // --- Conversion to the working space ---
 
-// Whether the working space is that of the image. The rows are then the identity.
+// True if the working space is that of the image. The rows are then the identity.
 const TONE_MAP_SAME_SPACE: bool = false;
-// Whether colors outside of the gamut are clipped. The search for its border is much for a driver to compile.
+// True if colors outside of the gamut are clipped. The search for its border is much for a driver to compile.
 const TONE_MAP_CLIPS: bool = false;
 
 fn tone_map_rows(row0: vec4f, row1: vec4f, row2: vec4f, v: vec3f) -> vec3f {

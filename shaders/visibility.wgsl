@@ -1,4 +1,4 @@
-// What is made of the visibility of each pixel, which is in x, with the inverse of the distance in y: means on a
+// Shading by the visibility of each pixel, which is in x, with the inverse of the distance in y: means on a
 // surface, a larger image, and the light that is left.
 #import depth
 #import grade

@@ -10,7 +10,7 @@ struct VolumetricComposite {
     bend: f32,
     inverse_curve: f32,
     slices: f32,
-    // Where the first texel lies, in slices.
+    // The position of the first texel, in slices.
     first: f32,
     light: f32,
     amount: f32,
@@ -22,7 +22,7 @@ fn volumetric_log(x: f32) -> f32 {
     return select(log(1.0 + x), near, x < 0.03);
 }
 
-// How many slices lie between the camera and a distance: 0 at the near end and before it.
+// The number of slices between the camera and a distance: 0 at the near end and before it.
 fn volumetric_slice(distance: f32, params: VolumetricComposite) -> f32 {
     let linear = clamp((distance - params.near) * params.scale, 0.0, 1.0);
     let curved = volumetric_log(linear * params.bend) * params.inverse_curve;

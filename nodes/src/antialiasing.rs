@@ -1,4 +1,4 @@
-//! What the kinds share that smooth the edges of a finished image.
+//! Ports of the kinds that smooth the edges of a finished image.
 
 use afterimage_graph::prelude::*;
 
@@ -8,7 +8,7 @@ pub(crate) const INPUTS: &[Input] = &[Input::image("source", "The image, after t
 pub(crate) const OUTPUTS: &[Output] =
     &[Output::image("result", OutputState::same("source"), "The image with smooth edges.").or_input("source")];
 
-/// Whether the image is linear light and not encoded.
-pub(crate) fn is_light(pass: &Recorder<'_>) -> bool {
+/// True for linear color, false for encoded.
+pub(crate) fn is_linear(pass: &Recorder<'_>) -> bool {
     pass.color("source").state == ColorState::DisplayLinear
 }

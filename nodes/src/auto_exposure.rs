@@ -7,7 +7,7 @@ use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, giv
 static SHADER: Shader = shader!("auto_exposure");
 
 choices! {
-    /// How bright lights affect the exposure.
+    /// Effect of bright lights on the exposure.
     pub enum AutoExposureHighlights {
         /// They do not: only the mean counts.
         Ignore,

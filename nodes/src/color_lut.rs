@@ -128,7 +128,7 @@ struct ProcessPass {
     images: Vec<TableImage>,
 }
 
-/// What the pass of a process depends on, besides the file.
+/// The inputs of the pass of a process, besides the file.
 #[derive(Clone, Copy, PartialEq)]
 struct ProcessKey {
     conversion: Conversion,
@@ -140,7 +140,7 @@ struct ProcessKey {
 }
 
 impl ColorLut {
-    /// Whether the table works on the numbers of the image.
+    /// True if the table works on the numbers of the image.
     fn is_plain(&self) -> bool {
         self.from == LutSpace::Same && self.to == LutSpace::Same
     }

@@ -7,7 +7,7 @@ use crate::upsample::{MAX_RADIUS, UpsampleFilter};
 static SHADER: Shader = shader!("composite");
 
 choices! {
-    /// How light is combined with the image.
+    /// Blend mode.
     pub enum CompositeBlend {
         /// Adds it: for light that a threshold has selected.
         Add,

@@ -29,7 +29,7 @@ impl ToneMap {
         }
     }
 
-    /// What middle gray becomes if the light is scaled.
+    /// The output of a curve for middle gray, if its input is scaled.
     fn gray(&self, scale: f64) -> f64 {
         self.bend(DVec3::splat(scale * MIDDLE_GRAY), scale).y
     }

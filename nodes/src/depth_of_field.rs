@@ -4,6 +4,7 @@ use afterimage_graph::node::FunctionPass;
 use afterimage_graph::prelude::*;
 
 use crate::surface;
+use crate::tiles::{self, Vectors};
 
 static SHADER: Shader = shader!("depth_of_field");
 
@@ -51,7 +52,7 @@ impl DepthOfField {
     }
 }
 
-/// What the shader gets besides the parameters.
+/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     strength: f64,
@@ -64,21 +65,6 @@ impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
         let pass = pass.set("strength", self.strength).set("most", self.most).set("tile", self.tile);
         pass.set("rotation", self.rotation)
-    }
-
-    /// Adds a pass that reads `image` as `argument` and makes the image `result`.
-    fn step(
-        self,
-        pass: &mut Recorder<'_>,
-        function: &'static str,
-        argument: &'static str,
-        image: ImageId,
-        result: &'static str,
-        desc: ImageDesc,
-    ) -> ImageId {
-        let made = pass.transient(result, desc);
-        self.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
-        made
     }
 }
 
@@ -99,16 +85,13 @@ impl Node for DepthOfField {
         let desc = ImageDesc::new(pass.desc(source).size);
         let height = f64::from(desc.size.height);
         let most = f64::from(self.largest) * height;
-        let tile = (most.ceil() as u32 + 1).max(8);
+        let tile = tiles::side(most);
         let rotation = f64::from(self.rotation).to_radians();
         let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
-        let circle = numbers.step(pass, "depth_of_field_circle", "depth", depth, "circle", desc);
-        let tiles = surface::tiles(desc.size, tile);
-        let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = numbers.step(pass, "depth_of_field_rows", "circle", circle, "rows", rows);
-        let each = numbers.step(pass, "depth_of_field_tiles", "rows", rows, "tiles", ImageDesc::new(tiles));
-        let around = numbers.step(pass, "depth_of_field_around", "tiles", each, "around", ImageDesc::new(tiles));
+        let circle = pass.transient("circle", desc);
+        numbers.set(pass.function(&SHADER, "depth_of_field_circle").read("depth", depth)).write_to(circle);
+        let around = tiles::longest_around(pass, circle, Vectors::Radii, tile);
         let function = if self.blades >= 3 { "depth_of_field_polygon" } else { "depth_of_field" };
         let last = pass.function(&SHADER, function).read("source", source);
         numbers.set(last.read("circle", circle).read("around", around)).write("result", desc);

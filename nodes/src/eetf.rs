@@ -11,7 +11,7 @@ use afterimage_color::oklab;
 static SHADER: Shader = shader!("eetf");
 
 choices! {
-    /// What the curve is applied to.
+    /// Signals that the curve is applied to.
     pub enum EetfOn {
         /// The largest channel, and all channels are scaled alike: chromaticities stay the same, and no channel exceeds
         /// the peak.

@@ -134,7 +134,7 @@ impl Encode {
     }
 }
 
-/// Whether no color of the first primaries is outside of the others, up to the rounding of published coordinates.
+/// True if no color of the first primaries is outside of the others, up to the rounding of published coordinates.
 fn is_within(from: &Chromaticities, to: &Chromaticities) -> bool {
     from.conversion(to).to_cols_array().into_iter().all(|share| share >= -0.005)
 }

@@ -8,7 +8,7 @@ static SHADER: Shader = shader!("extract");
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 choices! {
-    /// How light is selected.
+    /// Selection method.
     pub enum ExtractMethod {
         /// The part above the threshold, with a quadratic knee: the subtractive threshold of Jimenez, Unity and
         /// Tsushima.
@@ -37,7 +37,7 @@ choices! {
 }
 
 choices! {
-    /// How single bright pixels, which would flicker in the bloom, are limited before the selection.
+    /// Limit of single bright pixels, which would flicker in the bloom, before the selection.
     pub enum Fireflies {
         /// They are not.
         Keep,

@@ -17,7 +17,7 @@ macro_rules! folder {
     };
 }
 
-/// What they share.
+/// Shader files for the imports of several kinds.
 const LIBRARY: &[(&str, &str)] = &[
     ("lib/bayer.wgsl", include_str!("../folders/lib/bayer.wgsl")),
     ("lib/monotone.wgsl", include_str!("../folders/lib/monotone.wgsl")),

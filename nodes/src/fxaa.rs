@@ -7,7 +7,7 @@ use crate::antialiasing;
 static SHADER: Shader = shader!("fxaa");
 
 choices! {
-    /// How far an edge is followed to each side, in at most this many reads: presets 39, 25 and 12 of FXAA 3.11.
+    /// Search distance along an edge to each side, and the number of reads: presets 39, 25 and 12 of FXAA 3.11.
     pub enum FxaaSearch {
         /// 26.5 pixels in 11 reads.
         Long,
@@ -40,8 +40,8 @@ params! {
 }
 
 impl Fxaa {
-    fn function(&self, is_light: bool) -> &'static str {
-        match (self.search, is_light) {
+    fn function(&self, is_linear: bool) -> &'static str {
+        match (self.search, is_linear) {
             (FxaaSearch::Long, false) => "fxaa_long",
             (FxaaSearch::Medium, false) => "fxaa_medium",
             (FxaaSearch::Short, false) => "fxaa_short",
@@ -64,7 +64,7 @@ impl Node for Fxaa {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let is_light = antialiasing::is_light(pass);
-        pass.function(&SHADER, self.function(is_light)).read("source", source).write("result", desc);
+        let is_linear = antialiasing::is_linear(pass);
+        pass.function(&SHADER, self.function(is_linear)).read("source", source).write("result", desc);
     }
 }

@@ -19,7 +19,7 @@ choices! {
 }
 
 choices! {
-    /// How the weights are applied.
+    /// Texture reads of a kernel.
     pub enum GaussianTaps {
         /// One read per texel.
         Exact,

@@ -9,7 +9,7 @@ static SHADER: Shader = shader!("grid_build");
 static PARTS: Shader = shader!("grid_build_parts");
 
 choices! {
-    /// How a pixel is added to the grid.
+    /// Filter from pixels to the grid.
     pub enum GridBuildMethod {
         /// To the cell that contains it: each pixel is read once. After local tone mapping with contrast 0.5 the
         /// error against `Trilinear` is at most 0.08 stops, at edges, and 0.0015 on average.

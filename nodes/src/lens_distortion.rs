@@ -15,7 +15,7 @@ choices! {
 }
 
 choices! {
-    /// What is done to the image.
+    /// Direction of the mapping.
     pub enum LensDirection {
         /// An image without distortion, such as a rendered one, becomes as the lens would have it.
         Distort,

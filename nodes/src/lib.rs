@@ -86,6 +86,7 @@ mod ssao;
 mod streaks;
 mod surface;
 mod taa;
+mod tiles;
 mod tone_map;
 mod upsample;
 mod vignette;

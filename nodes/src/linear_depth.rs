@@ -6,7 +6,7 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("linear_depth");
 
 choices! {
-    /// What the numbers of a depth image are.
+    /// The encoding of a depth image.
     pub enum DepthEncoding {
         /// What the camera's projection writes to a depth buffer: from 0 to 1, with the near plane at either end.
         Projected,

@@ -48,7 +48,7 @@ pub(crate) fn give_fixed(pass: &mut Recorder<'_>, limits: [f32; 2], key: f32, pa
     true
 }
 
-/// Whether the exposure stays as the first frame sets it, and nobody reads what is metered beside it. With these rates.
+/// True if the exposure stays as the first frame sets it, and nobody reads what is metered beside it, with these rates.
 pub(crate) fn is_settled(pass: &Recorder<'_>, hold: bool, rates: [f32; 2]) -> bool {
     let stands = rates == [0.0; 2] && !pass.is_dynamic("rate_dark") && !pass.is_dynamic("rate_bright");
     (hold || stands) && !pass.is_whole_output_used("result")

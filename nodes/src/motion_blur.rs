@@ -4,6 +4,7 @@ use afterimage_graph::node::{CAMERA, FunctionPass};
 use afterimage_graph::prelude::*;
 
 use crate::surface;
+use crate::tiles::{self, Vectors};
 
 static SHADER: Shader = shader!("motion_blur");
 
@@ -42,7 +43,7 @@ params! {
     }
 }
 
-/// What the shader gets besides the parameters.
+/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     scale: [f64; 2],
@@ -53,21 +54,6 @@ struct Numbers {
 impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
         pass.set("scale", self.scale).set("most", self.most).set("tile", self.tile)
-    }
-
-    /// Adds a pass that reads `image` as `argument` and makes the image `result`.
-    fn step(
-        self,
-        pass: &mut Recorder<'_>,
-        function: &'static str,
-        argument: &'static str,
-        image: ImageId,
-        result: &'static str,
-        desc: ImageDesc,
-    ) -> ImageId {
-        let made = pass.transient_signed(result, desc);
-        self.set(pass.function(&SHADER, function).read(argument, image)).write_to(made);
-        made
     }
 }
 
@@ -126,7 +112,7 @@ impl Node for MotionBlur {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let most = f64::from(self.largest) * f64::from(desc.size.height);
-        let tile = (most.ceil() as u32 + 1).max(8);
+        let tile = tiles::side(most);
         let is_known = pass.wired("motion") || pass.wired("depth") && pass.wired("camera");
         if !is_known {
             pass.function(&SHADER, "motion_blur_still").read("source", source).write("result", desc);
@@ -134,11 +120,7 @@ impl Node for MotionBlur {
         }
         let numbers = Numbers { scale: self.scale(pass, desc.size), most, tile };
         let path = Self::path(pass, desc, numbers);
-        let tiles = surface::tiles(desc.size, tile);
-        let rows = ImageDesc::new(Size::new(tiles.width, desc.size.height));
-        let rows = numbers.step(pass, "motion_blur_rows", "path", path, "rows", rows);
-        let each = numbers.step(pass, "motion_blur_tiles", "rows", rows, "tiles", ImageDesc::new(tiles));
-        let around = numbers.step(pass, "motion_blur_around", "tiles", each, "around", ImageDesc::new(tiles));
+        let around = tiles::longest_around(pass, path, Vectors::Paths, tile);
         let last = pass.function(&SHADER, "motion_blur").read("source", source);
         numbers.set(last.read("path", path).read("around", around)).write("result", desc);
     }

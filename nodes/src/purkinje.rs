@@ -41,7 +41,7 @@ const SENSITIVITY: DVec3 = DVec3::new(0.63721, 0.39242, 1.6064);
 const ROD_STRENGTH: DVec3 = DVec3::new(0.2, 0.2, 0.3);
 /// The opponent channels M - L, S - (L + M) and L + M, row by row.
 const OPPONENT: [[f64; 3]; 3] = [[-1.0, 1.0, 0.0], [-1.0, -1.0, 1.0], [1.0, 1.0, 0.0]];
-/// What rods add to the opponent channels (Cao et al.): overall gain K over S, then k3, rw and p.
+/// Contribution of rods to the opponent channels (Cao et al.): overall gain K over S, then k3, rw and p.
 const GAIN: f64 = 45.0;
 const SURROUND: f64 = 10.0;
 const K3: f64 = 0.6;
@@ -87,7 +87,7 @@ fn darkness(lux: f32) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Whether a kind that acts only in dim light is the identity.
+/// True if a kind that acts only in dim light is the identity.
 pub(crate) fn has_no_effect(strength: f32, illuminance: f32, inputs: &InputValues) -> bool {
     let bright = illuminance >= PHOTOPIC_LUX && inputs.is_absent("meter");
     strength == 0.0 || bright || inputs.is_zero("source")

@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 static SHADER: Shader = shader!("resolve");
 
 choices! {
-    /// How the samples become one pixel.
+    /// Resolve filter.
     pub enum ResolveFilter {
         /// The mean of the samples of the pixel.
         Box,

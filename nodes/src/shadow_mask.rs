@@ -8,7 +8,7 @@ use crate::surface::{self, NormalSpace};
 static SHADER: Shader = shader!("shadow_mask");
 
 choices! {
-    /// Where the depth map is read around a place.
+    /// Sampling pattern of the depth map around a place.
     pub enum ShadowTaps {
         /// A square, which gives the same shadow in each pixel of a surface.
         Square,

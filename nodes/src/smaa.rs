@@ -7,7 +7,7 @@ use crate::antialiasing;
 static SHADER: Shader = shader!("smaa");
 
 choices! {
-    /// How far edges are followed to each side.
+    /// Search distance along edges to each side.
     pub enum SmaaSearch {
         /// 64 pixels along rows and columns, 16 along diagonals.
         Far,
@@ -64,10 +64,10 @@ impl Node for Smaa {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let is_light = antialiasing::is_light(pass);
+        let is_linear = antialiasing::is_linear(pass);
         // Flags and shares between 0 and 1.
         let [edges, weights] = ["edges", "weights"].map(|name| pass.transient(name, desc.format(Format::Rgba8Unorm)));
-        let find = if is_light { "smaa_edges_light" } else { "smaa_edges" };
+        let find = if is_linear { "smaa_edges_light" } else { "smaa_edges" };
         let (reach, diagonal_reach) = self.search.reach();
         for (function, argument, image, result) in
             [(find, "source", source, edges), ("smaa_weights", "edges", edges, weights)]

@@ -42,8 +42,3 @@ pub(crate) fn size_of(pass: &mut Recorder<'_>, port: &str) -> Size {
     let image = pass.image(port);
     pass.desc(image).size
 }
-
-/// The number of tiles of this side that cover an image, across and down.
-pub(crate) fn tiles(size: Size, side: u32) -> Size {
-    Size::new(size.width.div_ceil(side), size.height.div_ceil(side))
-}

@@ -53,7 +53,7 @@ const FIXED_PEAK: [Curve; 6] =
     [Curve::Reinhard, Curve::Exponential, Curve::AcesNarkowicz, Curve::AcesHill, Curve::Hable, Curve::KhronosNeutral];
 
 impl Curve {
-    /// Whether the curve defines its own working space.
+    /// True if the curve defines its own working space.
     pub(crate) fn has_own_space(self) -> bool {
         matches!(self, Self::ReinhardLuminance | Self::AcesHill | Self::KhronosNeutral | Self::AgX | Self::Gt7)
     }
@@ -79,7 +79,7 @@ choices! {
 }
 
 choices! {
-    /// What happens to colors outside of the display's gamut.
+    /// Gamut mapping of colors outside of the display's gamut.
     pub enum Gamut {
         /// Colors move toward gray at one hue of Oklab, smoothly from `gamut_knee` on, and what they lose in chroma
         /// makes them brighter. Bright light of every color becomes white.
@@ -91,7 +91,7 @@ choices! {
 }
 
 choices! {
-    /// Which light a curve shows as middle gray.
+    /// The scene value that a curve shows as middle gray.
     pub enum MiddleGray {
         /// Exposed 0.18 becomes display-linear 0.18: the light is scaled before the curve, within 1/16 to 16.
         Matched,
@@ -113,7 +113,7 @@ choices! {
 }
 
 choices! {
-    /// How AgX's sigmoid is computed.
+    /// Precision of AgX's sigmoid.
     pub enum Sigmoid {
         /// By its definition.
         Exact,
@@ -313,7 +313,7 @@ impl ToneMap {
         }
     }
 
-    /// Whether AgX has its curve for HDR displays.
+    /// True if AgX has its curve for HDR displays.
     pub(crate) fn is_agx_hdr(&self) -> bool {
         self.curve == Curve::AgX && self.peak > 1.0
     }

@@ -17,7 +17,7 @@ choices! {
 }
 
 choices! {
-    /// How a level is combined with the coarser ones.
+    /// Combination of a level with the coarser ones.
     pub enum UpsampleBlend {
         /// Weighted mean: the coarser levels have the weight `spread`, the level itself the rest. The weights of all
         /// levels sum to 1.

@@ -1,4 +1,4 @@
-//! What kinds of ambient occlusion share: ports, and what is made of the visibility of each pixel.
+//! Ports and last passes of the kinds of ambient occlusion: denoising, enlarging, and shading by the visibility.
 
 use afterimage_graph::node::CAMERA;
 use afterimage_graph::prelude::*;
@@ -43,7 +43,7 @@ pub(crate) const OUTPUTS: &[Output] = &[
     Output::image("occlusion", OutputState::Always(ColorState::Data), "1 minus the visibility, in x; 0 in the others."),
 ];
 
-/// How a kind finds the visibility of each pixel.
+/// The first pass of a kind, which computes the visibility of each pixel, and its options.
 pub(crate) struct Occlusion {
     pub(crate) shader: &'static Shader,
     /// Without and with the input `normal`.

@@ -7,7 +7,7 @@ use crate::surface;
 static SHADER: Shader = shader!("volumetric_composite");
 
 choices! {
-    /// How the slices of a volume lie between its nearest and its farthest distance.
+    /// Distribution of the slices of a volume between its nearest and its farthest distance.
     pub enum VolumetricSlices {
         /// Each slice ends at the same multiple of its beginning: near (far / near)^w, where w goes from 0 to 1.
         Exponential,

@@ -1,4 +1,4 @@
-// Where the moving objects of the loft are: a balloon on an ellipse, and a ball that bounces on the floor.
+// Positions of the moving objects of the loft: a balloon on an ellipse, and a ball that bounces on the floor.
 
 struct LoftPose {
     balloon: vec3f,

@@ -27,7 +27,7 @@ fn camera_distance(camera: Camera, uv: vec2f, depth: f32) -> f32 {
     return -camera_position(camera, uv, depth).z;
 }
 
-// Where a place in the camera's space is seen: uv and depth. What is behind the camera lies far outside of 0..1.
+// Projects a position in the camera's space to uv and depth. Positions behind the camera are far outside of 0..1.
 fn camera_uv(camera: Camera, place: vec3f) -> vec3f {
     return camera_clip_uv(camera.projection * vec4f(place, 1.0));
 }
@@ -37,7 +37,7 @@ fn camera_world(camera: Camera, place: vec3f) -> vec3f {
     return (camera.inverse_view * vec4f(place, 1.0)).xyz;
 }
 
-// Where a place in the world was seen in the frame before: uv and depth.
+// Projects a position in the world to uv and depth of the previous frame.
 fn camera_previous_uv(camera: Camera, world: vec3f) -> vec3f {
     return camera_clip_uv(camera.previous_projection * (camera.previous_view * vec4f(world, 1.0)));
 }
@@ -48,7 +48,7 @@ fn camera_clip_uv(clip: vec4f) -> vec3f {
     return vec3f(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y, place.z);
 }
 
-// What clip space divides by at a distance along the camera's axis.
+// The divisor of clip space (w) at a distance along the camera's axis.
 fn camera_clip_w(camera: Camera, distance: f32) -> f32 {
     return max(camera.projection[3].w - camera.projection[2].w * distance, CAMERA_SMALLEST_W);
 }
@@ -63,7 +63,7 @@ fn camera_place(camera: Camera, uv: vec2f, distance: f32) -> vec3f {
     return vec3f(xy / select(area, 1.0, area == 0.0), -distance);
 }
 
-// How far in uv two places at this distance lie from each other that are `apart` in the camera's x and y.
+// The distance in uv of two positions at this distance that are `apart` in the camera's x and y.
 fn camera_uv_apart(camera: Camera, apart: vec2f, distance: f32) -> vec2f {
     let clip = camera.projection[0].xy * apart.x + camera.projection[1].xy * apart.y;
     return vec2f(0.5, -0.5) * clip / camera_clip_w(camera, distance);

@@ -17,7 +17,7 @@ struct Seen {
     color: vec4f,
     // The area within one of the finest cells, as a share of the pixel.
     share: f32,
-    // Whether the pixel's center is in the cell, which holds for one cell of each lattice.
+    // True if the pixel's center is in the cell, which holds for one cell of each lattice.
     centered: bool,
 }
 

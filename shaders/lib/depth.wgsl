@@ -7,7 +7,7 @@ fn depth_inverse(depth: texture_2d<f32>, p: vec2i) -> f32 {
     return 1.0 / clamp(texel(depth, p).x, 1e-3, HALF_MAX);
 }
 
-// How much the inverse changes from a texel to the next on the surface that the texel shows: the smaller one of the
+// The change of the inverse from a texel to the next on the surface that the texel shows: the smaller one of the
 // differences to both sides, because the other one may lead over an edge.
 fn depth_slope(depth: texture_2d<f32>, p: vec2i, step: vec2i) -> f32 {
     let middle = depth_inverse(depth, p);

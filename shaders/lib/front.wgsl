@@ -1,4 +1,4 @@
-// Which surface a pixel belongs to at edges. Where these are smooth, a pixel beside a surface in front of it shows a
+// The surface that a pixel belongs to at edges. Where these are smooth, a pixel beside a surface in front of it shows a
 // part of that, whatever its own depth says.
 #import sanitize
 
@@ -11,7 +11,7 @@ fn front_beside(p: vec2i, i: i32) -> vec2i {
     return p + step * select(vec2i(0, 1), vec2i(1, 0), i < 2);
 }
 
-// Whether one depth is well before another.
+// True if one depth is well before another.
 fn front_is_before(first: f32, second: f32) -> bool {
     return first < (1.0 - FRONT_SOFT) * second;
 }

@@ -1,4 +1,4 @@
-// What a halving by rows is given where a side of its source is odd. Filters are sums of boxes that begin and end at
+// Odd sides of the source of a 2x downsample in strips. Filters are sums of boxes that begin and end at
 // halves of a texel of the result, so the means over such halves are all that they need: the source, resampled to twice
 // the size of the result. Of 2m + 1 texels, half k covers a part of the texels k and k + 1 alone.
 #import math

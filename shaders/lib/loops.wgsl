@@ -12,7 +12,7 @@ fn is_last_step() -> bool {
     return steps_left < 0;
 }
 
-// Whether a loop ended because it had too many steps.
+// True if a loop ended because it had too many steps.
 fn were_steps_cut() -> bool {
     return steps_left < 0;
 }

@@ -1,4 +1,4 @@
-// What the texels around one show, and how the invocations of a halving by rows share it: each has a column of squares,
+// The texels around one, shared by the invocations of a 2x downsample in strips: each has a column of squares,
 // the four texels under one texel of the result, and goes down by a square at a time.
 
 // A number of each of the eight texels around one, from left to right: 0 beyond the border of the image.
@@ -17,7 +17,7 @@ fn largest_around(around: Around) -> f32 {
 
 const NEIGHBORS_INVOCATIONS: u32 = 64u;
 
-// Where the numbers of an invocation's square are, and those of the texels to the left and to the right of it. The four
+// The places of the numbers of an invocation's square, and of the texels to the left and to the right of it. The four
 // numbers of a square lie far apart, so that neighbors access different banks.
 struct NeighborsPlace {
     own: u32,
@@ -81,7 +81,7 @@ struct NeighborsSeen {
     rows: NeighborsRows,
 }
 
-// What is around the texels of a square, with the numbers of the row below it.
+// The surroundings of the texels of a square, with the numbers of the row below it.
 fn neighbors_of(seen: NeighborsSeen, below: vec4f) -> array<Around, 4> {
     let upper = seen.rows.upper;
     let lower = seen.rows.lower;

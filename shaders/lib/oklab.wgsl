@@ -26,7 +26,7 @@ fn oklab_of_light(lms: vec3f) -> vec3f {
     return oklab(soft_floor(lms, OKLAB_LEAST_SHARE * max(mean3(lms), 0.0)));
 }
 
-// How the cube roots of the cone responses differ from the lightness.
+// The differences between the cube roots of the cone responses and the lightness.
 fn oklab_deviation(chroma: vec2f) -> vec3f {
     return vec3f(
         dot(chroma, vec2f(0.3963377774, 0.2158037573)),
@@ -65,7 +65,7 @@ const OKLAB_SLACK: f32 = 0.01;
 // primaries stay inside.
 const OKLAB_DENT_SLACK: f32 = 0.06;
 const OKLAB_DENT_SLOPE: f32 = 0.4;
-// How much of the additional slack is lost where red is below 0 there.
+// The share of the additional slack that is lost where red is below 0 there.
 const OKLAB_DENT_LOSS: f32 = 0.1;
 
 // The line through a color with this share of chroma to lightness, from the coefficients of its channels.
@@ -81,7 +81,7 @@ fn oklab_line(c1: vec3f, c2: vec3f, c3: vec3f, chroma: f32) -> OklabLine {
     return OklabLine(c1, c2, c3, vec3f(-slack, -OKLAB_SLACK, -OKLAB_SLACK), end);
 }
 
-// Whether all channels are at least as large as they must be and at most `top`.
+// True if all channels are at least as large as they must be and at most `top`.
 fn oklab_is_inside(line: OklabLine, t: f32, top: f32) -> bool {
     let v = oklab_at(line, vec3f(t));
     return t <= line.end && all(v >= line.least) && max(v.r, max(v.g, v.b)) <= top;

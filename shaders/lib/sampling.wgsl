@@ -5,7 +5,7 @@
 // 0 if every texture is known to be finite, 1 to sanitize signals and light of a display, 2 to sanitize signed data, 3
 // to sanitize scene light.
 const TEXEL_SANITIZE: u32 = 0u;
-// Whether the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
+// True if the device cannot filter a texture, or a texture must be sanitized before it is filtered: a filtered NaN is a
 // NaN in four pixels. True whenever textures are sanitized.
 const TAP_BY_HAND: bool = false;
 
@@ -39,7 +39,7 @@ fn sanitize_larger(one: vec4u, other: vec4u) -> vec4f {
     return select(larger, SANITIZE_ALL, larger == SANITIZE_NONE);
 }
 
-// What becomes of a texel, from whether a neighbor is infinite and from the least of the pairs.
+// The replacement of a texel, from the infinities of its neighbors and from the least of the pairs.
 fn sanitize_repaired(bits: vec4u, is_light: vec4<bool>, least: vec4f, mode: u32) -> vec4f {
     let clean = select(bits, vec4u(HALF_MAX_BITS), is_light & (bits == vec4u(INFINITY_BITS)));
     let stays = is_finite(clean) | (least == SANITIZE_ALL);
@@ -153,7 +153,7 @@ fn texel_sample(t: texture_multisampled_2d<f32>, p: vec2i, index: i32) -> vec4f 
     return sanitize_value(v, TEXEL_SANITIZE);
 }
 
-// Whether the numbers of a sample are known: none is NaN or negative infinity.
+// True if the numbers of a sample are known: none is NaN or negative infinity.
 fn is_sample_known(t: texture_multisampled_2d<f32>, p: vec2i, index: i32) -> bool {
     if TEXEL_SANITIZE == 0u { return true; }
     let bits = bitcast<vec4u>(textureLoad(t, clamp(p, vec2i(0), vec2i(textureDimensions(t)) - 1), index));

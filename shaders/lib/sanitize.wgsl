@@ -18,7 +18,7 @@ fn sanitize(v: vec4f) -> vec4f {
     return bitcast<vec4f>(select(bounded, vec4u(), bits > vec4u(INFINITY_BITS)));
 }
 
-// Whether each number is neither infinite nor NaN.
+// True if each number is neither infinite nor NaN.
 fn is_finite(bits: vec4u) -> vec4<bool> {
     return (bits & vec4u(INFINITY_BITS)) != vec4u(INFINITY_BITS);
 }

@@ -2,10 +2,10 @@
 #import camera
 #import sanitize
 
-// What is farther is the sky, which is no surface.
+// Anything farther is the sky, which is no surface.
 const SURFACE_FARTHEST: f32 = 60000.0;
 
-// What is seen at a texel of the depth image.
+// The position of the surface at a texel of the depth image, in the camera's space.
 fn surface_place(depth: texture_2d<f32>, camera: Camera, p: vec2i) -> vec3f {
     let uv = (vec2f(p) + 0.5) / vec2f(textureDimensions(depth));
     return camera_place(camera, uv, clamp(texel(depth, p).x, 1e-3, HALF_MAX));

@@ -1,4 +1,4 @@
-//! How soon a change is in the commands that are submitted, what the viewer itself costs, and whether it keeps memory.
+//! Latency from a change to the submitted commands, CPU time of the viewer, and growth of its memory.
 //!
 //! `cargo run --release -p afterimage-view --example latency [CHANGES]`
 
@@ -24,7 +24,7 @@ use afterimage_graph::value::Value;
 use afterimage_media::FileWatch;
 use afterimage_pipelines::BuiltIn;
 use afterimage_view::{
-    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Savings, Scene, Stage, Target, TextProject, saved,
+    Checked, FrameTarget, Images, Model, NewFiles, Problem, Project, Scene, Target, TextProject, UiRenderer, saved,
 };
 
 const WINDOW: [u32; 2] = [1280, 720];
@@ -140,7 +140,7 @@ impl Project for Written {
 
 /// A viewer on a texture.
 struct Bench {
-    stage: Stage,
+    ui: UiRenderer,
     view: wgpu::TextureView,
     gpu: Gpu,
 }
@@ -163,7 +163,7 @@ impl Bench {
         let refused = nothing.clone();
         let new_files = NewFiles::Asked(Box::new(move |_, _| Err(refused.clone())));
         let mut bench = Self {
-            stage: Stage::new(model, FORMAT, Box::new(move |_, _| Err(nothing.clone())), new_files),
+            ui: UiRenderer::new(model, FORMAT, Box::new(move |_, _| Err(nothing.clone())), new_files),
             view: target.create_view(&Default::default()),
             gpu: gpu.clone(),
         };
@@ -172,7 +172,7 @@ impl Bench {
     }
 
     fn model(&mut self) -> &mut Model {
-        &mut self.stage.viewer.model
+        &mut self.ui.viewer.model
     }
 
     fn frame(&mut self) {
@@ -181,7 +181,7 @@ impl Bench {
             screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)),
             ..Default::default()
         };
-        self.stage.frame(input, FrameTarget { view: &self.view, size: WINDOW }, 1.0 / 60.0);
+        self.ui.frame(input, FrameTarget { view: &self.view, size: WINDOW }, 1.0 / 60.0);
     }
 
     /// Milliseconds of the processor for the pipeline's part of a frame alone.
@@ -189,7 +189,7 @@ impl Bench {
         let gpu = self.gpu.clone();
         let begin = Instant::now();
         let mut encoder = gpu.encoder();
-        self.stage.viewer.render(&mut encoder, 1.0 / 60.0);
+        self.ui.viewer.render(&mut encoder, 1.0 / 60.0);
         gpu.queue.submit([encoder.finish()]);
         let passed = milliseconds(begin);
         let _ = gpu.wait();
@@ -222,8 +222,8 @@ impl Bench {
         loop {
             let gpu = self.gpu.clone();
             let mut encoder = gpu.encoder();
-            self.stage.viewer.render(&mut encoder, 1.0 / 60.0);
-            let is_in = !self.model().shown().is_some_and(|chain| chain.is_changing());
+            self.ui.viewer.render(&mut encoder, 1.0 / 60.0);
+            let is_in = !self.model().shown().is_some_and(|shown| shown.is_changing());
             gpu.queue.submit([encoder.finish()]);
             if is_in {
                 let submitted = milliseconds(begin);
@@ -236,7 +236,7 @@ impl Bench {
     }
 }
 
-/// What is heard of a written pipeline.
+/// Reports of a written pipeline.
 struct Heard {
     folder: PathBuf,
     reports: Receiver<()>,
@@ -272,7 +272,7 @@ fn files(gpu: &Gpu, [large, small]: [Size; 2]) -> Result<(), Box<dyn std::error:
     Ok(())
 }
 
-/// What the driver takes to compile a new pass of one line, of which the rest of a shader's way cannot be shorter.
+/// Milliseconds of the driver to compile a new pass of one line: a lower bound for a changed shader.
 fn driver(gpu: &Gpu) -> f64 {
     static NUMBER: AtomicU32 = AtomicU32::new(1);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
@@ -345,7 +345,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let names = ["AcesNarkowicz", "Uchimura", "Hable"];
     let choose = |index: usize| Some(Value::Choice(names[index % names.len()]));
     rows("a choice that needs a plan", (0..60).map(|i| bench.after(|model| model.set(&curve, choose(i)))));
-    savings(&mut opened("tsushima", size)?)?;
     files(&gpu, [size, small])?;
     row("a new pass of one line, by the driver alone", (0..30).map(|_| driver(&gpu)).collect());
     let mut bench = opened("lynx", Size::new(64, 36))?;
@@ -363,31 +362,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Prints what each node would save.
-fn savings(bench: &mut Bench) -> Result<(), Box<dyn std::error::Error>> {
-    (0..100).for_each(|_| bench.frame());
-    bench.gpu.wait()?;
-    bench.frame();
-    bench.model().measure_savings().map_err(|problem| problem.to_string())?;
-    while bench.model().savings().is_some_and(|savings| savings.left() > 0) {
-        bench.frame();
-        bench.gpu.wait()?;
-    }
-    println!("what a frame without a node saves");
-    for saving in bench.model().savings().map_or(&[][..], Savings::found) {
-        match &saving.ms {
-            Ok(estimate) => {
-                println!("  {:<12} {:+.4} ms ±{:.4}", saving.node, estimate.median, estimate.half_width());
-            }
-            Err(why) => println!("  {:<12} {why}", saving.node),
-        }
-    }
-    if let Some(total) = bench.model().savings().and_then(Savings::total) {
-        println!("  {:<12} {:+.4} ms of a frame of {:.4} ms; {}", "all", total.sum, total.frame, total.why());
-    }
-    Ok(())
-}
-
 /// MiB of memory that the process holds.
 fn held() -> f64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
@@ -395,7 +369,6 @@ fn held() -> f64 {
     pages * 4096.0 / f64::from(1 << 20)
 }
 
-/// Open file descriptors.
 fn open_files() -> usize {
     std::fs::read_dir("/proc/self/fd").map_or(0, Iterator::count)
 }

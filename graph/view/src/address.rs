@@ -26,7 +26,7 @@ impl Address {
         self.parts.iter().find(|(known, _)| known == name)?.1.as_deref()
     }
 
-    /// Whether there is a part of that name, with or without a value.
+    /// True if there is a part of that name, with or without a value.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.parts.iter().any(|(known, _)| known == name)
     }

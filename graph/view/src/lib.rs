@@ -13,14 +13,14 @@ pub mod page;
 mod problem;
 pub mod render;
 pub mod scopes;
-#[cfg(not(target_family = "wasm"))]
-mod stage;
 mod ui;
+#[cfg(not(target_family = "wasm"))]
+mod ui_renderer;
 
 #[cfg(not(target_family = "wasm"))]
 pub use desktop::{Desktop, MakeImages, Wake};
 pub use model::*;
 pub use problem::Problem;
+pub use ui::{Comparison, ExportKind, Exported, MakeProject, NewFiles, PictureView, Subject, Tab, Tabs, Viewer};
 #[cfg(not(target_family = "wasm"))]
-pub use stage::{OpenFile, Opened, Stage, Target as FrameTarget};
-pub use ui::{Comparison, ExportKind, Exported, MakeProject, NewFiles, PictureView, Subject, Tab, Viewer};
+pub use ui_renderer::{FrameTarget, OpenFile, Opened, UiRenderer};

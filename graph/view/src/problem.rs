@@ -1,9 +1,9 @@
-//! Why the viewer cannot show what it was asked for.
+//! Errors of the viewer.
 
 use afterimage_gpu::{GpuError, PostError};
 use afterimage_graph::diagnostic::Diagnostics;
 
-/// Why something cannot be shown.
+/// An error that the viewer shows.
 #[derive(Clone, Debug)]
 pub enum Problem {
     /// Errors in a pipeline, or in a file that it names.
@@ -11,7 +11,7 @@ pub enum Problem {
     /// Anything else: lower case, no full stop.
     Message {
         message: String,
-        /// What the user can do, if that is known.
+        /// Advice for the user, if there is any.
         hint: Option<String>,
     },
     /// The device is gone: everything on it must be made again.

@@ -18,7 +18,7 @@ pub struct Scopes {
     /// For each column of the picture, from left to right, how many pixels have each brightness, from bottom to top;
     /// row by row.
     pub waveform: Vec<u32>,
-    /// How many pixels have each pair of color differences, row by row, neutral in the middle.
+    /// Number of pixels with each pair of color differences, row by row, neutral in the middle.
     pub vectors: Vec<u32>,
     /// The least and the largest finite number of the color channels.
     pub range: (f32, f32),
@@ -62,7 +62,7 @@ impl Scopes {
     }
 }
 
-/// Where a number is between the ends of a scope, as 0 to 1.
+/// The position of a number between the ends of a scope, as 0 to 1.
 fn level(number: f32, is_light: bool) -> f32 {
     if !is_light {
         return number;

@@ -1,4 +1,4 @@
-//! What the viewer shows, without its window.
+//! The model: frames, comparison and inspection, without a window.
 
 use crate::support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
 use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
@@ -7,7 +7,7 @@ use afterimage_graph::node::{Origin, PortType, Registry, folder_kind};
 use afterimage_graph::value::Value;
 use afterimage_plan::Options;
 use afterimage_view::render::{Flags, Painter, Placement, Shown};
-use afterimage_view::{CompareWith, Model, Problem, Rendered, Tap, Target, TextProject};
+use afterimage_view::{CompareWith, InspectedWire, Model, Problem, Rendered, Target, TextProject};
 
 #[test]
 fn nothing_is_rendered_while_nothing_changes() {
@@ -35,7 +35,7 @@ fn a_slider_changes_the_next_frame_and_undo_brings_the_old_picture_back() {
     model.undo();
     settle(&mut model);
     assert!(apart(&picture(&model), &before) <= 1);
-    assert!(model.changes().is_empty());
+    assert!(model.editor().changes().is_empty());
 }
 
 #[test]
@@ -44,9 +44,9 @@ fn a_value_that_a_node_refuses_changes_nothing_and_is_the_problem() {
     settle(&mut model);
     model.set(&parameter("lit.strength"), Some(Value::Float(-1e9)));
     assert!(model.problem().unwrap().to_string().contains("strength"), "{:?}", model.problem());
-    assert!(model.changes().is_empty());
+    assert!(model.editor().changes().is_empty());
     model.set(&parameter("lit.strength"), Some(Value::Float(0.2)));
-    assert!(model.problem().is_none() && model.changes().len() == 1);
+    assert!(model.problem().is_none() && model.editor().changes().len() == 1);
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn a_node_can_be_switched_off_and_on() {
     assert!(model.shown().unwrap().plan().unwrap().skipped.iter().any(|skipped| skipped.node == "vignette"));
     assert!(apart(&picture(&model), &before) > 5);
     model.set(&vignette, Some(Value::Bool(true)));
-    assert!(model.changes().is_empty(), "that is what the file says");
+    assert!(model.editor().changes().is_empty(), "that is what the file says");
 }
 
 #[test]
@@ -73,7 +73,14 @@ fn a_fact_is_unknown_until_it_is_set_and_can_become_unknown_again() {
         !plan.skipped.iter().any(|skipped| skipped.node == "glowing")
     };
     assert!(model.fact("emissive").is_none() && runs(&model));
-    assert!(model.fact_meaning("emissive").is_some_and(|meaning| meaning.contains("gives out light")));
+    assert!(
+        model
+            .editor()
+            .checked()
+            .unwrap()
+            .fact_meaning("emissive")
+            .is_some_and(|meaning| meaning.contains("gives out light"))
+    );
     model.set_fact("emissive", Some(Fact::Flag(false)));
     settle(&mut model);
     assert!(!runs(&model));
@@ -85,7 +92,7 @@ fn a_fact_is_unknown_until_it_is_set_and_can_become_unknown_again() {
 #[test]
 fn a_parameter_that_does_nothing_is_known_with_the_reason_and_another_choice_wakes_it() {
     let mut model = model("lynx");
-    let graph = model.graph().unwrap().clone();
+    let graph = model.editor().graph().unwrap().clone();
     let mapped = graph.nodes.iter().find(|node| node.kind().name() == "ToneMap").unwrap().name.clone();
     let named = |name: &str| format!("{mapped}.{name}");
     let toe = graph.parameter(&named("toe")).unwrap();
@@ -145,7 +152,7 @@ fn infinities_of_a_kind_in_a_folder_are_counted_until_the_text_no_longer_uses_it
 fn a_broken_text_keeps_the_picture_and_says_where_it_is_wrong() {
     let mut model = model("lynx");
     settle(&mut model);
-    let (before, good) = (picture(&model), model.text().to_owned());
+    let (before, good) = (picture(&model), model.editor().text().to_owned());
     let broken = good.replace("Composite(", "Compositor(");
     model.edit(&broken);
     let Some(Problem::Pipeline(errors)) = model.problem() else { panic!("{:?}", model.problem()) };
@@ -167,13 +174,13 @@ fn a_broken_text_keeps_the_picture_and_says_where_it_is_wrong() {
 fn changes_are_saved_as_a_tier_and_the_rest_of_the_file_stays() {
     let mut model = model("lynx");
     model.set(&parameter("lit.strength"), Some(Value::Float(0.45)));
-    let before = model.text().to_owned();
+    let before = model.editor().text().to_owned();
     model.save(Some("strong")).unwrap();
-    assert_eq!((model.tier(), model.changes().is_empty()), (Some("strong"), true));
-    assert_eq!(model.written(&parameter("lit.strength")), Some(Value::Float(0.45)));
+    assert_eq!((model.editor().tier(), model.editor().changes().is_empty()), (Some("strong"), true));
+    assert_eq!(model.editor().written(&parameter("lit.strength")), Some(Value::Float(0.45)));
     model.set_tier(None);
-    assert_ne!(model.written(&parameter("lit.strength")), Some(Value::Float(0.45)));
-    let text = model.text().to_owned();
+    assert_ne!(model.editor().written(&parameter("lit.strength")), Some(Value::Float(0.45)));
+    let text = model.editor().text().to_owned();
     let kept = before.lines().filter(|line| text.lines().any(|other| other == *line)).count();
     assert!(kept + 2 >= before.lines().count(), "{text}");
 }
@@ -231,7 +238,7 @@ fn plain(width: u32, height: u32) -> Placement {
     }
 }
 
-/// What the viewer draws of an image, texel by texel.
+/// An image as the viewer draws it, texel by texel.
 fn drawn(image: &wgpu::Texture, placement: Placement) -> Vec<[f32; 4]> {
     let painter = Painter::new(gpu(), wgpu::TextureFormat::Rgba32Float);
     let target = target(image.width(), image.height());
@@ -255,7 +262,7 @@ fn drawn(image: &wgpu::Texture, placement: Placement) -> Vec<[f32; 4]> {
 
 /// The images of all wires that the run stores, by wire.
 fn wires(model: &Model) -> Vec<(String, PortType)> {
-    let graph = model.graph().unwrap();
+    let graph = model.editor().graph().unwrap();
     let outputs = graph.nodes.iter().flat_map(|node| {
         node.kind().outputs().iter().map(move |output| (format!("{}.{}", node.name, output.name), output.ty))
     });
@@ -265,18 +272,18 @@ fn wires(model: &Model) -> Vec<(String, PortType)> {
 #[test]
 fn every_transient_can_be_looked_at_in_every_level_and_slice() {
     let mut model = model("tsushima");
-    model.set_tap(Some(Tap::new("exposed.result")));
+    model.inspect_wire(Some(InspectedWire::new("exposed.result")));
     settle(&mut model);
     let (mut images, mut slices, mut levels) = (0, 0, 0);
-    let plan = model.inspected().unwrap().plan().unwrap().clone();
+    let plan = model.inspector().stored().unwrap().plan().unwrap().clone();
     let mut seen = std::collections::BTreeSet::new();
     for (wire, ty) in wires(&model) {
-        for (index, image) in model.tap_images(&wire).into_iter().enumerate() {
+        for (index, image) in model.inspector().images(&wire).into_iter().enumerate() {
             levels += usize::from(ty == PortType::Pyramid && index > 0);
             for slice in 0..image.desc.size.depth {
-                model.set_tap(Some(Tap { wire: wire.clone(), index, slice }));
-                let (tapped, texture) = model.tapped().unwrap();
-                assert_eq!(tapped.name, image.name);
+                model.inspect_wire(Some(InspectedWire { wire: wire.clone(), index, slice }));
+                let (inspected, texture) = model.inspected_image().unwrap();
+                assert_eq!(inspected.name, image.name);
                 let mut placement = plain(texture.width(), texture.height());
                 (placement.slice, placement.peak) = (slice, 1e30);
                 let shown = drawn(&texture, placement);
@@ -308,14 +315,14 @@ fn an_image_that_is_looked_at_is_what_the_pipeline_gives_for_that_wire() {
     let mut model = model("tsushima");
     // Without a table, which no plan has for an image inside of it.
     model.set_tier(Some("ultra".into()));
-    model.set_tap(Some(Tap::new("exposed.result")));
+    model.inspect_wire(Some(InspectedWire::new("exposed.result")));
     settle(&mut model);
     model.clock().cut();
     render(&mut model);
     let mut compared = 0;
     for wire in ["exposed.result", "local.result", "lit.result", "vignette.result", "mapped.result", "encoded.result"] {
-        model.set_tap(Some(Tap::new(wire)));
-        let shown = texels(&model.tapped().unwrap().1).to_floats();
+        model.inspect_wire(Some(InspectedWire::new(wire)));
+        let shown = texels(&model.inspected_image().unwrap().1).to_floats();
         let given = given(&mut model, wire);
         let apart =
             shown.iter().zip(&given).flat_map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs() / (1.0 + b[c].abs())));
@@ -327,9 +334,9 @@ fn an_image_that_is_looked_at_is_what_the_pipeline_gives_for_that_wire() {
     assert_eq!(compared, 6);
 }
 
-/// What a session gives for a wire, as an output of the same pipeline.
+/// A wire as an output of the same pipeline, rendered by a session.
 fn given(model: &mut Model, wire: &str) -> Vec<[f32; 4]> {
-    let mut graph = (**model.graph().unwrap()).clone();
+    let mut graph = (**model.editor().graph().unwrap()).clone();
     let (node, port) = wire.rsplit_once('.').unwrap();
     let (index, found) = graph.node(node).unwrap();
     let output = found.kind().outputs().iter().position(|output| output.name == port).unwrap();
@@ -338,7 +345,7 @@ fn given(model: &mut Model, wire: &str) -> Vec<[f32; 4]> {
     graph.outputs[0].state = state;
     let name = graph.outputs[0].name.clone();
     let mut session = Session::new(gpu(), graph, Facts::default(), Options::default());
-    let scene = model.fed().images.clone();
+    let scene = model.frame_images().images.clone();
     let images: Vec<_> = scene
         .iter()
         .map(|(name, view)| {
@@ -355,13 +362,13 @@ fn tables_and_values_are_read_as_bytes() {
     let mut model = model("tsushima");
     settle(&mut model);
     for (wire, bytes) in [("counted.result", 256), ("metered.result", 16)] {
-        model.set_tap(Some(Tap::new(wire)));
+        model.inspect_wire(Some(InspectedWire::new(wire)));
         for _ in 0..8 {
             model.clock().step();
             render(&mut model);
             let _ = gpu().wait();
         }
-        let read = model.tapped_bytes().unwrap();
+        let read = model.inspected_bytes().unwrap();
         assert!(read.len() >= bytes && read.iter().any(|byte| *byte > 0), "{wire}: {} bytes", read.len());
     }
 }

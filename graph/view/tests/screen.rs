@@ -1,4 +1,4 @@
-//! What an HDR screen gets, for each color space that a swap chain may have.
+//! Conversion for HDR screens, for each color space that a swap chain may have.
 
 use crate::support::{gpu, texels};
 use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
@@ -18,7 +18,7 @@ const COLORS: [[f32; 4]; 8] = [
     [0.1, 0.9, 1.25, 1.0],
 ];
 
-/// What the swap chain gets.
+/// The colors in the swap chain.
 fn converted(space: SurfaceColorSpace) -> Vec<[f32; 4]> {
     let device = &gpu().device;
     let colors = Texels::from_floats_as_half(COLORS.len() as u32, 1, &COLORS);

@@ -1,4 +1,4 @@
-//! What the user has typed or set is never lost without a question.
+//! Unsaved text and values are never lost without a question.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -8,7 +8,9 @@ use crate::support::{Window, of, parameter, render, settle};
 use afterimage_graph::check::Change;
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics};
 use afterimage_graph::value::Value;
-use afterimage_view::{Checked, Comparison, Conflict, Model, NewFiles, Project, Resolution, Tab, Tap, TextProject};
+use afterimage_view::{
+    Checked, Comparison, Conflict, InspectedWire, Model, NewFiles, Project, Resolution, Tab, TextProject,
+};
 use egui::{Event, Key, Modifiers, pos2};
 
 /// The texts of a file that is not there, and of one that cannot be read.
@@ -96,18 +98,18 @@ fn a_typed_text_is_not_replaced_by_that_of_the_file() {
         model.edit(&lynx("0.3"));
         file.replace(lynx("0.6"));
         assert!(model.follow_files(None));
-        assert_eq!(model.conflict(), Some(&Conflict::Text(lynx("0.6"))));
-        assert_eq!(model.text(), lynx("0.3"));
+        assert_eq!(model.editor().conflict(), Some(&Conflict::Text(lynx("0.6"))));
+        assert_eq!(model.editor().text(), lynx("0.3"));
         assert!(model.save(None).is_err(), "the user has not chosen yet");
         assert_eq!(*file.borrow(), lynx("0.6"));
         model.resolve(resolution);
-        assert_eq!((model.text(), model.conflict()), (&*lynx(strength), None));
-        assert_eq!(model.changes().is_empty(), resolution == Resolution::TakeFile);
+        assert_eq!((model.editor().text(), model.editor().conflict()), (&*lynx(strength), None));
+        assert_eq!(model.editor().changes().is_empty(), resolution == Resolution::TakeFile);
         model.save(None).unwrap();
         assert_eq!(*file.borrow(), lynx(strength));
         if resolution == Resolution::TakeFile {
             model.undo();
-            assert_eq!(model.text(), lynx("0.3"), "undo has the user's text");
+            assert_eq!(model.editor().text(), lynx("0.3"), "undo has the user's text");
         }
     }
 }
@@ -117,7 +119,7 @@ fn a_text_that_is_being_typed_counts_as_typed() {
     let (mut model, file) = shared();
     file.replace(lynx("0.6"));
     model.follow_files(Some(&lynx("0.3")));
-    assert_eq!((model.text(), model.conflict()), (&*lynx("0.3"), Some(&Conflict::Text(lynx("0.6")))));
+    assert_eq!((model.editor().text(), model.editor().conflict()), (&*lynx("0.3"), Some(&Conflict::Text(lynx("0.6")))));
 }
 
 #[test]
@@ -127,7 +129,7 @@ fn a_file_that_changes_before_it_is_looked_at_is_not_overwritten() {
     file.replace(lynx("0.6"));
     assert!(model.save(None).is_err());
     assert_eq!(*file.borrow(), lynx("0.6"));
-    assert!(model.conflict().is_some());
+    assert!(model.editor().conflict().is_some());
 }
 
 #[test]
@@ -138,11 +140,11 @@ fn a_value_that_was_changed_here_and_in_the_file_asks() {
         model.release();
         file.replace(lynx("0.6"));
         model.follow_files(None);
-        assert_eq!(model.conflict(), Some(&Conflict::Values(vec![parameter("lit.strength")])));
+        assert_eq!(model.editor().conflict(), Some(&Conflict::Values(vec![parameter("lit.strength")])));
         assert!(model.save(None).is_err(), "the user has not chosen yet");
         assert_eq!(*file.borrow(), lynx("0.6"));
         model.resolve(resolution);
-        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+        assert_eq!(model.editor().value("lit.strength"), Some(Value::Float(strength)));
         model.save(None).unwrap();
         assert_eq!(*file.borrow(), lynx(&strength.to_string()));
     }
@@ -155,14 +157,14 @@ fn changes_of_different_values_are_merged_without_a_question() {
     let other = lynx("0.15").replacen("Pipeline(", "// A comment.\nPipeline(", 1);
     file.replace(other.clone());
     model.follow_files(None);
-    assert_eq!(model.conflict(), None);
+    assert_eq!(model.editor().conflict(), None);
     model.save(None).unwrap();
     assert_eq!(*file.borrow(), other.replace("strength: 0.15", "strength: 0.3"));
     // The same value on both sides is no change any more.
     model.set(&parameter("lit.strength"), Some(Value::Float(0.6)));
     file.replace(lynx("0.6"));
     model.follow_files(None);
-    assert_eq!((model.conflict(), model.changes().is_empty()), (None, true));
+    assert_eq!((model.editor().conflict(), model.editor().changes().is_empty()), (None, true));
 }
 
 #[test]
@@ -172,20 +174,24 @@ fn undo_goes_back_through_controls_text_and_a_save() {
     model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
     model.release();
     model.save(None).unwrap();
-    assert!(model.changes().is_empty());
+    assert!(model.editor().changes().is_empty());
     model.edit(&lynx("0.6"));
-    assert_eq!(model.value("lit.strength"), Some(Value::Float(0.6)));
+    assert_eq!(model.editor().value("lit.strength"), Some(Value::Float(0.6)));
     for strength in [0.3, 0.3, 0.15] {
         model.undo();
-        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+        assert_eq!(model.editor().value("lit.strength"), Some(Value::Float(strength)));
         assert_eq!(render(&mut model), afterimage_view::Rendered::New);
     }
-    assert!(!model.changes().can_undo());
-    assert_eq!((model.text(), model.changes().is_empty()), (&*lynx("0.15"), false), "the file has 0.3");
+    assert!(!model.editor().changes().can_undo());
+    assert_eq!(
+        (model.editor().text(), model.editor().changes().is_empty()),
+        (&*lynx("0.15"), false),
+        "the file has 0.3"
+    );
     assert_eq!(*file.borrow(), lynx("0.3"));
     for strength in [0.3, 0.3, 0.6] {
         model.redo();
-        assert_eq!(model.value("lit.strength"), Some(Value::Float(strength)));
+        assert_eq!(model.editor().value("lit.strength"), Some(Value::Float(strength)));
     }
 }
 
@@ -194,12 +200,12 @@ fn a_tier_that_was_saved_is_gone_after_undo() {
     let (mut model, _) = shared();
     model.set(&parameter("lit.strength"), Some(Value::Float(0.45)));
     model.save(Some("strong")).unwrap();
-    assert_eq!(model.tier(), Some("strong"));
+    assert_eq!(model.editor().tier(), Some("strong"));
     model.undo();
-    assert_eq!((model.tier(), model.value("lit.strength")), (None, Some(Value::Float(0.45))));
+    assert_eq!((model.editor().tier(), model.editor().value("lit.strength")), (None, Some(Value::Float(0.45))));
     assert!(model.problem().is_none(), "{:?}", model.problem());
     model.redo();
-    assert_eq!((model.tier(), model.changes().len()), (Some("strong"), 0));
+    assert_eq!((model.editor().tier(), model.editor().changes().len()), (Some("strong"), 0));
 }
 
 #[test]
@@ -210,7 +216,7 @@ fn a_broken_text_can_be_saved_and_values_wait() {
     model.edit(&broken);
     model.save(None).unwrap();
     assert_eq!(*file.borrow(), broken);
-    assert_eq!((model.changes().len(), model.changes().is_text_changed()), (1, false));
+    assert_eq!((model.editor().changes().len(), model.editor().changes().is_text_changed()), (1, false));
     model.edit(&lynx("0.15"));
     model.save(None).unwrap();
     assert_eq!(*file.borrow(), lynx("0.3"));
@@ -221,19 +227,19 @@ fn a_file_that_is_gone_is_not_saved_until_it_is_written_again() {
     let (mut model, file) = shared();
     file.replace(GONE.to_owned());
     model.follow_files(None);
-    assert!(!model.is_saved() && model.changes().is_empty());
+    assert!(!model.editor().is_saved() && model.editor().changes().is_empty());
     assert!(model.problem().is_some_and(|problem| problem.to_string().contains("is gone")), "{:?}", model.problem());
     let mut window = window(model);
     file.replace(GONE.to_owned());
-    window.stage.viewer.leave();
-    assert!(!window.stage.viewer.is_leaving(), "the text is nowhere");
+    window.ui.viewer.close();
+    assert!(!window.ui.viewer.is_closing(), "the text is nowhere");
     window.key(Key::Escape, Modifiers::NONE);
     window.key(Key::S, Modifiers::COMMAND);
     assert_eq!(*file.borrow(), lynx("0.15"));
-    assert!(window.stage.viewer.model.is_saved() && window.stage.viewer.model.problem().is_none());
+    assert!(window.ui.viewer.model.editor().is_saved() && window.ui.viewer.model.problem().is_none());
     file.replace(GONE.to_owned());
-    window.stage.viewer.leave();
-    assert!(!window.stage.viewer.is_leaving(), "also if it has gone since the last frame");
+    window.ui.viewer.close();
+    assert!(!window.ui.viewer.is_closing(), "also if it has gone since the last frame");
 }
 
 #[test]
@@ -242,10 +248,10 @@ fn a_file_that_cannot_be_read_is_not_replaced() {
     model.edit(&lynx("0.3"));
     file.replace(UNREADABLE.to_owned());
     assert!(model.save(None).is_err());
-    assert_eq!((&**file.borrow(), model.is_saved()), (UNREADABLE, false));
+    assert_eq!((&**file.borrow(), model.editor().is_saved()), (UNREADABLE, false));
     model.follow_files(None);
     assert!(model.save(Some("strong")).is_err());
-    assert_eq!((&**file.borrow(), model.is_saved()), (UNREADABLE, false));
+    assert_eq!((&**file.borrow(), model.editor().is_saved()), (UNREADABLE, false));
 }
 
 /// A window on a built-in pipeline with a changed value.
@@ -253,7 +259,7 @@ fn changed_built_in(name: &str) -> Window {
     let mut model = of(Box::new(TextProject::built_in(name).unwrap()));
     model.set(&parameter("lit.strength"), Some(Value::Float(0.3)));
     model.release();
-    assert!(model.save(None).is_err() && !model.is_saved(), "it has no file");
+    assert!(model.save(None).is_err() && !model.editor().is_saved(), "it has no file");
     window(model)
 }
 
@@ -261,21 +267,21 @@ fn changed_built_in(name: &str) -> Window {
 fn a_built_in_pipeline_is_saved_into_a_file_that_the_user_names() {
     let mut window = changed_built_in("lynx");
     window.key(Key::S, Modifiers::COMMAND);
-    assert!(window.disk.borrow().is_empty() && !window.stage.viewer.model.is_saved());
+    assert!(window.disk.borrow().is_empty() && !window.ui.viewer.model.editor().is_saved());
     window.key(Key::Escape, Modifiers::NONE);
-    window.stage.viewer.leave();
+    window.ui.viewer.close();
     window.frame(Vec::new());
-    assert!(!window.stage.viewer.is_leaving(), "it is in no file");
+    assert!(!window.ui.viewer.is_closing(), "it is in no file");
     window.key(Key::Escape, Modifiers::NONE);
     window.key(Key::S, Modifiers::COMMAND);
     // Closing waits for the name.
-    window.stage.viewer.leave();
+    window.ui.viewer.close();
     window.frame(vec![Event::Text("-mine.ron".into())]);
     window.key(Key::Enter, Modifiers::NONE);
     let (name, text) = window.disk.borrow().first_key_value().map(|(name, text)| (name.clone(), text.clone())).unwrap();
     assert!(name.ends_with("lynx.ron-mine.ron") && text.contains("strength: 0.3"), "{name}");
-    assert_eq!(window.stage.viewer.model.project().name(), name);
-    assert!(window.stage.viewer.model.is_saved() && window.stage.viewer.is_leaving());
+    assert_eq!(window.ui.viewer.model.editor().project().name(), name);
+    assert!(window.ui.viewer.model.editor().is_saved() && window.ui.viewer.is_closing());
 }
 
 #[test]
@@ -285,14 +291,14 @@ fn the_file_of_a_built_in_pipeline_replaces_none_and_those_that_it_names_lie_bes
     window.key(Key::S, Modifiers::COMMAND);
     window.key(Key::Enter, Modifiers::NONE);
     assert_eq!(window.disk.borrow().len(), 1);
-    assert!(!window.stage.viewer.model.is_saved(), "a file of this name is there");
+    assert!(!window.ui.viewer.model.editor().is_saved(), "a file of this name is there");
     window.frame(vec![Event::Text(".ron".into())]);
     window.key(Key::Enter, Modifiers::NONE);
     let disk = window.disk.borrow();
     let names: Vec<&str> = disk.keys().map(String::as_str).collect();
     assert_eq!(names, ["tsushima-night.ron", "tsushima-night.ron.ron", "tsushima.ron"]);
     assert_eq!(disk["tsushima-night.ron"], "mine");
-    assert!(window.stage.viewer.model.is_saved());
+    assert!(window.ui.viewer.model.editor().is_saved());
 }
 
 #[test]
@@ -313,14 +319,14 @@ fn a_page_saves_by_a_download_and_not_if_there_is_none() {
     model.release();
     let mut window = Window::with_new_files(model, NewFiles::Downloaded(Box::new(make)));
     window.key(Key::S, Modifiers::COMMAND);
-    assert!(disk.borrow().is_empty() && !window.stage.viewer.model.is_saved());
+    assert!(disk.borrow().is_empty() && !window.ui.viewer.model.editor().is_saved());
     is_refused.set(false);
     for strength in [0.3, 0.6] {
-        window.stage.viewer.model.set(&parameter("lit.strength"), Some(Value::Float(strength)));
+        window.ui.viewer.model.set(&parameter("lit.strength"), Some(Value::Float(strength)));
         window.key(Key::S, Modifiers::COMMAND);
-        assert!(disk.borrow().contains(&format!("strength: {strength}")) && window.stage.viewer.model.is_saved());
+        assert!(disk.borrow().contains(&format!("strength: {strength}")) && window.ui.viewer.model.editor().is_saved());
     }
-    assert_eq!(window.stage.viewer.model.project().name(), "lynx.ron");
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "lynx.ron");
 }
 
 fn window(model: Model) -> Window {
@@ -352,7 +358,7 @@ fn pause(window: &mut Window) {
 fn typing() -> (Window, Rc<RefCell<String>>) {
     let (model, file) = shared();
     let mut window = window(model);
-    window.stage.viewer.tab = Some(Tab::Text);
+    window.ui.viewer.tabs.open = Some(Tab::Text);
     window.frame(Vec::new());
     window.click(TEXT);
     (window, file)
@@ -363,35 +369,35 @@ fn an_error_in_the_text_does_not_take_the_keyboard_from_it() {
     let (mut window, _) = typing();
     type_letter(&mut window, Key::X);
     pause(&mut window);
-    assert!(window.stage.viewer.model.problem().is_some(), "a letter more is an error");
-    let comparison = window.stage.viewer.picture.comparison;
+    assert!(window.ui.viewer.model.problem().is_some(), "a letter more is an error");
+    let comparison = window.ui.viewer.picture.comparison;
     for key in [Key::D, Key::K, Key::H] {
         type_letter(&mut window, key);
     }
     pause(&mut window);
-    assert!(window.stage.viewer.model.text().contains("xdkh"), "{}", window.stage.viewer.model.text());
-    assert_eq!(window.stage.viewer.picture.comparison, comparison);
+    assert!(window.ui.viewer.model.editor().text().contains("xdkh"), "{}", window.ui.viewer.model.editor().text());
+    assert_eq!(window.ui.viewer.picture.comparison, comparison);
     assert_ne!(comparison, Comparison::Difference);
-    assert_eq!((window.stage.viewer.tab, window.stage.viewer.is_bare), (Some(Tab::Text), false));
+    assert_eq!((window.ui.viewer.tabs.open, window.ui.viewer.is_bare), (Some(Tab::Text), false));
 }
 
 #[test]
 fn undo_in_the_text_is_that_of_the_controls() {
     let (mut window, _) = typing();
     let strength = parameter("lit.strength");
-    window.stage.viewer.model.set(&strength, Some(Value::Float(0.3)));
-    window.stage.viewer.model.release();
+    window.ui.viewer.model.set(&strength, Some(Value::Float(0.3)));
+    window.ui.viewer.model.release();
     type_letter(&mut window, Key::X);
     pause(&mut window);
     window.key(Key::Z, Modifiers::COMMAND);
-    assert_eq!(window.stage.viewer.model.text(), lynx("0.15"));
-    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.3)));
+    assert_eq!(window.ui.viewer.model.editor().text(), lynx("0.15"));
+    assert_eq!(window.ui.viewer.model.editor().value("lit.strength"), Some(Value::Float(0.3)));
     window.key(Key::Z, Modifiers::COMMAND);
-    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.15)));
+    assert_eq!(window.ui.viewer.model.editor().value("lit.strength"), Some(Value::Float(0.15)));
     window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
     window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
     pause(&mut window);
-    assert!(window.stage.viewer.model.problem().is_some(), "the letter is back");
+    assert!(window.ui.viewer.model.problem().is_some(), "the letter is back");
 }
 
 #[test]
@@ -399,33 +405,33 @@ fn closing_and_opening_ask_while_a_text_is_not_saved() {
     let (mut window, file) = typing();
     type_letter(&mut window, Key::X);
     // Before the text is tried: it is typed, and would be lost.
-    window.stage.viewer.leave();
-    assert!(!window.stage.viewer.is_leaving());
+    window.ui.viewer.close();
+    assert!(!window.ui.viewer.is_closing());
     window.key(Key::Escape, Modifiers::NONE);
     window.drop_file("somewhere/caracal.ron");
-    assert_eq!(window.stage.viewer.model.project().name(), "shared.ron", "the question is open");
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "shared.ron", "the question is open");
     window.key(Key::Escape, Modifiers::NONE);
     window.key(Key::S, Modifiers::COMMAND);
-    assert_eq!(*file.borrow(), window.stage.viewer.model.text(), "with its error");
+    assert_eq!(*file.borrow(), window.ui.viewer.model.editor().text(), "with its error");
     window.drop_file("somewhere/caracal.ron");
-    assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
-    window.stage.viewer.leave();
-    assert!(window.stage.viewer.is_leaving());
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "caracal.ron");
+    window.ui.viewer.close();
+    assert!(window.ui.viewer.is_closing());
 }
 
 #[test]
 fn a_wire_whose_plan_is_made_compiles_and_a_skipped_one_is_made_by_no_pass() {
     let mut model = of(Box::new(TextProject::built_in("tsushima").unwrap()));
     settle(&mut model);
-    assert!(!model.is_tap_compiling());
-    model.set_tap(Some(Tap::new("vignette.result")));
-    assert!(model.tapped().is_none() && model.is_tap_compiling());
+    assert!(!model.inspector().is_compiling());
+    model.inspect_wire(Some(InspectedWire::new("vignette.result")));
+    assert!(model.inspected_image().is_none() && model.inspector().is_compiling());
     settle(&mut model);
-    assert!(model.tapped().is_some());
+    assert!(model.inspected_image().is_some());
     let vignette = afterimage_view::Target::Node("vignette".into());
     model.set(&vignette, Some(Value::Bool(false)));
-    while model.is_tap_compiling() {
+    while model.inspector().is_compiling() {
         render(&mut model);
     }
-    assert!(model.tapped().is_none());
+    assert!(model.inspected_image().is_none());
 }

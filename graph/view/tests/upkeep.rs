@@ -1,7 +1,6 @@
-//! What the viewer does beside showing: it measures nodes, and lives through wrong texts and lost devices.
+//! Recovery from texts with errors and lost devices, and sequences of images.
 
 use crate::support::{SIZE, Window, apart, gpu, model, of, parameter, picture, render, settle};
-use afterimage_gpu::wgpu;
 use afterimage_graph::value::Value;
 use afterimage_media::{Picture, Pixels};
 use afterimage_view::{Files, Images, Model, Problem, Rendered, Scene, TextProject};
@@ -64,61 +63,22 @@ fn the_whole_window_goes_on_after_its_device_is_lost() {
     (0..8).for_each(|_| window.frame(Vec::new()));
     let before = window.texels();
     own.device.destroy();
-    let is_lost = |window: &Window| matches!(window.stage.viewer.model.problem(), Some(Problem::DeviceLost));
+    let is_lost = |window: &Window| matches!(window.ui.viewer.model.problem(), Some(Problem::DeviceLost));
     for _ in 0..64 {
-        window.stage.viewer.model.clock().step();
+        window.ui.viewer.model.clock().step();
         window.frame(Vec::new());
         if is_lost(&window) {
             break;
         }
     }
-    assert!(is_lost(&window), "{:?} {:?}", window.stage.viewer.model.problem(), errors.take_first());
+    assert!(is_lost(&window), "{:?} {:?}", window.ui.viewer.model.problem(), errors.take_first());
     window.replace_device(&other);
-    window.stage.viewer.model.clock().seek(0.0);
+    window.ui.viewer.model.clock().seek(0.0);
     (0..16).for_each(|_| window.frame(Vec::new()));
     let after = window.texels();
     let equal = before.bytes.iter().zip(&after.bytes).filter(|(a, b)| a.abs_diff(**b) <= 2).count();
     // The time and the tab with the messages differ.
     assert!(equal * 100 > before.bytes.len() * 96, "{equal} of {}", before.bytes.len());
-}
-
-#[test]
-fn every_node_that_runs_is_measured_without_it_and_the_picture_stays() {
-    let mut model = model("lynx");
-    settle(&mut model);
-    for _ in 0..100 {
-        model.clock().step();
-        render(&mut model);
-    }
-    let (before, passes) = (picture(&model), model.shown().unwrap().plan().unwrap().passes.len());
-    model.measure_savings().unwrap();
-    let wanted = model.savings().unwrap().left();
-    let running = model.graph().unwrap().nodes.len() - model.shown().unwrap().plan().unwrap().skipped.len();
-    assert!(wanted == running && wanted > 3, "{wanted} of {running}");
-    for _ in 0..20_000 {
-        if model.savings().unwrap().left() == 0 {
-            break;
-        }
-        assert_eq!(render(&mut model), Rendered::New, "{:?}", model.problem());
-        gpu().device.poll(wgpu::PollType::Poll).unwrap();
-    }
-    let found = model.savings().unwrap().found();
-    assert_eq!(found.len(), wanted);
-    for saving in found {
-        // Without its only picture the pipeline has nothing to show; all other nodes can be off.
-        let estimate = saving.ms.clone().unwrap_or_default();
-        assert!(estimate.median.is_finite() && estimate.interval[0] <= estimate.interval[1], "{saving:?}");
-    }
-    assert!(found.iter().filter(|saving| saving.ms.is_ok()).count() >= wanted - 1, "{found:?}");
-    // Times of one frame, again and again, would be equal.
-    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|ms| ms.interval[0] < ms.interval[1])), "{found:?}");
-    let total = model.savings().unwrap().total().unwrap();
-    assert!((total.sum + total.rest() - total.frame).abs() < 1e-9 && total.frame > 0.0, "{total:?}");
-    assert!(found.iter().any(|saving| saving.ms.as_ref().is_ok_and(|estimate| estimate.median != 0.0)), "{found:?}");
-    assert_eq!(model.shown().unwrap().plan().unwrap().passes.len(), passes);
-    assert!(apart(&picture(&model), &before) <= 1);
-    model.set(&parameter("lit.strength"), Some(Value::Float(0.7)));
-    assert!(model.savings().is_none(), "what was measured belongs to other values");
 }
 
 /// A sequence of frames of one gray each, three in a second.

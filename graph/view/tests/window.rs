@@ -4,10 +4,10 @@ use crate::support::{SIZE, WINDOW, Window, model, picture, settle, texels};
 use afterimage_graph::check::Fact;
 use afterimage_graph::color::Transfer;
 use afterimage_graph::value::Value;
-use afterimage_view::{CompareWith, Comparison, ExportKind, Tab, Tap, Target};
+use afterimage_view::{CompareWith, Comparison, ExportKind, InspectedWire, Tab, Target};
 use egui::{Event, Key, Modifiers, pos2, vec2};
 
-/// Where the fact of `caracal.ron` is set: to no, to yes, to unknown.
+/// The columns in which the fact of `caracal.ron` is set to no, to yes, to unknown.
 const FACT_COLUMNS: [f32; 3] = [185.0, 215.0, 138.0];
 const FACT_ROW: f32 = 93.0;
 /// A place in the picture.
@@ -25,42 +25,42 @@ fn open(name: &str) -> Window {
 fn keys_do_what_the_sheet_says() {
     let mut window = open("lynx");
     window.key(Key::Space, Modifiers::NONE);
-    assert!(window.stage.viewer.model.clock().is_playing);
+    assert!(window.ui.viewer.model.clock().is_playing);
     window.key(Key::Space, Modifiers::NONE);
-    assert!(!window.stage.viewer.model.clock().is_playing);
+    assert!(!window.ui.viewer.model.clock().is_playing);
     for (key, tab) in [(Key::T, Tab::Text), (Key::K, Tab::Cost), (Key::M, Tab::Messages), (Key::G, Tab::Graph)] {
         window.key(key, Modifiers::NONE);
-        assert_eq!(window.stage.viewer.tab, Some(tab), "{key:?}");
+        assert_eq!(window.ui.viewer.tabs.open, Some(tab), "{key:?}");
     }
     window.key(Key::R, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.model.compared(), Some(&CompareWith::Reference));
+    assert_eq!(window.ui.viewer.model.compared(), Some(&CompareWith::Reference));
     for (key, mode) in [(Key::B, Comparison::SideBySide), (Key::D, Comparison::Difference), (Key::W, Comparison::Wipe)]
     {
         window.key(key, Modifiers::NONE);
-        assert_eq!(window.stage.viewer.picture.comparison, mode);
+        assert_eq!(window.ui.viewer.picture.comparison, mode);
     }
     window.key(Key::Num1, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.picture.zoom, Some(1.0));
+    assert_eq!(window.ui.viewer.picture.zoom, Some(1.0));
     window.key(Key::F, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.picture.zoom, None);
-    window.stage.viewer.model.set_tap(Some(Tap::new("scene")));
+    assert_eq!(window.ui.viewer.picture.zoom, None);
+    window.ui.viewer.model.inspect_wire(Some(InspectedWire::new("scene")));
     window.key(Key::Escape, Modifiers::NONE);
-    assert!(window.stage.viewer.model.tap().is_none());
+    assert!(window.ui.viewer.model.inspector().wire().is_none());
 }
 
 #[test]
 fn keys_undo_redo_and_save() {
     let mut window = open("lynx");
     let strength = Target::Parameter("lit.strength".into());
-    window.stage.viewer.model.set(&strength, Some(Value::Float(0.31)));
-    window.stage.viewer.model.release();
+    window.ui.viewer.model.set(&strength, Some(Value::Float(0.31)));
+    window.ui.viewer.model.release();
     window.key(Key::Z, Modifiers::COMMAND);
-    assert!(window.stage.viewer.model.changes().is_empty());
+    assert!(window.ui.viewer.model.editor().changes().is_empty());
     window.key(Key::Z, Modifiers::COMMAND | Modifiers::SHIFT);
-    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.31)));
+    assert_eq!(window.ui.viewer.model.editor().value("lit.strength"), Some(Value::Float(0.31)));
     window.key(Key::S, Modifiers::COMMAND);
-    assert!(window.stage.viewer.model.text().contains("strength: 0.31"));
-    assert!(window.stage.viewer.model.changes().is_empty());
+    assert!(window.ui.viewer.model.editor().text().contains("strength: 0.31"));
+    assert!(window.ui.viewer.model.editor().changes().is_empty());
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn a_drag_moves_the_picture_and_a_wheel_enlarges_what_is_under_the_pointer() {
     let mut window = open("lynx");
     window.frame(vec![Event::PointerMoved(PLACE)]);
     window.frame(Vec::new());
-    let under = window.stage.viewer.picture.pointer.unwrap();
+    let under = window.ui.viewer.picture.pointer.unwrap();
     for _ in 0..12 {
         let wheel = Event::MouseWheel {
             unit: egui::MouseWheelUnit::Point,
@@ -79,30 +79,30 @@ fn a_drag_moves_the_picture_and_a_wheel_enlarges_what_is_under_the_pointer() {
         window.frame(vec![wheel]);
     }
     (0..60).for_each(|_| window.frame(Vec::new()));
-    let zoom = window.stage.viewer.picture.zoom.unwrap();
+    let zoom = window.ui.viewer.picture.zoom.unwrap();
     assert!(zoom > 8.0, "{zoom}");
-    let still = window.stage.viewer.picture.pointer.unwrap();
+    let still = window.ui.viewer.picture.pointer.unwrap();
     assert!((0..2).all(|axis| (under[axis] - still[axis]).abs() < 0.01), "{under:?} {still:?}");
     window.drag(PLACE, PLACE + vec2(80.0, 0.0));
-    let moved = window.stage.viewer.picture.pointer.unwrap();
+    let moved = window.ui.viewer.picture.pointer.unwrap();
     assert!((0..2).all(|axis| (under[axis] - moved[axis]).abs() < 0.02), "{under:?} {moved:?}");
-    assert_eq!(window.stage.viewer.picture.zoom, Some(zoom));
+    assert_eq!(window.ui.viewer.picture.zoom, Some(zoom));
 }
 
 #[test]
 fn the_line_of_a_wipe_is_dragged_and_both_pictures_are_shown() {
     let mut window = open("lynx");
-    let model = &mut window.stage.viewer.model;
+    let model = &mut window.ui.viewer.model;
     model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(1.0)));
     model.set_compared(Some(CompareWith::Written));
     (0..6).for_each(|_| window.frame(Vec::new()));
-    let before = window.stage.viewer.picture.wipe;
+    let before = window.ui.viewer.picture.wipe;
     assert!((before - 0.5).abs() < 1e-6);
     // The picture lies between the panels, whose widths are those of the first frame.
     let (left, right) = picture_columns(&window);
     let line = pos2((left + right) / 2.0, PLACE.y);
     window.drag(line, line - vec2(100.0, 0.0));
-    let after = window.stage.viewer.picture.wipe;
+    let after = window.ui.viewer.picture.wipe;
     let wanted = 0.5 - 100.0 / (right - left);
     assert!((after - wanted).abs() < 0.02, "{after} {wanted}");
 }
@@ -119,7 +119,7 @@ fn picture_columns(window: &Window) -> (f32, f32) {
 #[test]
 fn nothing_is_drawn_outside_of_the_window_and_the_panels_are_there() {
     let mut window = open("tsushima");
-    window.stage.viewer.shows_probe = true;
+    window.ui.viewer.inspects_pixels = true;
     window.frame(vec![Event::PointerMoved(PLACE)]);
     (0..6).for_each(|_| window.frame(Vec::new()));
     let pixels = window.texels().to_floats();
@@ -147,7 +147,7 @@ fn the_probe_stays_where_the_pointer_left_and_where_it_is_pinned() {
     let go = |window: &mut Window, at| {
         window.frame(vec![Event::PointerMoved(at)]);
         window.frame(Vec::new());
-        window.stage.viewer.picture.probed
+        window.ui.viewer.picture.inspected_place
     };
     let first = go(&mut window, PLACE).unwrap();
     assert_eq!(go(&mut window, pos2(100.0, 300.0)), Some(first), "the pointer is at the parameters");
@@ -164,17 +164,21 @@ fn the_probe_stays_where_the_pointer_left_and_where_it_is_pinned() {
 fn closing_asks_while_changes_are_not_saved() {
     let mut window = open("lynx");
     let strength = Target::Parameter("lit.strength".into());
-    window.stage.viewer.model.set(&strength, Some(Value::Float(0.31)));
-    window.stage.viewer.leave();
+    window.ui.viewer.model.set(&strength, Some(Value::Float(0.31)));
+    window.ui.viewer.close();
     window.frame(Vec::new());
-    assert!(!window.stage.viewer.is_leaving());
+    assert!(!window.ui.viewer.is_closing());
     window.key(Key::Escape, Modifiers::NONE);
     window.frame(Vec::new());
-    assert!(!window.stage.viewer.is_leaving());
-    assert_eq!(window.stage.viewer.model.value("lit.strength"), Some(Value::Float(0.31)), "the window stays as it was");
+    assert!(!window.ui.viewer.is_closing());
+    assert_eq!(
+        window.ui.viewer.model.editor().value("lit.strength"),
+        Some(Value::Float(0.31)),
+        "the window stays as it was"
+    );
     window.key(Key::S, Modifiers::COMMAND);
-    window.stage.viewer.leave();
-    assert!(window.stage.viewer.is_leaving());
+    window.ui.viewer.close();
+    assert!(window.ui.viewer.is_closing());
 }
 
 #[test]
@@ -184,17 +188,17 @@ fn a_fact_is_unknown_no_or_yes_and_goes_back() {
     // The row of the fact, below its heading: unknown, no, yes.
     for x in FACT_COLUMNS {
         window.click(pos2(x, FACT_ROW));
-        seen.push(window.stage.viewer.model.fact("emissive"));
+        seen.push(window.ui.viewer.model.fact("emissive"));
     }
     assert_eq!(seen, [Some(Fact::Flag(false)), Some(Fact::Flag(true)), None]);
 }
 
 /// The file that an export of the window makes.
 fn exported(window: &mut Window, kind: ExportKind) -> afterimage_view::Exported {
-    window.stage.viewer.export(kind);
+    window.ui.viewer.export(kind);
     for _ in 0..200 {
         window.frame(Vec::new());
-        if let Some(exported) = window.stage.viewer.take_export() {
+        if let Some(exported) = window.ui.viewer.take_export() {
             return exported;
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
@@ -210,12 +214,12 @@ fn decoded(exported: &afterimage_view::Exported) -> afterimage_media::Picture {
 #[test]
 fn the_exported_numbers_are_those_of_the_image() {
     let mut window = open("tsushima");
-    settle(&mut window.stage.viewer.model);
-    window.stage.viewer.model.set_tap(Some(Tap::new("scene")));
+    settle(&mut window.ui.viewer.model);
+    window.ui.viewer.model.inspect_wire(Some(InspectedWire::new("scene")));
     window.frame(Vec::new());
     let file = exported(&mut window, ExportKind::Numbers);
     assert_eq!(file.name, "tsushima-scene.exr");
-    let (_, image) = window.stage.viewer.model.tapped().unwrap();
+    let (_, image) = window.ui.viewer.model.inspected_image().unwrap();
     let numbers = texels(&image).to_floats();
     let picture = decoded(&file);
     assert_eq!((picture.width, picture.height), (SIZE.width, SIZE.height));
@@ -229,9 +233,9 @@ fn the_exported_numbers_are_those_of_the_image() {
 #[test]
 fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
     let mut window = open("lynx");
-    settle(&mut window.stage.viewer.model);
+    settle(&mut window.ui.viewer.model);
     window.frame(Vec::new());
-    let shown = picture(&window.stage.viewer.model);
+    let shown = picture(&window.ui.viewer.model);
     let file = exported(&mut window, ExportKind::Picture);
     assert_eq!(file.name, "lynx.png");
     let code = |light: f32| (Transfer::Srgb.to_signal(light.into()) * 255.0).round() as i32;
@@ -244,8 +248,8 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
             assert!((0..3).all(|channel| codes[channel] == i32::from(shown.bytes[at + channel])), "{x},{y}");
         }
     }
-    window.stage.viewer.model.set_compared(Some(CompareWith::Pipeline("caracal".into())));
-    window.stage.viewer.picture.comparison = Comparison::SideBySide;
+    window.ui.viewer.model.set_compared(Some(CompareWith::Pipeline("caracal".into())));
+    window.ui.viewer.picture.comparison = Comparison::SideBySide;
     (0..4).for_each(|_| window.frame(Vec::new()));
     let both = decoded(&exported(&mut window, ExportKind::Picture));
     assert_eq!((both.width, both.height), (2 * SIZE.width, SIZE.height));
@@ -259,12 +263,12 @@ fn the_exported_picture_is_what_is_seen_also_where_two_are_compared() {
 #[test]
 fn the_exported_pipeline_is_the_text_with_the_changed_values() {
     let mut window = open("lynx");
-    window.stage.viewer.model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(0.31)));
-    window.stage.viewer.export_pipeline();
-    let file = window.stage.viewer.take_export().unwrap();
+    window.ui.viewer.model.set(&Target::Parameter("lit.strength".into()), Some(Value::Float(0.31)));
+    window.ui.viewer.export_pipeline();
+    let file = window.ui.viewer.take_export().unwrap();
     let text = String::from_utf8(file.bytes).unwrap();
     assert!(file.name == "lynx.ron" && text.contains("strength: 0.31"), "{}: {text}", file.name);
-    assert!(!window.stage.viewer.model.changes().is_empty(), "an export is no save");
+    assert!(!window.ui.viewer.model.editor().changes().is_empty(), "an export is no save");
 }
 
 #[test]
@@ -273,27 +277,27 @@ fn a_press_outside_of_a_field_gives_the_keys_back() {
     // The field of the search, at the top of the parameters.
     window.click(pos2(90.0, 42.0));
     window.frame(vec![Event::Text("r".into())]);
-    assert!(window.stage.ctx().egui_wants_keyboard_input());
+    assert!(window.ui.ctx().egui_wants_keyboard_input());
     window.key(Key::G, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.tab, Some(Tab::Graph), "a letter is typed, and is no command");
+    assert_eq!(window.ui.viewer.tabs.open, Some(Tab::Graph), "a letter is typed, and is no command");
     window.drag(PLACE, PLACE + vec2(30.0, 0.0));
-    assert!(!window.stage.ctx().egui_wants_keyboard_input());
+    assert!(!window.ui.ctx().egui_wants_keyboard_input());
     window.key(Key::G, Modifiers::NONE);
-    assert_eq!(window.stage.viewer.tab, None);
+    assert_eq!(window.ui.viewer.tabs.open, None);
 }
 
 #[test]
 fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
     for before in [Some(Tab::Cost), None] {
         let mut window = open("lynx");
-        window.stage.viewer.tab = before;
-        let good = window.stage.viewer.model.text().to_owned();
-        window.stage.viewer.model.edit(&good.replace("Composite(", "Compositor("));
+        window.ui.viewer.tabs.open = before;
+        let good = window.ui.viewer.model.editor().text().to_owned();
+        window.ui.viewer.model.edit(&good.replace("Composite(", "Compositor("));
         window.frame(Vec::new());
-        assert_eq!(window.stage.viewer.tab, Some(Tab::Messages));
-        window.stage.viewer.model.edit(&good);
+        assert_eq!(window.ui.viewer.tabs.open, Some(Tab::Messages));
+        window.ui.viewer.model.edit(&good);
         window.frame(Vec::new());
-        assert_eq!(window.stage.viewer.tab, before);
+        assert_eq!(window.ui.viewer.tabs.open, before);
     }
 }
 
@@ -301,11 +305,11 @@ fn a_problem_opens_the_messages_and_its_end_what_was_open_before() {
 fn a_dropped_pipeline_is_opened_and_a_file_that_is_none_changes_nothing() {
     let mut window = open("lynx");
     window.drop_file("holiday.txt");
-    assert_eq!(window.stage.viewer.model.project().name(), "lynx.ron");
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "lynx.ron");
     window.drop_file("somewhere/caracal.ron");
-    assert_eq!(window.stage.viewer.model.project().name(), "caracal.ron");
-    settle(&mut window.stage.viewer.model);
-    assert!(window.stage.viewer.model.problem().is_none());
+    assert_eq!(window.ui.viewer.model.editor().project().name(), "caracal.ron");
+    settle(&mut window.ui.viewer.model);
+    assert!(window.ui.viewer.model.problem().is_none());
 }
 
 #[test]
@@ -320,12 +324,12 @@ fn narrow_windows_show_the_picture_in_their_whole_width_and_the_parameters_below
         for y in (4..size[1]).step_by(62) {
             for x in (4..size[0]).step_by(82) {
                 window.frame(vec![Event::PointerMoved(pos2(x as f32, y as f32))]);
-                covered += u32::from(window.stage.viewer.picture.pointer.is_some());
+                covered += u32::from(window.ui.viewer.picture.pointer.is_some());
                 all += 1;
             }
         }
         assert!(100 * covered > least * all, "{size:?}: {covered} of {all}");
-        assert_eq!(window.stage.viewer.tab, Some(Tab::Parameters), "{size:?}");
+        assert_eq!(window.ui.viewer.tabs.open, Some(Tab::Parameters), "{size:?}");
     }
 }
 
@@ -336,7 +340,7 @@ fn the_picture_alone_fills_the_window() {
     assert!(right - left < 900.0);
     window.key(Key::H, Modifiers::NONE);
     window.frame(Vec::new());
-    window.stage.viewer.picture.zoom = Some(1.0);
+    window.ui.viewer.picture.zoom = Some(1.0);
     (0..2).for_each(|_| window.frame(Vec::new()));
     let (left, right) = picture_columns(&window);
     assert_eq!((left, right), (0.0, WINDOW[0] as f32 - 1.0));

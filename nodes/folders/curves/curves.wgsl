@@ -32,7 +32,7 @@ struct Curves {
     amount: f32,
 }
 
-// Whether all points lie on the diagonal, where the curve is straight.
+// True if all points lie on the diagonal, where the curve is straight.
 fn curves_is_straight(p: MonotonePoints) -> bool {
     return p.p0.x == p.p0.y && p.p1.x == p.p1.y && p.p2.x == p.p2.y && p.p3.x == p.p3.y && p.p4.x == p.p4.y;
 }

@@ -1,4 +1,4 @@
-// What the neighbors of a pixel say of an edge through it: its gradient, and how clear it is, from 0 to 1.
+// The edge through a pixel, from its neighbors: its gradient, and its strength from 0 to 1.
 struct Fsr1Edge { gradient: vec2f, clearness: f32 }
 
 fn fsr1_luma(color: vec4f) -> f32 {

@@ -8,7 +8,7 @@ struct Glitch {
     fringe: f32,
 }
 
-// How far the block of a line jumps, from -1 to 1: mostly 0.
+// The offset of the block of a line, from -1 to 1: mostly 0.
 fn glitch_jump(line: f32, time: f32, params: Glitch) -> f32 {
     let moment = i32(clamp(floor(time * params.rate), 0.0, 1e6));
     let block = i32(floor(line * params.blocks));

@@ -35,7 +35,7 @@ fn lens_profile_slope(r: f32, params: LensProfile) -> f32 {
     return ptlens + s * (3.0 * params.poly5.x + s * 5.0 * params.poly5.y);
 }
 
-// How much farther out a channel stands.
+// The magnification of a channel.
 fn lens_profile_fringe(r: f32, channel: vec3f) -> f32 {
     return channel.x + r * (channel.y + r * channel.z);
 }
@@ -57,7 +57,7 @@ fn lens_profile_straight(r: f32, channel: vec3f, params: LensProfile) -> f32 {
     return straight;
 }
 
-// What one channel of the result shows at a place from the middle, in halves of the shorter side.
+// One channel of the result at a position from the middle, in halves of the shorter side.
 fn lens_profile_read(t: texture_2d<f32>, s: sampler, place: vec2f, channel: vec3f, params: LensProfile) -> vec4f {
     let size = vec2f(textureDimensions(t));
     let side = min(size.x, size.y);

@@ -51,7 +51,7 @@ fn ssgi_levels(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> v
     return tap(source, source_sampler, at.uv);
 }
 
-// Where a texel's surface is seen.
+// The position of a texel's surface.
 fn ssgi_uv(depth: texture_2d<f32>, texel_at: vec2i) -> vec2f {
     return (vec2f(ssgi_pixel(depth, texel_at)) + 0.5) / vec2f(textureDimensions(depth));
 }
@@ -75,7 +75,7 @@ fn ssgi_share(facing: vec2f, angle: f32) -> f32 {
     return 0.5 * (facing.x * sin(x) * sin(x) + facing.y * (x - sin(x) * cos(x)));
 }
 
-// How many texels there are to the border.
+// The number of texels to the border.
 fn ssgi_room(texel_at: vec2i, direction: vec2f, size: vec2f) -> f32 {
     let middle = vec2f(texel_at) + 0.5;
     let room = select(middle, size - middle, direction > vec2f(0.0)) / max(abs(direction), vec2f(1e-6));
@@ -107,7 +107,7 @@ fn ssgi_read(
     return tap(l6, l6_sampler, uv).rgb;
 }
 
-// What a white surface at a point would scatter, of the light that a texel sends.
+// The share of a texel's radiance that a white surface at a point would scatter.
 fn ssgi_gathered(
     l1: texture_2d<f32>,
     l1_sampler: sampler,
@@ -199,7 +199,7 @@ fn ssgi_gathered(
     return vec4f(min(scattered, vec3f(HALF_MAX)), own.w);
 }
 
-// How much a texel's light counts at a place with this normal.
+// The weight of a texel's radiance at a position with this normal.
 fn ssgi_alike(
     surface: texture_2d<f32>,
     depth: texture_2d<f32>,
@@ -298,7 +298,7 @@ fn ssgi_mixed(
     return vec4f(mix(third.rgb, old.rgb, select(0.0, 1.0 - params.blend, was_seen)), third.w);
 }
 
-// What surfaces scatter: the nearest four texels that show the pixel's surface.
+// The scattered radiance: the nearest four texels that show the pixel's surface.
 fn ssgi(
     source: vec4f,
     albedo: vec4f,

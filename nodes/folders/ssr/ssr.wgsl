@@ -25,14 +25,14 @@ struct SsrRay {
     last: f32,           // the share of the ray that the image shows
 }
 
-// What a ray meets.
+// The hit of a ray.
 struct SsrHit {
     uv: vec2f,
     way: f32,            // meters from the surface
     share: f32,          // how much of it is known
 }
 
-// How much of the image's side reflections fade over at its border.
+// The part of the image's side over which reflections fade at its border.
 const SSR_BORDER: f32 = 0.08;
 // Halvings of the step in which a ray meets a surface.
 const SSR_HALVINGS: i32 = 6;
@@ -73,7 +73,7 @@ fn ssr_distance(ray: SsrRay, share: f32) -> f32 {
     return -mix(ray.from_z * ray.from_inverse, ray.to_z * ray.to_inverse, share) / inverse;
 }
 
-// How far the ray is behind what the image shows there.
+// The distance of the ray behind the surface that the image shows there.
 fn ssr_behind(depth: texture_2d<f32>, ray: SsrRay, share: f32) -> f32 {
     let pixel = vec2i(floor(mix(ray.from_pixel, ray.to_pixel, share)));
     return ssr_distance(ray, share) - max(texel(depth, pixel).x, 1e-3);
@@ -114,7 +114,7 @@ fn ssr_hit(depth: texture_2d<f32>, camera: Camera, place: vec3f, way: vec3f, par
         }
         before = share;
     }
-    // What is farther than all rays, such as the sky.
+    // Farther than all rays, such as the sky.
     let sky = camera_uv(camera, place + SURFACE_FARTHEST * way).xy;
     let is_seen = way.z < 0.0 && all(sky >= vec2f(0.0)) && all(sky < vec2f(1.0));
     let there = texel(depth, vec2i(floor(clamp(sky, vec2f(0.0), vec2f(1.0)) * size))).x;

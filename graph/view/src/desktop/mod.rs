@@ -17,13 +17,12 @@ use winit::window::{Window, WindowId};
 
 use crate::Problem;
 use crate::model::{Images, Model, Project};
-use crate::stage::{OpenFile, Stage, Target};
-use crate::ui::new_files::free_name;
+use crate::ui::new_file::free_name;
 use crate::ui::{MakeProject, NewFiles};
+use crate::ui_renderer::{FrameTarget, OpenFile, UiRenderer};
 use surface::Surface;
 pub use wake::Wake;
 
-/// What the window is opened with.
 pub struct Desktop {
     /// Part of the name of the graphics adapter; `None` for the fastest.
     pub adapter: Option<String>,
@@ -38,7 +37,6 @@ pub struct Desktop {
     pub new_file: MakeProject,
     /// The tier to begin with.
     pub tier: Option<String>,
-    /// What is known about the scene.
     pub facts: Facts,
     /// Draws a frame at once when a file has changed.
     pub wake: Wake,
@@ -80,7 +78,7 @@ struct Shell {
 struct Shown {
     window: Arc<Window>,
     surface: Surface,
-    stage: Stage,
+    ui: UiRenderer,
     input: egui_winit::State,
     adapter: Option<String>,
     errors: ErrorLog,
@@ -129,7 +127,7 @@ impl ApplicationHandler<FilesChanged> for Shell {
             }
             _ => {}
         }
-        if shown.stage.viewer.is_leaving() {
+        if shown.ui.viewer.is_closing() {
             events.exit();
         }
     }
@@ -169,9 +167,9 @@ impl Shown {
         // A processor renders for long. While time stands, it renders what a change reaches alone.
         model.clock().is_playing = !gpu.is_processor();
         desktop.facts.iter().for_each(|(name, fact)| model.set_fact(name, Some(fact)));
-        let stage = Stage::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
+        let ui = UiRenderer::new(model, surface.format(), desktop.open, NewFiles::Asked(desktop.new_file));
         let input = egui_winit::State::new(
-            stage.ctx().clone(),
+            ui.ctx().clone(),
             egui::ViewportId::ROOT,
             &window,
             Some(window.scale_factor() as f32),
@@ -183,7 +181,7 @@ impl Shown {
         Ok(Self {
             window,
             surface,
-            stage,
+            ui,
             input,
             adapter,
             errors,
@@ -197,25 +195,26 @@ impl Shown {
     fn draw(&mut self) -> Result<(), Problem> {
         self.update_title();
         // A lost device has no next image to draw into.
-        if !self.stage.viewer.model.has_device() {
+        if !self.ui.viewer.model.has_device() {
             return self.replace_lost_device();
         }
         let elapsed = std::mem::replace(&mut self.last, Instant::now()).elapsed().as_secs_f64();
-        let Some(frame) = self.surface.next(self.stage.viewer.model.gpu()) else {
+        let Some(frame) = self.surface.next(self.ui.viewer.model.gpu()) else {
             self.redraw_at = Some(Instant::now() + POLL_INTERVAL);
             return Ok(());
         };
         let input = self.input.take_egui_input(&self.window);
         if input.events.iter().any(is_close) {
-            self.stage.viewer.leave();
+            self.ui.viewer.close();
         }
         let size = [frame.texture.width(), frame.texture.height()];
-        let gpu = self.stage.viewer.model.gpu().clone();
-        self.stage.viewer.picture.headroom = self.surface.headroom();
-        let stage = &mut self.stage;
-        let output = self.surface.draw(&frame.texture, |view| stage.frame(input, Target { view, size }, elapsed), &gpu);
+        let gpu = self.ui.viewer.model.gpu().clone();
+        self.ui.viewer.picture.headroom = self.surface.headroom();
+        let ui = &mut self.ui;
+        let output =
+            self.surface.draw(&frame.texture, |view| ui.frame(input, FrameTarget { view, size }, elapsed), &gpu);
         self.window.pre_present_notify();
-        self.stage.viewer.model.gpu().queue.present(frame);
+        self.ui.viewer.model.gpu().queue.present(frame);
         self.input.handle_platform_output(&self.window, output.platform_output);
         self.store_export();
         self.schedule_redraw(output.viewport_output.values().map(|viewport| viewport.repaint_delay).min());
@@ -224,14 +223,13 @@ impl Shown {
 
     /// Closes the window unless changes would be lost; then the question must be seen.
     fn ask_to_close(&mut self) {
-        self.stage.viewer.leave();
+        self.ui.viewer.close();
         self.window.set_minimized(false);
         self.window.request_redraw();
     }
 
-    /// Schedules the next redraw.
     fn schedule_redraw(&mut self, delay: Option<Duration>) {
-        let is_playing = self.stage.viewer.model.clock().is_playing;
+        let is_playing = self.ui.viewer.model.clock().is_playing;
         let delay = if is_playing { Duration::ZERO } else { delay.unwrap_or(POLL_INTERVAL).min(POLL_INTERVAL) };
         self.redraw_at = Some(Instant::now() + delay);
     }
@@ -239,22 +237,22 @@ impl Shown {
     /// Opens a new device if the present one was lost.
     fn replace_lost_device(&mut self) -> Result<(), Problem> {
         if let Some(error) = self.errors.take_first() {
-            self.stage.viewer.tell(&self.stage.ctx().clone(), error);
+            self.ui.viewer.tell(&self.ui.ctx().clone(), error);
         }
-        if !matches!(self.stage.viewer.model.problem(), Some(Problem::DeviceLost)) {
+        if !matches!(self.ui.viewer.model.problem(), Some(Problem::DeviceLost)) {
             return Ok(());
         }
         let (gpu, surface) = Surface::open(&self.window, self.adapter.as_deref())?;
         (self.errors, self.surface) = (gpu.log_errors(), surface);
-        self.stage.viewer.model.rebuild(&gpu)?;
-        self.stage.renew(self.surface.format());
+        self.ui.viewer.model.rebuild(&gpu)?;
+        self.ui.set_target(self.surface.format());
         Ok(())
     }
 
     fn update_title(&mut self) {
-        let viewer = &self.stage.viewer;
+        let viewer = &self.ui.viewer;
         let mark = if viewer.is_unsaved() { " *" } else { "" };
-        let title = format!("{}{mark} – Afterimage", viewer.model.project().name());
+        let title = format!("{}{mark} – Afterimage", viewer.model.editor().project().name());
         if title != self.title {
             self.window.set_title(&title);
             self.title = title;
@@ -263,17 +261,17 @@ impl Shown {
 
     /// Stores what was exported in the folder that the program was started in.
     fn store_export(&mut self) {
-        let Some(exported) = self.stage.viewer.take_export() else { return };
+        let Some(exported) = self.ui.viewer.take_export() else { return };
         let path = free_name(&exported.name);
         let said = match write_atomic(&path, &exported.bytes) {
             Ok(()) => format!("Exported: {}", shown_path(&std::path::absolute(&path).unwrap_or(path))),
             Err(error) => format!("Nothing is exported: {error}"),
         };
-        self.stage.viewer.tell(&self.stage.ctx().clone(), said);
+        self.ui.viewer.tell(&self.ui.ctx().clone(), said);
     }
 }
 
-/// Whether the keys are pressed that close windows.
+/// True for the keys that close windows.
 fn is_close(event: &egui::Event) -> bool {
     let egui::Event::Key { key: egui::Key::Q, pressed: true, modifiers, .. } = event else { return false };
     modifiers.command

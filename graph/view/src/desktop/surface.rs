@@ -28,7 +28,7 @@ pub(super) struct Surface {
     screen: Option<Screen>,
     /// The brightest light of the screen, where 1 is SDR white; `None` without HDR.
     headroom: Option<f32>,
-    /// Whether the configuration is to be given to the device before the next frame.
+    /// The surface must be configured before the next frame.
     is_stale: bool,
 }
 

@@ -7,7 +7,6 @@ use std::sync::{Arc, OnceLock};
 pub struct Wake(Arc<OnceLock<Box<dyn Fn() + Send + Sync>>>);
 
 impl Wake {
-    /// Requests a redraw.
     pub fn call(&self) {
         if let Some(wake) = self.0.get() {
             wake();

@@ -11,7 +11,7 @@ use afterimage_graph::value::Value;
 pub enum Target {
     /// A parameter, `node.parameter`.
     Parameter(String),
-    /// Whether a node runs.
+    /// The switch of a node.
     Node(String),
 }
 
@@ -31,7 +31,7 @@ impl Target {
         }
     }
 
-    /// What is saved if it has this value.
+    /// The change to save for this value.
     pub fn change(&self, value: &Value) -> Change {
         match self {
             Self::Parameter(name) => Change::Value { parameter: name.clone(), value: value.clone() },
@@ -49,7 +49,7 @@ struct State {
     values: BTreeMap<Target, Value>,
 }
 
-/// What differs after an undo or a redo.
+/// The difference that an undo or a redo makes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Restored {
     /// The text, and with it any value.
@@ -101,12 +101,12 @@ impl Changes {
         self.present.values.get(target)
     }
 
-    /// Whether everything is in the file.
+    /// True if everything is in the file.
     pub fn is_empty(&self) -> bool {
         self.present.values.is_empty() && !self.is_text_changed()
     }
 
-    /// Whether the text differs from that of the file.
+    /// True if the text differs from that of the file.
     pub fn is_text_changed(&self) -> bool {
         self.present.text != self.written
     }
@@ -137,7 +137,7 @@ impl Changes {
         self.dragged = Some(target.clone());
     }
 
-    /// Whether a control is being dragged.
+    /// True while a control is being dragged.
     pub fn is_dragging(&self) -> bool {
         self.dragged.is_some()
     }
@@ -207,12 +207,12 @@ impl Changes {
         Some(restored)
     }
 
-    /// Whether there is a step to take back.
+    /// True if there is a step to take back.
     pub fn can_undo(&self) -> bool {
         !self.done.is_empty()
     }
 
-    /// Whether there is a step to take again.
+    /// True if there is a step to take again.
     pub fn can_redo(&self) -> bool {
         !self.undone.is_empty()
     }

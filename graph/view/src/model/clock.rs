@@ -2,7 +2,7 @@
 
 use afterimage_gpu::FrameKind;
 
-use super::chain::Moment;
+use super::Moment;
 
 /// Seconds of a frame that is stepped to.
 const STEP: f64 = 1.0 / 60.0;
@@ -15,11 +15,11 @@ pub struct PlayClock {
     /// Seconds since the start.
     pub time: f64,
     pub is_playing: bool,
-    /// Whether the next frame is rendered although playback is paused.
+    /// The next frame is rendered although playback is paused.
     step: bool,
-    /// Whether the next frame is a cut.
+    /// The next frame is a cut.
     cut: bool,
-    /// Whether the last frame was sought, and has no history.
+    /// The last frame was sought, and has no history.
     was_sought: bool,
     /// The moment of the last frame.
     last: Moment,
@@ -47,7 +47,7 @@ impl PlayClock {
         (self.time, self.cut, self.was_sought) = (time.max(0.0), true, true);
     }
 
-    /// Whether the shown frame was sought: it has no history.
+    /// True if the shown frame was sought: it has no history.
     pub fn is_cut_shown(&self) -> bool {
         self.was_sought
     }
@@ -67,11 +67,6 @@ impl PlayClock {
         self.time += dt;
         self.last = Moment { time: self.time, dt, kind: FrameKind::cut_if(is_cut) };
         Some(self.last)
-    }
-
-    /// The moment of another frame at the time of the last one, which runs whole.
-    pub fn still(&self) -> Moment {
-        Moment { time: self.time, ..Moment::default() }
     }
 
     /// The moment of the last frame again.

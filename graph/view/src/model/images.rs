@@ -7,16 +7,22 @@ use afterimage_gpu::{Frame, FrameKind, Gpu, Parameter, Post, texture_format};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
-use afterimage_graph::node::{CAMERA, Registry};
+use afterimage_graph::node::{BlockData, CAMERA, Registry};
 use afterimage_nodes::DemoScene;
 
-use super::chain::Moment;
-use super::files::Files;
-use super::frame_images::FrameImages;
+use super::{Files, Moment};
 use crate::Problem;
 use crate::render::device::image;
 
-/// What the inputs of a pipeline get.
+/// The images of a frame, by the names of the pipeline's inputs.
+#[derive(Clone, Default)]
+pub struct FrameImages {
+    pub images: Vec<(String, TextureView)>,
+    /// The cameras.
+    pub blocks: Vec<(String, BlockData)>,
+}
+
+/// The source of the images of a pipeline's inputs.
 pub enum Images {
     Scene(Box<Scene>),
     /// Images from files, one for each named input.
@@ -110,7 +116,7 @@ const SCENE: &str = r#"Pipeline(
         "albedo": "scene.albedo", "motion": "scene.motion",
     },
 )"#;
-/// The outputs of the scene that are not light.
+/// The outputs of the scene that are data.
 const DATA: [&str; 4] = ["depth", "normal", "albedo", "motion"];
 /// The output that a pipeline with a camera gets for its depth.
 const PROJECTED: &str = "projected";
@@ -128,7 +134,7 @@ pub struct Scene {
     whole: Graph,
     /// The outputs that are rendered: those that a pipeline has needed so far.
     required: BTreeSet<&'static str>,
-    /// Whether something is required that was not rendered yet.
+    /// An output is required that was not rendered yet.
     is_stale: bool,
     /// Time and camera of the last frame.
     seen: DemoScene,
@@ -199,7 +205,7 @@ impl Scene {
         Ok(self.post.finish_changes()?)
     }
 
-    /// What the inputs get of the frame that was rendered last.
+    /// The images of the last rendered frame, for the inputs of a pipeline.
     fn again(&self, inputs: &[GraphInput]) -> Result<FrameImages, Problem> {
         let cameras = inputs.iter().filter(|input| is_camera(input));
         let camera = self.seen.camera(self.size).data().map_err(Problem::message)?;
@@ -211,7 +217,7 @@ impl Scene {
 /// The outputs of the scene with one number.
 const DEPTHS: [&str; 2] = ["depth", PROJECTED];
 
-/// Where the camera is: it goes to the window and back.
+/// The position of the camera on its way to the window and back.
 fn walked(time: f64) -> f64 {
     let part = (time * SPEED).rem_euclid(2.0);
     let there_and_back = if part > 1.0 { 2.0 - part } else { part };
@@ -228,12 +234,12 @@ fn target(device: &wgpu::Device, label: &str, size: Size, format: Format) -> Tex
     texture.create_view(&Default::default())
 }
 
-/// Whether an input gets the scene's camera: that of the eye, and not that of a light.
+/// True if an input gets the scene's camera: that of the eye, and not that of a light.
 fn is_camera(input: &GraphInput) -> bool {
     input.block.is_some_and(|block| *block == CAMERA) && input.name == "camera"
 }
 
-/// The output of the scene for an input: data by name, light for inputs of light.
+/// The output of the scene for an input: data by name, the picture for inputs of linear color.
 fn output_for(input: &GraphInput, has_camera: bool) -> Option<&'static str> {
     if input.block.is_some() || input.volume {
         return None;
@@ -244,8 +250,8 @@ fn output_for(input: &GraphInput, has_camera: bool) -> Option<&'static str> {
     data.or((is_light && !input.optional).then_some("result"))
 }
 
-/// The output of the scene for each input: data by name, light for inputs of light. Optional inputs of light get none,
-/// because they are masks and second pictures.
+/// The output of the scene for each input: data by name, the picture for inputs of linear color. Optional inputs of
+/// linear color get none, because they are masks and second pictures.
 fn images_of(
     inputs: &[GraphInput],
     targets: &[(&'static str, TextureView)],

@@ -1,146 +1,110 @@
-//! What the viewer shows, without a window: a pipeline, what feeds it, what is changed in it, and when.
+//! State of the viewer without a window: an open pipeline, its images, the user's changes, and time.
 
-mod chain;
-mod chains;
 mod changes;
 mod clock;
-mod compare_with;
 mod comparison;
-mod conflict;
+mod editor;
 mod fault_count;
-mod files;
-mod frame;
-mod frame_images;
+mod image_files;
 mod images;
-mod inspect;
-mod measure;
+mod inspector;
+mod instance;
+mod instances;
 mod project;
-mod reading;
-mod savings;
-mod tap;
 
-use std::sync::Arc;
+use afterimage_gpu::{Gpu, GpuError, KernelFaults, wgpu};
+use afterimage_graph::check::{Fact, ParameterId};
+use afterimage_graph::node::PortType;
+use afterimage_graph::value::Value;
 
-use afterimage_gpu::{Gpu, GpuError, KernelFaults, Watch};
-use afterimage_graph::check::{Fact, Facts, Graph, ParameterId};
-use afterimage_graph::diagnostic::Diagnostics;
-use afterimage_graph::document::Claim;
-use afterimage_graph::value::{FileValue, Value};
-
-pub use chain::{Chain, Moment, Purpose};
 pub use changes::{Changes, Restored, Target};
 pub use clock::PlayClock;
-pub use compare_with::CompareWith;
-pub use conflict::{Conflict, Resolution};
-pub use files::{Files, HaveChanged, ReadFrame};
-pub use frame::Rendered;
-pub use frame_images::FrameImages;
-pub use images::{Images, Scene};
+pub use comparison::CompareWith;
+pub use editor::{Conflict, Editor, Resolution};
+pub use image_files::{Files, HaveChanged, ReadFrame};
+pub use images::{FrameImages, Images, Scene};
+pub use inspector::{InspectedImage, InspectedWire, Inspector};
+pub use instance::{Moment, PipelineInstance, PlanPreset};
 pub use project::{Checked, NamedFile, Project, Store, TextProject, saved};
-pub use savings::{Saving, Savings, SavingsTotal};
-pub use tap::{Tap, TapImage};
 
 use crate::Problem;
-use chains::Chains;
-use fault_count::FaultCount;
+use instances::Instances;
 
-/// A pipeline that is open in the viewer.
+/// A pipeline that is open in the viewer. It applies each change of the [`Editor`] to the pipelines that render.
 pub struct Model {
-    gpu: Gpu,
-    project: Box<dyn Project>,
-    /// The graph as the file has it, for the present tier.
-    graph: Option<Arc<Graph>>,
-    warnings: Diagnostics,
-    tiers: Vec<String>,
-    claims: Vec<(String, Claim)>,
-    facts: Facts,
-    /// The facts that the pipeline declares, with their meanings.
-    fact_meanings: Vec<(String, String)>,
-    changes: Changes,
-    conflict: Option<Conflict>,
-    /// Whether the file of the pipeline was there and is gone.
-    is_gone: bool,
-    /// Whether the last check of the text has found errors.
-    has_errors: bool,
-    /// Why the newest text, or a frame, cannot be shown. The last good picture stays.
-    problem: Option<Problem>,
+    editor: Editor,
+    instances: Instances,
     images: Images,
     /// The images of the last frame.
-    fed: FrameImages,
+    frame_images: FrameImages,
     clock: PlayClock,
-    chains: Chains,
-    faults: FaultCount,
-    savings: Option<Savings>,
-    tap: Option<Tap>,
-    /// The table or value that the tap reads.
-    watched: Option<Watch>,
-    /// Whether the values at every node are asked for.
-    probes: bool,
-    /// Whether the picture no longer suits what is set.
+    /// Errors of the newest text, or of the last frame. The last good picture stays.
+    problem: Option<Problem>,
+    /// The picture does not show the latest changes yet.
     is_stale: bool,
+}
+
+/// Result of [`Model::render`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rendered {
+    New,
+    /// Nothing has changed, so nothing was rendered.
+    Same,
+    /// The previous pictures stay: see [`Model::problem`].
+    Failed,
+    /// Nothing yet: the window is shown first, because the first plan may compile for seconds.
+    Later,
 }
 
 impl Model {
     /// Opens a pipeline on a device.
     pub fn new(gpu: &Gpu, project: Box<dyn Project>, images: Images) -> Self {
         let mut model = Self {
-            gpu: gpu.clone(),
-            project,
-            graph: None,
-            warnings: Diagnostics::default(),
-            tiers: Vec::new(),
-            claims: Vec::new(),
-            facts: Facts::default(),
-            fact_meanings: Vec::new(),
-            changes: Changes::default(),
-            conflict: None,
-            is_gone: false,
-            has_errors: false,
-            problem: None,
+            editor: Editor::new(project),
+            instances: Instances::new(gpu),
             images,
-            fed: FrameImages::default(),
+            frame_images: FrameImages::default(),
             clock: PlayClock::default(),
-            chains: Chains::default(),
-            faults: FaultCount::default(),
-            savings: None,
-            tap: None,
-            watched: None,
-            probes: false,
+            problem: None,
             is_stale: true,
         };
         model.load();
         model
     }
 
-    pub fn project(&self) -> &dyn Project {
-        &*self.project
+    pub fn gpu(&self) -> &Gpu {
+        &self.instances.gpu
     }
 
-    /// The graph as the file has it, if it ever was without errors.
-    pub fn graph(&self) -> Option<&Arc<Graph>> {
-        self.graph.as_ref()
+    /// The text and the values.
+    pub fn editor(&self) -> &Editor {
+        &self.editor
     }
 
-    /// The warnings of the last check.
-    pub fn warnings(&self) -> &Diagnostics {
-        &self.warnings
-    }
-
-    /// What functions of kinds in folders do wrong in the picture, counted once for each plan.
-    pub fn kernel_faults(&self) -> &[KernelFaults] {
-        self.faults.found()
-    }
-
-    /// Why the newest text, or the last frame, cannot be shown.
+    /// Errors of the newest text, or of the last frame.
     pub fn problem(&self) -> Option<&Problem> {
         self.problem.as_ref()
     }
 
+    /// Faults of functions of kinds in folders, counted once for each plan.
+    pub fn kernel_faults(&self) -> &[KernelFaults] {
+        self.instances.faults.found()
+    }
+
+    /// The pipeline that is shown, once its text was without errors.
+    pub fn shown(&self) -> Option<&PipelineInstance> {
+        self.instances.shown.as_ref()
+    }
+
+    pub fn clock(&mut self) -> &mut PlayClock {
+        &mut self.clock
+    }
+
     /// The declared condition for which a parameter has no effect at present, as a sentence.
     pub fn inactive_reason(&self, parameter: ParameterId) -> Option<String> {
-        let graph = self.graph.as_ref()?;
+        let graph = self.editor.graph()?;
         let node = &graph.nodes[parameter.node];
-        let value = |index| self.value(&graph.parameter_name(ParameterId { index, ..parameter }));
+        let value = |index| self.editor.value(&graph.parameter_name(ParameterId { index, ..parameter }));
         let values = (0..node.kind().params().len()).map(value).collect::<Option<Vec<_>>>()?;
         let is_wired = |input: &str| {
             let mut ports = node.kind().inputs().iter().zip(&node.wires);
@@ -149,217 +113,355 @@ impl Model {
         let unmet = node.kind().unmet_condition(&values, parameter.index, is_wired)?;
         Some(format!("Has an effect only while {unmet}."))
     }
+}
 
-    /// The tiers of the pipeline.
-    pub fn tiers(&self) -> &[String] {
-        &self.tiers
+/// Text and values.
+impl Model {
+    /// Opens another pipeline; the images stay. Unsaved changes are lost.
+    pub fn open(&mut self, project: Box<dyn Project>) {
+        self.editor = Editor::new(project);
+        self.instances = Instances::new(&self.instances.gpu);
+        self.clock.cut();
+        self.load();
     }
 
-    /// What the text claims of tiers.
-    pub fn claims(&self) -> &[(String, Claim)] {
-        &self.claims
+    fn load(&mut self) {
+        match self.editor.load() {
+            Ok(()) => self.reload(),
+            Err(problem) => self.problem = Some(problem),
+        }
     }
 
-    /// The tier that is shown.
-    pub fn tier(&self) -> Option<&str> {
-        self.changes.tier()
+    /// Checks the text again. If it has errors, the last good pipeline continues to render.
+    pub fn reload(&mut self) {
+        let checked = self.editor.check();
+        self.apply_checked(checked);
+    }
+
+    fn apply_checked(&mut self, checked: Result<(), Problem>) {
+        self.problem = checked.err();
+        if self.problem.is_none() {
+            self.apply_graph();
+        }
+    }
+
+    /// Reads the pipeline and the images again if their files have changed. Returns true if those of the pipeline have.
+    /// `typed` is a text that the user is typing and that [`edit`](Self::edit) has not got yet: it counts as changed.
+    pub fn follow_files(&mut self, typed: Option<&str>) -> bool {
+        match self.images.follow() {
+            Ok(true) => {
+                self.forget_problem();
+                self.is_stale = true;
+            }
+            Ok(false) => {}
+            Err(problem) => self.problem = Some(problem),
+        }
+        if !self.editor.has_file_changed() {
+            return false;
+        }
+        if let Some(typed) = typed {
+            self.edit(typed);
+        }
+        match self.editor.read() {
+            Ok(Some(text)) if text == self.editor.changes.written() => self.reload(),
+            Ok(Some(text)) => self.follow_text(text),
+            Ok(None) => {
+                let gone = Problem::message(format!("the file `{}` is gone", self.editor.project().name()));
+                self.problem = Some(gone.hint("a save writes it again"));
+            }
+            Err(problem) => self.problem = Some(problem),
+        }
+        true
+    }
+
+    fn follow_text(&mut self, text: String) {
+        if let Some(checked) = self.editor.follow_text(text) {
+            self.apply_checked(checked);
+        }
+    }
+
+    /// Resolves the conflict, if there is one.
+    pub fn resolve(&mut self, resolution: Resolution) {
+        match (self.editor.conflict.take(), resolution) {
+            (Some(Conflict::Text(text)), Resolution::KeepMine) => self.editor.changes.set_written(&text),
+            (Some(Conflict::Text(text)), Resolution::TakeFile) => {
+                self.editor.changes.edit(&text);
+                let checked = self.editor.take_text(&text);
+                self.apply_checked(checked);
+            }
+            (Some(Conflict::Values(targets)), Resolution::TakeFile) => {
+                self.editor.changes.revert(&targets);
+                self.apply_graph();
+                self.instances.reset_values(&self.editor.changes);
+            }
+            (Some(Conflict::Values(_)), Resolution::KeepMine) | (None, _) => {}
+        }
+    }
+
+    /// Replaces the text, without writing it.
+    pub fn edit(&mut self, text: &str) {
+        self.editor.changes.edit(text);
+        self.reload();
     }
 
     /// Shows a tier; `None` is the pipeline without one.
     pub fn set_tier(&mut self, tier: Option<String>) {
-        if self.changes.tier() != tier.as_deref() {
-            self.changes.set_tier(tier);
+        if self.editor.tier() != tier.as_deref() {
+            self.editor.changes.set_tier(tier);
             self.reload();
         }
     }
 
-    /// The fact of that name, if it is known.
-    pub fn fact(&self, name: &str) -> Option<Fact> {
-        self.facts.get(name)
-    }
-
-    /// What a fact means, as the pipeline declares it.
-    pub fn fact_meaning(&self, name: &str) -> Option<&str> {
-        let (_, meaning) = self.fact_meanings.iter().find(|(known, _)| known == name)?;
-        Some(meaning)
-    }
-
-    /// Sets a fact that `when` conditions test; `None` makes it unknown.
-    pub fn set_fact(&mut self, name: &str, fact: Option<Fact>) {
-        match fact {
-            Some(fact) => self.facts.set(name, fact),
-            None => self.facts.unset(name),
+    /// Writes the text with all changed values in it, where everything else stays as it is, or into a new tier of it,
+    /// which is shown from then on. A text with errors is written as it is, and the values stay changes. Returns the
+    /// place of the text, for people.
+    ///
+    /// # Errors
+    /// The file was changed, too, and the user has to choose; it cannot be read, and is not replaced; the values cannot
+    /// be written; or the project has no place. Nothing is written then.
+    pub fn save(&mut self, new_tier: Option<&str>) -> Result<String, Problem> {
+        // The file may have changed since it was looked at last. One that is gone is written again.
+        if let Some(text) = self.editor.read()?
+            && text != self.editor.changes.written()
+        {
+            self.follow_text(text);
         }
-        self.chains.set_facts(&self.facts);
-        (self.is_stale, self.savings) = (true, None);
-    }
-
-    /// The text that is shown, without the changed values.
-    pub fn text(&self) -> &str {
-        self.changes.text()
-    }
-
-    /// What the user has changed.
-    pub fn changes(&self) -> &Changes {
-        &self.changes
-    }
-
-    /// The present value of a parameter.
-    pub fn value(&self, name: &str) -> Option<Value> {
-        let target = Target::Parameter(name.to_owned());
-        self.changes.get(&target).cloned().or_else(|| self.written(&target))
-    }
-
-    /// The value in the text.
-    pub fn written(&self, target: &Target) -> Option<Value> {
-        target.written(self.graph.as_deref()?)
-    }
-
-    /// Whether a node runs, as far as the file and the user state.
-    pub fn is_on(&self, node: &str) -> bool {
-        match self.changes.get(&Target::Node(node.to_owned())) {
-            Some(value) => *value == Value::Bool(true),
-            None => self.graph.as_ref().and_then(|graph| graph.node(node)).is_some_and(|(_, node)| !node.off),
+        if self.editor.conflict.is_some() {
+            return Err(Problem::message("the file was changed by another program, too")
+                .hint("choose whether yours or the file's is kept, and save again"));
         }
+        let place = self.editor.write(new_tier)?;
+        self.reload_saved();
+        Ok(place)
+    }
+
+    /// The same into another place, where the pipeline is from then on; the history stays.
+    ///
+    /// # Errors
+    /// The values or the text cannot be written. The pipeline stays where it was then.
+    pub fn save_as(&mut self, project: Box<dyn Project>, new_tier: Option<&str>) -> Result<String, Problem> {
+        let place = self.editor.write_into(project, new_tier)?;
+        self.reload_saved();
+        Ok(place)
+    }
+
+    fn reload_saved(&mut self) {
+        self.reload();
+        self.instances.reset_values(&self.editor.changes);
     }
 
     /// Changes a parameter or switches a node; `None` goes back to the file. A value that the node refuses is a
     /// problem, and changes nothing.
     pub fn set(&mut self, target: &Target, value: Option<Value>) {
-        let before = self.changes.get(target).cloned();
-        let value = match value.map(|value| self.with_bytes(value)).transpose() {
-            Ok(value) => value.filter(|value| self.written(target).as_ref() != Some(value)),
-            Err(why) => return self.problem = Some(Problem::message(why)),
+        let before = self.editor.changes.get(target).cloned();
+        let value = match value.map(|value| self.editor.with_bytes(value)).transpose() {
+            Ok(value) => value.filter(|value| self.editor.written(target).as_ref() != Some(value)),
+            Err(problem) => return self.problem = Some(problem),
         };
-        self.changes.set(target, value);
+        self.editor.changes.set(target, value);
         if let Err(problem) = self.apply(target) {
-            self.changes.set(target, before);
+            self.editor.changes.set(target, before);
             self.problem = Some(problem);
-        }
-    }
-
-    /// A file with its content.
-    fn with_bytes(&self, value: Value) -> Result<Value, String> {
-        match value {
-            Value::File(file) if file.bytes.is_none() && !file.path.is_empty() => {
-                let bytes = self.project.file(&file.path).map_err(|why| format!("`{}`: {why}", file.path))?;
-                Ok(Value::File(FileValue { bytes: Some(bytes.into()), ..file }))
-            }
-            other => Ok(other),
         }
     }
 
     /// The change that was under way is finished: the next one is another step of undo.
     pub fn release(&mut self) {
-        self.changes.release();
+        self.editor.changes.release();
     }
 
     /// Takes the last change of the text or of a value back.
     pub fn undo(&mut self) {
-        if let Some(restored) = self.changes.undo() {
-            self.apply_restored(restored);
-        }
+        let restored = self.editor.changes.undo();
+        self.apply_restored(restored);
     }
 
     /// Makes the change again that was taken back last.
     pub fn redo(&mut self) {
-        if let Some(restored) = self.changes.redo() {
-            self.apply_restored(restored);
-        }
+        let restored = self.editor.changes.redo();
+        self.apply_restored(restored);
     }
 
-    fn apply_restored(&mut self, restored: Restored) {
+    fn apply_restored(&mut self, restored: Option<Restored>) {
         match restored {
-            Restored::Text => {
+            Some(Restored::Text) => {
                 self.reload();
-                if self.has_errors {
+                if self.editor.has_errors() {
                     // The graph of the last good text has the restored values.
                     self.apply_graph();
                 }
-                self.chains.reset_values(&self.changes);
+                self.instances.reset_values(&self.editor.changes);
             }
-            Restored::Values(targets) => {
+            Some(Restored::Values(targets)) => {
                 for target in targets {
                     if let Err(problem) = self.apply(&target) {
                         self.problem = Some(problem);
                     }
                 }
             }
+            None => {}
         }
     }
 
-    /// Makes a change hold in what renders.
+    /// Applies a changed value to the pipelines.
     fn apply(&mut self, target: &Target) -> Result<(), Problem> {
         self.forget_problem();
         self.is_stale = true;
         match target {
             Target::Node(_) => self.apply_graph(),
             Target::Parameter(name) => {
-                let Some(value) = self.value(name) else { return Ok(()) };
-                self.savings = None;
-                self.chains.set(name, &value)?;
+                let Some(value) = self.editor.value(name) else { return Ok(()) };
+                self.instances.set(name, &value)?;
             }
         }
         Ok(())
     }
 
-    /// The graph with the nodes that the user has switched.
-    fn present_graph(&self) -> Option<Graph> {
-        let mut graph = Graph::clone(self.graph.as_ref()?);
-        for (target, value) in self.changes.iter() {
-            let Target::Node(name) = target else { continue };
-            if let Some((index, _)) = graph.node(name) {
-                graph.nodes[index].off = *value == Value::Bool(false);
-            }
-        }
-        Some(graph)
-    }
-
-    /// Brings the graph into everything that renders.
+    /// Applies the graph to the pipelines.
     fn apply_graph(&mut self) {
-        let Some(graph) = self.present_graph() else { return };
-        self.chains.set_graph(&self.gpu, &graph, &self.facts);
-        self.savings = None;
-        self.renew_compared();
+        let Some(graph) = self.editor.present_graph() else { return };
+        self.instances.set_graph(&graph);
+        self.update_inspector();
+        let compared = self.compared().cloned();
+        self.set_compared(compared);
+    }
+
+    /// A frame or a value went well; errors of the text remain.
+    fn forget_problem(&mut self) {
+        self.problem.take_if(|problem| !matches!(problem, Problem::Pipeline(_)));
+    }
+}
+
+/// Facts and images.
+impl Model {
+    /// The fact of that name, if it is known.
+    pub fn fact(&self, name: &str) -> Option<Fact> {
+        self.instances.facts().get(name)
+    }
+
+    /// Sets a fact that `when` conditions test; `None` makes it unknown.
+    pub fn set_fact(&mut self, name: &str, fact: Option<Fact>) {
+        let mut facts = self.instances.facts().clone();
+        match fact {
+            Some(fact) => facts.set(name, fact),
+            None => facts.unset(name),
+        }
+        self.instances.set_facts(facts);
         self.is_stale = true;
     }
 
-    /// What feeds the pipeline.
-    pub fn images(&mut self) -> &mut Images {
-        self.is_stale = true;
-        &mut self.images
-    }
-
-    /// The number of frames of a sequence, and how many there are in a second.
+    /// The number of frames of a sequence, and the frame rate.
     pub fn images_length(&self) -> Option<(usize, f64)> {
         self.images.length()
     }
 
-    /// Feeds the pipeline with other images.
+    /// Replaces the images of the inputs.
     pub fn set_images(&mut self, images: Images) {
         self.images = images;
         self.forget_problem();
         self.clock.seek(0.0);
-        (self.is_stale, self.savings) = (true, None);
+        self.is_stale = true;
+    }
+}
+
+/// Comparison and inspection.
+impl Model {
+    /// The picture that the shown one is compared with.
+    pub fn compared(&self) -> Option<&CompareWith> {
+        self.instances.compared.as_ref().map(|(other, _)| other)
     }
 
-    /// A frame went well; what is wrong with the text is wrong still.
-    fn forget_problem(&mut self) {
-        self.problem.take_if(|problem| !matches!(problem, Problem::Pipeline(_)));
+    /// The texture of that picture.
+    pub fn compared_picture(&self) -> Option<&wgpu::Texture> {
+        self.instances.compared.as_ref().and_then(|(_, instance)| instance.picture())
     }
 
-    pub fn clock(&mut self) -> &mut PlayClock {
-        &mut self.clock
+    /// Renders another picture to compare the shown one with, or none. If it cannot be made, that is the problem.
+    pub fn set_compared(&mut self, other: Option<CompareWith>) {
+        self.instances.compared = None;
+        self.is_stale = true;
+        let Some(other) = other else { return };
+        match self.editor.graph_to_compare(&other) {
+            Ok(graph) => self.instances.compare(other, &graph, &self.editor.changes),
+            Err(problem) => self.problem = Some(problem),
+        }
     }
 
-    /// The pipeline that is shown, once it was without errors.
-    pub fn shown(&self) -> Option<&Chain> {
-        self.chains.shown.as_ref()
+    /// The wire that is shown, and the pipelines whose images are read.
+    pub fn inspector(&self) -> &Inspector {
+        &self.instances.inspector
     }
 
-    /// Whether the device still works. If it is lost, that is the problem.
+    /// Shows an intermediate image, table or value; `None` shows the output.
+    pub fn inspect_wire(&mut self, wire: Option<InspectedWire>) {
+        let checked = self.editor.checked();
+        let ty = |wire: &InspectedWire| checked.and_then(|checked| checked.wire_type(&wire.wire));
+        let buffer = wire.as_ref().filter(|wire| matches!(ty(wire), Some(PortType::Table | PortType::Value)));
+        let shown = self.instances.shown.as_mut();
+        let watch = buffer.and_then(|buffer| Some(shown?.post().watch(&buffer.wire)));
+        (self.instances.inspector.watch, self.instances.inspector.wire) = (watch, wire);
+        self.update_inspector();
+    }
+
+    /// Stores the values at every node, and those of the reference, so that single pixels can be read.
+    pub fn inspect_pixels(&mut self, on: bool) {
+        if self.instances.inspector.reads_pixels != on {
+            self.instances.inspector.reads_pixels = on;
+            self.update_inspector();
+        }
+    }
+
+    fn update_inspector(&mut self) {
+        self.instances.update_inspector(self.editor.present_graph().as_ref(), &self.editor.changes);
+        self.is_stale = true;
+    }
+
+    /// The image of the inspected wire, once a frame has rendered it.
+    pub fn inspected_image(&self) -> Option<(InspectedImage, wgpu::Texture)> {
+        self.instances.inspector.image(&self.frame_images)
+    }
+
+    /// The latest bytes of the inspected table or value: those of the shown picture itself.
+    pub fn inspected_bytes(&mut self) -> Option<Vec<u8>> {
+        let watch = self.instances.inspector.watch?;
+        Some(self.instances.shown.as_mut()?.post().reading(watch).ok()??.bytes.clone())
+    }
+}
+
+/// Frames.
+impl Model {
+    /// Records the next frame, `elapsed` seconds after the last call, if time runs or something has changed.
+    pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {
+        self.instances.faults.take(&self.instances.gpu);
+        let advanced = self.clock.advance(elapsed);
+        let must_run = self.is_stale || self.instances.is_busy();
+        if self.instances.shown.is_none() || advanced.is_none() && !must_run {
+            return Rendered::Same;
+        }
+        let moment = advanced.unwrap_or_else(|| self.clock.again());
+        let recorded = self.instances.record(encoder, &mut self.images, moment);
+        self.is_stale = false;
+        match recorded {
+            Ok(images) => {
+                self.frame_images = images;
+                self.forget_problem();
+                Rendered::New
+            }
+            Err(problem) => {
+                self.problem = Some(problem);
+                Rendered::Failed
+            }
+        }
+    }
+
+    /// The images of the last frame.
+    pub fn frame_images(&self) -> &FrameImages {
+        &self.frame_images
+    }
+
+    /// True while the device works. If it is lost, that is the problem.
     pub fn has_device(&mut self) -> bool {
-        let is_lost = matches!(self.gpu.check_device(), Err(GpuError::DeviceLost { .. }));
+        let is_lost = matches!(self.instances.gpu.check_device(), Err(GpuError::DeviceLost { .. }));
         if is_lost {
             self.problem = Some(Problem::DeviceLost);
         }
@@ -371,15 +473,10 @@ impl Model {
     /// # Errors
     /// The images cannot be made on it.
     pub fn rebuild(&mut self, gpu: &Gpu) -> Result<(), Problem> {
-        self.gpu = gpu.clone();
         self.images.rebuild(gpu)?;
-        self.chains.rebuild(gpu);
-        (self.problem, self.savings, self.fed) = (None, None, FrameImages::default());
+        self.instances.rebuild(gpu);
+        (self.problem, self.frame_images) = (None, FrameImages::default());
         self.clock.cut();
         Ok(())
-    }
-
-    pub fn gpu(&self) -> &Gpu {
-        &self.gpu
     }
 }

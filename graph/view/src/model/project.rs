@@ -1,16 +1,17 @@
-//! Where the viewer's pipeline comes from.
+//! Storage of the viewer's pipeline.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver};
+use afterimage_graph::check::{Change, Checker, Graph, Loader, Saver, Source};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::{Claim, parse};
-use afterimage_graph::node::Registry;
+use afterimage_graph::image::ColorState;
+use afterimage_graph::node::{PortType, Registry};
 use afterimage_pipelines::BuiltIn;
 
-/// Where the text of a pipeline, and the files that it names, are read and written.
+/// Storage of the text of a pipeline, and of the files that it names.
 pub trait Project {
     /// Its name for people, such as `tsushima.ron`.
     fn name(&self) -> String;
@@ -24,10 +25,10 @@ pub trait Project {
     /// Checks a text of it, for a tier.
     ///
     /// # Errors
-    /// What is wrong with the text, or with a file that it names.
+    /// All errors in the text, or in a file that it names.
     fn check(&mut self, text: &str, tier: Option<&str>) -> Result<Checked, Diagnostics>;
 
-    /// Whether the stored text, or a file that the last [`check`](Self::check) has read, is different now.
+    /// True if the stored text, or a file that the last [`check`](Self::check) has read, is different now.
     fn has_changed(&mut self) -> bool;
 
     /// The text with changed values in it; everything else stays as it is. `new_tier` puts them into a tier of that
@@ -49,7 +50,7 @@ pub trait Project {
     /// Why there are none, for people.
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
-    /// Whether it has a place that [`write`](Self::write) writes to. A built-in pipeline has none.
+    /// True if it has a place for [`write`](Self::write). A built-in pipeline has none.
     fn has_place(&self) -> bool;
 
     /// Writes a text to the place of the pipeline, and returns that place, for people.
@@ -70,13 +71,13 @@ pub type NamedFile = (String, Arc<[u8]>);
 /// Stores a text under the name of its pipeline, and returns where, for people.
 pub type Store = Box<dyn Fn(&str, &str) -> Result<String, String>>;
 
-/// What a check has found.
+/// The result of a check without errors.
 pub struct Checked {
-    pub graph: Graph,
+    pub graph: Arc<Graph>,
     pub warnings: Diagnostics,
     /// The tiers of the pipeline.
     pub tiers: Vec<String>,
-    /// What the text claims of tiers.
+    /// The measurements of tiers that the text states.
     pub claims: Vec<(String, Claim)>,
     /// The facts that the pipeline declares, with their meanings.
     pub facts: Vec<(String, String)>,
@@ -86,7 +87,7 @@ impl Checked {
     /// Checks a text whose files `loader` reads.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// All errors in it.
     pub fn of(
         name: &str,
         text: &str,
@@ -98,7 +99,34 @@ impl Checked {
         let checker = Checker::new(&document, registry, loader);
         let (graph, warnings) = checker.check(tier, &[])?;
         let claims = document.claims.iter().map(|(tier, claim)| (tier.value.clone(), claim.clone())).collect();
-        Ok(Self { graph, warnings, tiers: checker.tiers(), claims, facts: checker.facts() })
+        Ok(Self { graph: Arc::new(graph), warnings, tiers: checker.tiers(), claims, facts: checker.facts() })
+    }
+
+    /// The meaning of a fact, as the pipeline declares it.
+    pub fn fact_meaning(&self, name: &str) -> Option<&str> {
+        let (_, meaning) = self.facts.iter().find(|(known, _)| known == name)?;
+        Some(meaning)
+    }
+
+    /// The color state of a wire; `None` for tables and values, and for wires that the graph does not have.
+    pub fn wire_state(&self, wire: &str) -> Option<ColorState> {
+        if let Some(input) = self.graph.inputs.iter().find(|input| input.name == wire) {
+            return input.block.is_none().then_some(input.state);
+        }
+        let (node, port) = wire.rsplit_once('.')?;
+        let (_, node) = self.graph.node(node)?;
+        let output = node.kind().outputs().iter().position(|output| output.name == port)?;
+        *node.states.get(output)?
+    }
+
+    /// The type of a wire.
+    pub fn wire_type(&self, wire: &str) -> Option<PortType> {
+        if let Some(input) = self.graph.inputs.iter().position(|input| input.name == wire) {
+            return Some(self.graph.port_type(Source::Input(input)));
+        }
+        let (node, port) = wire.rsplit_once('.')?;
+        let (_, node) = self.graph.node(node)?;
+        Some(node.kind().outputs().iter().find(|output| output.name == port)?.ty)
     }
 }
 

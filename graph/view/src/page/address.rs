@@ -32,7 +32,7 @@ pub(super) fn watch(wake: impl Fn() + 'static) -> Rc<Cell<bool>> {
     has_changed
 }
 
-/// What the address last stated of the model.
+/// The state of the model that the address holds.
 #[derive(PartialEq)]
 pub(super) struct Stated {
     name: String,
@@ -44,20 +44,20 @@ pub(super) struct Stated {
 impl Stated {
     pub(super) fn of(model: &Model) -> Self {
         Self {
-            name: model.project().name(),
-            text: model.text().to_owned(),
-            values: model.changes().iter().map(|(target, value)| (target.clone(), value.clone())).collect(),
-            tier: model.tier().map(str::to_owned),
+            name: model.editor().project().name(),
+            text: model.editor().text().to_owned(),
+            values: model.editor().changes().iter().map(|(target, value)| (target.clone(), value.clone())).collect(),
+            tier: model.editor().tier().map(str::to_owned),
         }
     }
 }
 
 /// Writes the pipeline with its changed values, and the tier, into an address and the address bar.
 pub(super) fn write(address: &mut Address, model: &Model) {
-    let text = model.text_with_changes();
+    let text = model.editor().text_with_changes();
     let built_in = afterimage_pipelines::PIPELINES.iter().find(|(_, known)| *known == text);
     address.show(built_in.map(|(name, _)| *name), &text);
-    address.set("tier", model.tier());
+    address.set("tier", model.editor().tier());
     if let Some(history) = web_sys::window().and_then(|window| window.history().ok()) {
         // An address that is too long for the browser stays as it was.
         let _ = history.replace_state_with_url(&wasm_bindgen::JsValue::NULL, "", Some(&address.to_string()));
@@ -67,6 +67,6 @@ pub(super) fn write(address: &mut Address, model: &Model) {
 /// Names the pipeline in the title of the page.
 pub(super) fn set_title(model: &Model) {
     if let Some(document) = web_sys::window().and_then(|window| window.document()) {
-        document.set_title(&format!("{} – Afterimage", model.project().name()));
+        document.set_title(&format!("{} – Afterimage", model.editor().project().name()));
     }
 }

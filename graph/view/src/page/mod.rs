@@ -87,12 +87,12 @@ struct Page {
     ctx: egui::Context,
     last: f64,
     address: Address,
-    /// Whether the user has changed the address.
+    /// The user has changed the address.
     has_new_address: Rc<Cell<bool>>,
-    /// What the address states of the model; `None` before the first frame with it.
+    /// The state of the model in the address; `None` before the first frame with it.
     stated: Option<Stated>,
     errors: ErrorLog,
-    /// Whether the still is on its way. Until it is here, no frame is rendered: it would be one of the scene.
+    /// The still is being fetched. Until it has arrived, no frame is rendered: it would be one of the scene.
     awaits_still: bool,
     /// Files that were dropped or fetched and have been read, by name.
     arrived: Rc<RefCell<Vec<Arrived>>>,
@@ -157,7 +157,7 @@ impl Page {
         }
     }
 
-    /// What the address states about time. Adapters that run on the processor are too slow for it to run by itself.
+    /// Applies the address to the clock. Adapters that run on the processor are too slow to play.
     fn set_time(&mut self) {
         let is_still = self.address.has("still");
         self.viewer.model.clock().is_playing = !is_still && !self.viewer.model.gpu().is_processor();
@@ -166,7 +166,7 @@ impl Page {
         }
     }
 
-    /// What the address states about panels.
+    /// Applies the address to the panels.
     fn set_panels(&mut self) {
         self.viewer.is_bare = self.address.has("bare");
         self.viewer.picture.zoom = self.viewer.is_bare.then_some(1.0);
@@ -264,7 +264,7 @@ impl Page {
     /// Writes what the user has changed into the address, once a control is let go.
     fn state_in_address(&mut self) {
         let model = &self.viewer.model;
-        if model.changes().is_dragging() {
+        if model.editor().changes().is_dragging() {
             return;
         }
         let stated = Stated::of(model);
@@ -314,7 +314,7 @@ fn scene(gpu: &Gpu, address: &Address) -> Result<Images, Problem> {
 
 /// Switches off what differs from frame to frame.
 fn still(model: &mut Model) {
-    let dithers: Vec<String> = model.graph().map_or(Vec::new(), |graph| {
+    let dithers: Vec<String> = model.editor().graph().map_or(Vec::new(), |graph| {
         graph.nodes.iter().filter(|node| node.kind().name() == "Dither").map(|node| node.name.clone()).collect()
     });
     for node in dithers {

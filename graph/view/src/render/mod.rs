@@ -1,15 +1,15 @@
-//! What the viewer draws by itself: pictures, and the readings of probes and scopes.
+//! Drawing of pictures, and reading of texels for scopes, the pixel inspector and exports.
 
 pub(crate) mod device;
-mod export;
 mod grid;
+mod image_copy;
 mod picture;
-mod probe;
 mod readback;
 mod screen;
+mod texel_reader;
 
-pub use export::Copied;
 pub use grid::{GRID, Grid};
+pub use image_copy::ImageCopy;
 pub use picture::{Drawn, Flags, Painter, Placement, Shown};
-pub use probe::{Probe, Reading, TexelRequest};
 pub use screen::{DRAWN, SDR_WHITE, Screen};
+pub use texel_reader::{TexelReader, TexelRequest, TexelValue};

@@ -5,21 +5,21 @@ use bytemuck::{Pod, Zeroable};
 
 use super::device;
 
-/// How an image is placed and made visible: the uniform of `picture.wgsl`.
+/// Placement and appearance of an image: the uniform of `picture.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Placement {
-    /// Where the picture's upper left corner lies, in physical pixels.
+    /// The picture's upper left corner, in physical pixels.
     pub origin: [f32; 2],
     /// Physical pixels that the picture covers.
     pub extent: [f32; 2],
     /// A factor of the numbers.
     pub gain: f32,
-    /// What is added after it.
+    /// Added after `gain`.
     pub bias: f32,
-    /// Where the other picture begins, in physical pixels.
+    /// The first column of the other picture, in physical pixels.
     pub wipe: f32,
-    /// How many times a difference is enlarged.
+    /// The factor of a difference.
     pub difference: f32,
     /// The channel that is shown alone, 0 to 3; 4 for all.
     pub channel: u32,
@@ -55,7 +55,6 @@ pub struct Shown<'t> {
     pub image: &'t wgpu::Texture,
     /// The picture that it is compared with.
     pub other: Option<&'t wgpu::Texture>,
-    /// Where and how.
     pub placement: Placement,
 }
 
@@ -85,7 +84,7 @@ impl Painter {
         }
     }
 
-    /// What a render pass draws.
+    /// A draw for a render pass.
     pub fn drawn(&self, shown: &Shown<'_>) -> Drawn {
         let pipelines = self.pipelines(shown.image);
         Drawn { pipeline: pipelines.draw.clone(), group: self.group(pipelines, shown) }

@@ -1,16 +1,16 @@
 // Draws an image of a pipeline into the window: placed, filtered by hand, compared, and made visible.
 
 struct Placement {
-    // Where the picture's upper left corner lies in the window, in physical pixels.
+    // The picture's upper left corner in the window, in physical pixels.
     origin: vec2f,
     // Physical pixels that the picture covers.
     extent: vec2f,
-    // What is added to the numbers, after the factor.
+    // Added to the numbers, after the factor.
     gain: f32,
     bias: f32,
-    // Where the other picture begins, in physical pixels.
+    // The first column of the other picture, in physical pixels.
     wipe: f32,
-    // How many times a difference is enlarged.
+    // The factor of a difference.
     difference: f32,
     // The channel that is shown alone: 0 to 3; 4 for all.
     channel: u32,

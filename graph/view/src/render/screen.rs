@@ -1,4 +1,4 @@
-//! HDR screens: what the viewer draws becomes what a swap chain of another color space holds.
+//! HDR screens: conversion from the viewer's colors to the color space of the swap chain.
 //!
 //! The viewer draws sRGB signals that may leave 0 to 1: 1 is SDR white, and colors outside of Rec.709 have negative
 //! numbers. A last pass converts them.
@@ -57,7 +57,7 @@ impl Numbers {
     }
 }
 
-/// What the viewer draws into before it is converted, and the conversion.
+/// The image that the viewer draws into, and its conversion.
 pub struct Screen {
     device: wgpu::Device,
     pipeline: wgpu::RenderPipeline,
@@ -67,7 +67,6 @@ pub struct Screen {
 
 /// The format that the viewer draws in for such a screen.
 pub const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// What is done with it.
 const DRAWN_USAGES: wgpu::TextureUsages =
     wgpu::TextureUsages::RENDER_ATTACHMENT.union(wgpu::TextureUsages::TEXTURE_BINDING);
 
@@ -81,7 +80,7 @@ impl Screen {
         Self { device: device.clone(), pipeline, numbers: uniform(gpu, "screen", &numbers), drawn: None }
     }
 
-    /// What the viewer draws into, for a window of that size.
+    /// The image that the viewer draws into, for a window of that size.
     pub fn drawn(&mut self, size: [u32; 2]) -> wgpu::TextureView {
         let fits = |texture: &wgpu::Texture| [texture.width(), texture.height()] == size;
         let texture = match self.drawn.take().filter(fits) {

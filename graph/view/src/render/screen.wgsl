@@ -5,7 +5,7 @@ struct Screen {
     red: vec4f,
     green: vec4f,
     blue: vec4f,
-    // Which numbers the swap chain holds: see the constants.
+    // The encoding of the swap chain: see the constants.
     encoding: u32,
     // The light of SDR white, in the unit of the encoding.
     white: f32,

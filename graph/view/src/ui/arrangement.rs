@@ -1,9 +1,9 @@
-//! Where the panels are: around the picture in a wide window, below it in a narrow one, next to it in a flat one.
+//! Layout of the panels: around the picture in a wide window, below it in a narrow one, next to it in a flat one.
 
 use egui::{Panel, TextWrapMode, Ui, Vec2};
 
 use super::picture::Subject;
-use super::{Tab, Viewer};
+use super::{Tab, Viewer, toolbar, wire_bar};
 
 /// The arrangement of the panels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,13 +39,7 @@ impl Viewer {
     /// The panels in the arrangement for the present size of the window.
     pub(super) fn panels(&mut self, ui: &mut Ui) {
         let arrangement = Arrangement::of(ui.available_size());
-        let was_narrow = std::mem::replace(&mut self.is_narrow, arrangement != Arrangement::Around);
-        if self.is_narrow && !was_narrow {
-            self.tab_of_wide = self.tab;
-            self.tab = Some(Tab::Parameters);
-        } else if was_narrow && !self.is_narrow && matches!(self.tab, Some(Tab::Parameters | Tab::Scopes)) {
-            self.tab = self.tab_of_wide;
-        }
+        self.tabs.set_narrow(arrangement != Arrangement::Around);
         match arrangement {
             Arrangement::Around => self.panels_around(ui),
             Arrangement::Below | Arrangement::Beside => {
@@ -55,8 +49,8 @@ impl Viewer {
                 self.panels_in_one(ui, arrangement);
             }
         }
-        if self.model.tap().is_some() {
-            Panel::top("tap").show(ui, |ui| self.tap_bar(ui));
+        if self.model.inspector().wire().is_some() {
+            Panel::top("wire").show(ui, |ui| wire_bar::show(ui, &mut self.model, &mut self.picture, &self.scopes));
         }
     }
 
@@ -67,12 +61,12 @@ impl Viewer {
             ui.add_space(4.0);
             self.parameters.show(ui, &mut self.model);
         });
-        if self.shows_scopes || self.shows_probe {
+        if self.shows_scopes || self.inspects_pixels {
             Panel::right("scopes").default_size(264.0).size_range(200.0..=420.0).show(ui, |ui| self.right_panel(ui));
         }
         Panel::bottom("picture bar").show(ui, |ui| {
-            ui.horizontal(|ui| self.picture_bar(ui));
-            self.time_bar(ui);
+            ui.horizontal(|ui| toolbar::picture_bar(ui, &mut self.picture));
+            toolbar::time_bar(ui, &mut self.model);
         });
     }
 
@@ -88,8 +82,8 @@ impl Viewer {
         let picture = Subject::of(&self.model)
             .map_or(9.0 / 16.0, |subject| subject.image.height() as f32 / subject.image.width() as f32);
         let rest = window.y - window.x * picture - BARS;
-        match (arrangement, self.tab) {
-            (_, None) => drop(Panel::bottom("closed narrow tabs").show(ui, |ui| self.tabs(ui))),
+        match (arrangement, self.tabs.open) {
+            (_, None) => drop(Panel::bottom("closed narrow tabs").show(ui, |ui| self.tab_bar(ui))),
             (Arrangement::Beside, Some(tab)) => {
                 let panel = Panel::right("tabs beside").resizable(true).default_size(0.44 * window.x);
                 panel.size_range(220.0..=0.7 * window.x).show(ui, |ui| self.tab_and_content(ui, tab));
@@ -101,14 +95,14 @@ impl Viewer {
             }
         }
         Panel::bottom("narrow picture bar").show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| self.picture_bar(ui));
-            self.time_bar(ui);
+            ui.horizontal_wrapped(|ui| toolbar::picture_bar(ui, &mut self.picture));
+            toolbar::time_bar(ui, &mut self.model);
         });
     }
 
     fn tab_and_content(&mut self, ui: &mut Ui, tab: Tab) {
         ui.take_available_space();
-        self.tabs(ui);
+        self.tab_bar(ui);
         ui.separator();
         self.tab_content(ui, tab);
     }

@@ -10,10 +10,10 @@ const ANY: (f64, f64) = (-10.0, 10.0);
 /// The domain is taken as the range of a slider up to this number.
 const LARGEST: f64 = 1e5;
 
-/// What a control did in a frame.
+/// A change that a control made in a frame.
 pub(super) struct ControlChange {
     pub(super) value: Value,
-    /// Whether the user is done: another change is another step of undo.
+    /// The user is done: another change is another step of undo.
     pub(super) is_done: bool,
 }
 

@@ -1,19 +1,19 @@
-//! The panel of cost: GPU time of passes and frames, memory, batches.
+//! The cost panel: GPU time of passes and frames, memory, batches.
 
 use std::collections::VecDeque;
 
-use afterimage_gpu::{MedianEstimate, wgpu};
+use afterimage_gpu::wgpu;
 use afterimage_plan::Plan;
 use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Stroke, Ui, Vec2};
 
 use super::theme::{ACCENT, DIM, FIELD};
-use crate::model::{Chain, Model, Saving, Savings, SavingsTotal};
+use crate::model::{Model, PipelineInstance};
 
 /// Frames that the plot shows.
 const FRAMES: usize = 240;
-/// The least width of the three columns; a narrower panel is scrolled.
-const MIN_WIDTH: f32 = 820.0;
-/// How much a new time counts in the times of the table.
+/// The least width of the two columns; a narrower panel is scrolled.
+const MIN_WIDTH: f32 = 560.0;
+/// Weight of a new time in the running means of the table.
 const NEW: f64 = 0.1;
 
 #[derive(Default)]
@@ -29,10 +29,10 @@ pub(super) struct CostPanel {
 }
 
 impl CostPanel {
-    /// Takes the newest times.
     pub(super) fn take(&mut self, model: &Model, own_ms: f64) {
         self.own += NEW * (own_ms - self.own);
-        let Some(times) = model.shown().and_then(Chain::pass_times).filter(|times| times.frame != self.last) else {
+        let Some(times) = model.shown().and_then(PipelineInstance::pass_times).filter(|times| times.frame != self.last)
+        else {
             return;
         };
         self.last = times.frame;
@@ -58,8 +58,8 @@ impl CostPanel {
         sorted.get(sorted.len() / 2).copied()
     }
 
-    pub(super) fn show(&self, ui: &mut Ui, model: &mut Model) {
-        let Some(plan) = model.shown().and_then(Chain::plan).cloned() else {
+    pub(super) fn show(&self, ui: &mut Ui, model: &Model) {
+        let Some(plan) = model.shown().and_then(PipelineInstance::plan).cloned() else {
             ui.label(RichText::new("Nothing runs yet.").color(DIM));
             return;
         };
@@ -73,23 +73,14 @@ impl CostPanel {
         }
     }
 
-    fn columns(&self, ui: &mut Ui, plan: &Plan, model: &mut Model) {
+    fn columns(&self, ui: &mut Ui, plan: &Plan, model: &Model) {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(280.0);
                 self.summary(ui, plan, model);
             });
             ui.separator();
-            let width = (ui.available_width() * 0.6).max(120.0);
-            ui.vertical(|ui| {
-                ui.set_width(width);
-                ScrollArea::vertical()
-                    .id_salt("passes")
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| self.table(ui, plan));
-            });
-            ui.separator();
-            ui.vertical(|ui| savings(ui, model));
+            ScrollArea::vertical().id_salt("passes").auto_shrink([false, false]).show(ui, |ui| self.table(ui, plan));
         });
     }
 
@@ -139,70 +130,12 @@ impl CostPanel {
     }
 }
 
-/// What plans on this device do without.
+/// Features that plans on this device lack.
 fn lacking(model: &Model) -> String {
     let is_vulkan = model.gpu().adapter.get_info().backend == wgpu::Backend::Vulkan;
     let memory = if is_vulkan { "" } else { "Plans here have no placed memory. " };
     let times = if model.gpu().is_processor() { "A processor does not time single passes." } else { "" };
     format!("{memory}{times}")
-}
-
-/// What each node would save if it were off.
-fn savings(ui: &mut Ui, model: &mut Model) {
-    let left = model.savings().map_or(0, Savings::left);
-    ui.horizontal(|ui| {
-        let button = egui::Button::new("Measure what each node costs");
-        let hint = "Runs the pipeline beside itself with one node off after another, and compares the GPU times";
-        let can = left == 0 && model.shown().and_then(Chain::pass_times).is_some();
-        if ui.add_enabled(can, button).on_hover_text(hint).clicked()
-            && let Err(problem) = model.measure_savings()
-        {
-            ui.label(RichText::new(problem.to_string()).color(DIM));
-        }
-        if left > 0 {
-            ui.label(RichText::new(format!("{left} nodes to go")).color(DIM));
-        }
-    });
-    let Some(savings) = model.savings() else { return };
-    let mut found: Vec<Saving> = savings.found().to_vec();
-    let ms = |saving: &Saving| saving.ms.as_ref().map_or(f64::NEG_INFINITY, |estimate| estimate.median);
-    found.sort_by(|a, b| ms(b).total_cmp(&ms(a)));
-    let most = found.iter().map(ms).fold(1e-6, f64::max);
-    let total = savings.total();
-    ScrollArea::vertical().id_salt("savings").auto_shrink([false, false]).show(ui, |ui| {
-        if let Some(total) = &total {
-            sum_up(ui, total);
-        }
-        for saving in &found {
-            ui.horizontal(|ui| {
-                bar(ui, (ms(saving) / most).max(0.0) as f32);
-                let (text, hint) = match &saving.ms {
-                    Ok(MedianEstimate { median, interval: [low, high] }) => (
-                        format!("{median:+.3} ms"),
-                        format!(
-                            "A frame without `{}` takes that much less: {low:.3} to {high:.3} ms with a confidence \
-                             of 95 %",
-                            saving.node
-                        ),
-                    ),
-                    Err(why) => ("–".to_owned(), why.clone()),
-                };
-                ui.add_sized([70.0, 16.0], egui::Label::new(RichText::new(text).monospace())).on_hover_text(hint);
-                let width = saving.ms.as_ref().map(|estimate| estimate.half_width());
-                let error = width.map_or(String::new(), |width| format!("±{width:.3}"));
-                ui.add_sized([44.0, 16.0], egui::Label::new(RichText::new(error).monospace().color(DIM)));
-                ui.add(egui::Label::new(&saving.node).truncate());
-            });
-        }
-    });
-}
-
-/// The nodes together, compared with the frame.
-fn sum_up(ui: &mut Ui, total: &SavingsTotal) {
-    let SavingsTotal { sum, frame, error } = total;
-    let text = format!("{sum:.3} ms of all nodes {:+.3} ±{error:.3} = {frame:.3} ms of the frame", total.rest());
-    ui.label(RichText::new(text).monospace());
-    ui.label(RichText::new(total.why()).color(DIM).small());
 }
 
 fn bar(ui: &mut Ui, part: f32) {

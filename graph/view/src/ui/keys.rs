@@ -1,11 +1,11 @@
-//! Keys.
+//! Keyboard commands.
 
 use egui::{Context, Key, Modifiers};
 
-use super::picture::Comparison;
+use super::picture::{Comparison, PictureView};
 use super::text::TextPanel;
 use super::{ExportKind, Tab, Viewer};
-use crate::model::CompareWith;
+use crate::model::{CompareWith, Model, PlayClock};
 
 impl Viewer {
     /// Runs the commands of pressed keys, unless a text is being typed.
@@ -31,9 +31,9 @@ impl Viewer {
             return;
         }
         let plain = |key| ctx.input(|input| input.modifiers.is_none() && input.key_pressed(key));
-        self.time_keys(plain);
-        self.picture_keys(plain);
-        self.tab_keys(plain);
+        time_keys(self.model.clock(), plain);
+        picture_keys(&mut self.model, &mut self.picture, plain);
+        self.panel_keys(plain);
     }
 
     /// Takes the last change of the text or of a control back.
@@ -48,63 +48,51 @@ impl Viewer {
         self.model.redo();
     }
 
-    fn time_keys(&mut self, pressed: impl Fn(Key) -> bool) {
-        let clock = self.model.clock();
-        if pressed(Key::Space) {
-            clock.is_playing = !clock.is_playing;
-        }
-        if pressed(Key::Period) {
-            clock.step();
-        }
-        if pressed(Key::C) {
-            clock.cut();
-        }
-    }
-
-    fn picture_keys(&mut self, pressed: impl Fn(Key) -> bool) {
-        if pressed(Key::F) {
-            self.picture.zoom = None;
-        }
-        if pressed(Key::Num1) {
-            self.picture.zoom = Some(1.0);
-        }
-        let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::SideBySide), (Key::D, Comparison::Difference)];
-        for (key, mode) in modes {
-            if pressed(key) {
-                self.picture.comparison = mode;
-                if self.model.compared().is_none() {
-                    self.model.set_compared(Some(CompareWith::Written));
-                }
-            }
-        }
-        if pressed(Key::R) {
-            let is_reference = self.model.compared() == Some(&CompareWith::Reference);
-            self.model.set_compared(if is_reference { None } else { Some(CompareWith::Reference) });
-        }
-        if pressed(Key::Escape) {
-            self.model.set_tap(None);
-        }
-    }
-
-    fn tab_keys(&mut self, pressed: impl Fn(Key) -> bool) {
+    fn panel_keys(&mut self, pressed: impl Fn(Key) -> bool) {
         let tabs = [(Key::G, Tab::Graph), (Key::T, Tab::Text), (Key::K, Tab::Cost), (Key::M, Tab::Messages)];
-        for (key, tab) in tabs {
-            if pressed(key) {
-                self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
-            }
+        tabs.into_iter().filter(|(key, _)| pressed(*key)).for_each(|(_, tab)| self.tabs.toggle(tab));
+        let switches = [
+            (Key::S, &mut self.shows_scopes),
+            (Key::P, &mut self.inspects_pixels),
+            (Key::H, &mut self.is_bare),
+            (Key::F1, &mut self.shows_help),
+        ];
+        switches.into_iter().filter(|(key, _)| pressed(*key)).for_each(|(_, is_on)| *is_on = !*is_on);
+    }
+}
+
+fn time_keys(clock: &mut PlayClock, pressed: impl Fn(Key) -> bool) {
+    if pressed(Key::Space) {
+        clock.is_playing = !clock.is_playing;
+    }
+    if pressed(Key::Period) {
+        clock.step();
+    }
+    if pressed(Key::C) {
+        clock.cut();
+    }
+}
+
+fn picture_keys(model: &mut Model, picture: &mut PictureView, pressed: impl Fn(Key) -> bool) {
+    if pressed(Key::F) {
+        picture.zoom = None;
+    }
+    if pressed(Key::Num1) {
+        picture.zoom = Some(1.0);
+    }
+    let modes = [(Key::W, Comparison::Wipe), (Key::B, Comparison::SideBySide), (Key::D, Comparison::Difference)];
+    for (_, mode) in modes.into_iter().filter(|(key, _)| pressed(*key)) {
+        picture.comparison = mode;
+        if model.compared().is_none() {
+            model.set_compared(Some(CompareWith::Written));
         }
-        if pressed(Key::S) {
-            self.shows_scopes = !self.shows_scopes;
-        }
-        if pressed(Key::P) {
-            self.shows_probe = !self.shows_probe;
-        }
-        if pressed(Key::H) {
-            self.is_bare = !self.is_bare;
-        }
-        if pressed(Key::F1) {
-            self.shows_help = !self.shows_help;
-        }
+    }
+    if pressed(Key::R) {
+        let is_reference = model.compared() == Some(&CompareWith::Reference);
+        model.set_compared(if is_reference { None } else { Some(CompareWith::Reference) });
+    }
+    if pressed(Key::Escape) {
+        model.inspect_wire(None);
     }
 }
 

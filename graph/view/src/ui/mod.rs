@@ -4,85 +4,54 @@ mod arrangement;
 mod controls;
 mod cost;
 mod export;
-mod exporter;
 mod graph;
 mod help;
 mod keys;
-mod leave;
-pub(crate) mod new_files;
+mod message;
+pub(crate) mod new_file;
 mod parameters;
-mod pending;
 mod picture;
-mod probe;
-mod save;
+mod pixel_inspector;
+mod save_dialogs;
 mod scopes;
-mod tap;
+mod tabs;
 mod text;
 mod theme;
 mod toolbar;
+mod wire_bar;
 
 use afterimage_gpu::wgpu;
-use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
+use egui::{CentralPanel, Context, Panel, RichText, ScrollArea, Ui};
 
-use crate::model::{Model, Rendered};
-use crate::render::{GRID, Grid, Painter};
+use crate::model::{Model, Project, Rendered};
+use crate::render::Painter;
 use cost::CostPanel;
-use exporter::Exporter;
-pub use exporter::{ExportKind, Exported};
+use export::Exporter;
+pub use export::{ExportKind, Exported};
 use graph::GraphPanel;
-use new_files::NewFile;
-pub use new_files::{MakeProject, NewFiles};
+use message::Message;
+pub use new_file::{MakeProject, NewFiles};
 use parameters::Parameters;
-use pending::Pending;
 pub use picture::{Comparison, PictureView, Subject};
-use probe::ProbePanel;
+use pixel_inspector::PixelInspector;
+use save_dialogs::{Pending, SaveDialogs};
 use scopes::ScopePanel;
+pub use tabs::{Tab, Tabs};
 use text::TextPanel;
 
-/// The tabs below the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tab {
-    #[default]
-    Graph,
-    /// The text of the pipeline.
-    Text,
-    Cost,
-    Messages,
-    /// The parameters, in a window that is too narrow to show them next to the picture.
-    Parameters,
-    /// The scopes and the probe, likewise.
-    Scopes,
-}
-
-/// The viewer: what is shown, and how.
+/// The viewer: a model and the panels that show it.
 pub struct Viewer {
     pub model: Model,
-    /// How the picture is placed and made visible.
+    /// Placement and appearance of the picture.
     pub picture: PictureView,
-    /// The tab below the picture; `None` while it is closed.
-    pub tab: Option<Tab>,
-    /// The value of `tab` before a problem opened the messages, to go back to once it is solved.
-    tab_before_problem: Option<Option<Tab>>,
-    /// Whether all panels are tabs, because the window is narrow.
-    is_narrow: bool,
-    /// The value of `tab` in the wide window.
-    tab_of_wide: Option<Tab>,
-    /// Whether the last frame had a problem.
-    had_problem: bool,
-    /// Whether the scopes are shown.
+    pub tabs: Tabs,
     pub shows_scopes: bool,
-    /// Whether the pixel under the pointer is read at every node.
-    pub shows_probe: bool,
-    /// Whether the picture is shown alone, without panels.
+    /// The values of the pixel under the pointer are shown for every node.
+    pub inspects_pixels: bool,
+    /// The picture is shown alone, without panels.
     pub is_bare: bool,
     shows_help: bool,
-    /// What waits until the user has answered whether to save.
-    pending: Option<Pending>,
-    is_leaving: bool,
-    new_files: NewFiles,
-    /// The open question for the path of a new file.
-    new_file: Option<NewFile>,
-    /// Whether the panels have been shown: nothing is rendered before, so that the window appears at once.
+    /// The panels have been shown: nothing is rendered before, so that the window appears at once.
     was_shown: bool,
     painter: Painter,
     parameters: Parameters,
@@ -90,19 +59,11 @@ pub struct Viewer {
     cost: CostPanel,
     text: TextPanel,
     scopes: ScopePanel,
-    grid: Grid,
-    probe: ProbePanel,
+    pixel_inspector: PixelInspector,
     exporter: Exporter,
-    /// A message to the user, and when it was shown first.
-    message: Option<(String, f64)>,
-    /// Why the last attempt to save wrote nothing.
-    save_error: Option<String>,
-    /// The name of a tier that is being typed.
-    tier_name: String,
+    save_dialogs: SaveDialogs,
+    message: Message,
 }
-
-/// Seconds for which a message is shown.
-const MESSAGE_SECONDS: f64 = 6.0;
 
 impl Viewer {
     /// A viewer that draws into targets of that format.
@@ -111,44 +72,34 @@ impl Viewer {
         Self {
             model,
             picture: PictureView::default(),
-            tab: Some(Tab::Graph),
-            tab_before_problem: None,
-            is_narrow: false,
-            tab_of_wide: None,
-            had_problem: false,
+            tabs: Tabs::default(),
             shows_scopes: true,
-            shows_probe: false,
+            inspects_pixels: false,
             is_bare: false,
             shows_help: false,
-            pending: None,
-            is_leaving: false,
-            new_files,
-            new_file: None,
             was_shown: false,
             painter: Painter::new(&gpu, target),
             parameters: Parameters::default(),
             graph: GraphPanel::default(),
             cost: CostPanel::default(),
             text: TextPanel::default(),
-            scopes: ScopePanel::default(),
-            grid: Grid::new(&gpu.device),
-            probe: ProbePanel::default(),
+            scopes: ScopePanel::new(&gpu.device),
+            pixel_inspector: PixelInspector::default(),
             exporter: Exporter::default(),
-            message: None,
-            save_error: None,
-            tier_name: String::new(),
+            save_dialogs: SaveDialogs::new(new_files),
+            message: Message::default(),
         }
     }
 
     /// Draws into targets of another format from now on, or on another device.
     pub fn set_target(&mut self, target: wgpu::TextureFormat) {
-        self.grid = Grid::new(&self.model.gpu().device);
-        (self.probe, self.exporter) = (ProbePanel::default(), Exporter::default());
+        self.scopes.rebuild(&self.model.gpu().device);
+        (self.pixel_inspector, self.exporter) = (PixelInspector::default(), Exporter::default());
         self.painter = Painter::new(self.model.gpu(), target);
     }
 
     /// Sets the look of a context.
-    pub fn style(ctx: &egui::Context) {
+    pub fn style(ctx: &Context) {
         theme::apply(ctx);
     }
 
@@ -158,53 +109,41 @@ impl Viewer {
             return Rendered::Later;
         }
         self.model.follow_files(self.text.typed());
-        self.model.set_probes(self.shows_probe);
+        self.model.inspect_pixels(self.inspects_pixels);
         let rendered = self.model.render(encoder, elapsed);
-        self.update_messages_tab();
+        self.tabs.follow_problem(self.model.problem().is_some());
         self.record_readbacks(encoder);
-        self.record_export(encoder);
+        self.exporter.record(encoder, &self.model, &self.picture);
         rendered
     }
 
-    /// Opens the messages while there is a problem, unless the text is open, which shows its errors itself.
-    fn update_messages_tab(&mut self) {
-        let has_problem = self.model.problem().is_some();
-        let had_problem = std::mem::replace(&mut self.had_problem, has_problem);
-        if has_problem && !had_problem && self.tab != Some(Tab::Text) {
-            self.tab_before_problem = Some(self.tab.replace(Tab::Messages));
-        }
-        if let Some(before) = self.tab_before_problem.take_if(|_| !has_problem)
-            && self.tab == Some(Tab::Messages)
-        {
-            self.tab = before;
-        }
-    }
-
-    /// Records the copies that the scopes and the probe read.
+    /// Records the copies for the scopes and the pixel inspector.
     fn record_readbacks(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let Some(subject) = Subject::of(&self.model) else { return };
         if self.shows_scopes || subject.is_data() {
-            let device = &self.model.gpu().device;
-            self.grid.record(device, &self.painter, encoder, &subject.image, subject.slice);
+            self.scopes.record(&self.model.gpu().device, &self.painter, encoder, &subject);
         }
-        if let Some(place) = self.picture.probed.filter(|_| self.shows_probe) {
-            self.probe.record(&self.model, encoder, place);
+        if let Some(place) = self.picture.inspected_place.filter(|_| self.inspects_pixels) {
+            self.pixel_inspector.record(&self.model, encoder, place);
         }
     }
 
     /// Requests the copies that `render` has recorded, and shows those that have arrived; call it after the commands
     /// are submitted. `own_ms` is the CPU time of the viewer's last frame.
-    pub fn after_submit(&mut self, ctx: &egui::Context, own_ms: f64) {
-        self.grid.request();
-        self.probe.request();
+    pub fn after_submit(&mut self, ctx: &Context, own_ms: f64) {
+        self.scopes.request();
+        self.pixel_inspector.request();
         // Mapped buffers arrive while the device is polled, and nothing waits for them.
         let _ = self.model.gpu().device.poll(wgpu::PollType::Poll);
-        let is_light = Subject::of(&self.model).is_some_and(|subject| subject.is_light());
-        if let Some(pixels) = self.grid.take() {
-            self.scopes.set(ctx, &pixels, GRID[0] as usize, is_light);
-        }
+        let is_linear = Subject::of(&self.model).is_some_and(|subject| subject.is_linear_color());
+        self.scopes.take(ctx, is_linear);
         self.cost.take(&self.model, own_ms);
-        self.finish_export(ctx);
+        if let Err(why) = self.exporter.finish() {
+            self.tell(ctx, format!("Nothing is exported: {why}"));
+        }
+        if self.exporter.is_pending() {
+            ctx.request_repaint();
+        }
     }
 
     pub fn show(&mut self, ui: &mut Ui) {
@@ -213,55 +152,115 @@ impl Viewer {
             self.panels(ui);
         }
         CentralPanel::no_frame().show(ui, |ui| {
-            self.picture.show(ui, &self.painter, &self.model, self.shows_probe);
+            self.picture.show(ui, &self.painter, &self.model, self.inspects_pixels);
         });
         help::show(ui.ctx(), &mut self.shows_help);
-        if self.model.conflict().is_some() {
-            self.ask_about_conflict(ui.ctx());
-        } else if self.new_file.is_some() {
-            self.ask_for_new_file(ui.ctx());
-        } else {
-            self.ask_to_save(ui.ctx());
+        if let Some(message) = self.save_dialogs.show(ui.ctx(), &mut self.model) {
+            self.tell(ui.ctx(), message);
         }
-        self.show_message(ui);
+        self.message.show(ui);
     }
 
+    /// Shows a message for a few seconds.
+    pub fn tell(&mut self, ctx: &Context, text: impl Into<String>) {
+        self.message.set(ctx, text.into());
+    }
+}
+
+/// Saving and exports.
+impl Viewer {
+    /// Closes the window, or asks first if changes would be lost.
+    pub fn close(&mut self) {
+        self.request(Pending::Close);
+    }
+
+    /// Opens another pipeline, or asks first if changes would be lost.
+    pub fn open(&mut self, project: Box<dyn Project>) {
+        self.request(Pending::Open(project));
+    }
+
+    fn request(&mut self, pending: Pending) {
+        self.text.apply(&mut self.model);
+        self.save_dialogs.request(&mut self.model, pending);
+    }
+
+    /// True once the window is to be closed.
+    pub fn is_closing(&self) -> bool {
+        self.save_dialogs.is_closing()
+    }
+
+    /// True if the text or a value differs from the file.
+    pub fn is_unsaved(&self) -> bool {
+        let editor = self.model.editor();
+        !editor.is_saved() || self.text.typed().is_some_and(|typed| typed != editor.text())
+    }
+
+    /// Writes the changes into the file, or into a new tier of it.
+    fn save(&mut self, ctx: &Context, new_tier: Option<&str>) {
+        self.text.apply(&mut self.model);
+        if let Some(message) = self.save_dialogs.save(&mut self.model, new_tier) {
+            self.tell(ctx, message);
+        }
+    }
+
+    /// Makes a file of what is seen in one of the next frames: see [`take_export`](Self::take_export).
+    pub fn export(&mut self, kind: ExportKind) {
+        self.exporter.requested = Some(kind);
+    }
+
+    /// Makes a file of the text with the changed values in it: see [`take_export`](Self::take_export).
+    pub fn export_pipeline(&mut self) {
+        self.text.apply(&mut self.model);
+        let editor = self.model.editor();
+        let (name, bytes) = (editor.project().name(), editor.text_with_changes().into_bytes());
+        self.exporter.finished = Some(Exported { name, bytes });
+    }
+
+    /// A file that is finished, for the shell to store.
+    pub fn take_export(&mut self) -> Option<Exported> {
+        self.exporter.finished.take()
+    }
+}
+
+/// Panels.
+impl Viewer {
     fn right_panel(&mut self, ui: &mut Ui) {
         ui.take_available_width();
-        match (self.shows_scopes, self.shows_probe) {
+        match (self.shows_scopes, self.inspects_pixels) {
             (true, true) => {
                 let half = ui.available_height() / 2.0;
-                Panel::bottom("probe").resizable(true).default_size(half).show(ui, |ui| self.show_probe(ui));
+                let panel = Panel::bottom("pixel inspector").resizable(true).default_size(half);
+                panel.show(ui, |ui| self.show_pixel_inspector(ui));
                 ScrollArea::vertical().show(ui, |ui| self.scopes.show(ui));
             }
-            (false, true) => self.show_probe(ui),
+            (false, true) => self.show_pixel_inspector(ui),
             _ => drop(ScrollArea::vertical().show(ui, |ui| self.scopes.show(ui))),
         }
     }
 
-    fn show_probe(&self, ui: &mut Ui) {
+    fn show_pixel_inspector(&self, ui: &mut Ui) {
         ui.take_available_height();
         let size = Subject::of(&self.model).map_or([1, 1], |subject| [subject.image.width(), subject.image.height()]);
-        self.probe.show(ui, self.picture.probed, self.picture.is_pinned, size);
+        self.pixel_inspector.show(ui, self.picture.inspected_place, self.picture.is_pinned, size);
     }
 
     fn bottom_panel(&mut self, ui: &mut Ui) {
         self.apply_hidden_text();
-        if let Some(tab) = self.tab {
+        if let Some(tab) = self.tabs.open {
             Panel::bottom("tabs").resizable(true).default_size(206.0).size_range(90.0..=600.0).show(ui, |ui| {
                 ui.take_available_height();
-                self.tabs(ui);
+                self.tab_bar(ui);
                 ui.separator();
                 self.tab_content(ui, tab);
             });
         } else {
-            Panel::bottom("closed tabs").show(ui, |ui| self.tabs(ui));
+            Panel::bottom("closed tabs").show(ui, |ui| self.tab_bar(ui));
         }
     }
 
     /// Gives the model what was typed before the text was hidden.
     fn apply_hidden_text(&mut self) {
-        if self.tab != Some(Tab::Text) {
+        if self.tabs.open != Some(Tab::Text) {
             self.text.apply(&mut self.model);
         }
     }
@@ -272,25 +271,25 @@ impl Viewer {
             Tab::Scopes => self.right_panel(ui),
             Tab::Graph => self.graph.show(ui, &mut self.model),
             Tab::Text => self.show_text(ui),
-            Tab::Cost => self.cost.show(ui, &mut self.model),
+            Tab::Cost => self.cost.show(ui, &self.model),
             Tab::Messages => {
-                if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
+                if let Some(line) = text::messages(ui, &self.model, self.save_dialogs.error()) {
                     self.text.go_to(line);
-                    self.tab = Some(Tab::Text);
+                    self.tabs.open = Some(Tab::Text);
                 }
             }
         }
     }
 
-    /// The text, with what is wrong beside it.
+    /// The text, with the messages beside it.
     fn show_text(&mut self, ui: &mut Ui) {
-        if text::has_messages(&self.model) || self.save_error.is_some() {
-            let panel = match self.is_narrow {
+        if text::has_messages(&self.model) || self.save_dialogs.error().is_some() {
+            let panel = match self.tabs.is_narrow() {
                 true => Panel::bottom("errors below the text").default_size(0.4 * ui.available_height()),
                 false => Panel::right("errors of the text").default_size(440.0).size_range(200.0..=900.0),
             };
             panel.resizable(true).show(ui, |ui| {
-                if let Some(line) = text::messages(ui, &self.model, self.save_error.as_deref()) {
+                if let Some(line) = text::messages(ui, &self.model, self.save_dialogs.error()) {
                     self.text.go_to(line);
                 }
             });
@@ -298,48 +297,19 @@ impl Viewer {
         self.text.show(ui, &mut self.model);
     }
 
-    fn tabs(&mut self, ui: &mut Ui) {
-        let tabs = [("Graph", Tab::Graph), ("Text", Tab::Text), ("Cost", Tab::Cost), ("Messages", Tab::Messages)];
-        let narrow = [("Parameters", Tab::Parameters), ("Scopes", Tab::Scopes)];
-        let narrow = if self.is_narrow { &narrow[..] } else { &[] };
+    fn tab_bar(&mut self, ui: &mut Ui) {
+        let has_problem = self.model.problem().is_some();
         ui.horizontal(|ui| {
-            for (name, tab) in narrow.iter().copied().chain(tabs) {
-                let is_wrong = tab == Tab::Messages && (self.model.problem().is_some() || self.save_error.is_some());
-                let text = RichText::new(name);
-                let text = if is_wrong { text.color(theme::ERROR) } else { text };
-                if ui.selectable_label(self.tab == Some(tab), text).clicked() {
-                    self.tab = if self.tab == Some(tab) { None } else { Some(tab) };
-                }
-            }
-            if self.model.problem().is_some() && Subject::of(&self.model).is_some() {
+            self.tabs.show(ui, has_problem || self.save_dialogs.error().is_some());
+            if has_problem && Subject::of(&self.model).is_some() {
                 let text = "The last good picture is shown.";
                 ui.label(RichText::new(text).color(theme::ERROR).small());
             }
-            if let Some(median) = self.cost.median().filter(|_| !self.is_narrow) {
+            if let Some(median) = self.cost.median().filter(|_| !self.tabs.is_narrow()) {
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     ui.label(RichText::new(format!("{median:.2} ms")).color(theme::DIM));
                 });
             }
-        });
-    }
-
-    /// Shows a message for a few seconds.
-    pub fn tell(&mut self, ctx: &egui::Context, text: impl Into<String>) {
-        self.message = Some((text.into(), ctx.input(|input| input.time)));
-    }
-
-    fn show_message(&mut self, ui: &Ui) {
-        let now = ui.input(|input| input.time);
-        self.message.take_if(|(_, since)| now - *since > MESSAGE_SECONDS);
-        let Some((text, _)) = &self.message else { return };
-        let anchor = egui::Align2::CENTER_BOTTOM;
-        egui::Area::new("message".into()).anchor(anchor, [0.0, -280.0]).show(ui.ctx(), |ui| {
-            ui.set_max_width((ui.ctx().content_rect().width() - 48.0).max(120.0));
-            egui::Frame::popup(ui.style()).show(ui, |ui| match text.contains('\n') {
-                // Excerpts of a text are aligned by their letters.
-                true => ui.monospace(text),
-                false => ui.label(text),
-            });
         });
     }
 }

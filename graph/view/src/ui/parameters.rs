@@ -11,11 +11,11 @@ use crate::model::{Model, Target};
 #[derive(Default)]
 pub(super) struct Parameters {
     search: String,
-    /// Whether only what was changed is shown.
+    /// Only changed parameters are shown.
     only_changed: bool,
 }
 
-/// What a user has done in the panel.
+/// An action of the user in the panel.
 enum PanelAction {
     Set(Target, Option<Value>),
     Release,
@@ -28,11 +28,11 @@ impl Parameters {
             let search =
                 egui::TextEdit::singleline(&mut self.search).hint_text("Find a parameter").desired_width(168.0);
             ui.add(search).labelled_by(ui.id());
-            let text = format!("Changed {}", model.changes().len());
+            let text = format!("Changed {}", model.editor().changes().len());
             ui.toggle_value(&mut self.only_changed, text).on_hover_text("Show only what differs from the file");
         });
         ui.separator();
-        let Some(graph) = model.graph().cloned() else {
+        let Some(graph) = model.editor().graph().cloned() else {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
             return;
         };
@@ -65,7 +65,7 @@ impl Parameters {
         let search = self.search.to_lowercase();
         let is_shown = move |parameter: &ParameterId| {
             let name = graph.parameter_name(*parameter);
-            let is_changed = model.changes().get(&Target::Parameter(name.clone())).is_some();
+            let is_changed = model.editor().changes().get(&Target::Parameter(name.clone())).is_some();
             let doc = &graph.declaration(*parameter).doc;
             let texts = [&*name, doc, graph.nodes[node].kind().name()];
             let is_found = texts.iter().any(|text| text.to_lowercase().contains(&search));
@@ -96,7 +96,7 @@ impl Parameters {
 
 /// The line of a node: its switch, its name and its kind.
 fn header(ui: &mut Ui, model: &Model, node: &GraphNode, actions: &mut Vec<PanelAction>) {
-    let mut on = model.is_on(&node.name);
+    let mut on = model.editor().is_on(&node.name);
     if ui.checkbox(&mut on, "").on_hover_text("Whether the node runs").changed() {
         actions.push(PanelAction::Set(Target::Node(node.name.clone()), Some(Value::Bool(on))));
         actions.push(PanelAction::Release);
@@ -117,9 +117,9 @@ const NARROWEST_UNIT: f32 = 36.0;
 /// A row: the name, marked if it is changed, and the control. It is dim while the parameter does nothing.
 fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, actions: &mut Vec<PanelAction>) {
     let (name, param) = (graph.parameter_name(parameter), graph.declaration(parameter));
-    let Some(value) = model.value(&name) else { return };
+    let Some(value) = model.editor().value(&name) else { return };
     let target = Target::Parameter(name);
-    let is_changed = model.changes().get(&target).is_some();
+    let is_changed = model.editor().changes().get(&target).is_some();
     ui.horizontal(|ui| {
         let inactive_reason = model.inactive_reason(parameter);
         if inactive_reason.is_some() {
@@ -132,7 +132,7 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, action
             if let Some(why) = &inactive_reason {
                 ui.label(RichText::new(why).color(ACCENT));
             }
-            ui.label(about(param, model.written(&target).as_ref()));
+            ui.label(about(param, model.editor().written(&target).as_ref()));
         });
         if label.double_clicked() && is_changed {
             actions.push(PanelAction::Set(target.clone(), None));
@@ -153,7 +153,7 @@ fn row(ui: &mut Ui, model: &Model, graph: &Graph, parameter: ParameterId, action
     });
 }
 
-/// What a parameter does, its domain, and what the file states.
+/// The description of a parameter, its domain, and its value in the file.
 fn about(param: &Param, written: Option<&Value>) -> String {
     let mut text = param.doc.clone();
     match param.domain {
@@ -204,7 +204,7 @@ fn facts(ui: &mut Ui, model: &mut Model, graph: &Graph) {
                 FactKind::Number => number_of_fact(ui, &mut fact),
             }
         });
-        if let Some(meaning) = model.fact_meaning(&name) {
+        if let Some(meaning) = model.editor().checked().and_then(|checked| checked.fact_meaning(&name)) {
             ui.label(RichText::new(meaning).color(DIM).small());
         }
         if fact != present {

@@ -8,7 +8,7 @@ use super::theme::{ACCENT, SURROUND};
 use crate::model::Model;
 use crate::render::{Drawn, Flags, Painter, Placement, Shown};
 
-/// How two pictures are compared.
+/// A way to compare two pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Comparison {
     /// The other begins at a line that can be moved.
@@ -22,24 +22,24 @@ pub enum Comparison {
 
 /// The most physical pixels that a texel is enlarged to, and the least.
 const ZOOMS: (f32, f32) = (1.0 / 32.0, 128.0);
-/// How much a difference is enlarged.
+/// The factor of a difference.
 const DIFFERENCE: f32 = 8.0;
 /// From this zoom on, texels are shown as squares unless the user wants otherwise.
 const SQUARES: f32 = 2.0;
 
-/// What the user has chosen for the picture.
+/// Placement and appearance of the picture.
 pub struct PictureView {
     /// Physical pixels of a texel; `None` fits the picture into the window.
     pub zoom: Option<f32>,
     /// The place in the picture that is in the middle of the window, in parts of its width and height.
     pub center: Vec2,
-    /// Whether enlarged texels are filtered.
+    /// Enlarged texels are filtered.
     pub smooth: bool,
-    /// How two pictures are compared.
+    /// A way to compare two pictures.
     pub comparison: Comparison,
-    /// Where the line of a wipe is, in parts of the window's width.
+    /// The line of a wipe, in parts of the window's width.
     pub wipe: f32,
-    /// Stops by which light is made brighter, to look into it.
+    /// Stops of exposure for the eye.
     pub stops: f32,
     /// The channel that is shown alone; 4 for all.
     pub channel: u32,
@@ -49,17 +49,17 @@ pub struct PictureView {
     pub clipping: bool,
     /// Stripes on NaN, infinite and negative pixels.
     pub faults: bool,
-    /// The brightest light of an HDR screen, where 1 is SDR white; `None` for other screens.
+    /// The peak of an HDR screen, where 1 is SDR white; `None` for other screens.
     pub headroom: Option<f32>,
-    /// Whether the picture is limited to SDR on an HDR screen, at the same white.
+    /// The picture is limited to SDR on an HDR screen, at the same white.
     pub is_sdr: bool,
-    /// Where the pointer is, in parts of the picture.
+    /// The place of the pointer, in parts of the picture.
     pub pointer: Option<[f32; 2]>,
-    /// The place that the probe reads, in parts of the picture: where the pointer was last, or where it was pinned.
-    pub probed: Option<[f32; 2]>,
-    /// Whether the probe stays where it is.
+    /// The place of the inspected pixel, in parts of the picture: the last place of the pointer, or the pinned one.
+    pub inspected_place: Option<[f32; 2]>,
+    /// The inspected pixel stays where it is.
     pub is_pinned: bool,
-    /// The range of the numbers that are no light, which are shown from black to white.
+    /// The range of data that is shown from black to white.
     pub range: (f32, f32),
     is_wiping: bool,
 }
@@ -80,7 +80,7 @@ impl Default for PictureView {
             headroom: None,
             is_sdr: false,
             pointer: None,
-            probed: None,
+            inspected_place: None,
             is_pinned: false,
             range: (0.0, 1.0),
             is_wiping: false,
@@ -88,47 +88,47 @@ impl Default for PictureView {
     }
 }
 
-/// An image that is shown, and what its numbers mean.
+/// An image that is shown, with its color state.
 #[derive(Clone)]
 pub struct Subject {
     pub image: wgpu::Texture,
-    /// What its numbers mean; `None` if nobody has stated.
+    /// The color state of its numbers; `None` if it is unknown.
     pub state: Option<ColorState>,
     /// The slice of a volume.
     pub slice: u32,
 }
 
 impl Subject {
-    /// What the model shows: the place that is tapped, or the result.
+    /// The image that the model shows: that of the inspected wire, or the output.
     pub fn of(model: &Model) -> Option<Self> {
-        if let (Some(tap), Some((image, texture))) = (model.tap(), model.tapped()) {
-            let state = model.wire_state(&tap.wire);
-            return Some(Self { image: texture, state, slice: tap.slice.min(image.desc.size.depth - 1) });
+        if let (Some(wire), Some((image, texture))) = (model.inspector().wire(), model.inspected_image()) {
+            let state = model.editor().checked().and_then(|checked| checked.wire_state(&wire.wire));
+            return Some(Self { image: texture, state, slice: wire.slice.min(image.desc.size.depth - 1) });
         }
         let shown = model.shown()?;
         Some(Self { image: shown.picture()?.clone(), state: shown.output_state(), slice: 0 })
     }
 
-    /// Whether the numbers are light that the window must encode.
-    pub fn is_light(&self) -> bool {
+    /// True for linear color, which the window must encode.
+    pub fn is_linear_color(&self) -> bool {
         matches!(self.state, Some(ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear))
     }
 
-    /// Whether the numbers are no picture, and are shown by their range.
+    /// True for data, which is shown by its range.
     pub fn is_data(&self) -> bool {
         self.state.is_none_or(|state| state.signedness() == Signedness::Signed)
     }
 }
 
 impl PictureView {
-    /// Shows the picture in the rest of the window, with the place of the probe if that is shown.
-    pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model, shows_probe: bool) {
+    /// Shows the picture in the rest of the window, with the place of the inspected pixel.
+    pub fn show(&mut self, ui: &mut Ui, painter: &Painter, model: &Model, inspects_pixels: bool) {
         let (area, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         ui.painter().rect_filled(area, 0.0, SURROUND);
         let Some(subject) = Subject::of(model) else {
             return nothing(ui, area, model);
         };
-        let other = if model.tap().is_some() { None } else { model.compared_picture() };
+        let other = if model.inspector().wire().is_some() { None } else { model.compared_picture() };
         let halves = self.areas(area, other.is_some());
         self.handle(ui, &response, &subject, halves[0], other.is_some());
         let images = [Some(&subject.image), if halves.len() == 2 { other } else { None }];
@@ -141,25 +141,25 @@ impl PictureView {
         }
         self.say_names(ui, model, area, other.is_some());
         self.pointer = response.hover_pos().and_then(|at| self.place_of(ui, at, &halves, &subject));
-        if shows_probe {
-            self.follow_probe(response.clicked());
-            halves.iter().for_each(|half| self.mark_probe(ui, *half, &subject));
+        if inspects_pixels {
+            self.follow_pointer(response.clicked());
+            halves.iter().for_each(|half| self.mark_place(ui, *half, &subject));
         }
     }
 
-    /// A click pins the probe, and another lets it go. Without a pin it stays where the pointer left the picture, so
-    /// that a control can be turned while its values are read.
-    fn follow_probe(&mut self, is_clicked: bool) {
+    /// A click pins the inspected pixel, and another lets it go. Without a pin it stays where the pointer left the
+    /// picture, so that a control can be turned while its values are read.
+    fn follow_pointer(&mut self, is_clicked: bool) {
         let Some(place) = self.pointer else { return };
         if !self.is_pinned {
-            self.probed = Some(place);
+            self.inspected_place = Some(place);
         }
         self.is_pinned ^= is_clicked;
     }
 
-    /// A cross where the probe reads, unless the pointer is there.
-    fn mark_probe(&self, ui: &Ui, area: Rect, subject: &Subject) {
-        let Some(place) = self.probed.filter(|_| self.is_pinned || self.pointer.is_none()) else { return };
+    /// A cross at the inspected pixel, unless the pointer is there.
+    fn mark_place(&self, ui: &Ui, area: Rect, subject: &Subject) {
+        let Some(place) = self.inspected_place.filter(|_| self.is_pinned || self.pointer.is_none()) else { return };
         let (origin, extent) = self.place(ui, area, subject);
         let at = ((origin + Vec2::from(place) * extent) / ui.pixels_per_point()).to_pos2();
         let painter = ui.painter_at(area);
@@ -170,7 +170,7 @@ impl PictureView {
         }
     }
 
-    /// Where pictures are shown: two halves side by side, or everything.
+    /// The areas of pictures: two halves side by side, or everything.
     fn areas(&self, area: Rect, compares: bool) -> Vec<Rect> {
         if compares && self.comparison == Comparison::SideBySide {
             let (left, right) = area.split_left_right_at_fraction(0.5);
@@ -195,17 +195,17 @@ impl PictureView {
         Placement { origin: origin.into(), extent: extent.into(), flags, ..placed }
     }
 
-    /// How numbers are made visible, without a place.
+    /// The mapping of numbers to colors, without a place.
     fn made_visible(&self, subject: &Subject) -> Placement {
         let (gain, bias) = self.gain(subject);
         let (difference, channel, slice) = (DIFFERENCE, self.channel, subject.slice);
         Placement { gain, bias, difference, channel, slice, ..bytemuck::Zeroable::zeroed() }
     }
 
-    /// What is seen, at the size of the image and as on an SDR screen: the size of all, and each picture with the
-    /// column where it begins and its width. The line of a wipe is at the same part of the width as in the window.
+    /// The visible picture at the size of the image, as on an SDR screen: the size of all, and each picture with its
+    /// first column and its width. The line of a wipe is at the same part of the width as in the window.
     pub(super) fn whole<'m>(&self, model: &'m Model, subject: &'m Subject) -> ([u32; 2], Vec<(Shown<'m>, [u32; 2])>) {
-        let other = if model.tap().is_some() { None } else { model.compared_picture() };
+        let other = if model.inspector().wire().is_some() { None } else { model.compared_picture() };
         let is_side_by_side = other.is_some() && self.comparison == Comparison::SideBySide;
         let compared = other.filter(|_| !is_side_by_side);
         let [width, height] = [subject.image.width(), subject.image.height()];
@@ -242,10 +242,10 @@ impl PictureView {
 
     fn flags(&self, subject: &Subject, compares: bool, zoom: f32) -> u32 {
         let is_smooth = self.smooth && zoom < SQUARES;
-        let light = subject.is_light();
+        let is_linear = subject.is_linear_color();
         let switches = [
             (is_smooth, Flags::SMOOTH),
-            (light, Flags::IS_LIGHT),
+            (is_linear, Flags::IS_LIGHT),
             (self.false_color && !subject.is_data(), Flags::FALSE_COLOR),
             (self.clipping && !subject.is_data(), Flags::CLIPPING),
             (self.faults && !subject.is_data(), Flags::FAULTS),
@@ -320,8 +320,8 @@ impl PictureView {
             ui.painter().rect_filled(rect.expand2(Vec2::new(6.0, 3.0)), 3.0, Color32::from_black_alpha(0xb0));
             ui.painter().galley(rect.min, galley, Color32::WHITE);
         };
-        if let Some(tap) = model.tap() {
-            let name = model.tapped().map_or(tap.wire.clone(), |(image, _)| image.name);
+        if let Some(wire) = model.inspector().wire() {
+            let name = model.inspected_image().map_or(wire.wire.clone(), |(image, _)| image.name);
             say(area.left_top() + Vec2::new(14.0, 10.0), egui::Align2::LEFT_TOP, &format!("{name}  (Esc: the result)"));
         }
         let Some(compared) = model.compared().filter(|_| compares) else { return };
@@ -344,7 +344,7 @@ fn size_of(subject: &Subject) -> Vec2 {
     Vec2::new(subject.image.width() as f32, subject.image.height() as f32)
 }
 
-/// What is shown before there is a picture.
+/// The text in the place of a picture.
 fn nothing(ui: &Ui, area: Rect, model: &Model) {
     let text = match model.problem() {
         Some(_) => "There is no picture yet: the tab Messages says why.",

@@ -1,12 +1,15 @@
 //! The panel of scopes: histogram, waveform, vectorscope.
 
+use afterimage_gpu::wgpu;
 use egui::{Color32, ColorImage, Pos2, Rect, RichText, Sense, Stroke, TextureOptions, Ui, Vec2};
 
+use super::picture::Subject;
 use super::theme::{DIM, FIELD};
+use crate::render::{GRID, Grid, Painter};
 use crate::scopes::{COLUMNS, ROWS, STOPS, Scopes};
 
-#[derive(Default)]
 pub(super) struct ScopePanel {
+    grid: Grid,
     scopes: Option<(Scopes, bool)>,
     waveform: Option<egui::TextureHandle>,
     vectors: Option<egui::TextureHandle>,
@@ -19,14 +22,40 @@ const CHANNELS: [Color32; 3] =
     [Color32::from_rgb(0xe0, 0x5a, 0x50), Color32::from_rgb(0x66, 0xc0, 0x5c), Color32::from_rgb(0x5c, 0x8c, 0xf0)];
 
 impl ScopePanel {
-    /// Shows another grid from now on; `is_light` states what its numbers are.
-    pub(super) fn set(&mut self, ctx: &egui::Context, pixels: &[[f32; 4]], width: usize, is_light: bool) {
-        let scopes = Scopes::of(pixels, width, is_light);
+    pub(super) fn new(device: &wgpu::Device) -> Self {
+        Self { grid: Grid::new(device), scopes: None, waveform: None, vectors: None }
+    }
+
+    /// Continues on another device.
+    pub(super) fn rebuild(&mut self, device: &wgpu::Device) {
+        self.grid = Grid::new(device);
+    }
+
+    /// Samples an image, unless an earlier sample has not arrived yet.
+    pub(super) fn record(
+        &mut self,
+        device: &wgpu::Device,
+        painter: &Painter,
+        encoder: &mut wgpu::CommandEncoder,
+        subject: &Subject,
+    ) {
+        self.grid.record(device, painter, encoder, &subject.image, subject.slice);
+    }
+
+    /// Requests what was sampled; call it after the commands are submitted.
+    pub(super) fn request(&mut self) {
+        self.grid.request();
+    }
+
+    /// Updates the scopes from a sample that has arrived. `is_linear` tells linear color from codes.
+    pub(super) fn take(&mut self, ctx: &egui::Context, is_linear: bool) {
+        let Some(pixels) = self.grid.take() else { return };
+        let scopes = Scopes::of(&pixels, GRID[0] as usize, is_linear);
         let waveform = image(&scopes.waveform, [COLUMNS, ROWS], 0.35);
         put(ctx, &mut self.waveform, "waveform", waveform);
         let vectors = image(&scopes.vectors, [ROWS, ROWS], 0.2);
         put(ctx, &mut self.vectors, "vectorscope", vectors);
-        self.scopes = Some((scopes, is_light));
+        self.scopes = Some((scopes, is_linear));
     }
 
     /// The least and the largest number of what is shown.
@@ -35,13 +64,13 @@ impl ScopePanel {
     }
 
     pub(super) fn show(&self, ui: &mut Ui) {
-        let Some((scopes, is_light)) = &self.scopes else {
+        let Some((scopes, is_linear)) = &self.scopes else {
             ui.label(RichText::new("The scopes wait for a picture.").color(DIM));
             return;
         };
-        let unit = if *is_light { "Histogram, stops from middle gray" } else { "Histogram, codes" };
+        let unit = if *is_linear { "Histogram, stops from middle gray" } else { "Histogram, codes" };
         ui.label(RichText::new(unit).color(DIM).small());
-        histogram(ui, scopes, *is_light);
+        histogram(ui, scopes, *is_linear);
         let [white, black] = scopes.clipped.map(|part| part * 100.0);
         let (low, high) = scopes.range;
         let text = format!("{low:.3} to {high:.3}, clipped {white:.1} %, black {black:.1} %");
@@ -81,17 +110,18 @@ fn show_image(ui: &mut Ui, texture: Option<&egui::TextureHandle>, size: Vec2) ->
     rect
 }
 
-fn histogram(ui: &mut Ui, scopes: &Scopes, is_light: bool) {
+fn histogram(ui: &mut Ui, scopes: &Scopes, is_linear: bool) {
     let width = ui.available_width();
     let (rect, _) = ui.allocate_exact_size(Vec2::new(width, 74.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, FIELD);
-    let marks: Vec<f32> = if is_light { (1..5).map(|step| step as f32 / 5.0).collect() } else { vec![0.25, 0.5, 0.75] };
+    let marks: Vec<f32> =
+        if is_linear { (1..5).map(|step| step as f32 / 5.0).collect() } else { vec![0.25, 0.5, 0.75] };
     for part in marks {
         let x = rect.min.x + rect.width() * part;
         painter.vline(x, rect.y_range(), Stroke::new(1.0, Color32::from_gray(0x30)));
         let stops = STOPS.0 + (STOPS.1 - STOPS.0) * part;
-        let text = if is_light { format!("{stops:+.0}") } else { format!("{:.0}", part * 255.0) };
+        let text = if is_linear { format!("{stops:+.0}") } else { format!("{:.0}", part * 255.0) };
         let at = Pos2::new(x + 2.0, rect.min.y + 1.0);
         painter.text(at, egui::Align2::LEFT_TOP, text, egui::FontId::proportional(9.0), Color32::from_gray(0x70));
     }

@@ -1,4 +1,4 @@
-//! The text of the pipeline, and what is wrong with it.
+//! The text of the pipeline, and its errors and warnings.
 
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Severity, shown};
 use egui::text::{CCursor, CCursorRange};
@@ -9,7 +9,7 @@ use super::theme::{ACCENT, DIM, ERROR};
 use crate::Problem;
 use crate::model::Model;
 
-/// Seconds without a key after which a text is tried.
+/// Seconds without a key after which a text is checked.
 const PAUSE: f64 = 0.25;
 
 #[derive(Default)]
@@ -17,7 +17,7 @@ pub(super) struct TextPanel {
     text: String,
     /// The text that the model has.
     known: String,
-    /// When the text was changed last.
+    /// The time of the last change.
     typed: Option<f64>,
     /// The line to which the panel scrolls.
     goal: Option<usize>,
@@ -42,15 +42,16 @@ impl TextPanel {
         }
     }
 
-    /// Whether keys are typed into the text.
+    /// True if keys are typed into the text.
     pub(super) fn has_focus(ctx: &Context) -> bool {
         ctx.memory(|memory| memory.has_focus(field()))
     }
 
-    /// Shows the text; what is typed is tried after a pause.
+    /// Shows the text; what is typed is checked after a pause.
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
-        if *model.text() != self.known {
-            (self.text, self.known, self.typed) = (model.text().to_owned(), model.text().to_owned(), None);
+        if *model.editor().text() != self.known {
+            (self.text, self.known, self.typed) =
+                (model.editor().text().to_owned(), model.editor().text().to_owned(), None);
         }
         let now = ui.input(|input| input.time);
         ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
@@ -91,7 +92,7 @@ fn field() -> Id {
     Id::new("text of the pipeline")
 }
 
-/// Where a line of the text is; a long one may be several rows.
+/// The rectangle of the first row of a line; a long one may have several.
 fn line_rect(output: &TextEditOutput, line: usize) -> Option<egui::Rect> {
     let rows = &output.galley.rows;
     let ends = rows.iter().enumerate().filter(|(_, row)| row.ends_with_newline).map(|(index, _)| index + 1);
@@ -115,14 +116,13 @@ fn wrong_lines(model: &Model) -> Vec<usize> {
 /// The line of the shown text that a message is about; `None` if it is about another file.
 fn own_line(model: &Model, found: &Diagnostics, diagnostic: &Diagnostic) -> Option<usize> {
     let location = &diagnostic.labels.first()?.location;
-    let name = model.project().name();
+    let name = model.editor().project().name();
     let file = shown(&location.file);
     let is_own = file == *name || file.ends_with(&name);
     Some(found.sources.position(&location.file, location.start).filter(|_| is_own)?.line)
 }
 
-/// Shows what is wrong; a click on a location gives its line.
-/// `save_error` is why nothing could be saved.
+/// Shows errors and warnings; a click on a location returns its line. `save_error` is that of the last attempt to save.
 pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> Option<usize> {
     let mut line = None;
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
@@ -137,7 +137,9 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> 
             }
             None => {}
         }
-        line = list(ui, model, model.warnings()).or(line);
+        if let Some(checked) = model.editor().checked() {
+            line = list(ui, model, &checked.warnings).or(line);
+        }
         for faults in model.kernel_faults() {
             ui.label(RichText::new(faults.to_string()).monospace().color(ACCENT));
         }
@@ -145,9 +147,10 @@ pub(super) fn messages(ui: &mut Ui, model: &Model, save_error: Option<&str>) -> 
     line
 }
 
-/// Whether there are errors, warnings, or faults of kinds in folders.
+/// True if there are errors, warnings, or faults of kinds in folders.
 pub(super) fn has_messages(model: &Model) -> bool {
-    model.problem().is_some() || !model.warnings().is_empty() || !model.kernel_faults().is_empty()
+    let has_warnings = model.editor().checked().is_some_and(|checked| !checked.warnings.is_empty());
+    model.problem().is_some() || has_warnings || !model.kernel_faults().is_empty()
 }
 
 fn list(ui: &mut Ui, model: &Model, found: &Diagnostics) -> Option<usize> {

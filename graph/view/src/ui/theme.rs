@@ -4,12 +4,12 @@ use afterimage_graph::node::PortType;
 use egui::{Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Stroke, TextStyle, Visuals};
 use epaint_default_fonts::{HACK_REGULAR, UBUNTU_LIGHT};
 
-/// What is chosen, changed, or under way.
+/// The color of selections and changes.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(0xf2, 0xb1, 0x34);
 pub(super) const ERROR: Color32 = Color32::from_rgb(0xf0, 0x6a, 0x5c);
 /// Text that is less important.
 pub(super) const DIM: Color32 = Color32::from_gray(0x96);
-/// What surrounds the picture.
+/// The color around the picture.
 pub(super) const SURROUND: Color32 = Color32::from_gray(0x17);
 const PANEL: Color32 = Color32::from_gray(0x20);
 /// Fields and the backs of plots.
@@ -80,7 +80,7 @@ fn fonts() -> FontDefinitions {
 mod tests {
     use super::*;
 
-    /// Where the picture of a letter is.
+    /// The rectangle of a glyph.
     fn drawn(ctx: &egui::Context, font: &FontId, letter: char) -> impl PartialEq {
         let line = ctx.fonts_mut(|fonts| fonts.layout_no_wrap(letter.into(), font.clone(), Color32::WHITE));
         line.rows[0].glyphs[0].uv_rect

@@ -1,11 +1,12 @@
-//! The bars above and below the picture: what is open, how it is compared and shown, and time.
+//! The bars above and below the picture: pipeline, comparison, appearance, and time.
 
 use egui::{Button, ComboBox, RichText, Ui};
 
 use super::Viewer;
-use super::picture::Comparison;
+use super::export::{self, ExportChoice};
+use super::picture::{Comparison, PictureView, Subject};
 use super::theme::{ACCENT, DIM};
-use crate::model::{CompareWith, TextProject};
+use crate::model::{CompareWith, Editor, Model, TextProject};
 
 /// The length of the time bar where no sequence of images has one.
 const TIME_BAR_SECONDS: f64 = 40.0;
@@ -14,18 +15,18 @@ impl Viewer {
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             self.pipeline_menu(ui);
-            self.tier_menu(ui);
+            tier_menu(ui, &mut self.model);
             ui.separator();
             self.history_buttons(ui);
             self.save_button(ui);
             self.save_as_tier_menu(ui);
             self.export_menu(ui);
             ui.separator();
-            self.compare_menu(ui);
+            compare_menu(ui, &mut self.model, &mut self.picture);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 self.help_button(ui);
                 ui.toggle_value(&mut self.shows_scopes, "Scopes").on_hover_text("S");
-                ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
+                ui.toggle_value(&mut self.inspects_pixels, "Probe").on_hover_text("P: the pixel at every node");
             });
         });
     }
@@ -34,26 +35,25 @@ impl Viewer {
     pub(super) fn narrow_bars(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             self.pipeline_menu(ui);
-            self.tier_menu(ui);
+            tier_menu(ui, &mut self.model);
             self.history_buttons(ui);
             self.save_button(ui);
         });
         ui.horizontal_wrapped(|ui| {
             self.save_as_tier_menu(ui);
             self.export_menu(ui);
-            self.compare_menu(ui);
-            ui.toggle_value(&mut self.shows_probe, "Probe").on_hover_text("P: the pixel at every node");
+            compare_menu(ui, &mut self.model, &mut self.picture);
+            ui.toggle_value(&mut self.inspects_pixels, "Probe").on_hover_text("P: the pixel at every node");
             self.help_button(ui);
         });
     }
 
-    /// Undo and redo.
     fn history_buttons(&mut self, ui: &mut Ui) {
-        let can_undo = self.model.changes().can_undo() || self.text.typed().is_some();
+        let can_undo = self.model.editor().changes().can_undo() || self.text.typed().is_some();
         if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
             self.undo();
         }
-        let can_redo = self.model.changes().can_redo();
+        let can_redo = self.model.editor().changes().can_redo();
         if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
             self.redo();
         }
@@ -66,7 +66,7 @@ impl Viewer {
     }
 
     fn pipeline_menu(&mut self, ui: &mut Ui) {
-        let mut name = self.model.project().name();
+        let mut name = self.model.editor().project().name();
         if self.is_unsaved() {
             name += " *";
         }
@@ -90,121 +90,143 @@ impl Viewer {
         }
     }
 
-    fn tier_menu(&mut self, ui: &mut Ui) {
-        if self.model.tiers().is_empty() {
-            return;
+    fn save_button(&mut self, ui: &mut Ui) {
+        if ui.add_enabled(self.is_unsaved(), Button::new("Save")).on_hover_text(SAVE).clicked() {
+            self.save(ui.ctx(), None);
         }
-        let mut tier = self.model.tier().map(str::to_owned);
-        let shown = tier.clone().unwrap_or_else(|| "no tier".into());
-        ComboBox::from_id_salt("tier").selected_text(shown).width(82.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut tier, None, "no tier");
-            for name in self.model.tiers() {
-                let entry = ui.selectable_value(&mut tier, Some(name.clone()), name);
-                if let Some((_, claim)) = self.model.claims().iter().find(|(of, _)| of == name) {
-                    entry.on_hover_text(claim.to_string());
-                }
-            }
+    }
+
+    fn save_as_tier_menu(&mut self, ui: &mut Ui) {
+        let mut name = None;
+        ui.add_enabled_ui(self.is_unsaved(), |ui| {
+            ui.menu_button("Save as tier", |ui| name = self.save_dialogs.tier_menu(ui, &self.model));
         });
-        self.model.set_tier(tier);
-    }
-
-    fn compare_menu(&mut self, ui: &mut Ui) {
-        let present = self.model.compared().cloned();
-        let mut chosen = present.clone();
-        let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
-        ComboBox::from_id_salt("compare with").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut chosen, None, "nothing");
-            for compared in self.comparable() {
-                let name = compared.name();
-                ui.selectable_value(&mut chosen, Some(compared), name);
-            }
-        });
-        if chosen != present {
-            self.model.set_compared(chosen);
-        }
-        if self.model.compared().is_some() {
-            let modes = [
-                ("Wipe", Comparison::Wipe),
-                ("Side by side", Comparison::SideBySide),
-                ("Difference", Comparison::Difference),
-            ];
-            // An intermediate image is shown alone.
-            let is_compared = self.model.tap().is_none();
-            for (name, mode) in modes {
-                let label = Button::selectable(is_compared && self.picture.comparison == mode, name);
-                let button = ui.add_enabled(is_compared, label);
-                if button.on_disabled_hover_text("Esc goes back to the result, which is compared").clicked() {
-                    self.picture.comparison = mode;
-                }
-            }
+        if name.is_some() {
+            self.save(ui.ctx(), name.as_deref());
         }
     }
 
-    fn comparable(&self) -> Vec<CompareWith> {
-        let own = self.model.project().name();
-        let others = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (*name).to_owned());
-        let others = others.filter(|name| own != format!("{name}.ron")).map(CompareWith::Pipeline);
-        let tiers = self.model.tiers().iter().map(|tier| CompareWith::Tier(Some(tier.clone())));
-        [CompareWith::Written, CompareWith::Reference].into_iter().chain(tiers).chain(others).collect()
-    }
-
-    /// The bar below the picture.
-    pub(super) fn picture_bar(&mut self, ui: &mut Ui) {
-        let view = &mut self.picture;
-        if ui.selectable_label(view.zoom.is_none(), "Fit").on_hover_text("F, or a double click").clicked() {
-            view.zoom = None;
+    fn export_menu(&mut self, ui: &mut Ui) {
+        match export::menu(ui, Subject::of(&self.model).is_some()) {
+            Some(ExportChoice::Image(kind)) => self.export(kind),
+            Some(ExportChoice::Pipeline) => self.export_pipeline(),
+            None => {}
         }
-        if ui.selectable_label(view.zoom == Some(1.0), "1:1").on_hover_text("1").clicked() {
-            view.zoom = Some(1.0);
-        }
-        ui.toggle_value(&mut view.smooth, "Smooth").on_hover_text("Filtered when it is made smaller");
-        ui.separator();
-        let mut channel = view.channel;
-        for (index, name) in ["R", "G", "B", "A", "RGB"].into_iter().enumerate() {
-            ui.selectable_value(&mut channel, index as u32, name);
-        }
-        view.channel = channel;
-        ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
-            .on_hover_text("Makes the picture brighter to look at, and nothing else. Double-click to type a number.");
-        ui.separator();
-        ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
-        ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
-        ui.toggle_value(&mut view.faults, "Faults")
-            .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
-        if let Some(headroom) = view.headroom {
-            ui.separator();
-            let text = format!("The screen shows light up to {headroom:.1} times SDR white");
-            ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
-        }
-    }
-
-    pub(super) fn time_bar(&mut self, ui: &mut Ui) {
-        let length = self.model.images_length();
-        ui.horizontal(|ui| {
-            let clock = self.model.clock();
-            let text = if clock.is_playing { "Pause" } else { "Play" };
-            if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
-                clock.is_playing = !clock.is_playing;
-            }
-            if ui.button("Step").on_hover_text(". : one sixtieth of a second").clicked() {
-                clock.step();
-            }
-            if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
-                clock.cut();
-            }
-            let mut time = clock.time;
-            let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
-            ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
-            let mut shown = time.rem_euclid(seconds.max(1e-3));
-            if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
-                time = shown;
-                clock.seek(time);
-            }
-            ui.label(RichText::new(format!("{:7.2} s", clock.time)).monospace());
-            if clock.is_cut_shown() {
-                ui.label(RichText::new("without history").color(ACCENT).small())
-                    .on_hover_text("The time was set: adaptation and other histories begin with this frame.");
-            }
-        });
     }
 }
+
+fn tier_menu(ui: &mut Ui, model: &mut Model) {
+    let Some(checked) = model.editor().checked().filter(|checked| !checked.tiers.is_empty()) else { return };
+    let mut tier = model.editor().tier().map(str::to_owned);
+    let shown = tier.clone().unwrap_or_else(|| "no tier".into());
+    ComboBox::from_id_salt("tier").selected_text(shown).width(82.0).show_ui(ui, |ui| {
+        ui.selectable_value(&mut tier, None, "no tier");
+        for name in &checked.tiers {
+            let entry = ui.selectable_value(&mut tier, Some(name.clone()), name);
+            if let Some((_, claim)) = checked.claims.iter().find(|(of, _)| of == name) {
+                entry.on_hover_text(claim.to_string());
+            }
+        }
+    });
+    model.set_tier(tier);
+}
+
+fn compare_menu(ui: &mut Ui, model: &mut Model, picture: &mut PictureView) {
+    let present = model.compared().cloned();
+    let mut chosen = present.clone();
+    let shown = present.as_ref().map_or("compare with…".into(), CompareWith::name);
+    ComboBox::from_id_salt("compare with").selected_text(shown).width(130.0).height(420.0).show_ui(ui, |ui| {
+        ui.selectable_value(&mut chosen, None, "nothing");
+        for compared in comparable(model.editor()) {
+            let name = compared.name();
+            ui.selectable_value(&mut chosen, Some(compared), name);
+        }
+    });
+    if chosen != present {
+        model.set_compared(chosen);
+    }
+    if model.compared().is_some() {
+        let modes = [
+            ("Wipe", Comparison::Wipe),
+            ("Side by side", Comparison::SideBySide),
+            ("Difference", Comparison::Difference),
+        ];
+        // An intermediate image is shown alone.
+        let is_compared = model.inspector().wire().is_none();
+        for (name, mode) in modes {
+            let label = Button::selectable(is_compared && picture.comparison == mode, name);
+            let button = ui.add_enabled(is_compared, label);
+            if button.on_disabled_hover_text("Esc goes back to the result, which is compared").clicked() {
+                picture.comparison = mode;
+            }
+        }
+    }
+}
+
+fn comparable(editor: &Editor) -> Vec<CompareWith> {
+    let own = editor.project().name();
+    let others = afterimage_pipelines::PIPELINES.iter().map(|(name, _)| (*name).to_owned());
+    let others = others.filter(|name| own != format!("{name}.ron")).map(CompareWith::Pipeline);
+    let tiers = editor.tiers().iter().map(|tier| CompareWith::Tier(Some(tier.clone())));
+    [CompareWith::Written, CompareWith::Reference].into_iter().chain(tiers).chain(others).collect()
+}
+
+/// The bar below the picture.
+pub(super) fn picture_bar(ui: &mut Ui, view: &mut PictureView) {
+    if ui.selectable_label(view.zoom.is_none(), "Fit").on_hover_text("F, or a double click").clicked() {
+        view.zoom = None;
+    }
+    if ui.selectable_label(view.zoom == Some(1.0), "1:1").on_hover_text("1").clicked() {
+        view.zoom = Some(1.0);
+    }
+    ui.toggle_value(&mut view.smooth, "Smooth").on_hover_text("Filtered when it is made smaller");
+    ui.separator();
+    let mut channel = view.channel;
+    for (index, name) in ["R", "G", "B", "A", "RGB"].into_iter().enumerate() {
+        ui.selectable_value(&mut channel, index as u32, name);
+    }
+    view.channel = channel;
+    ui.add(egui::DragValue::new(&mut view.stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
+        .on_hover_text("Makes the picture brighter to look at, and nothing else. Double-click to type a number.");
+    ui.separator();
+    ui.toggle_value(&mut view.false_color, "False color").on_hover_text("Stops from middle gray as colors");
+    ui.toggle_value(&mut view.clipping, "Clipping").on_hover_text("Red: a channel at white. Blue: black.");
+    ui.toggle_value(&mut view.faults, "Faults")
+        .on_hover_text("Stripes: magenta for NaN, yellow for infinite, cyan for negative numbers");
+    if let Some(headroom) = view.headroom {
+        ui.separator();
+        let text = format!("The screen shows light up to {headroom:.1} times SDR white");
+        ui.toggle_value(&mut view.is_sdr, "As SDR").on_hover_text(text);
+    }
+}
+
+pub(super) fn time_bar(ui: &mut Ui, model: &mut Model) {
+    let length = model.images_length();
+    ui.horizontal(|ui| {
+        let clock = model.clock();
+        let text = if clock.is_playing { "Pause" } else { "Play" };
+        if ui.add_sized([48.0, 20.0], Button::new(text)).on_hover_text("Space").clicked() {
+            clock.is_playing = !clock.is_playing;
+        }
+        if ui.button("Step").on_hover_text(". : one sixtieth of a second").clicked() {
+            clock.step();
+        }
+        if ui.button("Cut").on_hover_text("C: histories and adaptation start again").clicked() {
+            clock.cut();
+        }
+        let mut time = clock.time;
+        let seconds = length.map_or(TIME_BAR_SECONDS, |(frames, fps)| (frames as f64 - 1.0) / fps);
+        ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
+        let mut shown = time.rem_euclid(seconds.max(1e-3));
+        if ui.add(egui::Slider::new(&mut shown, 0.0..=seconds).show_value(false)).changed() {
+            time = shown;
+            clock.seek(time);
+        }
+        ui.label(RichText::new(format!("{:7.2} s", clock.time)).monospace());
+        if clock.is_cut_shown() {
+            ui.label(RichText::new("without history").color(ACCENT).small())
+                .on_hover_text("The time was set: adaptation and other histories begin with this frame.");
+        }
+    });
+}
+const SAVE: &str = "Ctrl+S: writes the text, and the changed values into it; everything else stays as it is";

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use afterimage_gpu::{Gpu, Opening, Texels, download, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_view::{
-    FrameTarget, Images, Model, NewFiles, Opened, Problem, Project, Rendered, Scene, Stage, Target, TextProject,
+    FrameTarget, Images, Model, NewFiles, Opened, Problem, Project, Rendered, Scene, Target, TextProject, UiRenderer,
 };
 
 /// The size of the scene: small, and no multiple of anything.
@@ -42,7 +42,6 @@ pub(crate) fn of(project: Box<dyn Project>) -> Model {
     model
 }
 
-/// Renders a frame.
 pub(crate) fn render(model: &mut Model) -> Rendered {
     let mut encoder = gpu().encoder();
     let rendered = model.render(&mut encoder, 1.0 / 60.0);
@@ -54,7 +53,7 @@ pub(crate) fn render(model: &mut Model) -> Rendered {
 pub(crate) fn settle(model: &mut Model) {
     for _ in 0..2000 {
         render(model);
-        if !model.shown().is_some_and(|chain| chain.is_changing()) {
+        if !model.shown().is_some_and(|shown| shown.is_changing()) {
             render(model);
             return;
         }
@@ -70,12 +69,12 @@ pub(crate) fn texels(texture: &wgpu::Texture) -> Texels {
 
 /// The texels of the picture that is shown.
 pub(crate) fn picture(model: &Model) -> Texels {
-    texels(model.shown().and_then(|chain| chain.picture()).expect("there is a picture"))
+    texels(model.shown().and_then(|shown| shown.picture()).expect("there is a picture"))
 }
 
 /// The whole viewer on a texture, and its events.
 pub(crate) struct Window {
-    pub(crate) stage: Stage,
+    pub(crate) ui: UiRenderer,
     target: wgpu::Texture,
     size: [u32; 2],
     time: f64,
@@ -106,7 +105,7 @@ fn new_files(disk: &Disk) -> NewFiles {
     }))
 }
 
-/// What a window draws into.
+/// The texture that a window draws into.
 fn window_target(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("window"),
@@ -161,14 +160,14 @@ impl Window {
 
     fn made(model: Model, size: [u32; 2], new_files: NewFiles) -> Self {
         let target = window_target(model.gpu(), size);
-        let stage = Stage::new(model, FORMAT, Box::new(open), new_files);
-        Self { stage, target, size, time: 0.0, disk: Disk::default() }
+        let ui = UiRenderer::new(model, FORMAT, Box::new(open), new_files);
+        Self { ui, target, size, time: 0.0, disk: Disk::default() }
     }
 
     /// Goes on on another device, as the window does after a loss.
     pub(crate) fn replace_device(&mut self, gpu: &Gpu) {
-        self.stage.viewer.model.rebuild(gpu).expect("the scene can be made again");
-        self.stage.renew(FORMAT);
+        self.ui.viewer.model.rebuild(gpu).expect("the scene can be made again");
+        self.ui.set_target(FORMAT);
         self.target = window_target(gpu, self.size);
     }
 
@@ -186,7 +185,7 @@ impl Window {
     }
 
     fn input(&mut self, input: egui::RawInput) {
-        if !self.stage.viewer.model.has_device() {
+        if !self.ui.viewer.model.has_device() {
             return;
         }
         self.time += 1.0 / 60.0;
@@ -198,7 +197,7 @@ impl Window {
             ..input
         };
         let view = self.target.create_view(&Default::default());
-        self.stage.frame(input, FrameTarget { view: &view, size: self.size }, 1.0 / 60.0);
+        self.ui.frame(input, FrameTarget { view: &view, size: self.size }, 1.0 / 60.0);
     }
 
     /// Presses and releases a key.
@@ -224,14 +223,13 @@ impl Window {
         self.frame(vec![button(to, false)]);
     }
 
-    /// A click.
     pub(crate) fn click(&mut self, at: egui::Pos2) {
         self.drag(at, at);
     }
 
-    /// What the window shows.
+    /// The texels of the window.
     pub(crate) fn texels(&self) -> Texels {
-        let gpu = self.stage.viewer.model.gpu();
+        let gpu = self.ui.viewer.model.gpu();
         download(&gpu.device, &gpu.queue, &self.target).expect("the device is there")
     }
 }

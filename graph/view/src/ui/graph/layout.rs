@@ -1,4 +1,4 @@
-//! Where the nodes of a graph stand: in ranks from left to right, so that wires go to the right.
+//! Layout of the nodes of a graph in ranks from left to right, so that wires go to the right.
 
 use afterimage_graph::check::{Graph, Source};
 use petgraph::Direction;
@@ -25,7 +25,7 @@ pub(super) struct Placed {
 
 /// Rows between two boxes of a column.
 const GAP: f32 = 0.8;
-/// How often the columns are put in order by their neighbors.
+/// Number of passes that order the columns by their neighbors.
 const SWEEPS: usize = 48;
 
 /// Places the inputs and nodes of a graph.
@@ -96,7 +96,7 @@ fn align(graph: &Graph, placed: &mut [Placed]) {
     placed.iter_mut().for_each(|placed| placed.row -= least);
 }
 
-/// What a box is wired to, on both sides.
+/// The boxes to which a box is wired, on both sides.
 fn neighbors(graph: &Graph, item: Item) -> Vec<Item> {
     let of = |source: &Source| match source {
         Source::Input(input) => Item::Input(*input),
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
     use crate::model::{Project, TextProject};
 
-    fn graph(name: &str) -> Graph {
+    fn graph(name: &str) -> std::sync::Arc<Graph> {
         let mut project = TextProject::built_in(name).expect("it is built in");
         let text = project.text().to_owned();
         project.check(&text, None).expect("it is valid").graph

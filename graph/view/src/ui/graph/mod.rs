@@ -1,4 +1,4 @@
-//! The graph: nodes and wires, what is skipped and what is fused, and the wire that is looked at.
+//! The graph panel: nodes and wires, skipped and fused nodes, and the inspected wire.
 
 mod layout;
 
@@ -10,7 +10,7 @@ use egui::text::{LayoutJob, TextWrapping};
 use egui::{Color32, FontId, Pos2, Rect, Response, RichText, Sense, Stroke, Ui, Vec2};
 
 use super::theme::{ACCENT, DIM, FIELD, wire_color};
-use crate::model::{Chain, Model, Tap};
+use crate::model::{InspectedWire, Model, PipelineInstance};
 use layout::{Item, Placed, layout};
 
 /// The colors of passes that hold several nodes.
@@ -32,7 +32,7 @@ const ROW: f32 = 15.0;
 pub(super) struct GraphPanel {
     scene: Rect,
     placed: Vec<Placed>,
-    /// What was placed: the names of the nodes.
+    /// The names of the placed inputs and nodes.
     names: Vec<String>,
 }
 
@@ -42,10 +42,10 @@ impl Default for GraphPanel {
     }
 }
 
-/// What a node is in the plan that runs.
+/// The roles of nodes in the plan that runs.
 #[derive(Default)]
 struct Roles {
-    /// Why a node is skipped.
+    /// The reason of each skipped node.
     skipped: BTreeMap<String, String>,
     /// The first pass that a node shares with others.
     fused: BTreeMap<String, usize>,
@@ -66,28 +66,29 @@ impl Roles {
 }
 
 impl GraphPanel {
-    /// Shows the graph; a click on an output looks at what it carries.
+    /// Shows the graph; a click on an output inspects its wire.
     pub(super) fn show(&mut self, ui: &mut Ui, model: &mut Model) {
-        let Some(graph) = model.graph().cloned() else {
+        let Some(graph) = model.editor().graph().cloned() else {
             ui.label(RichText::new("The pipeline has errors: see Messages.").color(DIM));
             return;
         };
         self.place(&graph);
-        let roles = Roles::of(model.shown().and_then(Chain::plan).map(|plan| &**plan));
-        let tapped = model.tap().map(|tap| tap.wire.clone());
+        let roles = Roles::of(model.shown().and_then(PipelineInstance::plan).map(|plan| &**plan));
+        let inspected = model.inspector().wire().map(|wire| wire.wire.clone());
         let mut chosen = None;
         if self.scene == Rect::ZERO {
             self.scene = self.first_view(ui.available_size());
         }
         let mut scene = self.scene;
         egui::Scene::new().zoom_range(0.3..=2.0).show(ui, &mut scene, |ui| {
-            let drawing = Drawing { graph: &graph, placed: &self.placed, roles: &roles, tapped: tapped.as_deref() };
+            let drawing =
+                Drawing { graph: &graph, placed: &self.placed, roles: &roles, inspected: inspected.as_deref() };
             chosen = drawing.show(ui);
         });
         self.scene = scene;
         if let Some(wire) = chosen {
-            let again = tapped.as_deref() == Some(&wire);
-            model.set_tap(if again { None } else { Some(Tap::new(wire)) });
+            let again = inspected.as_deref() == Some(&wire);
+            model.inspect_wire(if again { None } else { Some(InspectedWire::new(wire)) });
         }
     }
 
@@ -119,7 +120,7 @@ struct Drawing<'d> {
     graph: &'d Graph,
     placed: &'d [Placed],
     roles: &'d Roles,
-    tapped: Option<&'d str>,
+    inspected: Option<&'d str>,
 }
 
 impl Drawing<'_> {
@@ -148,13 +149,13 @@ impl Drawing<'_> {
         self.placed.iter().find(|placed| placed.item == item).map_or(Rect::ZERO, |placed| self.rect(placed))
     }
 
-    /// Where a wire arrives at a node.
+    /// The end of a wire at a node.
     fn input_at(&self, node: usize, row: usize) -> Pos2 {
         let rect = self.rect_of(Item::Node(node));
         Pos2::new(rect.min.x, rect.min.y + (1.7 + row as f32) * ROW)
     }
 
-    /// Where a wire begins.
+    /// The beginning of a wire.
     fn output_at(&self, source: Source) -> Pos2 {
         match source {
             Source::Input(input) => self.rect_of(Item::Input(input)).right_center(),
@@ -168,10 +169,10 @@ impl Drawing<'_> {
     fn wire(&self, ui: &Ui, source: Source, to: Pos2) {
         let from = self.output_at(source);
         let is_past = matches!(source, Source::Node { previous: 1.., .. });
-        let is_tapped = self.tapped == Some(&self.name_of(source));
+        let is_inspected = self.inspected == Some(&self.name_of(source));
         let color = wire_color(self.graph.port_type(source));
         let color = if is_past { color.gamma_multiply(0.4) } else { color };
-        let stroke = if is_tapped { Stroke::new(3.0, ACCENT) } else { Stroke::new(1.5, color) };
+        let stroke = if is_inspected { Stroke::new(3.0, ACCENT) } else { Stroke::new(1.5, color) };
         let bend = Vec2::new(((to.x - from.x).abs() * 0.5).clamp(18.0, 90.0), 0.0);
         let curve = egui::epaint::CubicBezierShape::from_points_stroke(
             [from, from + bend, to - bend, to],
@@ -210,7 +211,7 @@ impl Drawing<'_> {
         match placed.item {
             Item::Input(input) => {
                 let name = &self.graph.inputs[input].name;
-                let response = self.frame(ui, rect, name, false, self.tapped == Some(name));
+                let response = self.frame(ui, rect, name, false, self.inspected == Some(name));
                 response.clicked().then(|| name.clone())
             }
             Item::Node(node) => self.node(ui, rect, node),
@@ -222,8 +223,8 @@ impl Drawing<'_> {
         let skipped = self.roles.skipped.get(&node.name);
         let names = node.kind().outputs().iter().map(|port| format!("{}.{}", node.name, port.name));
         let names: Vec<String> = names.collect();
-        let is_tapped = names.iter().any(|name| self.tapped == Some(name));
-        let response = self.frame(ui, rect, &node.name, skipped.is_some(), is_tapped);
+        let is_inspected = names.iter().any(|name| self.inspected == Some(name));
+        let response = self.frame(ui, rect, &node.name, skipped.is_some(), is_inspected);
         let response = response.on_hover_ui(|ui| about(ui, node, skipped));
         for (row, wire) in node.wires.iter().zip(node.kind().inputs()).filter(|(wire, _)| wire.is_some()).enumerate() {
             let at = self.input_at(index, row);
@@ -248,10 +249,10 @@ impl Drawing<'_> {
         chosen
     }
 
-    fn frame(&self, ui: &mut Ui, rect: Rect, name: &str, is_skipped: bool, is_tapped: bool) -> Response {
+    fn frame(&self, ui: &mut Ui, rect: Rect, name: &str, is_skipped: bool, is_inspected: bool) -> Response {
         let response = ui.allocate_rect(rect, Sense::click());
         let fill = if is_skipped { FIELD } else { Color32::from_gray(0x2c) };
-        let line = match (is_tapped, response.hovered()) {
+        let line = match (is_inspected, response.hovered()) {
             (true, _) => Stroke::new(2.0, ACCENT),
             (false, true) => Stroke::new(1.0, Color32::from_gray(0xa0)),
             (false, false) => Stroke::new(1.0, Color32::from_gray(0x48)),
@@ -271,7 +272,7 @@ fn text(ui: &Ui, at: Pos2, align: egui::Align2, text: &str, is_skipped: bool) {
     ui.painter().text(at, align, text, FontId::proportional(9.0), color);
 }
 
-/// What a node is, and why it is skipped.
+/// The description of a node, and the reason if it is skipped.
 fn about(ui: &mut Ui, node: &afterimage_graph::check::GraphNode, skipped: Option<&String>) {
     ui.label(RichText::new(format!("{}: {}", node.name, node.kind().name())).strong());
     ui.label(node.kind().doc().split("\n\n").next().unwrap_or_default());

@@ -6,13 +6,13 @@ use afterimage_graph::check::GraphInput;
 use afterimage_graph::image::Size;
 use afterimage_media::Picture;
 
-use super::frame_images::FrameImages;
+use super::FrameImages;
 use crate::Problem;
 
 /// Reads a frame of a sequence, by its index.
 pub type ReadFrame = Box<dyn FnMut(usize) -> Result<Picture, String>>;
 
-/// Whether the files of a sequence have changed since the last call.
+/// Returns true if the files of a sequence have changed since the last call.
 pub type HaveChanged = Box<dyn FnMut() -> bool>;
 
 /// Images from files: a picture or a sequence for the first input, and one picture for each other input.

@@ -1,24 +1,24 @@
-//! The panel of the probe: the pixel under the pointer at every node, and the reference's.
+//! The pixel inspector: the pixel under the pointer at every node, and that of the 32-bit reference.
 
 use egui::{RichText, ScrollArea, Ui};
 
 use super::theme::{ACCENT, DIM};
-use crate::model::{Chain, Model};
-use crate::render::{Probe, Reading, TexelRequest};
+use crate::model::{Model, PipelineInstance};
+use crate::render::{TexelReader, TexelRequest, TexelValue};
 
 /// Reads the pixel from two pipelines: as stored, and in 32 bits.
 #[derive(Default)]
-pub(super) struct ProbePanel {
-    stored: Probe,
-    exact: Probe,
-    readings: Vec<Reading>,
-    references: Vec<Reading>,
+pub(super) struct PixelInspector {
+    stored: TexelReader,
+    exact: TexelReader,
+    values: Vec<TexelValue>,
+    references: Vec<TexelValue>,
 }
 
 /// Numbers that differ by more than this part of the reference, and of 0.001, are marked.
 const APART: f32 = 0.02;
 
-impl ProbePanel {
+impl PixelInspector {
     /// Records copies of the texels at a place.
     pub(super) fn record(
         &mut self,
@@ -27,9 +27,10 @@ impl ProbePanel {
         place: [f32; 2],
     ) {
         let device = &model.gpu().device;
-        for (probe, chain) in [(&mut self.stored, model.inspected()), (&mut self.exact, model.reference())] {
-            if let Some(chain) = chain {
-                probe.record(device, encoder, place, &texels(chain));
+        let inspector = model.inspector();
+        for (reader, instance) in [(&mut self.stored, inspector.stored()), (&mut self.exact, inspector.reference())] {
+            if let Some(instance) = instance {
+                reader.record(device, encoder, place, &texels(instance));
             }
         }
     }
@@ -39,7 +40,7 @@ impl ProbePanel {
     pub(super) fn request(&mut self) {
         self.stored.request();
         self.exact.request();
-        self.readings = self.stored.take().unwrap_or(std::mem::take(&mut self.readings));
+        self.values = self.stored.take().unwrap_or(std::mem::take(&mut self.values));
         self.references = self.exact.take().unwrap_or(std::mem::take(&mut self.references));
     }
 
@@ -53,26 +54,26 @@ impl ProbePanel {
         let text = format!("Pixel {x}, {y}{pinned}: stored, and in 32 bits where that differs");
         ui.label(RichText::new(text).small());
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            for reading in &self.readings {
-                let reference = self.references.iter().find(|reference| reference.name == reading.name);
-                self.line(ui, reading, reference);
+            for value in &self.values {
+                let reference = self.references.iter().find(|reference| reference.name == value.name);
+                line(ui, value, reference);
             }
         });
     }
+}
 
-    fn line(&self, ui: &mut Ui, reading: &Reading, reference: Option<&Reading>) {
-        ui.label(RichText::new(&reading.name).color(DIM).small());
-        ui.add(egui::Label::new(RichText::new(numbers(reading.value)).monospace()).extend());
-        if let Some(reference) = reference
-            && reading.value.iter().zip(reference.value).any(|(a, b)| are_apart(*a, b))
-        {
-            let text = RichText::new(numbers(reference.value)).monospace().color(ACCENT);
-            ui.add(egui::Label::new(text).extend());
-        }
+fn line(ui: &mut Ui, stored: &TexelValue, reference: Option<&TexelValue>) {
+    ui.label(RichText::new(&stored.name).color(DIM).small());
+    ui.add(egui::Label::new(RichText::new(numbers(stored.value)).monospace()).extend());
+    if let Some(reference) = reference
+        && stored.value.iter().zip(reference.value).any(|(a, b)| are_apart(*a, b))
+    {
+        let text = RichText::new(numbers(reference.value)).monospace().color(ACCENT);
+        ui.add(egui::Label::new(text).extend());
     }
 }
 
-/// Whether a number differs noticeably from its reference. Two that are NaN do not.
+/// True if a number differs noticeably from its reference. Two that are NaN do not.
 fn are_apart(number: f32, reference: f32) -> bool {
     let distance = (number - reference).abs();
     number.is_nan() != reference.is_nan() || distance > APART * (reference.abs() + 1e-3)
@@ -96,8 +97,8 @@ fn short(number: f32) -> String {
 }
 
 /// A texel of each image, in the order of the passes.
-fn texels(chain: &Chain) -> Vec<TexelRequest<'_>> {
-    let Some(plan) = chain.plan() else { return Vec::new() };
+fn texels(instance: &PipelineInstance) -> Vec<TexelRequest<'_>> {
+    let Some(plan) = instance.plan() else { return Vec::new() };
     let names = plan.image_names();
     let mut texels: Vec<TexelRequest<'_>> = Vec::new();
     for pass in plan.work() {
@@ -106,9 +107,9 @@ fn texels(chain: &Chain) -> Vec<TexelRequest<'_>> {
             if texels.iter().any(|known| known.name == *name) {
                 continue;
             }
-            if let Some(texture) = chain.image(name) {
+            if let Some(texture) = instance.image(name) {
                 let desc = plan.image(image).desc;
-                // A slice in the middle: which one belongs to a pixel is the node's affair.
+                // The middle slice: only the node knows which one belongs to a pixel.
                 texels.push(TexelRequest { name: name.clone(), texture, desc, slice: desc.size.depth / 2 });
             }
         }

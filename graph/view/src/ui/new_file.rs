@@ -1,4 +1,4 @@
-//! Files of pipelines that have none yet, such as the built-in ones.
+//! New files for pipelines that have none, such as the built-in ones.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::model::{NamedFile, Project};
 /// Makes the place that a pipeline is written to, by its path and the files that it names, which are written with it.
 pub type MakeProject = Box<dyn Fn(&Path, Vec<NamedFile>) -> Result<Box<dyn Project>, Problem>>;
 
-/// Where a pipeline goes that has no file.
+/// Storage of pipelines that have no file.
 pub enum NewFiles {
     /// The user is asked for a path, at which nothing may be yet.
     Asked(MakeProject),
@@ -21,7 +21,7 @@ pub(super) struct NewFile {
     pub(super) path: String,
     pub(super) new_tier: Option<String>,
     pub(super) error: Option<String>,
-    /// Whether the field has had the keyboard, which it gets once for each attempt.
+    /// The field has had the keyboard, which it gets once for each attempt.
     pub(super) was_focused: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A frame of the viewer on any target: a window, a page, or a texture in a test.
+//! Renders the viewer into any target: a window, or a texture in a test.
 
 use std::path::Path;
 use std::time::Instant;
@@ -10,8 +10,8 @@ use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use crate::render::device::onto;
 use crate::{Images, Model, NewFiles, Problem, Project, Viewer};
 
-/// The viewer with what draws it.
-pub struct Stage {
+/// The viewer with the renderer of its user interface.
+pub struct UiRenderer {
     pub viewer: Viewer,
     ctx: egui::Context,
     renderer: egui_wgpu::Renderer,
@@ -20,7 +20,7 @@ pub struct Stage {
     own_ms: f64,
 }
 
-/// What a dropped file is.
+/// The content of a dropped file.
 pub enum Opened {
     Pipeline(Box<dyn Project>),
     Images(Images),
@@ -28,17 +28,17 @@ pub enum Opened {
 
 pub type OpenFile = Box<dyn Fn(&Gpu, &Path) -> Result<Opened, Problem>>;
 
-/// Where a frame is drawn.
+/// The target of a frame.
 #[derive(Clone, Copy)]
-pub struct Target<'t> {
+pub struct FrameTarget<'t> {
     pub view: &'t wgpu::TextureView,
     /// Its size in physical pixels.
     pub size: [u32; 2],
 }
 
-impl Stage {
-    /// A stage for targets of that format, which hold encoded numbers: not one of the sRGB formats. `open` opens files
-    /// that are dropped, `new_files` makes those of pipelines that have none.
+impl UiRenderer {
+    /// A renderer for targets of that format, which hold encoded numbers: not one of the sRGB formats. `open` opens
+    /// files that are dropped, `new_files` makes those of pipelines that have none.
     pub fn new(model: Model, format: wgpu::TextureFormat, open: OpenFile, new_files: NewFiles) -> Self {
         let ctx = egui::Context::default();
         Viewer::style(&ctx);
@@ -52,7 +52,7 @@ impl Stage {
     }
 
     /// Draws into targets of another format, or on another device, from now on.
-    pub fn renew(&mut self, format: wgpu::TextureFormat) {
+    pub fn set_target(&mut self, format: wgpu::TextureFormat) {
         self.viewer.set_target(format);
         self.renderer = renderer(&self.viewer.model, format);
         // The letters were on the device that is gone, and the context sends only what is new of them.
@@ -67,7 +67,7 @@ impl Stage {
     /// Renders and draws a frame, `elapsed` seconds after the last one, and submits it.
     ///
     /// What draws the interface stops the program on a lost device: ask [`Model::has_device`] before.
-    pub fn frame(&mut self, input: egui::RawInput, target: Target<'_>, elapsed: f64) -> egui::FullOutput {
+    pub fn frame(&mut self, input: egui::RawInput, target: FrameTarget<'_>, elapsed: f64) -> egui::FullOutput {
         let begin = Instant::now();
         input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));
         let gpu = self.viewer.model.gpu().clone();

@@ -5,9 +5,8 @@ use afterimage_graph::image::{ImageDesc, Size};
 
 use super::readback::Readback;
 
-/// A texel to be read.
 pub struct TexelRequest<'t> {
-    /// What the reading is called.
+    /// The name of the value.
     pub name: String,
     pub texture: &'t wgpu::Texture,
     pub desc: ImageDesc,
@@ -17,22 +16,22 @@ pub struct TexelRequest<'t> {
 
 /// A texel that has arrived.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct TexelValue {
     pub name: String,
     /// The four numbers; missing color channels are 0, missing alpha is 1.
     pub value: [f32; 4],
 }
 
-/// Bytes of the widest texel: each reading begins at a multiple.
+/// Bytes of the widest texel, and the distance between two texels in the buffer.
 const STRIDE: u64 = 16;
 
 /// Reads texels, a few frames late.
 #[derive(Default)]
-pub struct Probe {
+pub struct TexelReader {
     pending: Option<(Readback, Vec<(String, ImageDesc)>)>,
 }
 
-impl Probe {
+impl TexelReader {
     /// Copies the texels at a place, in parts of the width and the height, unless others are still on their way.
     /// `Rgba32Float` and the like are read as they are stored.
     pub fn record(
@@ -61,14 +60,14 @@ impl Probe {
     }
 
     /// The texels, once they have arrived.
-    pub fn take(&mut self) -> Option<Vec<Reading>> {
+    pub fn take(&mut self) -> Option<Vec<TexelValue>> {
         let bytes = self.pending.as_ref()?.0.bytes()?;
         let (_, names) = self.pending.take()?;
         let stride = STRIDE as usize;
         let decoded = names.into_iter().zip(bytes.chunks_exact(stride)).map(|((name, desc), bytes)| {
             let desc = desc.sized(Size::new(1, 1));
             let texels = Texels { desc, bytes: bytes[..desc.format.bytes() as usize].to_vec() };
-            Reading { name, value: texels.to_floats()[0] }
+            TexelValue { name, value: texels.to_floats()[0] }
         });
         Some(decoded.collect())
     }

@@ -1,4 +1,4 @@
-//! A pipeline on the viewer's device, with the values that were set.
+//! A pipeline that renders on the viewer's device.
 
 use std::sync::Arc;
 
@@ -10,42 +10,34 @@ use afterimage_graph::node::BlockData;
 use afterimage_graph::value::Value;
 use afterimage_plan::{Options, Plan, When};
 
-use super::frame_images::FrameImages;
+use super::{Changes, FrameImages, Target};
 use crate::Problem;
 
-/// Where a frame is in time.
+/// The time of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Seconds since the start.
     pub time: f64,
     /// Seconds since the frame before.
     pub dt: f64,
-    /// How its frame follows the one before.
+    /// Relation to the frame before.
     pub kind: FrameKind,
 }
 
-/// A pipeline on the viewer's device.
-pub struct Chain {
-    post: Post,
-    /// The parameters that were set.
-    controls: Vec<Control>,
-    is_timed: bool,
-}
-
-/// How the graph is planned.
+/// Planner options for a purpose of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// As a host would plan it.
+pub enum PlanPreset {
+    /// The options of a host.
     Show,
-    /// Every image of every node is stored in memory of its own, so that it can be looked at after the frame.
+    /// Every image of every node is stored in memory of its own, and can be read after the frame.
     Inspect,
-    /// The same with 32 bits: the reference.
+    /// As `Inspect`, with 32-bit images.
     Reference,
-    /// Functions of kinds in folders are called once more, to count what they do wrong.
+    /// Counts the faults of kinds in folders.
     CountFaults,
 }
 
-impl Purpose {
+impl PlanPreset {
     fn options(self) -> Options {
         match self {
             Self::Show => Options::default(),
@@ -61,20 +53,21 @@ impl Purpose {
     }
 }
 
-impl Chain {
-    /// A graph on a device.
-    pub fn new(gpu: &Gpu, graph: Graph, purpose: Purpose) -> Self {
+/// A pipeline that renders on the viewer's device, with the parameters that were set.
+pub struct PipelineInstance {
+    post: Post,
+    /// The parameters that were set.
+    controls: Vec<Control>,
+    is_timed: bool,
+}
+
+impl PipelineInstance {
+    pub fn new(gpu: &Gpu, graph: Graph, facts: Facts, preset: PlanPreset) -> Self {
         let mut post = Post::with_executor(gpu.executor(), graph);
         // A paused frame is repeated with each value that is changed.
-        post.set_options(gpu.options_to_repeat(purpose.options()));
+        post.set_options(gpu.options_to_repeat(preset.options()));
+        post.set_facts(facts);
         Self { post, controls: Vec::new(), is_timed: false }
-    }
-
-    /// A second pipeline with another graph. Both share compiled pipelines; histories are separate.
-    pub(super) fn clone_with(&self, graph: Graph) -> Self {
-        let mut post = self.post.clone_for_view();
-        post.change(graph);
-        Self { post, controls: self.controls.clone(), is_timed: false }
     }
 
     pub fn post(&mut self) -> &mut Post {
@@ -91,16 +84,15 @@ impl Chain {
     }
 
     /// Replaces the graph; handles and values stay.
-    pub fn change(&mut self, graph: Graph, facts: Facts) {
+    pub fn change(&mut self, graph: Graph) {
         // A number that was changed in the text is likely to be changed again, so its next change needs no plan.
         if let Some(name) = self.tuned(&graph) {
             let _ = self.post.control(&name);
         }
         self.post.change(graph);
-        self.post.set_facts(facts);
     }
 
-    /// The parameter whose value is all that another graph changes.
+    /// The parameter whose value is the only difference of another graph.
     fn tuned(&self, graph: &Graph) -> Option<String> {
         let present = self.post.graph();
         if !present.has_structure_of(graph) {
@@ -123,6 +115,16 @@ impl Chain {
         Ok(self.post.set_value(control, value.clone())?)
     }
 
+    /// Sets the parameters that the user has changed.
+    pub(super) fn set_changes(&mut self, changes: &Changes) {
+        for (target, value) in changes.iter() {
+            if let Target::Parameter(name) = target {
+                // Another tier, pipeline or text may have no such parameter, and keeps its own values.
+                let _ = self.set(name, value);
+            }
+        }
+    }
+
     /// Reverts to the values in the graph.
     pub fn forget_values(&mut self) {
         for control in std::mem::take(&mut self.controls) {
@@ -137,7 +139,7 @@ impl Chain {
         self.is_timed = false;
     }
 
-    /// Whether a new plan is being made.
+    /// True while a new plan is being made.
     pub fn is_changing(&self) -> bool {
         self.post.is_changing()
     }
@@ -165,7 +167,7 @@ impl Chain {
         Ok(self.post.encode(encoder, &frame)?)
     }
 
-    /// The output that is shown: the first that is encoded, or else the first.
+    /// The name of the output that is shown: the first that is encoded, or else the first.
     pub fn output(&self) -> Option<String> {
         let outputs = &self.post.plan()?.outputs;
         let shown = outputs.iter().find(|output| output.state == ColorState::Encoded).or(outputs.first())?;
@@ -188,7 +190,6 @@ impl Chain {
         self.post.output(name).expect("the plan has the output")
     }
 
-    /// The facts that are set.
     pub(super) fn facts(&self) -> &Facts {
         self.post.facts()
     }
@@ -198,7 +199,7 @@ impl Chain {
         self.post.image(name)
     }
 
-    /// The newest times of passes, and whether the device measures them at all.
+    /// The latest times of passes; `None` on devices without timestamps.
     pub fn pass_times(&self) -> Option<&PassTimes> {
         self.post.pass_times()
     }

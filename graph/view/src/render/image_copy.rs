@@ -1,17 +1,17 @@
-//! An image that becomes a file: copied on the device, and read when it has arrived.
+//! A copy of an image for the processor, read once it has arrived.
 
 use afterimage_gpu::{Texels, texture_format, wgpu};
 use afterimage_graph::image::{Format, ImageDesc, Size};
 
 use super::readback::Readback;
 
-/// An image on its way from the device.
-pub struct Copied {
+/// A copy of an image on its way from the device.
+pub struct ImageCopy {
     readback: Readback,
     desc: ImageDesc,
 }
 
-impl Copied {
+impl ImageCopy {
     /// Records the copy of an image, or of one slice of a volume; `None` for formats that no pipeline stores.
     pub fn record(
         device: &wgpu::Device,
