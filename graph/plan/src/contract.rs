@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
-    Arg, ByRows, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource,
-    RowDownsample, for_each_recording,
+    Arg, ByRows, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource, RowDownsample,
+    for_each_recording,
 };
 use afterimage_wgsl::{SampleMode, Shader};
 
@@ -117,7 +117,7 @@ impl Modules {
         if let Some(fused) = fused(pass) {
             self.ways(&fused, recording, " fused with its reader", &WAYS[..1]);
         }
-        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass)).chain(by_cells(pass));
+        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass));
         for mut pass in forms {
             self.ways(&pass, recording, "", &WAYS);
             if let PassKind::RowDownsample(rows) = &mut pass.kind {
@@ -214,15 +214,4 @@ fn by_square(pass: &Pass) -> Option<Pass> {
     rows.kernels.push(square_kernel(kernel, 0));
     rows.results.push(PassResult { kernel: 2, image });
     Some(rows)
-}
-
-/// The pass in its form by cells, twice, so that names which the framework does not keep apart clash.
-fn by_cells(pass: &Pass) -> Option<Pass> {
-    let [kernel] = pass.kernels.as_slice() else { return None };
-    let by = kernel.by_cells?;
-    kernel.arg(by.source)?;
-    let invocations = [CellReduce::MAX_INVOCATIONS, 1];
-    let kind = CellReduce { coarsest: by.cells, finest: by.cells, invocations, stride: by.stride };
-    let kernels = vec![kernel.clone(), kernel.clone()];
-    Some(Pass { kernels, kind: PassKind::CellReduce(kind), ..pass.clone() })
 }
