@@ -181,17 +181,3 @@ fn grid_build_count(run: ptr<function, GridBuildRun>, level: f32) {
     (*run).sum += u32(level * params.unit + 0.5);
     (*run).weight += u32(params.unit + 0.5);
 }
-
-fn grid_build_begin(cell: Cell) -> GridBuildRun {
-    grid_build_clear(cell.invocation, cell.invocations);
-    return GridBuildRun();
-}
-
-fn grid_build_visit(run: ptr<function, GridBuildRun>, cell: Cell, seen: Seen) {
-    if seen.centered { grid_build_count(run, grid_build_level(seen.color)); }
-}
-
-fn grid_build_finish(run: ptr<function, GridBuildRun>, cell: Cell) {
-    grid_build_flush(run);
-    grid_build_store(cell.place, cell.invocation, cell.invocations);
-}

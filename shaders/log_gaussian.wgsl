@@ -17,8 +17,6 @@ struct LogGaussian {
 }
 
 const LOG_GAUSSIAN_INVOCATIONS: u32 = 64u;
-// Invocations of a workgroup that computes several cells.
-const LOG_GAUSSIAN_ALL_INVOCATIONS: u32 = 256u;
 
 @group(0) @binding(0) var<uniform> params: LogGaussian;
 @group(0) @binding(1) var picture: texture_2d<f32>;
@@ -26,26 +24,9 @@ const LOG_GAUSSIAN_ALL_INVOCATIONS: u32 = 256u;
 @group(0) @binding(2) var<storage, read> exposure: array<vec4f>;
 @group(0) @binding(3) var result: texture_storage_2d<rgba16float, write>;
 
-var<workgroup> log_gaussian_sums: array<f32, LOG_GAUSSIAN_ALL_INVOCATIONS>;
-
 fn log_gaussian_level(color: vec4f) -> f32 {
     let light = luminance(color.rgb);
     return clamp(log2(max(light, 1e-30)) + params.stops + exposure[0].x, params.lo, params.hi);
-}
-
-// Adds the sums of a cell's invocations in a fixed order; one invocation stores the mean. Several cells share a
-// workgroup.
-fn log_gaussian_store(cell: Cell, sum: f32) {
-    let first = cell.slot * cell.invocations;
-    let own = first + cell.invocation;
-    log_gaussian_sums[own] = sum;
-    // Every invocation of the workgroup meets every barrier, however few a cell has: WGSL asks for it.
-    for (var half = LOG_GAUSSIAN_ALL_INVOCATIONS / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        let has_pair = half < cell.invocations && cell.invocation < half;
-        if has_pair { log_gaussian_sums[own] += log_gaussian_sums[own + half]; }
-    }
-    if cell.invocation == 0u { log_gaussian_give(cell.place, log_gaussian_sums[own]); }
 }
 
 fn log_gaussian_give(place: vec2u, sum: f32) {
@@ -73,21 +54,12 @@ fn log_gaussian_average(@builtin(workgroup_id) group: vec3u, invocation: Invocat
     if invocation.index == 0u { log_gaussian_give(cell, all.x); }
 }
 
-fn log_gaussian_begin(cell: Cell) -> f32 {
-    return 0.0;
-}
-
-fn log_gaussian_visit(sum: ptr<function, f32>, cell: Cell, seen: Seen) {
-    *sum += log_gaussian_level(seen.color) * seen.share;
-}
-
-fn log_gaussian_finish(sum: ptr<function, f32>, cell: Cell) {
-    log_gaussian_store(cell, *sum);
-}
-
 // The image has few texels, and a texel has many neighbors. So four invocations share the neighbors of one texel.
 const LOG_GAUSSIAN_PARTS: i32 = 4;
 const LOG_GAUSSIAN_TEXELS: u32 = 64u;
+
+// The sum of each invocation.
+var<workgroup> log_gaussian_sums: array<f32, 256>;
 
 @compute @workgroup_size(64, 4)
 fn log_gaussian_blur(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {

@@ -138,7 +138,6 @@ impl Node for GridBuild {
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
         let size = Size::volume(self.width, self.height, self.depth);
         let result = pass.output("result", ImageDesc::volume(size));
-        let cells = [self.width, self.height];
         let ([lo, hi], parts) = (self.range(), self.parts(picture.div_up(step)));
         if parts > 1 {
             let bytes = 8 * u64::from(self.width) * u64::from(self.height) * u64::from(self.depth);
@@ -160,12 +159,7 @@ impl Node for GridBuild {
             GridBuildMethod::Nearest => "grid_build_nearest",
             GridBuildMethod::Trilinear => "grid_build_trilinear",
         };
-        let by_cells = ByCells { form: "grid_build", source: "source", cells, together: 1, stride: step };
-        let kernel = pass
-            .compute(&SHADER, entry)
-            .by_cells((self.method == GridBuildMethod::Nearest).then_some(by_cells))
-            .buffer("exposure", exposure)
-            .image("result", result);
+        let kernel = pass.compute(&SHADER, entry).buffer("exposure", exposure).image("result", result);
         self.set(kernel, step, capacity).dispatch([self.width, self.height, 1]);
     }
 }

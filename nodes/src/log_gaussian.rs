@@ -47,11 +47,8 @@ impl LogGaussian {
     fn average(&self, pass: &mut Recorder<'_>, picture: ImageId, result: ImageId) {
         let exposure =
             if pass.wired("meter") { pass.buffer("meter") } else { pass.constant_buffer("unmetered", [0; 16]) };
-        let cells = [self.width, self.height];
         let step = stride(pass.desc(picture).size, self.step);
-        let by_cells = ByCells { form: "log_gaussian", source: "picture", cells, together: 64, stride: step };
         pass.compute(&SHADER, "log_gaussian_average")
-            .by_cells(Some(by_cells))
             .image("picture", picture)
             .buffer("exposure", exposure)
             .image("result", result)

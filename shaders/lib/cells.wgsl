@@ -1,25 +1,4 @@
-// Lattices of cells that divide an image of any size evenly, and the arguments of kernels with a form by cells.
-
-// A cell, and the position of an invocation in it.
-struct Cell {
-    // Column and row.
-    place: vec2u,
-    // Index of the invocation within the cell. Cells have a power of two of invocations.
-    invocation: u32,
-    invocations: u32,
-    // Index of the cell within the workgroup.
-    slot: u32,
-}
-
-// A pixel that overlaps a cell.
-struct Seen {
-    pixel: vec2i,
-    color: vec4f,
-    // The area within one of the finest cells, as a share of the pixel.
-    share: f32,
-    // True if the pixel's center is in the cell, which holds for one cell of each lattice.
-    centered: bool,
-}
+// Lattices of cells that divide an image of any size evenly.
 
 // The share of a pixel within a cell along each axis. Integers before the division, so nothing is lost or counted
 // twice.

@@ -16,7 +16,6 @@ mod references;
 mod resolve;
 mod shadow;
 mod shadow_rays;
-mod shared;
 mod surface;
 mod taa;
 mod table;

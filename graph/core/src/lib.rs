@@ -41,8 +41,8 @@ pub use afterimage_wgsl as wgsl;
 pub mod prelude {
     //! The names that node authors need.
     pub use crate::node::{
-        BufferId, BufferLife, ByCells, ByNeighbors, ByRows, ColorChange, Fallback, ImageColor, ImageId, Input,
-        InputValue, InputValues, Invariants, Node, NodeKind, Output, OutputState, Params, PortType, Recorder, Resource,
+        BufferId, BufferLife, ByNeighbors, ByRows, ColorChange, Fallback, ImageColor, ImageId, Input, InputValue,
+        InputValues, Invariants, Node, NodeKind, Output, OutputState, Params, PortType, Recorder, Resource,
     };
     pub use crate::{choices, params};
     pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};

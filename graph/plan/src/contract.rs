@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use afterimage_base::image::{Format, Signedness, Size};
 use afterimage_graph::node::{
-    Arg, ByRows, CellReduce, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource,
-    RowDownsample, contract_with,
+    Arg, ByRows, ImageId, KernelCall, NodeKind, Pass, PassKind, PassResult, Recording, Resource, RowDownsample,
+    contract_with,
 };
 use afterimage_wgsl::{SampleMode, Shader};
 
@@ -101,7 +101,7 @@ impl Modules {
         if let Some(fused) = fused(pass) {
             self.variants(&fused, recording, " fused with its reader", &VARIANTS[..1]);
         }
-        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass)).chain(by_cells(pass));
+        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass));
         for mut pass in forms {
             self.variants(&pass, recording, "", &VARIANTS);
             if let PassKind::RowDownsample(rows) = &mut pass.kind {
@@ -198,15 +198,4 @@ fn by_square(pass: &Pass) -> Option<Pass> {
     rows.kernels.push(square_kernel(kernel, 0));
     rows.results.push(PassResult { kernel: 2, image });
     Some(rows)
-}
-
-/// The pass in its form by cells, twice, so that names which the framework does not keep apart clash.
-fn by_cells(pass: &Pass) -> Option<Pass> {
-    let [kernel] = pass.kernels.as_slice() else { return None };
-    let by = kernel.by_cells?;
-    kernel.arg(by.source)?;
-    let invocations = [CellReduce::MAX_INVOCATIONS, 1];
-    let kind = CellReduce { coarsest: by.cells, finest: by.cells, invocations, stride: by.stride };
-    let kernels = vec![kernel.clone(), kernel.clone()];
-    Some(Pass { kernels, kind: PassKind::CellReduce(kind), ..pass.clone() })
 }

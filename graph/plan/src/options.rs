@@ -5,7 +5,7 @@ use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Options {
-    /// Whether point kernels are fused, and kernels joined that reduce one image.
+    /// Whether passes of point functions and warps are fused.
     pub fuse: bool,
     /// When images are halved row by row.
     pub row_downsample: When,

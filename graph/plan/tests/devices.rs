@@ -104,23 +104,6 @@ fn the_plans_of_the_built_in_pipelines_fit_devices_of_which_each_lacks_something
 }
 
 #[test]
-fn a_shared_read_stores_as_many_images_as_a_device_allows() {
-    let mean =
-        |at: i32| format!(r#""m{at}": LogGaussian(source: "in", width: 16, height: 8, sigma: 0.0, lo: -{at}.0), "#);
-    let nodes: String = (1..=5).map(mean).collect();
-    let outputs: String = (1..=5).map(|at| format!(r#""m{at}": "m{at}", "#)).collect();
-    let members = |caps: Caps| {
-        let plan = planned_on(FRAME, &nodes, &outputs, Options::default(), caps);
-        let shared = plan.work().filter(|pass| matches!(pass.kind, PassKind::CellReduce(_)));
-        shared.map(|pass| pass.kernels.len()).collect::<Vec<_>>()
-    };
-    let storing = |max_storage_images| members(Caps { max_storage_images, ..all_formats() });
-    assert_eq!([1, 2, 3, 5, 8].map(storing), [vec![], vec![2, 2], vec![3, 2], vec![5], vec![5]]);
-    let invocations = |workgroup_invocations| members(Caps { workgroup_invocations, ..all_formats() }).len();
-    assert_eq!([255, 256].map(invocations), [0, 1], "four images are what every device stores");
-}
-
-#[test]
 fn an_image_or_a_volume_is_as_large_as_the_device_allows_and_no_larger() {
     let graph = |seed| Recipe { seed, nodes: 40, histories: 0, off: 0 }.graph();
     let is_volume = |plan: &Plan| plan.images.iter().find(|image| image.desc.volume).map(|image| image.desc.size);

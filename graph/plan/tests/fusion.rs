@@ -3,7 +3,7 @@
 
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
-use afterimage_graph::node::{CellReduce, NodeKind, Pass, PassKind, Registry, Resource};
+use afterimage_graph::node::{NodeKind, Pass, PassKind, Registry, Resource};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
     Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
@@ -223,40 +223,6 @@ fn what_others_need_is_stored_although_a_halving_looks_at_it() {
     assert_eq!((by_rows(&plan), full_size(&plan)), (vec![4], vec![]), "{}", plan.to_text());
 }
 
-/// How many reductions each shared read has.
-fn shared_reads(nodes: &str, outputs: &str) -> Vec<usize> {
-    // Smaller images are read without a stride.
-    let plan = planned_at(Size::new(3840, 2160), nodes, outputs, Options::default());
-    let shared = plan.work().filter(|pass| matches!(pass.kind, PassKind::CellReduce(_)));
-    let counts: Vec<usize> = shared.map(|pass| pass.kernels.len()).collect();
-    assert_eq!(plan.shared_reads.len(), counts.len());
-    counts
-}
-
-fn mean(name: &str, source: &str, more: &str) -> String {
-    format!(r#""{name}": LogGaussian(source: "{source}", width: 16, height: 8, sigma: 0.0{more}), "#)
-}
-
-#[test]
-fn reductions_share_a_read_if_they_read_the_same_pixels() {
-    let outputs = r#""a": "a", "b": "b""#;
-    let two = |more: &str| mean("a", "in", "") + &mean("b", "in", more);
-    assert_eq!(shared_reads(&two(", lo: -4.0"), outputs), [2]);
-    assert_eq!(shared_reads(&two(", step: 2"), outputs), Vec::<usize>::new(), "other pixels");
-    let strides = mean("a", "in", ", step: 2") + &mean("b", "in", ", step: 2");
-    assert_eq!(shared_reads(&strides, outputs), [2]);
-    let other = format!(r#""soft": Soft(source: "in"), {}{}"#, mean("a", "in", ""), mean("b", "soft", ""));
-    assert_eq!(shared_reads(&other, outputs), Vec::<usize>::new(), "another image");
-}
-
-#[test]
-fn a_shared_read_saves_all_reads_but_one() {
-    let three = mean("a", "in", "") + &mean("b", "in", ", lo: -4.0") + &mean("c", "in", ", lo: -5.0");
-    let plan = planned_at(FRAME, &three, r#""a": "a", "b": "b", "c": "c""#, Options::default());
-    let [shared] = plan.shared_reads.as_slice() else { panic!("one read:\n{}", plan.to_text()) };
-    assert_eq!(shared.bytes_saved, 2 * ImageDesc::new(FRAME).bytes());
-}
-
 #[test]
 fn a_light_pass_is_computed_again_for_a_few_readers_and_stored_for_many() {
     let passes = |readers: usize| {
@@ -273,79 +239,6 @@ fn a_light_pass_is_computed_again_for_a_few_readers_and_stored_for_many() {
     assert_eq!(planned_at(FRAME, long, r#""x": "x", "y": "y""#, Options::default()).passes.len(), 3);
 }
 
-/// The second reduction waits for a value that is made of the result of the first.
-#[test]
-fn reductions_that_wait_for_each_other_do_not_share_a_read() {
-    let metered = |of: &str| {
-        let meter = format!(r#""value": Meter(source: "{of}"), "#);
-        mean("a", "in", "") + &meter + &mean("b", "in", r#", meter: "value""#)
-    };
-    let outputs = r#""a": "a", "b": "b""#;
-    assert_eq!(shared_reads(&metered("a"), outputs), Vec::<usize>::new());
-    let both = r#""value": Meter(source: "in"), "#.to_owned()
-        + &mean("a", "in", r#", meter: "value""#)
-        + &mean("b", "in", r#", meter: "value""#);
-    assert_eq!(shared_reads(&both, outputs), [2]);
-    // The first one can run before the value is known.
-    let second =
-        r#""value": Meter(source: "in"), "#.to_owned() + &mean("a", "in", "") + &mean("b", "in", r#", meter: "value""#);
-    assert_eq!(shared_reads(&second, outputs), Vec::<usize>::new());
-}
-
-/// The reduction of a frame of that size over 16x8 cells, joined with one over other cells; `None` if it is not.
-fn joined_with(size: Size, cells: [u32; 2]) -> Option<CellReduce> {
-    let [width, height] = cells;
-    let other = format!(r#""b": LogGaussian(source: "in", width: {width}, height: {height}, sigma: 0.0), "#);
-    let plan = planned_at(size, &(mean("a", "in", "") + &other), r#""a": "a", "b": "b""#, Options::default());
-    plan.work().find_map(|pass| match &pass.kind {
-        PassKind::CellReduce(reduce) => Some(*reduce),
-        _ => None,
-    })
-}
-
-/// Each lattice divides the finer one, a workgroup has room for its cells, and they divide its invocations.
-#[test]
-fn reductions_share_a_read_if_one_workgroup_can_serve_their_lattices() {
-    for (cells, is_joined) in [
-        ([16, 8], true),
-        ([32, 8], true),
-        ([32, 16], true),
-        ([128, 64], true),
-        ([8, 16], true),
-        ([24, 8], false),
-        ([16, 12], false),
-        ([48, 8], false),
-        ([256, 64], false),
-    ] {
-        let joined = joined_with(FRAME, cells);
-        assert_eq!(joined.is_some(), is_joined, "16x8 and {cells:?}");
-        if let Some(joined) = joined {
-            let [width, height] = cells;
-            assert_eq!(joined.coarsest, [width.min(16), height.min(8)]);
-            assert_eq!(joined.finest, [width.max(16), height.max(8)]);
-            assert_eq!(joined.inner(), [0, 1].map(|axis| joined.finest[axis] / joined.coarsest[axis]));
-        }
-    }
-}
-
-/// As many invocations across as a cell has columns, and half as many in all where they have few pixels each.
-#[test]
-fn the_invocations_of_a_cell_follow_from_its_pixels() {
-    for (width, height, invocations) in [
-        (512, 512, [16, 4]),
-        (512, 511, [16, 2]),
-        (100, 60, [4, 8]),
-        (2, 3, [1, 32]),
-        (4096, 2160, [64, 1]),
-        (1000, 1000, [32, 2]),
-    ] {
-        let joined = joined_with(Size::new(width, height), [32, 16]).expect("they can be joined");
-        assert_eq!(joined.invocations, invocations, "{width}x{height}");
-        let all = if width * height < 2048 * 16 * 8 { 128 } else { 256 };
-        assert_eq!(joined.workgroup(), all, "{width}x{height}");
-    }
-}
-
 /// Texels of the result that a workgroup makes: from the entry point in the text of the shader, or from the pass.
 fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
     let PlannedPass { pass, .. } = &plan.passes[index];
@@ -360,7 +253,7 @@ fn covered(plan: &Plan, index: usize) -> Option<[u32; 2]> {
         }
         // The outermost invocations only make what their neighbors need.
         PassKind::RowDownsample(rows) => Some([sides[0] - if rows.around.is_some() { 4 } else { 2 }, rows.rows]),
-        PassKind::Workgroup(_) | PassKind::CellReduce(_) | PassKind::Compute | PassKind::Drawing(_) => None,
+        PassKind::Workgroup(_) | PassKind::Compute | PassKind::Drawing(_) => None,
     }
 }
 

@@ -244,7 +244,7 @@ impl<'p> Machine<'p> {
         let pass = &planned.pass;
         let size_of_result = || self.plan.image(pass.results[0].image).desc.size;
         let values = match &pass.kind {
-            PassKind::CellReduce(_) | PassKind::Compute => {
+            PassKind::Compute => {
                 let written: Result<Vec<_>, String> =
                     pass.kernels.iter().map(|kernel| self.entry_point(kernel)).collect();
                 return Ok(written?.concat());

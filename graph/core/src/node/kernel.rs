@@ -36,8 +36,6 @@ pub struct KernelCall {
     /// The form of a function that needs no more than the four texels under its own: a function of the same module,
     /// `fn name(square: Square) -> vec4f`. The result has half the size of the only image that it reads.
     pub by_square: Option<&'static str>,
-    /// The form by cells of an entry point, if it has one.
-    pub by_cells: Option<ByCells>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
     pub limited: Option<Signedness>,
     /// Identity of a kernel whose uniform gets new values while a plan runs.
@@ -170,34 +168,6 @@ pub struct ByNeighbors {
     pub function: &'static str,
 }
 
-/// The form by cells of a compute kernel that reduces an image over each cell of a lattice: with it the framework lets
-/// several such kernels read each pixel together.
-///
-/// The cells divide the image evenly, whatever its size, so that a pixel may lie in several. The module imports
-/// `cells`, which has the structs `Cell` and `Seen`. It has three functions, which all invocations of a workgroup call,
-/// at most 256:
-///
-/// - `fn FORM_begin(cell: Cell) -> State` before the first pixel, to clear the cell's workgroup memory; a barrier
-///   follows;
-/// - `fn FORM_visit(state: ptr<function, State>, cell: Cell, seen: Seen)` for each pixel that the invocation reads,
-///   where it must not wait for others. A pixel is read once for each of the finest cells that it touches: its shares
-///   of the cells add up to its area, and in one cell it is `centered`;
-/// - `fn FORM_finish(state: ptr<function, State>, cell: Cell)` after the last, to combine the invocations' states and
-///   to store the cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ByCells {
-    /// Prefix of the names of the three functions.
-    pub form: &'static str,
-    /// The variable that holds the image.
-    pub source: &'static str,
-    /// Cells across and down.
-    pub cells: [u32; 2],
-    /// The most cells that one workgroup's memory has room for.
-    pub together: u32,
-    /// Sampling stride: one of each N pixels along x and y is read, as the library's `stride` file picks it.
-    pub stride: u32,
-}
-
 impl KernelCall {
     /// A call of a function without a uniform, defines or other forms.
     pub fn function(
@@ -219,7 +189,6 @@ impl KernelCall {
             by_rows: None,
             by_neighbors: None,
             by_square: None,
-            by_cells: None,
             limited: None,
             origin: None,
             warp: None,

@@ -31,9 +31,9 @@ pub use embedded::EmbeddedKind;
 pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use invariants::Invariants;
-pub use kernel::{Arg, Argument, ByCells, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
+pub use kernel::{Arg, Argument, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
 pub use kind::{DynNode, InputValues, Kind, NodeKind};
-pub use pass::{CellReduce, Pass, PassKind, PassResult, RowDownsample};
+pub use pass::{Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, OutputUse, PortType, Signature};
 pub use recorder::{
     AttachmentPass, ComputePass, DrawPass, FunctionPass, InputValue, MisfitPixel, NodeColors, Recorder,

@@ -44,8 +44,6 @@ pub enum PassKind {
     Gather,
     /// An image at half the size of its source, row by row.
     RowDownsample(RowDownsample),
-    /// Compute kernels that reduce one image, each over the cells of a lattice, and read it together.
-    CellReduce(CellReduce),
     /// A function of one pixel whose invocations share the memory of workgroups with that many across and down.
     Workgroup([u32; 2]),
     /// A compute entry point that its author has written.
@@ -71,23 +69,6 @@ pub struct RowDownsample {
     /// The kernel that looks at the texels around its own, by its place in the pass, if one does: it is called in its
     /// form [by neighbors](super::ByNeighbors), and those before it make a texel.
     pub around: Option<usize>,
-}
-
-/// A dispatch in which several kernels reduce one image, cell by cell, each on a lattice of its own.
-///
-/// A workgroup makes one cell of the coarsest lattice. Its invocations are divided evenly among the cells of the finest
-/// lattice in it, and walk over the pixels that touch their cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CellReduce {
-    /// Cells of the coarsest lattice, across and down; each side of every lattice is a multiple of it.
-    pub coarsest: [u32; 2],
-    /// Cells of the finest lattice, across and down, whose sides are multiples of those of every lattice.
-    pub finest: [u32; 2],
-    /// Invocations for one of the finest cells, across and down.
-    pub invocations: [u32; 2],
-    /// Sampling stride: one of each N pixels along x and y is read, and the cells divide the picture that these make
-    /// up.
-    pub stride: u32,
 }
 
 impl Pass {
@@ -159,7 +140,7 @@ impl Pass {
 
     /// Uniform buffers that it binds, besides that of the frame's time and number.
     pub fn uniform_buffers(&self) -> usize {
-        let has_own_entry = matches!(self.kind, PassKind::Compute | PassKind::CellReduce(_) | PassKind::Drawing(_));
+        let has_own_entry = matches!(self.kind, PassKind::Compute | PassKind::Drawing(_));
         if has_own_entry { uniform_buffers(self.kernels.iter()) } else { Self::joined_uniform_buffers([self]) }
     }
 
@@ -178,20 +159,5 @@ impl PassKind {
     /// Returns whether a full-screen draw can make the result as well as a dispatch.
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
-    }
-}
-
-impl CellReduce {
-    /// The most invocations of a workgroup.
-    pub const MAX_INVOCATIONS: u32 = 256;
-
-    /// Cells of the finest lattice in one of the coarsest, across and down.
-    pub fn inner(&self) -> [u32; 2] {
-        [0, 1].map(|axis| self.finest[axis] / self.coarsest[axis])
-    }
-
-    /// Invocations of a workgroup.
-    pub fn workgroup(&self) -> u32 {
-        self.inner().into_iter().chain(self.invocations).product()
     }
 }

@@ -99,7 +99,7 @@ impl<'a> BandedPlan<'a> {
     fn role(&self, index: usize) -> Result<Role, PlanError> {
         let pass = self.pass(index);
         let (reads_bands, bands) = (!self.reads[index].is_empty(), self.writes[index].len());
-        let makes_in_order = !matches!(pass.kind, PassKind::Compute | PassKind::CellReduce(_));
+        let makes_in_order = pass.kind != PassKind::Compute;
         match (bands, reads_bands) {
             (0, false) if self.plan.passes[index].stage != Stage::Drawing => Ok(Role::Whole),
             _ if self.plan.passes[index].stage == Stage::Drawing => Err(self.refusal(index, "it draws geometry")),

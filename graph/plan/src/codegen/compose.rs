@@ -4,7 +4,6 @@ use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{ImageId, Pass, PassKind};
 use afterimage_wgsl::{SampleMode, ShaderError};
 
-use super::cell_reduce::compose_cell_reduce;
 use super::compute::compose_compute;
 use super::drawing::compose_drawing;
 use super::functions::compose_functions;
@@ -27,7 +26,6 @@ pub fn compose_pass(
     match &pass.kind {
         PassKind::Point | PassKind::Gather => compose_functions(&code),
         PassKind::RowDownsample(rows) => compose_row_downsample(&code, rows),
-        PassKind::CellReduce(reduce) => compose_cell_reduce(&code, reduce),
         PassKind::Workgroup(invocations) => compose_in_workgroup(&code, *invocations),
         PassKind::Compute => compose_compute(&code),
         PassKind::Drawing(drawing) => compose_drawing(&code, drawing),

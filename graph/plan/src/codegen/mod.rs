@@ -1,7 +1,6 @@
 //! Code generation: what a device needs to run the passes. Workgroups and uniforms are part of the plan; the module of
 //! a pass, with entry points and bindings, is made when it is asked for.
 
-mod cell_reduce;
 mod compose;
 mod compute;
 mod drawing;

@@ -127,8 +127,7 @@ impl<'a> PassCode<'a> {
     /// The module that the linker has made.
     pub(super) fn composed(&self, linked: Linked, entry: Entry) -> Composed {
         let unchecked = self.pass.shaders().all(Shader::is_unchecked);
-        let has_own_memory =
-            matches!(self.pass.kind, PassKind::Workgroup(_) | PassKind::Compute | PassKind::CellReduce(_));
+        let has_own_memory = matches!(self.pass.kind, PassKind::Workgroup(_) | PassKind::Compute);
         let mut names = linked.entries.into_iter();
         let compute = names.next().expect("a module has a compute entry point");
         let draw = names.next().zip(names.next()).map(|(vertex, fragment)| Draw { vertex, fragment: Some(fragment) });

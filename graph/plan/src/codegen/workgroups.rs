@@ -12,7 +12,6 @@ pub(super) fn workgroups(pass: &Pass, images: &[PlannedImage]) -> [u32; 3] {
     let cover = |size: Size, [across, down]: [u32; 2]| [size.width.div_ceil(across), size.height.div_ceil(down), 1];
     match (&pass.kind, texels(pass, images)) {
         (_, Some(texels)) => cover(result(), texels),
-        (PassKind::CellReduce(cells), _) => [cells.coarsest[0], cells.coarsest[1], 1],
         (PassKind::Compute, _) => pass.kernels[0].workgroups.unwrap_or([1; 3]),
         _ => [1; 3],
     }
@@ -34,6 +33,6 @@ fn texels(pass: &Pass, images: &[PlannedImage]) -> Option<[u32; 2]> {
         }
         PassKind::RowDownsample(rows) => Some(rows_cover(rows)),
         PassKind::Workgroup(invocations) => Some(*invocations),
-        PassKind::Compute | PassKind::CellReduce(_) | PassKind::Drawing(_) => None,
+        PassKind::Compute | PassKind::Drawing(_) => None,
     }
 }

@@ -1,6 +1,5 @@
 //! Fusion: passes become one where that saves memory traffic or dispatches.
 
-mod cell_reduce;
 mod neighbors;
 mod one_module;
 mod pass_graph;
@@ -32,8 +31,5 @@ pub(crate) fn fusion(builder: &mut PlanBuilder, request: &PlanRequest<'_>) {
     // What the halvings make themselves, others read pixel by pixel.
     if options.fuse && makes_again {
         point::fuse_points(builder, &request.caps, None);
-    }
-    if options.fuse {
-        cell_reduce::join_cell_reductions(builder, &request.caps);
     }
 }

@@ -80,12 +80,6 @@ impl PassGraph {
         self.readers.get(&resource).into_iter().flatten().copied()
     }
 
-    /// The passes with a higher number that read something, in ascending order.
-    pub(crate) fn readers_after(&self, resource: Resource, number: usize) -> impl Iterator<Item = usize> + '_ {
-        let readers = self.readers.get(&resource).into_iter();
-        readers.flat_map(move |readers| readers.range(number + 1..)).copied()
-    }
-
     /// The passes that write something, in ascending order.
     pub(crate) fn writers(&self, resource: Resource) -> impl Iterator<Item = usize> + '_ {
         self.writers.get(&resource).into_iter().flatten().copied()

@@ -6,7 +6,7 @@ use super::Recorder;
 use super::bindings::params;
 use super::details::{Bindings, Bound, Label};
 use crate::node::drawing::Subresource;
-use crate::node::kernel::{ByCells, KernelCall};
+use crate::node::kernel::KernelCall;
 use crate::node::pass::{Pass, PassKind};
 use crate::node::resource::{BufferId, ImageId, Resource};
 use afterimage_base::Shared;
@@ -19,7 +19,6 @@ pub struct ComputePass<'r, 'a> {
     entry: Shared<str>,
     label: Label,
     bindings: Bindings,
-    by_cells: Option<ByCells>,
 }
 
 impl<'a> Recorder<'a> {
@@ -28,7 +27,7 @@ impl<'a> Recorder<'a> {
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
         let bindings = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.bindings)).unwrap_or_default();
-        ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings, by_cells: None }
+        ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings }
     }
 }
 
@@ -73,14 +72,6 @@ impl ComputePass<'_, '_> {
         self
     }
 
-    /// A second form of a kernel that reduces an image over the cells of a lattice, for passes that read the image for
-    /// several such kernels: see [`ByCells`]. Its results must be those of the kernel, to rounding. A kernel with
-    /// override constants stays alone.
-    pub fn by_cells(mut self, form: Option<ByCells>) -> Self {
-        self.by_cells = form;
-        self
-    }
-
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
         if let Some(replay) = self.recorder.replay.take() {
@@ -94,13 +85,13 @@ impl ComputePass<'_, '_> {
             self.recorder.replay = Some(replay);
             return;
         }
-        let Self { recorder, shader, entry, label, bindings, by_cells } = self;
+        let Self { recorder, shader, entry, label, bindings } = self;
         let (nodes, label) = (vec![recorder.context.node.to_owned()], label.text(&entry));
         if recorder.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
             recorder.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
         }
         let call = bindings.call(recorder, shader, entry);
-        let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, by_cells, ..call };
+        let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, ..call };
         recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
     }
 
@@ -116,7 +107,6 @@ impl ComputePass<'_, '_> {
             args,
             workgroups,
             constants,
-            by_cells,
             node: _,
             uniform: _,
             defines: _,
@@ -133,7 +123,6 @@ impl ComputePass<'_, '_> {
             && self.label.is(&expected.label, &self.entry)
             && *workgroups == Some(groups)
             && *constants == self.bindings.constants
-            && *by_cells == self.by_cells
             && self.bindings.arguments(self.recorder, &self.shader, &self.entry).eq(expected_args)
     }
 }

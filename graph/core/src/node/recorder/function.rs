@@ -183,7 +183,6 @@ impl FunctionPass<'_, '_> {
             uniform: _,
             workgroups: _,
             constants: _,
-            by_cells: _,
             limited: _,
             origin: _,
         } = kernel;
