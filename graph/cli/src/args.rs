@@ -359,8 +359,6 @@ pub(crate) enum PlanFormat {
     Text,
     /// Canonical JSON
     Json,
-    /// Graphviz
-    Dot,
     /// A timeline
     Svg,
 }

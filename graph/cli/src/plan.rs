@@ -68,7 +68,6 @@ fn shown(plan: &Plan, format: PlanFormat) -> String {
     match format {
         PlanFormat::Text => plan.to_text(),
         PlanFormat::Json => plan.to_json(),
-        PlanFormat::Dot => plan.to_dot(),
         PlanFormat::Svg => plan.to_svg(),
     }
 }
@@ -77,8 +76,8 @@ fn difference(diff: &PlanDiff, format: PlanFormat) -> Result<String, Failure> {
     match format {
         PlanFormat::Text => Ok(diff.to_string()),
         PlanFormat::Json => Ok(format!("{:#}", diff_json(diff))),
-        PlanFormat::Dot | PlanFormat::Svg => {
-            Err(Failure::user("differences have no drawing").hint("use `--format text` or `--format json`"))
+        PlanFormat::Svg => {
+            Err(Failure::user("differences have no timeline").hint("use `--format text` or `--format json`"))
         }
     }
 }

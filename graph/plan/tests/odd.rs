@@ -66,7 +66,6 @@ fn the_reports_of_a_meter_are_as_known() {
     let plan = live(&graph, &["exposed.stops", "meter.min_ev"]);
     assert_golden("meter.txt", &plan.to_text());
     assert_golden("meter.json", &plan.to_json());
-    assert_golden("meter.dot", &plan.to_dot());
     assert_golden("meter.svg", &plan.to_svg());
 }
 

@@ -337,53 +337,6 @@ fn a_difference_is_told_in_numbers_and_percent() {
     assert!(text.contains("peak memory  1.0 MiB -> 0.001 MiB (-99.9 %)\n"), "{text}");
 }
 
-/// Edges go from what was written last before a read, or from a node for what no pass has written.
-#[test]
-fn the_graphviz_text_has_an_edge_for_each_read() {
-    for name in ["lynx.ron", "exposure.ron", "cinematic.ron"] {
-        let plan =
-            plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), Options::default());
-        let (dot, images, buffers) = (plan.to_dot(), plan.image_names(), plan.buffer_names());
-        let name_of = |resource: Resource| match resource {
-            Resource::Image(image) => (format!("image{}", image.0), images[image.0 as usize].clone()),
-            Resource::Buffer(buffer) => (format!("buffer{}", buffer.0), buffers[buffer.0 as usize].clone()),
-        };
-        let passes: Vec<_> = plan.work().collect();
-        let mut edges = 0;
-        for (at, pass) in passes.iter().enumerate() {
-            for read in pass.reads() {
-                let (node, label) = name_of(read);
-                let maker = passes[..at].iter().rposition(|before| before.writes().contains(&read));
-                let edge = match maker {
-                    Some(maker) => format!("  pass{maker} -> pass{at} [label=\"{label}"),
-                    None => {
-                        let declared = format!("\n  {node} [label=\"{label}\", shape=ellipse];\n");
-                        assert_eq!(dot.matches(&declared).count(), 1, "{declared} in {dot}");
-                        format!("  {node} -> pass{at} [label=\"{label}")
-                    }
-                };
-                assert!(dot.contains(&edge), "{edge} in {dot}");
-                edges += 1;
-            }
-        }
-        for (index, output) in plan.outputs.iter().enumerate() {
-            let written = Resource::Image(output.image);
-            let maker = passes.iter().rposition(|pass| pass.writes().contains(&written)).expect("it is written");
-            assert!(dot.contains(&format!("  pass{maker} -> output{index};\n")), "{dot}");
-            edges += 1;
-        }
-        assert_eq!(dot.matches(" -> ").count(), edges, "{dot}");
-        for (number, batch) in plan.batches.iter().enumerate() {
-            let cluster = format!("subgraph cluster_batch_{number} {{\n    label=\"batch {number}\"");
-            let from = dot.find(&cluster).unwrap_or_else(|| panic!("{cluster} in {dot}"));
-            let inside = &dot[from..from + dot[from..].find('}').expect("it ends")];
-            let listed = inside.matches("\n    pass").count();
-            assert_eq!(listed, batch.passes.len(), "{inside}");
-            assert!(batch.passes.clone().all(|pass| inside.contains(&format!("pass{pass} [label="))), "{inside}");
-        }
-    }
-}
-
 /// What reports call the arguments of kernels.
 #[test]
 fn each_argument_of_a_kernel_is_told_from_the_others() {
