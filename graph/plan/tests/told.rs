@@ -4,11 +4,10 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Arg, KernelCall, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, When, diff, plan,
-    verify,
+    GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, diff, plan, verify,
 };
 
-use super::planned::{FRAME, all_formats, built_in, checked, plan_images};
+use super::planned::{FRAME, all_formats, checked};
 
 fn text(inputs: &str, nodes: &str, output: &str) -> String {
     format!(r#"Pipeline(inputs: {{ {inputs} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{output}" }})"#)
@@ -335,47 +334,6 @@ fn a_difference_is_told_in_numbers_and_percent() {
     assert!(one_differs.iter().all(|change| !change.is_empty()));
     let text = one_differs[6].to_string();
     assert!(text.contains("peak memory  1.0 MiB -> 0.001 MiB (-99.9 %)\n"), "{text}");
-}
-
-/// What reports call the arguments of kernels.
-#[test]
-fn each_argument_of_a_kernel_is_told_from_the_others() {
-    let options = Options { row_downsample: When::Always, ..Options::default() };
-    let mut told = std::collections::BTreeMap::new();
-    for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "cookbook.ron", "cinematic.ron", "hdr.ron", "matinee.ron"] {
-        let plan = plan_images(&built_in(name), Format::Rgba16Float, Facts::default(), all_formats(), options);
-        let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
-        let images = plan.image_names();
-        for (pass, view) in plan.work().zip(json["passes"].as_array().expect("a list")) {
-            for (kernel, view) in pass.kernels.iter().zip(view["runs"].as_array().expect("a list")) {
-                assert_eq!(
-                    (&*kernel.function, kernel.shader.file()),
-                    (view["function"].as_str().unwrap(), view["shader"].as_str().unwrap())
-                );
-                assert_eq!(view["node"], kernel.node.as_str());
-                for (arg, text) in kernel.args.iter().zip(view["arguments"].as_array().expect("a list")) {
-                    let text = text.as_str().expect("words");
-                    let image = arg.value.read().or(arg.value.written()).and_then(Resource::image);
-                    if let Some(image) = image {
-                        let named = &images[image.0 as usize];
-                        assert!(text.ends_with(named.as_str()), "{text} and {named}");
-                    }
-                    let one = std::mem::discriminant(&arg.value);
-                    let words: String = match kernel.workgroups {
-                        Some(_) => continue,
-                        None => text.split(' ').take(1).collect(),
-                    };
-                    told.entry((format!("{one:?}"), words)).or_insert_with(|| text.to_owned());
-                }
-            }
-        }
-    }
-    let kinds: std::collections::BTreeSet<&String> = told.keys().map(|(kind, _)| kind).collect();
-    assert!(kinds.len() >= 10, "{told:?}");
-    for beginning in ["kernel 0", "texels of the source", "numbers around", "pixel of ", "texture ", "sampler", "point"]
-    {
-        assert!(told.values().any(|text| text.starts_with(beginning)), "{beginning}: {told:?}");
-    }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! How the textures of a module are sampled.
 
 use afterimage_base::image::Signedness;
+use serde::Serialize;
 
 /// How a module's textures are sampled.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum SampleMode {
     /// Finite numbers, filtered by the device.
     #[default]

@@ -1,9 +1,11 @@
 //! Blending as data: how what a fragment gives is combined with what an attachment holds.
 
+use serde::Serialize;
+
 /// How fragments are combined with what an attachment for color holds. The source is what a fragment gives, the target
 /// what is there. One draw after the other is blended, and in a draw one triangle after the other, in the order of the
 /// buffers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Blend {
     /// For red, green and blue.
     pub color: BlendComponent,
@@ -12,7 +14,7 @@ pub struct Blend {
 }
 
 /// How the channels of a color, or alpha, are combined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum BlendComponent {
     /// source × factor + target × factor.
     Add(Factors),
@@ -27,7 +29,7 @@ pub enum BlendComponent {
 }
 
 /// What source and target are multiplied with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Factors {
     /// For the source.
     pub source: BlendFactor,
@@ -36,7 +38,7 @@ pub struct Factors {
 }
 
 /// What the source or the target is multiplied with. A format without alpha has an alpha of 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum BlendFactor {
     /// 0.
     Zero,
@@ -61,7 +63,7 @@ pub enum BlendFactor {
 }
 
 /// The channels that a draw writes: red, green, blue, alpha. The others stay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct WriteMask(pub [bool; 4]);
 
 impl Default for Blend {

@@ -9,9 +9,10 @@ use crate::options::Alias;
 use crate::request::Requirement;
 
 /// An image with everything that the plan states about it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedImage {
     /// `node.port`, for people.
+    #[serde(skip)]
     pub label: String,
     pub desc: ImageDesc,
     pub origin: Origin,

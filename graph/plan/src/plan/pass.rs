@@ -1,6 +1,7 @@
 //! Passes of a plan.
 
 use afterimage_graph::node::Pass;
+use serde::Serialize;
 
 /// A pass in its place in the order of execution.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,9 +18,10 @@ pub struct ScheduledPass {
 
 /// A pass with everything that a device needs to run it, but its shader text: see
 /// [`compose`](crate::Plan::compose).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedPass {
     /// The kernels and what they read and write.
+    #[serde(flatten)]
     pub pass: Pass,
     /// Whether it is dispatched or drawn.
     pub stage: Stage,
@@ -29,6 +31,7 @@ pub struct PlannedPass {
     pub recorded: usize,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],
+    #[serde(skip)]
     pub uniform: UniformBlock,
 }
 
@@ -45,7 +48,7 @@ pub struct UniformBlock {
     pub extent: [f32; 4],
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Stage {
     Compute,
     /// A full-screen triangle.
