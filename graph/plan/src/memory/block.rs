@@ -1,4 +1,4 @@
-//! What placement works on: images are rectangles, as high as their bytes and as long as their lives.
+//! The blocks that placement packs: images as rectangles of bytes and batches.
 
 /// An image as the placement sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What must happen between two batches.
+//! Batches, transitions and aliasing barriers.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ pub struct Batch {
     pub aliasing: Vec<AliasingBarrier>,
 }
 
-/// How an image or a buffer is used; each use wants a state of its own from the device.
+/// The use of an image or a buffer; each use is a state of its own on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Use {
     /// Not used yet: what its memory holds does not matter.
@@ -38,7 +38,7 @@ pub enum Use {
 }
 
 impl Use {
-    /// Whether the contents change.
+    /// Returns whether the contents change.
     pub fn writes(self) -> bool {
         matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment | Self::DepthAttachment)
     }

@@ -81,7 +81,7 @@ pub struct PlannedBlock {
     pub name: String,
     #[serde(serialize_with = "type_of")]
     pub block: &'static HostBlock,
-    /// Where it begins in the buffer.
+    /// Its offset in the buffer.
     pub offset: u64,
 }
 
@@ -96,9 +96,9 @@ pub struct PlanOutput {
     pub image: ImageId,
     /// The color state of the output's wire in the graph.
     pub state: ColorState,
-    /// What the numbers mean as light: that of the image which really comes, also where nodes are skipped.
+    /// The colorimetry of the image that is written, also if nodes are skipped.
     pub colorimetry: Colorimetry,
-    /// Whether it goes into a rectangle of the host's image, which frames state: the uniforms of its passes have the
+    /// True if it goes into a rectangle of the host's image, which frames state: the uniforms of its passes have the
     /// first texel behind the [`extent`](UniformBlock::extent).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub in_rectangle: bool,
@@ -111,11 +111,11 @@ pub struct RectangleInput {
     pub name: String,
     /// The image: its size is that of the rectangle in the plan, and not that of the host's texture.
     pub image: ImageId,
-    /// How large the rectangle is.
+    /// The size of the rectangle.
     pub part: Part,
     /// The factor in the pipeline's file.
     pub scale: f32,
-    /// Where its [uniform](Self::uniform) lies in the one uniform buffer of the plan.
+    /// Offsets of its [uniform](Self::uniform) in the uniform buffer of the plan.
     pub places: Vec<u64>,
 }
 
@@ -140,13 +140,13 @@ impl Plan {
         self.blocks.iter().find(|planned| planned.id == id).expect("a plan lists the blocks that its passes read")
     }
 
-    /// Where the first texel of an output lies in the one uniform buffer, for outputs in a rectangle.
+    /// Offsets in the uniform buffer of the first texel of an output in a rectangle.
     pub fn origin_places(&self, output: &PlanOutput) -> impl Iterator<Item = u64> {
         let writers = self.passes.iter().filter(|planned| planned.pass.function_result() == Some(output.image));
         writers.map(|planned| planned.uniform.extent_offset + size_of::<[f32; 2]>() as u64)
     }
 
-    /// Whether a pass writes an output in a rectangle.
+    /// Returns whether a pass writes an output in a rectangle.
     pub(crate) fn is_in_rectangle(&self, pass: &Pass) -> bool {
         let mut outputs = self.outputs.iter().filter(|output| output.in_rectangle);
         outputs.any(|output| pass.function_result() == Some(output.image))
@@ -173,7 +173,7 @@ impl Plan {
         self.passes.iter().map(|planned| &planned.pass)
     }
 
-    /// Whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
+    /// Returns whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
     pub fn fills_table(&self, pass: usize) -> bool {
         let image = self.passes[pass].pass.function_result();
         image.is_some_and(|image| self.image(image).origin == Origin::Baked)

@@ -8,7 +8,7 @@ use serde::Serialize;
 pub struct ScheduledPass {
     /// The kernels and what they read and write.
     pub pass: Pass,
-    /// Whether it is dispatched or drawn.
+    /// Dispatch or draw.
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
@@ -23,7 +23,7 @@ pub struct PlannedPass {
     /// The kernels and what they read and write.
     #[serde(flatten)]
     pub pass: Pass,
-    /// Whether it is dispatched or drawn.
+    /// Dispatch or draw.
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
@@ -38,11 +38,11 @@ pub struct PlannedPass {
 /// The uniform of a pass, and where it lies in the one uniform buffer of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UniformBlock {
-    /// Where the bytes begin in the buffer.
+    /// Offset of the bytes in the buffer.
     pub offset: u64,
     /// The uniforms of all kernels; empty if they have none.
     pub bytes: Vec<u8>,
-    /// Where the size of the result begins in the buffer.
+    /// Offset of the size of the result in the buffer.
     pub extent_offset: u64,
     /// The size of the first image that the pass writes, in texels, and its first texel in the host's image.
     pub extent: [f32; 4],

@@ -29,7 +29,7 @@ impl Plan {
         PlanHash(fnv1a(passes.collect::<String>().as_bytes()))
     }
 
-    /// What a pass does, without the names of what it reads and writes: those depend on other passes.
+    /// A description of a pass without the names of its resources, which depend on other passes.
     fn measuring_words(&self, planned: &PlannedPass) -> String {
         let PlannedPass { pass, stage, workgroups, uniform, .. } = planned;
         let mut words = format!("{stage:?} {workgroups:?} {:032x}\n", fnv1a(&uniform.bytes));
