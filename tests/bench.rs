@@ -61,7 +61,7 @@ fn number(value: &Value) -> f64 {
 fn every_figure_is_there_and_agrees_with_the_others() {
     let folder = Folder::new("figures");
     // The passes that fill a table are listed, and are no part of each frame.
-    let figures = folder.figures("lynx", SMALL, &["--bake", "Off"]);
+    let figures = folder.figures("lynx", SMALL, &["--plan", "bake=Off"]);
     for key in ["gpu_ms", "host_us", "copy_gbps"] {
         assert!(number(&figures[key]) > 0.0, "{key}: {figures}");
     }

@@ -62,7 +62,7 @@ fn of_pictures(cell: &str, written: &str) -> Vec<String> {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for name in code(cell) {
         let exists = match name {
-            "demo" | "render --fragment" => true,
+            "demo" | "render --plan draws=on" => true,
             _ if name.contains('/') => repository.join(name).is_file(),
             _ if name.ends_with(".png") => written.contains(name),
             _ => !name.contains('.') || docs::path(name).exists(),

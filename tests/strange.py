@@ -30,7 +30,7 @@ NUMBERS = ["0", "-1", "-0", "1e999", "NaN", "inf", "1e-45", "4294967296", "18446
            "4294967295-4294967295", "1-9x0", "1-9x-1", "1,1,1", "5-1", "#", "*", "1K", "9E", "0.0001", "half"]
 OPTIONS = ["--size", "--frames", "--fps", "--cut", "--preroll", "--crop", "--quality", "--scale", "--slices", "--memory",
            "--gpu-memory", "--depth", "--alpha", "--compression", "--output-space", "--input-space", "--set", "--fact",
-           "--tier", "--missing", "--window", "--resize", "--bake", "--input", "--output", "--meter", "--json", "--chunk"]
+           "--tier", "--missing", "--window", "--resize", "--plan", "--input", "--output", "--meter", "--json", "--chunk"]
 FILES = ["p.ron", "in.exr", "in.png", "in.jpg", "s.0001.exr", "look.cube", "kinds/tint/tint.wgsl", "new.png", ".",
          "link.exr", "./in.exr", "kinds/../in.exr", "s.0002.exr", "s.####.exr", "kinds/tint/node.ron"]
 PIPELINE = """Pipeline(

@@ -108,7 +108,7 @@ fn drawing_and_dispatching_give_the_same_picture() {
     let folder = Folder::new("stages");
     save(&folder.file("room.exr"), &room(61, 33));
     folder.run("render {lynx} room.exr -o dispatched.png --no-dither").good();
-    folder.run("render {lynx} room.exr -o drawn.png --no-dither --fragment --no-fuse --no-alias").good();
+    folder.run("render {lynx} room.exr -o drawn.png --no-dither --plan draws=on,fuse=off,alias=none").good();
     let (dispatched, drawn) = (png(&folder.file("dispatched.png")).2, png(&folder.file("drawn.png")).2);
     let differences = dispatched.as_flattened().iter().zip(drawn.as_flattened()).map(|(a, b)| a.abs_diff(*b));
     assert!(differences.max() <= Some(1));

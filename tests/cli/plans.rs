@@ -16,18 +16,18 @@ fn counts(text: &str) -> (usize, usize) {
 fn switches_turn_off_what_they_say() {
     let (passes, batches) = counts(&plan("{tsushima}"));
     assert!(batches < passes, "some passes overlap");
-    assert_eq!(counts(&plan("{tsushima} --serial")), (passes, passes));
-    let (fewer_passes, fewer_waves) = counts(&plan("{tsushima} --fewest-batches"));
+    assert_eq!(counts(&plan("{tsushima} --plan batches=serial")), (passes, passes));
+    let (fewer_passes, fewer_waves) = counts(&plan("{tsushima} --plan batches=fewest"));
     assert!(fewer_passes == passes && fewer_waves <= batches);
-    assert!(counts(&plan("{tsushima} --no-fuse")).0 > passes);
+    assert!(counts(&plan("{tsushima} --plan fuse=off")).0 > passes);
     let in_use = |flag: &str| {
         let text = plan(&format!("{{tsushima}} {flag}"));
         let line = text.lines().find(|line| line.ends_with("in use")).expect("one row is marked");
         line.split("  ").find(|cell| !cell.is_empty()).expect("the row has a name").trim().to_owned()
     };
-    assert_eq!(in_use("--no-alias"), "stored, without sharing");
-    assert_eq!(in_use("--no-alias=placed"), "stored, pooled");
-    assert_eq!(in_use("--serial"), "stored, placed");
+    assert_eq!(in_use("--plan alias=none"), "stored, without sharing");
+    assert_eq!(in_use("--plan alias=pool"), "stored, pooled");
+    assert_eq!(in_use("--plan batches=serial"), "stored, placed");
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn plans_of_tiers_and_files_are_compared() {
 fn the_json_has_all_that_programs_ask_for() {
     let text = plan("{tsushima} --format json --size 3840x2160");
     let json: serde_json::Value = serde_json::from_str(&text).expect("it is JSON");
-    for list in ["passes", "batches", "barriers", "skipped"] {
+    for list in ["passes", "batches", "skipped"] {
         assert!(json[list].as_array().is_some_and(|list| !list.is_empty()), "{list}");
     }
     assert!(json["hash"].as_str().is_some_and(|hash| hash.len() >= 16), "{}", json["hash"]);

@@ -44,7 +44,7 @@ fn assert_near(found: [f32; 3], expected: [f32; 3]) {
 fn an_output_has_the_space_that_is_asked_for() {
     let folder = Folder::new("spaces-output");
     lights(&folder);
-    let run = "render twice.ron in.exr -o out.exr --channel-type float --output-space";
+    let run = "render twice.ron in.exr -o out.exr --depth 32 --output-space";
     folder.run(&format!("{run} acescg --compression zips")).good();
     let (red, attributes) = stored(&folder.file("out.exr"));
     assert_near(red, [1.226194, 0.140388, 0.041232]);
@@ -66,7 +66,7 @@ fn an_output_has_the_space_that_is_asked_for() {
 fn an_input_has_the_space_that_is_named() {
     let folder = Folder::new("spaces-input");
     lights(&folder);
-    let run = "--exact --channel-type float -o out.exr --input-space";
+    let run = "--exact --depth 32 -o out.exr --input-space";
     folder.run(&format!("render twice.ron in.exr {run} ACEScg")).good();
     assert_near(stored(&folder.file("out.exr")).0, [3.410102, -0.260513, -0.048007]);
     folder.run(&format!("render twice.ron in.exr {run} Rec2020 --input-space scene=rec709")).good();

@@ -94,7 +94,7 @@ def render(pixels, node, config, *options):
     nodes = f'"exposed": Exposure(source: "in", stops: 0.0, format: Rgba32Float), {node}'
     last = "result" if node else "exposed"
     pipeline.write_text(f'Pipeline(inputs: {{ "in": Color }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{last}" }})')
-    precise = ["--depth", "16"] if is_signal else ["--channel-type", "float"]
+    precise = ["--depth", "16"] if is_signal else ["--depth", "32"]
     command = [PROGRAM, "render", pipeline, source, "-o", result, "--exact", *precise]
     done = subprocess.run([*command, "--ocio", config, *options], capture_output=True, text=True)
     if done.returncode:

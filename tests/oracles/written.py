@@ -121,10 +121,10 @@ def main():
         wrong.extend(f"{name}: {fault}" for fault in ([said] if said else faults() + exiftool_faults(name)))
 
     exact = {}
-    for kind in ["half", "float"]:
+    for kind, bits in [("half", 16), ("float", 32)]:
         for compression in COMPRESSIONS:
             name = f"{kind}-{compression}.exr"
-            said = run(program, name, f"--channel-type={kind}", f"--compression={compression}")
+            said = run(program, name, f"--depth={bits}", f"--compression={compression}")
 
             def faults():
                 found, _, seen = exr_faults(name)

@@ -108,7 +108,7 @@ fn the_program_renders_a_captured_frame() {
     (0..2).for_each(|_| render(&gpu, &mut post, &frame));
     let capture = folder.0.join("a capture");
     post.capture(&gpu, &frame, &capture).unwrap_or_else(|error| panic!("{error}"));
-    replay(&capture, &["--channel-type", "float"]);
+    replay(&capture, &["--depth", "32"]);
     assert!(capture.join("display.png").is_file());
     for (name, channels) in [("light", 3), ("far", 1)] {
         let texels = download(&gpu.device, &gpu.queue, post.output(name).unwrap()).unwrap();

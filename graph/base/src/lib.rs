@@ -8,6 +8,7 @@ pub mod caps;
 pub mod color;
 pub mod diagnostic;
 mod file;
+pub mod hash;
 pub mod image;
 pub mod panics;
 mod shared;

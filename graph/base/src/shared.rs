@@ -7,6 +7,8 @@ use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 use std::sync::Arc;
 
+use serde::{Serialize, Serializer};
+
 /// A value that is shared: part of the program, as the tables of built-in kinds are, or counted, as what is loaded from
 /// files is, and freed with its last handle.
 ///
@@ -41,6 +43,12 @@ impl<T: ?Sized> Clone for Shared<T> {
             Self::Static(value) => Self::Static(value),
             Self::Counted(value) => Self::Counted(value.clone()),
         }
+    }
+}
+
+impl<T: ?Sized + Serialize> Serialize for Shared<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        (**self).serialize(serializer)
     }
 }
 

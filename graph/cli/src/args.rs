@@ -26,8 +26,7 @@ use view::ViewArgs;
 
 pub(crate) use headings::MACHINE;
 pub(crate) use options::{
-    Crop, DeviceOptions, ImageOptions, KindOptions, NoAlias, PipelineOptions, PlanOptions, parse_crop, parse_fps,
-    parse_size,
+    Crop, DeviceOptions, ImageOptions, KindOptions, PipelineOptions, PlanOptions, parse_crop, parse_fps, parse_size,
 };
 
 /// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
@@ -206,7 +205,8 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "X,Y,WxH", value_parser = parse_crop)]
     pub(crate) crop: Option<Crop>,
     /// Bits of a channel: 8 or 16 in PNG, 16 or 32 in EXR, 8 in JPEG; by default the first of them, and 16
-    /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`
+    /// in a PNG of PQ or HLG. It replaces the depth of the pipeline's `Dither`. Files of a format without that depth
+    /// have their own
     #[arg(help_heading = OUTPUT_FILES, long)]
     pub(crate) depth: Option<u8>,
     /// Round to 8 bits without dither, also where the pipeline has a `Dither`. 16 bits are always rounded
@@ -214,7 +214,7 @@ pub(crate) struct RenderArgs {
     pub(crate) no_dither: bool,
     /// Render what a host sees in the frame of this number: the `Dither` of the pipeline makes the codes, and the
     /// parameters of `--set` are dynamic. For frames that `Post::capture` has written
-    #[arg(long, value_name = "NUMBER", hide = true, conflicts_with_all = ["depth", "no_dither", "frames"])]
+    #[arg(long, value_name = "NUMBER", hide = true, conflicts_with_all = ["no_dither", "frames"])]
     pub(crate) captured: Option<u32>,
     /// Whether a PNG has alpha
     #[arg(help_heading = OUTPUT_FILES, long, value_enum, default_value_t = AlphaChoice::Auto)]
@@ -359,8 +359,6 @@ pub(crate) enum PlanFormat {
     Text,
     /// Canonical JSON
     Json,
-    /// Graphviz
-    Dot,
     /// A timeline
     Svg,
 }
@@ -419,7 +417,7 @@ pub(crate) fn command() -> clap::Command {
 mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
-    use super::headings::{PIPELINE, PLANNER};
+    use super::headings::PIPELINE;
     use super::*;
 
     /// The options of a struct that is flattened into commands.
@@ -432,8 +430,7 @@ mod tests {
     fn an_option_stands_under_its_own_heading() {
         let of_pipelines = &options_of::<PipelineOptions>() | &options_of::<KindOptions>();
         let of_machines = &options_of::<DeviceOptions>() | &options_of::<ImageOptions>();
-        let of_planner = options_of::<PlanOptions>();
-        let closed = [(PIPELINE, of_pipelines), (MACHINE, of_machines), (PLANNER, of_planner)];
+        let closed = [(PIPELINE, of_pipelines), (MACHINE, of_machines)];
         let mut headings: BTreeMap<(String, Option<String>), (Option<String>, String)> = BTreeMap::new();
         for command in command().get_subcommands() {
             for arg in command.get_arguments().filter(|arg| arg.get_action().takes_values()) {

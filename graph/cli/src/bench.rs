@@ -11,7 +11,7 @@ use crate::args::BenchArgs;
 use crate::device::{keep_pipeline_data, open_for, pipelines};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::pipeline::{PipelineFile, facts, load_graph, plan_options};
+use crate::pipeline::{PipelineFile, facts, load_graph};
 use crate::terminal::say_text;
 
 pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         samples: args.frames,
         finite: args.finite,
         facts: facts(&args.options)?,
-        options: plan_options(&args.plan),
+        options: args.plan.options(),
     };
     let report = bench::bench(&gpu, &registry, &shown_path(path), &load, &options)?;
     keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));

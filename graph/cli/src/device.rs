@@ -32,7 +32,7 @@ pub(crate) fn open(options: &DeviceOptions) -> Result<Gpu, Failure> {
 /// Opens the device for a plan with these options.
 pub(crate) fn open_for(device: &DeviceOptions, plan: &PlanOptions) -> Result<Gpu, Failure> {
     let mut gpu = open(device)?;
-    gpu.caps.prefer_fragment |= plan.fragment;
+    gpu.caps.prefer_fragment |= plan.draws();
     Ok(gpu)
 }
 

@@ -7,11 +7,9 @@ use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, list, quote};
 use afterimage_graph::document::Document;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_graph::node::Registry;
-use afterimage_plan::{
-    Alias, Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan_without_tables,
-};
+use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan_without_tables};
 
-use crate::args::{NoAlias, PipelineOptions, PlanOptions};
+use crate::args::PipelineOptions;
 use crate::failure::Failure;
 use crate::files::{FileLoader, Files, read_document};
 use crate::terminal::note_styled;
@@ -128,26 +126,6 @@ pub(crate) fn fact_list(texts: &[String]) -> Result<Facts, Failure> {
         }
     }
     Ok(facts)
-}
-
-pub(crate) fn plan_options(options: &PlanOptions) -> Options {
-    let alias = match options.no_alias {
-        None => Alias::Placed,
-        Some(NoAlias::Placed) => Alias::Pool,
-        Some(NoAlias::All) => Alias::None,
-    };
-    Options {
-        fuse: !options.no_fuse,
-        row_downsample: if options.no_row_downsample { When::Never } else { When::WhereItPays },
-        alias,
-        repeatable: false,
-        serial: options.serial,
-        exact: options.exact,
-        batches_first: options.fewest_batches,
-        bounds_checks: options.bounds_checks,
-        bake: options.bake,
-        probes: false,
-    }
 }
 
 /// A typical graphics card: it stores every format, and its workgroups share a fast memory.

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::args::{PipelineOptions, PlanArgs, PlanFormat};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::pipeline::{PipelineFile, facts, load_graph, plan_options, request, typical_caps};
+use crate::pipeline::{PipelineFile, facts, load_graph, request, typical_caps};
 use crate::terminal::say_text;
 
 pub(crate) fn run(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
@@ -50,7 +50,7 @@ fn text(args: &PlanArgs, tables: &[&[NodeKind]]) -> Result<String, Failure> {
 /// The errors of tables, at a size at which a frame takes little time.
 fn table_errors(registry: &Registry, graph: Graph, args: &PlanArgs) -> Result<String, Failure> {
     let gpu = Gpu::open(&Opening::default())?;
-    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
+    let (facts, options) = (facts(&args.options)?, args.plan.options());
     let options = BenchOptions { size: Size::new(256, 144), samples: 1, finite: true, facts, options };
     let mut text =
         "\ntables against their nodes, in codes of 8 bits: what 99 %, 99.9 % and all of 1048576 random colors \
@@ -68,7 +68,6 @@ fn shown(plan: &Plan, format: PlanFormat) -> String {
     match format {
         PlanFormat::Text => plan.to_text(),
         PlanFormat::Json => plan.to_json(),
-        PlanFormat::Dot => plan.to_dot(),
         PlanFormat::Svg => plan.to_svg(),
     }
 }
@@ -77,8 +76,8 @@ fn difference(diff: &PlanDiff, format: PlanFormat) -> Result<String, Failure> {
     match format {
         PlanFormat::Text => Ok(diff.to_string()),
         PlanFormat::Json => Ok(format!("{:#}", diff_json(diff))),
-        PlanFormat::Dot | PlanFormat::Svg => {
-            Err(Failure::user("differences have no drawing").hint("use `--format text` or `--format json`"))
+        PlanFormat::Svg => {
+            Err(Failure::user("differences have no timeline").hint("use `--format text` or `--format json`"))
         }
     }
 }
@@ -100,17 +99,17 @@ fn diff_json(diff: &PlanDiff) -> Value {
 
 fn plan_of(graph: &Graph, args: &PlanArgs) -> Result<Plan, Failure> {
     let size = Size::new(args.size.0, args.size.1);
-    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
+    let (facts, options) = (facts(&args.options)?, args.plan.options());
     let dynamic = args.dynamic.iter().map(|name| dynamic(graph, name)).collect::<Result<_, _>>()?;
     if !args.device {
-        let caps = Caps { prefer_fragment: args.plan.fragment, ..typical_caps() };
+        let caps = Caps { prefer_fragment: args.plan.draws(), ..typical_caps() };
         let request = request(graph, size, facts, options, caps, &Requirement::typical);
         return Ok(plan(graph, &PlanRequest { dynamic, ..request })?);
     }
     let gpu = Gpu::open(&Opening::default())?;
     let executor = gpu.executor();
     let requirement = |desc: &_| executor.requirement(desc);
-    let caps = Caps { prefer_fragment: gpu.caps.prefer_fragment || args.plan.fragment, ..gpu.caps.clone() };
+    let caps = Caps { prefer_fragment: gpu.caps.prefer_fragment || args.plan.draws(), ..gpu.caps.clone() };
     let request = request(graph, size, facts, options, caps, &requirement);
     Ok(plan(graph, &PlanRequest { dynamic, ..request })?)
 }

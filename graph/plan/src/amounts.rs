@@ -1,4 +1,4 @@
-//! How much the nodes of a pipeline record, against the [limits](crate::limits).
+//! Checks of a recording against the [limits](crate::limits) of a plan.
 
 use crate::error::PlanError;
 use crate::limits::{MAX_COMPUTED, MAX_COMPUTED_BYTES, MAX_PASSES, MAX_TABLE_BYTES};

@@ -1,4 +1,4 @@
-//! What nodes record with, besides their parameters.
+//! The arguments of [`record_node`](crate::record::record_node) besides the parameters of the node.
 
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, Size};
@@ -6,7 +6,7 @@ use afterimage_graph::node::{ImageColor, InputValue, OutputUse};
 
 use crate::request::PlanRequest;
 
-/// What a node records with, besides its parameters.
+/// The arguments of recording a node, besides its parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeContext {
     pub(crate) name: String,
@@ -18,7 +18,7 @@ pub(crate) struct NodeContext {
     pub(crate) used_outputs: Vec<OutputUse>,
 }
 
-/// What all nodes record with.
+/// The arguments of recording that all nodes share.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameContext {
     pub(crate) size: Size,

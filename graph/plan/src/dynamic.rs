@@ -20,7 +20,7 @@ pub struct DynamicNodes {
     /// Nodes whose outputs equal their fallbacks at the values that they have had so far: what arrives, and of each
     /// output whether its fallback replaces it.
     identities: BTreeMap<usize, (InputValues, Vec<bool>)>,
-    /// What nodes read. Each recording adds to it, and is taken away again.
+    /// Images and buffers that nodes read. Each recording appends to it, and is removed again.
     recording: Recording,
 }
 
@@ -36,7 +36,7 @@ struct DynamicNode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeedsPlan;
 
-/// What is needed to record the dynamic nodes again, until the plan is finished and the places of their uniforms are
+/// The data for recording the dynamic nodes again, until the plan is finished and the places of their uniforms are
 /// known.
 pub(crate) struct DynamicRecords {
     contexts: BTreeMap<usize, NodeContext>,

@@ -1,10 +1,10 @@
-//! Why a graph cannot be planned.
+//! Errors of the planner.
 
 use crate::limits::{MAX_COMPUTED, MAX_OPERATIONS, MAX_PASSES};
 use afterimage_base::image::{Format, Size};
 use afterimage_wgsl::ShaderError;
 
-/// Why a graph cannot be planned for a request.
+/// The reason that a graph cannot be planned for a request.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
     /// The host does not give an image that the pipeline needs.
@@ -25,7 +25,7 @@ pub enum PlanError {
     #[error("{}", dimension(.input, *.given))]
     WrongDimension {
         input: String,
-        /// Whether a volume is given.
+        /// True if a volume is given.
         given: bool,
     },
     /// The host states a rectangle or a factor of a volume.
@@ -139,7 +139,7 @@ pub struct NodeShaderError {
 }
 
 impl PlanError {
-    /// Whether the system had no thread to read the shaders on, and the pipeline may be right.
+    /// Returns whether the system had no thread for parsing shaders; the pipeline may be valid.
     pub fn is_of_system(&self) -> bool {
         matches!(self, Self::Shaders(errors) if errors.iter().any(|one| one.error.is_of_system))
     }

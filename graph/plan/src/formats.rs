@@ -154,8 +154,8 @@ fn images(builder: &PlanBuilder, request: &PlanRequest<'_>) -> Vec<PlannedImage>
     images
 }
 
-/// How an image is sampled on this device. For exact results all filtering is done in the shader: a device's own filter
-/// has eight bits of fraction.
+/// The sample mode of an image on this device. For exact results all filtering is done in the shader: a device's own
+/// filter has eight bits of fraction.
 fn sample_mode(image: &VirtualImage, caps: &Caps, exact: bool) -> SampleMode {
     let format = image.desc.format;
     let manual_filtering = exact || format.is_depth() || format.is_32_bit() && !caps.filter_32_bit;

@@ -10,7 +10,7 @@
 //! | `hold` | keeps results of nodes that run in some frames |
 //! | `sanitize` | puts copies in front of shaders that read host images directly |
 //! | `bake` | puts tables in the place of runs of point functions |
-//! | `fusion` | joins passes: point kernels, halvings by rows, reductions of one image |
+//! | `fusion` | joins passes: point functions, warps, halvings by rows |
 //! | `formats` | chooses dispatch or draw, formats and sample modes |
 //! | `schedule` | orders the passes, and groups them into batches without barriers inside |
 //! | `memory` | finds lifetimes, offsets in the heap and slots of the pool |
@@ -18,7 +18,7 @@
 //! | `codegen` | lays out uniforms, counts workgroups, and writes the shader of a pass when asked |
 //!
 //! No stage uses another one: each gets what the one before has made. Next to them are [`verify`], which checks a
-//! finished plan and shares no code with the stages, and the report: text, JSON, Graphviz, SVG, hash and difference.
+//! finished plan and shares no code with the stages, and the report: text, JSON, SVG, hash and difference.
 //!
 //! A [`Plan`] is never altered. Where its images lie when the heap of the previous plan is kept is a value of its own,
 //! the [`PlacedPlan`].

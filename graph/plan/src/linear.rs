@@ -20,7 +20,7 @@ fn decode_gamma(source: vec4f, params: Decode) -> vec4f {
 }",
 );
 
-/// How an encoded image becomes linear light.
+/// The transfer function that turns an encoded image into linear light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Decoding {
     Srgb,

@@ -5,29 +5,29 @@ use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Options {
-    /// Whether passes of point functions and warps are fused.
+    /// Fuses passes of point functions and warps.
     pub fuse: bool,
-    /// When images are halved row by row.
+    /// Selects the halvings that run row by row.
     pub row_downsample: When,
-    /// How transient images share memory.
+    /// Memory sharing of transient images.
     pub alias: Alias,
-    /// Whether the last frame can be repeated in part with other values: then images share no memory, and the state
+    /// Allows the last frame to be repeated in part with other values: images share no memory, and the state
     /// before each frame is kept.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub repeatable: bool,
-    /// Whether each pass is a batch of its own.
+    /// Puts each pass in a batch of its own.
     pub serial: bool,
-    /// Whether every intermediate is stored in 32 bits and filtered with all of them, where a device's own filter has
+    /// Stores every intermediate in 32 bits and filters with all of them, where a device's own filter has
     /// eight bits of fraction: the reference of `measure`.
     pub exact: bool,
-    /// Whether the order with the fewest batches is chosen before that with the smallest memory.
+    /// Prefers the order with the fewest batches to that with the smallest memory.
     pub batches_first: bool,
-    /// Whether unchecked shaders, too, run with the driver's checks of indices and loops. Pixels are the same.
+    /// Runs unchecked shaders, too, with the driver's checks of indices and loops. Pixels are the same.
     pub bounds_checks: bool,
     /// Replaces `bake` of all nodes but those that have `Off`. Exact plans have no tables.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
-    /// Whether each function that is not trusted runs once more, to count where it makes numbers that are not finite or
+    /// Runs each untrusted function once more, to count the pixels where it returns numbers that are not finite or
     /// has loops that are ended: see [`Plan::probes`](crate::Plan::probes); and whether tables are compared with their
     /// nodes: see [`Baked::error`](crate::Baked::error).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -51,17 +51,17 @@ impl Default for Options {
     }
 }
 
-/// When a way to run kernels together is used.
+/// Conditions for an optional form of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum When {
     Never,
-    /// Where it is expected to be faster, on a device with fast workgroup memory.
+    /// On devices with fast workgroup memory, if it is expected to be faster.
     WhereItPays,
     /// Wherever it is possible: for tests and measurements.
     Always,
 }
 
-/// How transient images share memory.
+/// Memory sharing of transient images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Alias {
     /// Each image has its own.

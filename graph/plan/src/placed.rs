@@ -8,7 +8,7 @@ use crate::memory::{blocks, place_around};
 use crate::options::Alias;
 use crate::plan::{AliasingBarrier, Plan};
 
-/// Where the transient images of a plan lie in the one heap.
+/// Offsets of the transient images of a plan in the heap.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HeapPlacement {
     /// The offset of each image that shares memory, by image.

@@ -58,7 +58,7 @@ fn probe(pass: &Pass, recording: &mut Recording) -> Option<(Pass, ImageId)> {
 }
 
 impl Plan {
-    /// Whether it calls a function of a kind in a folder, so that there is something to probe.
+    /// Returns whether it calls a function of a kind in a folder.
     pub fn has_untrusted_kernels(&self) -> bool {
         let mut kernels = self.passes.iter().flat_map(|planned| &planned.pass.kernels);
         kernels.any(|kernel| kernel.shader.is_untrusted())

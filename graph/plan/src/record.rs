@@ -20,7 +20,7 @@ use afterimage_graph::node::{
 };
 use afterimage_wgsl::ShaderError;
 
-/// How often sizes of histories are inferred again before they count as unstable.
+/// Attempts at inferring sizes of histories before they count as unstable.
 const ROUNDS: usize = 8;
 
 /// Lets every live node record its passes, and sizes the images that depend on earlier frames. Tables of more than
@@ -332,15 +332,15 @@ impl<'a> RecordAttempt<'a> {
         }
     }
 
-    /// Whether the texels of an image can lie at other places in the host's texture: only kernel functions can be
-    /// moved, and nothing may read it.
+    /// Returns whether the texels of an image can lie at other places in the host's texture: only kernel functions can
+    /// be moved, and nothing may read it.
     fn can_go_elsewhere(&self, image: ImageId) -> bool {
         let passes = &self.builder.recording.passes;
         passes.iter().any(|pass| pass.function_result() == Some(image))
             && !passes.iter().any(|pass| pass.reads().contains(&Resource::Image(image)))
     }
 
-    /// Whether a drawing pass draws into an image.
+    /// Returns whether a drawing pass draws into an image.
     fn is_drawn_into(&self, image: ImageId) -> bool {
         let mut drawings = self.builder.recording.passes.iter().filter_map(Pass::drawing);
         drawings.any(|drawing| drawing.images().contains(&image))

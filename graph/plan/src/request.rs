@@ -1,4 +1,4 @@
-//! What a plan is made for, besides the graph.
+//! Requests for plans: the frame, the scene and the device.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::options::Options;
 
-/// What a plan is made for, besides the graph: the frame, the scene and the device.
+/// The inputs of planning besides the graph: the frame, the scene and the device.
 pub struct PlanRequest<'a> {
-    /// What the host gives in a frame.
+    /// The images and blocks of the host.
     pub given: HostInputs,
-    /// What the host states of the scene.
+    /// Facts about the scene.
     pub facts: Facts,
-    /// What the device can do.
+    /// Capabilities of the device.
     pub caps: Caps,
     pub options: Options,
     /// Parameters that the host changes while the plan runs. A node that has one runs also where its present values
@@ -25,7 +25,7 @@ pub struct PlanRequest<'a> {
     pub requirement: &'a dyn Fn(&ImageDesc) -> Requirement,
 }
 
-/// What the host gives in a frame, as far as plans depend on it.
+/// The images and blocks that the host provides in a frame, as far as plans depend on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HostInputs {
     /// The size of the frame, for nodes without an image input.
@@ -49,7 +49,7 @@ const SAMPLES: u32 = 4;
 /// The size of the volumes of [`HostInputs::everything`]. Odd sides have a middle, so that a checkerboard is symmetric.
 const VOLUME: [u32; 3] = [9, 5, 3];
 
-/// What a frame states of an input whose rectangle and factor change without a new plan.
+/// The kind of rectangle of an input whose rectangle and factor change without a new plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Part {
     /// A rectangle of the size in [`HostInputs::inputs`].
@@ -85,7 +85,7 @@ impl HostInputs {
         given
     }
 
-    /// Whether the host gives an input.
+    /// Returns whether the host provides an input.
     pub(crate) fn has(&self, input: &GraphInput) -> bool {
         match input.block {
             Some(_) => self.blocks.contains(&input.name),
@@ -106,12 +106,12 @@ impl PlanRequest<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GivenImage {
     pub desc: ImageDesc,
-    /// Whether the host promises that all its numbers are finite and within ±65504, and negative only where the color
+    /// True if the host guarantees that all its numbers are finite and within ±65504, and negative only where the color
     /// state allows it: see [`Signedness`](afterimage_base::image::Signedness).
     pub finite: bool,
 }
 
-/// What a device wants for an image.
+/// The memory requirement of an image on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Requirement {
     /// Bytes, with the driver's padding.

@@ -88,7 +88,7 @@ fn drawn(recording: &Recording) -> Vec<(String, ImageId)> {
 /// processor. There a mean of nine takes 0.33 s at 1280x720 so, and 0.1 with a copy.
 const AROUND: usize = 9;
 
-/// Whether a kernel that reads an image needs a copy of it.
+/// Returns whether a kernel that reads an image needs a copy of it.
 fn cannot_sanitize(kernel: &KernelCall, more_signed: &BTreeSet<ImageId>, caps: &Caps) -> bool {
     let (shader, function) = (&kernel.shader, &kernel.function);
     let is_mixed = kernel.textures().any(|other| more_signed.contains(&other));

@@ -195,5 +195,4 @@ fn the_reports_of_a_plan_with_blocks_are_as_known() {
     let plan = planned(&["eye", "light"]);
     assert_golden("blocks.txt", &plan.to_text());
     assert_golden("blocks.json", &plan.to_json());
-    assert_golden("blocks.dot", &plan.to_dot());
 }

@@ -243,9 +243,10 @@ fn what_a_pass_draws_is_part_of_the_plan() {
     assert_eq!(changes.iter().map(changed).collect::<BTreeSet<_>>().len(), changes.len());
     let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("it is JSON");
     let passes = json["passes"].as_array().expect("a list");
-    let second = &passes.iter().find(|pass| pass["label"] == "second").expect("it is drawn")["drawing"];
-    assert_eq!(second["colors"][0]["load"], "keep");
-    assert_eq!(second["draws"]["ranges"]["buffer"], "pane.ranges");
+    let second = &passes.iter().find(|pass| pass["label"] == "second").expect("it is drawn")["kind"]["Drawing"];
+    assert_eq!(second["colors"][0]["load"], "Keep");
+    let buffer = second["contents"]["Geometry"]["draws"]["Indirect"]["buffer"].as_u64().expect("an index");
+    assert_eq!(json["buffers"][buffer as usize]["name"], "pane.ranges");
 }
 
 static COMPARED: Shader = Shader::new(

@@ -38,9 +38,7 @@ fn example(options: Options, caps: Caps) -> Plan {
 fn the_reports_of_a_plan_are_as_known() {
     let plan = example(Options::default(), all_formats());
     assert_golden("placed.txt", &plan.to_text());
-    assert_golden("placed.dot", &plan.to_dot());
     assert_golden("placed.svg", &plan.to_svg());
-    assert_golden("placed.json", &plan.to_json());
     let pooled = example(Options { alias: Alias::Pool, fuse: false, ..Options::default() }, all_formats());
     assert_golden("pooled.txt", &pooled.to_text());
     assert_golden("pooled.svg", &pooled.to_svg());

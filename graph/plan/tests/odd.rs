@@ -65,8 +65,6 @@ fn the_reports_of_a_meter_are_as_known() {
     let graph = checked(LIVE);
     let plan = live(&graph, &["exposed.stops", "meter.min_ev"]);
     assert_golden("meter.txt", &plan.to_text());
-    assert_golden("meter.json", &plan.to_json());
-    assert_golden("meter.dot", &plan.to_dot());
     assert_golden("meter.svg", &plan.to_svg());
 }
 
@@ -76,5 +74,4 @@ fn a_plan_that_only_copies_has_reports_too() {
     let plan = live(&checked(text), &[]);
     assert_golden("copy.txt", &plan.to_text());
     assert_golden("copy.svg", &plan.to_svg());
-    assert_golden("copy.json", &plan.to_json());
 }

@@ -4,11 +4,10 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Arg, KernelCall, Registry};
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, When, diff, plan,
-    verify,
+    GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, diff, plan, verify,
 };
 
-use super::planned::{FRAME, all_formats, built_in, checked, plan_images};
+use super::planned::{FRAME, all_formats, checked};
 
 fn text(inputs: &str, nodes: &str, output: &str) -> String {
     format!(r#"Pipeline(inputs: {{ {inputs} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{output}" }})"#)
@@ -335,94 +334,6 @@ fn a_difference_is_told_in_numbers_and_percent() {
     assert!(one_differs.iter().all(|change| !change.is_empty()));
     let text = one_differs[6].to_string();
     assert!(text.contains("peak memory  1.0 MiB -> 0.001 MiB (-99.9 %)\n"), "{text}");
-}
-
-/// Edges go from what was written last before a read, or from a node for what no pass has written.
-#[test]
-fn the_graphviz_text_has_an_edge_for_each_read() {
-    for name in ["lynx.ron", "exposure.ron", "cinematic.ron"] {
-        let plan =
-            plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), Options::default());
-        let (dot, images, buffers) = (plan.to_dot(), plan.image_names(), plan.buffer_names());
-        let name_of = |resource: Resource| match resource {
-            Resource::Image(image) => (format!("image{}", image.0), images[image.0 as usize].clone()),
-            Resource::Buffer(buffer) => (format!("buffer{}", buffer.0), buffers[buffer.0 as usize].clone()),
-        };
-        let passes: Vec<_> = plan.work().collect();
-        let mut edges = 0;
-        for (at, pass) in passes.iter().enumerate() {
-            for read in pass.reads() {
-                let (node, label) = name_of(read);
-                let maker = passes[..at].iter().rposition(|before| before.writes().contains(&read));
-                let edge = match maker {
-                    Some(maker) => format!("  pass{maker} -> pass{at} [label=\"{label}"),
-                    None => {
-                        let declared = format!("\n  {node} [label=\"{label}\", shape=ellipse];\n");
-                        assert_eq!(dot.matches(&declared).count(), 1, "{declared} in {dot}");
-                        format!("  {node} -> pass{at} [label=\"{label}")
-                    }
-                };
-                assert!(dot.contains(&edge), "{edge} in {dot}");
-                edges += 1;
-            }
-        }
-        for (index, output) in plan.outputs.iter().enumerate() {
-            let written = Resource::Image(output.image);
-            let maker = passes.iter().rposition(|pass| pass.writes().contains(&written)).expect("it is written");
-            assert!(dot.contains(&format!("  pass{maker} -> output{index};\n")), "{dot}");
-            edges += 1;
-        }
-        assert_eq!(dot.matches(" -> ").count(), edges, "{dot}");
-        for (number, batch) in plan.batches.iter().enumerate() {
-            let cluster = format!("subgraph cluster_batch_{number} {{\n    label=\"batch {number}\"");
-            let from = dot.find(&cluster).unwrap_or_else(|| panic!("{cluster} in {dot}"));
-            let inside = &dot[from..from + dot[from..].find('}').expect("it ends")];
-            let listed = inside.matches("\n    pass").count();
-            assert_eq!(listed, batch.passes.len(), "{inside}");
-            assert!(batch.passes.clone().all(|pass| inside.contains(&format!("pass{pass} [label="))), "{inside}");
-        }
-    }
-}
-
-/// What reports call the arguments of kernels.
-#[test]
-fn each_argument_of_a_kernel_is_told_from_the_others() {
-    let options = Options { row_downsample: When::Always, ..Options::default() };
-    let mut told = std::collections::BTreeMap::new();
-    for name in ["tsushima.ron", "lynx.ron", "caracal.ron", "cookbook.ron", "cinematic.ron", "hdr.ron", "matinee.ron"] {
-        let plan = plan_images(&built_in(name), Format::Rgba16Float, Facts::default(), all_formats(), options);
-        let json: serde_json::Value = serde_json::from_str(&plan.to_json()).expect("JSON can be read");
-        let images = plan.image_names();
-        for (pass, view) in plan.work().zip(json["passes"].as_array().expect("a list")) {
-            for (kernel, view) in pass.kernels.iter().zip(view["runs"].as_array().expect("a list")) {
-                assert_eq!(
-                    (&*kernel.function, kernel.shader.file()),
-                    (view["function"].as_str().unwrap(), view["shader"].as_str().unwrap())
-                );
-                assert_eq!(view["node"], kernel.node.as_str());
-                for (arg, text) in kernel.args.iter().zip(view["arguments"].as_array().expect("a list")) {
-                    let text = text.as_str().expect("words");
-                    let image = arg.value.read().or(arg.value.written()).and_then(Resource::image);
-                    if let Some(image) = image {
-                        let named = &images[image.0 as usize];
-                        assert!(text.ends_with(named.as_str()), "{text} and {named}");
-                    }
-                    let one = std::mem::discriminant(&arg.value);
-                    let words: String = match kernel.workgroups {
-                        Some(_) => continue,
-                        None => text.split(' ').take(1).collect(),
-                    };
-                    told.entry((format!("{one:?}"), words)).or_insert_with(|| text.to_owned());
-                }
-            }
-        }
-    }
-    let kinds: std::collections::BTreeSet<&String> = told.keys().map(|(kind, _)| kind).collect();
-    assert!(kinds.len() >= 10, "{told:?}");
-    for beginning in ["kernel 0", "texels of the source", "numbers around", "pixel of ", "texture ", "sampler", "point"]
-    {
-        assert!(told.values().any(|text| text.starts_with(beginning)), "{beginning}: {told:?}");
-    }
 }
 
 #[test]

@@ -40,11 +40,6 @@ impl PlanView {
         self.plan.to_json()
     }
 
-    /// The same for Graphviz.
-    fn dot(&self) -> String {
-        self.plan.to_dot()
-    }
-
     /// The same as a drawing.
     fn svg(&self) -> String {
         self.plan.to_svg()

@@ -1,9 +1,10 @@
 //! Sampling of the textures of a module.
 
 use afterimage_base::image::Signedness;
+use serde::Serialize;
 
 /// Sampling of a module's textures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum SampleMode {
     /// Finite numbers, filtered by the device.
     #[default]

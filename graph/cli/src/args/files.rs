@@ -126,31 +126,14 @@ pub(crate) struct ExrArgs {
     /// bit for bit, and a line says what it cannot keep
     #[arg(long)]
     pub(crate) drop_layers: bool,
-    /// What the numbers of EXR files are, whatever `--depth` is; half by default
-    #[arg(long, value_name = "TYPE", value_enum)]
-    pub(crate) channel_type: Option<ChannelType>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ChannelType {
-    /// 16-bit floats
-    Half,
-    /// 32-bit floats
-    Float,
 }
 
 impl ExrArgs {
-    /// Bits of a channel, if the type is named.
-    pub(crate) fn bits(&self) -> Option<u8> {
-        self.channel_type.map(|channel| if channel == ChannelType::Half { 16 } else { 32 })
-    }
-
     /// The first option that is given, which is a mistake if no EXR file is written.
     pub(crate) fn given(&self) -> Option<&'static str> {
         let options = [
             ("--output-space", self.output_space.is_some() && !self.is_space_of_all_runs),
             ("--compression", self.compression.is_some()),
-            ("--channel-type", self.channel_type.is_some()),
             ("--drop-layers", self.drop_layers),
         ];
         options.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)

@@ -6,4 +6,3 @@ pub(super) const OUTPUT_FILES: &str = "Output files";
 pub(super) const SEQUENCES: &str = "Sequences";
 pub(super) const PIPELINE: &str = "Pipeline";
 pub(crate) const MACHINE: &str = "Machine";
-pub(super) const PLANNER: &str = "Planner developers";

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use afterimage_graph::node::Bake;
 use afterimage_media::{Budget, default_budget};
+use afterimage_plan::{Alias, Options, When};
+use clap::Args;
 use clap::builder::{FalseyValueParser, Resettable};
-use clap::{Args, ValueEnum};
 
-use super::headings::{MACHINE, PIPELINE, PLANNER};
+use super::headings::{MACHINE, PIPELINE};
 
 /// Options of every command that reads a pipeline.
 #[derive(Clone, Debug, Default, Args)]
@@ -42,46 +43,59 @@ pub(crate) struct KindOptions {
     pub(crate) allow: Vec<PathBuf>,
 }
 
-/// Options of the commands that show, measure or run one plan. All but `--exact` are for developers of the planner.
+/// Options of the commands that show, measure or run one plan.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = PLANNER)]
 pub(crate) struct PlanOptions {
     /// Store every intermediate in 32-bit floats, and filter them in the shader
     #[arg(long, help_heading = Resettable::Reset)]
     pub(crate) exact: bool,
-    /// Give each image its own memory; with `--no-alias=placed`, images with equal descriptors still share a pooled
-    /// texture
-    #[arg(long, value_name = "WHICH", num_args = 0..=1, default_missing_value = "all", require_equals = true)]
-    pub(crate) no_alias: Option<NoAlias>,
-    /// Put a barrier between all passes
-    #[arg(long)]
-    pub(crate) serial: bool,
-    /// Keep each kernel function in a pass of its own
-    #[arg(long)]
-    pub(crate) no_fuse: bool,
-    /// Filter halved images texel by texel, and not row by row
-    #[arg(long)]
-    pub(crate) no_row_downsample: bool,
-    /// Order the passes for the fewest batches (passes between two barriers) instead of the smallest memory
-    #[arg(long)]
-    pub(crate) fewest_batches: bool,
-    /// Keep bounds checks in the built-in kernels, too
-    #[arg(long)]
-    pub(crate) bounds_checks: bool,
-    /// Replace `bake` of all nodes that do not have `Off`: `Off`, `Auto`, 33, 48 or 64
-    #[arg(long, value_name = "SIZE", value_parser = parse_bake)]
-    pub(crate) bake: Option<Bake>,
-    /// Run point passes as draws instead of dispatches
-    #[arg(long)]
-    pub(crate) fragment: bool,
+    /// Settings for developers of the planner, such as `fuse=off,alias=pool`
+    #[arg(long, value_name = "SETTINGS", value_parser = parse_settings, hide = true, help_heading = Resettable::Reset)]
+    plan: Option<PlanSettings>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum NoAlias {
-    /// Every image has its own texture
-    All,
-    /// No heap, but images with equal descriptors share a pooled texture
-    Placed,
+impl PlanOptions {
+    /// The options of the planner.
+    pub(crate) fn options(&self) -> Options {
+        Options { exact: self.exact, ..self.plan.unwrap_or_default().options }
+    }
+
+    /// Whether point passes are draws instead of dispatches on every device.
+    pub(crate) fn draws(&self) -> bool {
+        self.plan.unwrap_or_default().draws
+    }
+}
+
+/// The settings of `--plan`.
+#[derive(Clone, Copy, Debug, Default)]
+struct PlanSettings {
+    options: Options,
+    draws: bool,
+}
+
+/// Settings with commas between them.
+fn parse_settings(text: &str) -> Result<PlanSettings, String> {
+    let PlanSettings { mut options, mut draws } = PlanSettings::default();
+    for setting in text.split(',') {
+        match setting {
+            "alias=none" => options.alias = Alias::None,
+            "alias=pool" => options.alias = Alias::Pool,
+            "batches=fewest" => options.batches_first = true,
+            "batches=serial" => options.serial = true,
+            "bounds_checks=on" => options.bounds_checks = true,
+            "draws=on" => draws = true,
+            "fuse=off" => options.fuse = false,
+            "row_downsample=off" => options.row_downsample = When::Never,
+            _ => {
+                let size = setting.strip_prefix("bake=").and_then(Bake::named);
+                options.bake = Some(size.ok_or(
+                    "known are alias=none or pool, bake=Off, Auto, 33, 48 or 64, batches=fewest or serial, \
+                     bounds_checks=on, draws=on, fuse=off, row_downsample=off",
+                )?);
+            }
+        }
+    }
+    Ok(PlanSettings { options, draws })
 }
 
 /// Options of every command that runs on a GPU.
@@ -130,11 +144,6 @@ fn parse_bytes(text: &str) -> Result<Budget, String> {
     let number: Option<u64> = digits.trim().parse().ok().filter(|number| *number > 0);
     let bytes = number.zip(shift).and_then(|(number, shift)| number.checked_mul(1 << shift));
     bytes.map(Budget).ok_or_else(|| "a size of memory is a whole number with `K`, `M`, `G` or `T`, such as 512M".into())
-}
-
-/// `Off`, `Auto` or the size of a table.
-fn parse_bake(text: &str) -> Result<Bake, String> {
-    Bake::named(text).ok_or_else(|| "a table is `Off`, `Auto`, 33, 48 or 64".into())
 }
 
 /// A folder that exists.

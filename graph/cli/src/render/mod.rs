@@ -27,7 +27,7 @@ use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requir
 use crate::args::RenderArgs;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
-use crate::pipeline::{self, PipelineFile, assignments, facts, plan_options, typical_caps};
+use crate::pipeline::{self, PipelineFile, assignments, facts, typical_caps};
 use crate::terminal::note;
 use metered::{Metered, has_meter, no_meter, unmetered};
 use read::check_spaces;
@@ -93,7 +93,7 @@ fn prepare<'a>(
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &args.options.kinds);
     let graph = PipelineFile::new(&document, &registry, &files).graph(&args.options)?;
-    let (facts, options) = (facts(&args.options)?, plan_options(&args.plan));
+    let (facts, options) = (facts(&args.options)?, args.plan.options());
     let named_inputs = assignments(&args.inputs, "--input")?;
     let mut request = Request::new(args, targets(args, &graph)?, &graph, named_inputs)?;
     check_spaces(&request)?;

@@ -42,6 +42,9 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
     different(&all)?;
     let targets: Vec<Target> =
         all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect::<Result<_, _>>()?;
+    if let Some(depth) = args.depth {
+        check_depth(depth, &targets)?;
+    }
     let is_idle = !targets.iter().any(|target| target.saving.format == FileFormat::Exr);
     match args.exr.given().filter(|_| is_idle) {
         Some(option) => {
@@ -80,7 +83,7 @@ fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) 
     let color = graph.colors().at(output.source);
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
     let saving = SaveOptions {
-        bits: bits(format, args.exr.bits().filter(|_| format == FileFormat::Exr).or(args.depth), is_hdr)?,
+        bits: bits(format, args.depth, is_hdr),
         dither: !args.no_dither && args.captured.is_none(),
         alpha: match args.alpha {
             AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
@@ -153,18 +156,29 @@ fn unknown_format(name: &str) -> Failure {
         .hint("`.png` and `.jpg` take an encoded output, `.exr` a linear one")
 }
 
-/// The bits of a channel. PQ and HLG need more than eight.
-fn bits(format: FileFormat, asked: Option<u8>, is_hdr: bool) -> Result<u32, Failure> {
-    let (name, known): (&str, &[u8]) = match format {
+/// The bits of a channel: those of `--depth` if the format has them. PQ and HLG need more than eight.
+fn bits(format: FileFormat, depth: Option<u8>, is_hdr: bool) -> u32 {
+    let (_, known) = depths(format);
+    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
+    depth.filter(|bits| known.contains(bits)).unwrap_or(default).into()
+}
+
+/// A file of the format in words, and the depths that it may have.
+fn depths(format: FileFormat) -> (&'static str, &'static [u8]) {
+    match format {
         FileFormat::Png => ("a PNG", &[8, 16]),
         FileFormat::Jpeg => ("a JPEG", &[8]),
         FileFormat::Exr => ("an EXR", &[16, 32]),
-    };
-    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
-    let bits = asked.unwrap_or(default);
-    if known.contains(&bits) {
-        return Ok(bits.into());
     }
+}
+
+/// Refuses a depth that no file can have.
+fn check_depth(depth: u8, targets: &[Target]) -> Result<(), Failure> {
+    let Some(first) = targets.first().filter(|_| targets.iter().all(|target| target.saving.bits != u32::from(depth)))
+    else {
+        return Ok(());
+    };
+    let (name, known) = depths(first.saving.format);
     let known: Vec<String> = known.iter().map(u8::to_string).collect();
-    Err(Failure::user(format!("{name} has {} bits, not {bits}", known.join(" or "))))
+    Err(Failure::user(format!("{name} has {} bits, not {depth}", known.join(" or "))))
 }

@@ -1,8 +1,10 @@
 //! Blending as data: how what a fragment gives is combined with what an attachment holds.
 
+use serde::Serialize;
+
 /// Blending of fragments with a color attachment. The source is the value of a fragment, the target what is there. One
 /// draw after the other is blended, and in a draw one triangle after the other, in the order of the buffers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Blend {
     /// For red, green and blue.
     pub color: BlendComponent,
@@ -11,7 +13,7 @@ pub struct Blend {
 }
 
 /// Blending of the color channels, or of alpha.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum BlendComponent {
     /// source × factor + target × factor.
     Add(Factors),
@@ -26,7 +28,7 @@ pub enum BlendComponent {
 }
 
 /// Factors of source and target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Factors {
     /// For the source.
     pub source: BlendFactor,
@@ -35,7 +37,7 @@ pub struct Factors {
 }
 
 /// Factor of the source or the target. A format without alpha has an alpha of 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum BlendFactor {
     /// 0.
     Zero,
@@ -60,7 +62,7 @@ pub enum BlendFactor {
 }
 
 /// The channels that a draw writes: red, green, blue, alpha. The others stay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct WriteMask(pub [bool; 4]);
 
 impl Default for Blend {

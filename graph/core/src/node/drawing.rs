@@ -3,9 +3,10 @@
 use super::blend::{Blend, WriteMask};
 use super::geometry::Geometry;
 use super::resource::{ImageId, Resource};
+use serde::Serialize;
 
 /// One mip level of one layer of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct Subresource {
     /// The image.
     pub image: ImageId,
@@ -36,7 +37,7 @@ impl Subresource {
 }
 
 /// Attachments and content of a drawing pass.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Drawing {
     /// The attachments for color, by the `@location` of a fragment's results.
     pub colors: Vec<ColorAttachment>,
@@ -49,7 +50,7 @@ pub struct Drawing {
 /// Content of an attachment before the first draw of a pass.
 ///
 /// There is no choice to leave it undefined: to clear costs no more, and a frame must not depend on what memory held.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Load<T> {
     /// This value.
     Clear(T),
@@ -58,7 +59,7 @@ pub enum Load<T> {
 }
 
 /// An attachment for color.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ColorAttachment {
     /// The image.
     pub target: Subresource,
@@ -71,7 +72,7 @@ pub struct ColorAttachment {
 }
 
 /// An attachment for depth, in the format `Depth16Unorm` or `Depth32Float`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthAttachment {
     /// The image.
     pub target: Subresource,
@@ -80,7 +81,7 @@ pub struct DepthAttachment {
 }
 
 /// The depth test of a drawing pass.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DepthTest {
     /// Content before the first draw.
     pub load: Load<f32>,
@@ -103,7 +104,7 @@ impl DepthTest {
 }
 
 /// Comparison of two depths.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Compare {
     /// The new one is smaller.
     Less,
@@ -120,7 +121,7 @@ pub enum Compare {
 }
 
 /// Content of a drawing pass.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum DrawContents {
     /// Nothing: the attachments are cleared.
     Nothing,

@@ -2,11 +2,12 @@
 
 use afterimage_base::Shared;
 use afterimage_wgsl::{Located, NumberKind};
+use serde::Serialize;
 
 use super::resource::BufferId;
 
 /// Draws of a pass with one pipeline.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Geometry {
     /// The fragment entry point; without one, only depth is drawn.
     pub fragment: Option<Shared<str>>,
@@ -21,7 +22,7 @@ pub struct Geometry {
 }
 
 /// Ranges that are drawn, in order.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub enum Draws {
     /// Ranges that are known now.
     Ranges(Vec<DrawRange>),
@@ -30,7 +31,7 @@ pub enum Draws {
 }
 
 /// A range of vertices and instances.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct DrawRange {
     /// The first vertex; the first index, if there are indices.
     pub first: u32,
@@ -47,7 +48,7 @@ pub struct DrawRange {
 /// Ranges that a buffer of the plan holds, so that an earlier pass chooses what is drawn. Each is four numbers of 32
 /// bits: count, instances, first vertex, first instance. With indices it is five: count, instances, first index, base
 /// vertex, first instance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct IndirectDraws {
     /// The buffer.
     pub buffer: BufferId,
@@ -58,7 +59,7 @@ pub struct IndirectDraws {
 }
 
 /// A buffer with the arguments of a vertex entry point, without gaps.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct VertexBuffer {
     /// The buffer.
     pub buffer: BufferId,
@@ -69,7 +70,7 @@ pub struct VertexBuffer {
 }
 
 /// The format of a vertex attribute.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum VertexFormat {
     /// `f32`.
     Float32,
@@ -86,7 +87,7 @@ pub enum VertexFormat {
 }
 
 /// Rasterization state.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Raster {
     /// Primitive topology.
     pub topology: Topology,
@@ -102,7 +103,7 @@ pub struct Raster {
 }
 
 /// Primitive topology.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Topology {
     /// A triangle of each three.
     #[default]
@@ -116,7 +117,7 @@ pub enum Topology {
 }
 
 /// Culled sides of triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub enum Cull {
     /// Both are drawn.
     #[default]

@@ -6,48 +6,64 @@ use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::limits::CompileCost;
 use afterimage_wgsl::{Effort, Shader};
+use serde::{Serialize, Serializer};
 
 use super::drawing::Subresource;
 use super::resource::{BlockId, BufferId, ImageId, Resource};
 
 /// A kernel function or a compute entry point, and what it is called with.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KernelCall {
     /// The node it works for.
     pub node: String,
     /// The module.
+    #[serde(serialize_with = "file_of")]
     pub shader: Shared<Shader>,
     /// The name of the function or of the entry point; of a drawing pass, the vertex entry point.
     pub function: Shared<str>,
     /// The arguments of a function in order, or the bindings of an entry point.
     pub args: Vec<Argument>,
     /// Bytes of its `params`; empty if it has none.
+    #[serde(skip)]
     pub uniform: Vec<u8>,
     /// Workgroups of an entry point; `None` for a function, whose entry point the framework writes.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub workgroups: Option<[u32; 3]>,
     /// Constants of the module that hold here: see [`FunctionPass::define`](super::FunctionPass::define).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub defines: Vec<&'static str>,
     /// Override constants of an entry point's module.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub constants: Vec<(&'static str, f64)>,
     /// The form by rows of a function, if it has one.
+    #[serde(skip)]
     pub by_rows: Option<ByRows>,
     /// The form of a function that shares texels with the neighbors of its pixel, if it has one.
+    #[serde(skip)]
     pub by_neighbors: Option<ByNeighbors>,
     /// The form of a function that needs no more than the four texels under its own: a function of the same module,
     /// `fn name(square: Square) -> vec4f`. The result has half the size of the only image that it reads.
+    #[serde(skip)]
     pub by_square: Option<&'static str>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub limited: Option<Signedness>,
     /// Identity of a kernel whose uniform gets new values while a plan runs.
+    #[serde(skip)]
     pub origin: Option<KernelOrigin>,
     /// Its part in a warp, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub warp: Option<WarpPart>,
+}
+
+fn file_of<S: Serializer>(shader: &Shared<Shader>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(shader.file())
 }
 
 /// The part of a function in a warp: a pass that reads an image at places that functions compute. A warp makes the
 /// value at any place of its result, also between pixels, so two warps become one that reads the image once for each
 /// place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum WarpPart {
     /// Computes the uv of a place in x and y, from a place and what textures show there.
     Place,
@@ -72,7 +88,7 @@ pub enum KernelOrigin {
 }
 
 /// An argument of a kernel function or a binding of an entry point.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Argument {
     /// The name in the module.
     pub name: String,
@@ -81,7 +97,7 @@ pub struct Argument {
 }
 
 /// Value of an argument of a kernel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Arg {
     /// The value of an earlier kernel of the same pass, by its place in the pass.
     Kernel(usize),

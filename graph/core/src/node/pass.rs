@@ -5,13 +5,14 @@
 
 use afterimage_wgsl::Shader;
 use afterimage_wgsl::limits::CompileCost;
+use serde::Serialize;
 
 use super::drawing::Drawing;
 use super::kernel::{Arg, KernelCall, uniform_buffers};
 use super::resource::{ImageId, Resource};
 
 /// One dispatch or draw.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pass {
     /// The nodes it works for; more than one after fusion.
     pub nodes: Vec<String>,
@@ -27,7 +28,7 @@ pub struct Pass {
 }
 
 /// An image that takes the value of a kernel function.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct PassResult {
     /// The kernel, by its place in [`Pass::kernels`].
     pub kernel: usize,
@@ -36,7 +37,7 @@ pub struct PassResult {
 }
 
 /// Kind of a pass: the way in which its kernels run together.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum PassKind {
     /// Functions of one pixel, each of which may use the values of those before it.
     Point,
@@ -57,7 +58,7 @@ pub enum PassKind {
 /// At each step an invocation makes the four texels under one texel of the result with the kernels before the halving,
 /// and gives them to the halving, the kernel of the first result, which shares what its neighbors need through
 /// workgroup memory. So each texel of the source is made about once and never stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RowDownsample {
     /// The struct in which an invocation keeps what it needs of the rows before, all zero at first.
     pub state: &'static str,

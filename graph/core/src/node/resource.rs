@@ -2,22 +2,24 @@
 
 use std::sync::Arc;
 
+use afterimage_base::hash::fnv1a;
 use afterimage_base::image::{ImageDesc, Signedness};
+use serde::{Serialize, Serializer};
 
 /// A virtual image of a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct ImageId(pub u32);
 
 /// A virtual buffer of a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct BufferId(pub u32);
 
 /// A host block, by the index of its input in the graph.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct BlockId(pub u32);
 
 /// An image or a buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Resource {
     /// An image.
     Image(ImageId),
@@ -36,14 +38,14 @@ impl Resource {
 }
 
 /// Origin of an image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Origin {
     /// Made and used within one frame; its memory is shared with others.
     Transient,
     /// Given by the host under this name.
     Input(String),
     /// Filled once, when the plan is set up.
-    Constant(Arc<[u8]>),
+    Constant(#[serde(serialize_with = "hash_of")] Arc<[u8]>),
     /// A table that passes fill in the first frame of a plan, and again when their uniforms have changed.
     Baked,
     /// The result of a node that runs in some frames only. It keeps its contents in the others.
@@ -83,9 +85,10 @@ pub struct VirtualImage {
 }
 
 /// A virtual buffer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VirtualBuffer {
     /// `node.name`, for people.
+    #[serde(skip)]
     pub label: String,
     /// Its size.
     pub bytes: u64,
@@ -94,7 +97,7 @@ pub struct VirtualBuffer {
 }
 
 /// Lifetime of a buffer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum BufferLife {
     /// Written before it is read in every frame.
     Frame,
@@ -103,5 +106,10 @@ pub enum BufferLife {
     /// Keeps its contents from frame to frame; all zero at first and after a reset.
     Persistent,
     /// Filled once, when the plan is set up.
-    Constant(Arc<[u8]>),
+    Constant(#[serde(serialize_with = "hash_of")] Arc<[u8]>),
+}
+
+/// Contents as JSON shows them: by their hash.
+fn hash_of<S: Serializer>(bytes: &Arc<[u8]>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{:032x}", fnv1a(bytes)))
 }

@@ -15,15 +15,15 @@ const MAX_FUNCTIONS: usize = 48;
 pub(super) struct Run {
     /// The passes in order, each of which reads the result of the one before.
     pub(super) passes: Vec<usize>,
-    /// What the first pass reads.
+    /// The image that the first pass reads.
     pub(super) source: ImageId,
-    /// What the last one writes.
+    /// The image that the last pass writes.
     pub(super) result: ImageId,
     /// The size of the table: see [`Bake::size`].
     pub(super) size: u32,
-    /// Whether it begins with light of an exposed scene, and not of a display.
+    /// True if it begins with exposed scene light, false if with display light.
     pub(super) is_exposed: bool,
-    /// Whether a node in it reads a value that passes make: then every frame fills the table.
+    /// True if a node in it reads a value that passes compute: then every frame fills the table.
     pub(super) reads_value: bool,
 }
 
@@ -31,10 +31,10 @@ pub(super) struct Run {
 struct Link {
     source: ImageId,
     result: ImageId,
-    /// What the pass reads. A table can begin with light of an exposed scene or of a display.
+    /// The color state that the pass reads. A table can begin with exposed scene light or display light.
     reads: Option<ColorState>,
     bake: Option<Bake>,
-    /// Whether the file asks for a table at this node.
+    /// True if the file asks for a table at this node.
     is_asked: bool,
     reads_value: bool,
 }
@@ -79,7 +79,7 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
     runs
 }
 
-/// Whether results can have a luminance below 0, for which tables have no colors: those of functions that move zero,
+/// Returns whether results can have a luminance below 0, which tables do not cover: those of functions that move zero,
 /// and all that is made of them. `lightless` are the images that can.
 fn can_lose_light(graph: &Graph, pass: &Pass, lightless: &BTreeSet<ImageId>) -> bool {
     let Some(KernelOrigin::Node { node, .. }) = pass.kernels.first().and_then(|kernel| kernel.origin) else {
@@ -140,7 +140,7 @@ fn link(builder: &PlanBuilder, graph: &Graph, pass: &Pass, replaced: Option<Bake
     })
 }
 
-/// What an input means, also where the node that gives it is skipped.
+/// The color state of an input, also if the node that feeds it is skipped.
 fn state_of(graph: &Graph, node: &GraphNode, port: &str) -> Option<ColorState> {
     let port = node.kind().inputs().iter().position(|input| input.name == port)?;
     match node.wires[port]? {

@@ -20,7 +20,7 @@ const PROBED: Size = Size { width: 1024, height: 1024 + 64, depth: 1 };
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
 
-/// How a table is divided.
+/// The layout of a table.
 ///
 /// A color is its largest channel, its level, and the ratios of the other two to it. The three channels that may be the
 /// largest have two parts of the table each: one for colors without a negative channel, and one for the others. Tone

@@ -13,7 +13,7 @@ use crate::codegen::rows_of_workgroup;
 use crate::error::PlanError;
 use crate::plan::{Plan, Stage};
 
-/// How a pass takes part.
+/// The role of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// It has whole images only.
@@ -153,7 +153,7 @@ impl<'a> BandedPlan<'a> {
         Ok(())
     }
 
-    /// Whether a pass reads it, or the host does.
+    /// Returns whether a pass or the host reads it.
     fn is_read(&self, resource: Resource) -> bool {
         let is_output = self.plan.outputs.iter().any(|output| Resource::Image(output.image) == resource);
         is_output || self.plan.work().any(|pass| pass.reads().contains(&resource))
@@ -216,7 +216,7 @@ impl<'a> BandedPlan<'a> {
         targets.iter().map(own).filter(|(_, steps)| !steps.is_empty()).collect()
     }
 
-    /// Whether workgroups begin at the bottom of the image.
+    /// Returns whether workgroups begin at the bottom of the image.
     fn is_upward(&self, pass: usize) -> bool {
         matches!(self.pass(pass).kind, PassKind::Point | PassKind::Gather)
     }
@@ -317,7 +317,7 @@ impl Plan {
         [size.width, size.height]
     }
 
-    /// Whether a pass reads an image through a sampler that filters.
+    /// Returns whether a pass reads an image through a filtering sampler.
     pub(super) fn is_filtered(&self, image: usize) -> bool {
         (0..self.passes.len()).any(|index| {
             let pass = &self.passes[index].pass;

@@ -16,7 +16,7 @@ pub struct Banding {
     pub rows: Vec<u32>,
     /// The sweeps in their order.
     pub sweeps: Vec<Sweep>,
-    /// Which images have textures: before the first sweep, in it, before the second one, and so on.
+    /// For each image, true if it has a texture: before the first sweep, in it, before the second one, and so on.
     pub lives: Vec<Vec<bool>>,
     /// Bytes of a copy from or to the host, unless a row has more.
     pub piece: u64,
@@ -50,7 +50,7 @@ pub struct Band {
     pub first: Vec<u32>,
     /// The rows of host images that it needs.
     pub inputs: Vec<(ImageId, Range<u32>)>,
-    /// What runs, in order.
+    /// The passes that run, in order.
     pub passes: Vec<BandPass>,
     /// The rows of images of the host that it makes, by the places of the outputs.
     pub outputs: Vec<(usize, Range<u32>)>,

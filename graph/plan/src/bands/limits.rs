@@ -1,6 +1,6 @@
-//! What a device and a host have for a picture in bands.
+//! Memory and limits of device and host for an image in bands.
 
-/// What a device has for a picture.
+/// Memory and limits of a device for an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BandLimits {
     /// Bytes of all images and buffers as the driver pads them, and of the rows on their way from and to the host.
@@ -11,7 +11,7 @@ pub struct BandLimits {
     pub block: u64,
     /// The longest side of a texture.
     pub side: u32,
-    /// Whether images that a sampler filters may be in bands, as they may on the processor. That of a card rounds
+    /// Allows images that a sampler filters to be in bands, as they may on a CPU. The sampler of a graphics card rounds
     /// places in a texture of fewer rows in other ways.
     pub filters: bool,
     /// The least number of bands of a sweep: more than one for tests.
@@ -27,7 +27,7 @@ pub struct BandLimits {
 /// Parts of a band: textures of its largest images have the rows of a part, those of others the rows of the band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parts {
-    /// How many of the largest sizes.
+    /// Number of the largest sizes.
     pub sizes: usize,
     /// About how many rows of the largest size.
     pub rows: u32,
@@ -46,7 +46,7 @@ impl Parts {
     ];
 }
 
-/// What the host has for the rows that are on their way.
+/// Host memory for rows in flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HostLimits {
     /// Bytes of all rows that are read ahead, decoded and written.

@@ -1,4 +1,4 @@
-//! What a plan in bands takes of the device and of the host.
+//! Device and host memory of a plan in bands.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -18,7 +18,7 @@ const MAX_PIECE: u64 = 16 << 20;
 /// The part of the memory that such a copy has at most.
 const PIECES: u64 = 64;
 
-/// What wgpu stages of parameters and zeros, and what it has for itself.
+/// Staging memory of wgpu for parameters and zeros, and its own overhead.
 const STAGED: u64 = 1 << 20;
 
 /// Bands whose rows of an input are in memory: at the reader, on the way, and at the device.
@@ -33,7 +33,7 @@ const WRITING: u64 = 4;
 /// Bytes that could be uploaded while a band starts.
 const STARTED: u64 = 4 << 20;
 
-/// What a device asks for an image.
+/// Memory requirement of an image on a device.
 pub(super) type Asked<'a> = &'a dyn Fn(&ImageDesc) -> Requirement;
 
 /// The memory of a plan with some sizes in bands.
@@ -43,7 +43,7 @@ pub(super) struct BandMemory<'a> {
 }
 
 impl BandMemory<'_> {
-    /// Whether the device and the host have the memory.
+    /// Checks that device and host have the memory.
     pub(super) fn check(&self, banding: &Banding) -> Result<(), PlanError> {
         let BandLimits { bytes: limit, side, host, .. } = self.banded.limits;
         let is_short = banding.sizes.iter().all(|size| size.size[0].max(size.rows) <= side);
@@ -140,8 +140,8 @@ impl BandMemory<'_> {
         bands.map(of_band).sum()
     }
 
-    /// Which images have textures before each sweep and in it: those in bands while a pass uses them, others from their
-    /// first use to the last one.
+    /// Marks the images that have textures before each sweep and in it: those in bands while a pass uses them, others
+    /// from their first use to the last one.
     pub(super) fn living(&self, sweeps: &[Sweep]) -> Vec<Vec<bool>> {
         let used_by =
             |pass: usize| images(self.banded.pass(pass).reads()).chain(images(self.banded.pass(pass).writes()));

@@ -89,7 +89,7 @@ impl Plan {
     }
 }
 
-/// What a user should know of all that has failed: that a pass cannot be made in bands; that bands fit into the device,
+/// The most relevant of several errors: that a pass cannot run in bands; that bands fit into the device,
 /// but not into the host; or how little memory the smallest bands need.
 fn said_first(lacks: Vec<PlanError>, limits: BandLimits) -> PlanError {
     let place = |lack: &PlanError| match lack {

@@ -9,7 +9,7 @@ use super::banded::{BandedPlan, Role, joined};
 use super::banding::{Band, BandPass};
 use super::limits::Parts;
 
-/// What runs in a band or in a part of it.
+/// The passes of a band or of a part of it.
 struct Running {
     /// The steps that it is for.
     wanted: BTreeMap<usize, Range<u32>>,
@@ -87,7 +87,7 @@ impl BandParts<'_> {
         Running { wanted, steps: running, known }
     }
 
-    /// Whether an image is in bands and has one of the largest sizes.
+    /// Returns whether an image is in bands and has one of the largest sizes.
     fn is_largest(&self, image: usize) -> bool {
         self.banded.images[image].is_some_and(|size| size < self.parts.sizes)
     }
@@ -155,7 +155,7 @@ impl BandParts<'_> {
         slices.into_values().collect()
     }
 
-    /// What runs in a part. Images that do not have one of the largest sizes have the rows of the whole band.
+    /// The passes of a part. Images without one of the largest sizes have the rows of the whole band.
     fn part(&self, part: &Running, whole: &Running, is_first: bool) -> BandPart {
         let mut band = Band::default();
         for (pass, steps) in &part.wanted {

@@ -1,10 +1,10 @@
-//! How far passes read around what they make.
+//! Halos: rows that passes read around those that they write.
 
 use std::collections::BTreeMap;
 
 use afterimage_graph::node::{Pass, PassKind};
 
-/// How many rows passes read above and below those that they make, in images of each size.
+/// Rows that passes read above and below those that they write, in images of each size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reach(BTreeMap<(usize, [u32; 2]), [u32; 2]>);
 

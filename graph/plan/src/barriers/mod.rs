@@ -31,7 +31,7 @@ pub(crate) fn barriers(
     (batches, states.enter(outputs))
 }
 
-/// How the pass uses its resources; a write counts for more than a read.
+/// The use of each resource of a pass; a write takes precedence over a read.
 fn uses_of(scheduled: &ScheduledPass) -> BTreeMap<Resource, Use> {
     let ScheduledPass { pass, stage, .. } = scheduled;
     let mut uses: BTreeMap<Resource, Use> = pass.reads().into_iter().map(|resource| (resource, Use::Read)).collect();

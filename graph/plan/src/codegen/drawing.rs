@@ -40,7 +40,7 @@ pub(super) fn compose_drawing(code: &PassCode<'_>, drawing: &Drawing) -> Result<
     })
 }
 
-/// What a pass needs that draws nothing itself.
+/// The empty module of a pass that draws nothing itself.
 fn without_module() -> Composed {
     Composed {
         source: String::new(),

@@ -4,7 +4,7 @@ use afterimage_base::image::{Format, ImageDesc};
 use afterimage_graph::node::{BlockId, BufferId, ImageId, Pass, PassKind, Subresource};
 use afterimage_wgsl::{Instance, Linked, Linker, SampleMode, Shader, ShaderError, SourceMap, validate};
 
-/// What a binding slot of a composed module holds.
+/// A binding slot of a composed module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
     /// `@binding`; all are in group 0.
@@ -33,12 +33,12 @@ pub enum SlotKind {
     Buffer(BufferId, bool),
 }
 
-/// What a device allows that changes the text of modules.
+/// Options that change the text of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CodeOptions {
-    /// Whether modules take the frame's time from immediates.
+    /// Takes the frame's time from immediates.
     pub immediates: bool,
-    /// Whether the result goes into a rectangle of its image.
+    /// Writes the result into a rectangle of its image.
     pub in_rectangle: bool,
 }
 
@@ -47,7 +47,7 @@ pub struct CodeOptions {
 pub struct Composed {
     /// The text of the module.
     pub source: String,
-    /// Where its bytes come from.
+    /// Maps its bytes to those of the sources.
     pub map: SourceMap,
     /// The compute entry point's name; empty for a drawing pass.
     pub compute: String,
@@ -55,14 +55,14 @@ pub struct Composed {
     pub draw: Option<Draw>,
     /// The bindings of the compute entry point. A draw has the same but the storage image.
     pub slots: Vec<Slot>,
-    /// Whether it takes the frame's time from immediates.
+    /// True if it takes the frame's time from immediates.
     pub immediate: bool,
     pub workgroup: [u32; 3],
-    /// Whether every part of the module was unchecked: see [`Shader::unchecked`](afterimage_wgsl::Shader::unchecked).
+    /// True if every part of the module is unchecked: see [`Shader::unchecked`](afterimage_wgsl::Shader::unchecked).
     pub unchecked: bool,
-    /// How its taps sample textures.
+    /// The sample mode of its taps.
     pub sample_mode: SampleMode,
-    /// Whether it may read workgroup memory that it has not written, which must then begin as zero.
+    /// True if it may read workgroup memory that it has not written, which must then be zeroed.
     pub zero_workgroup_memory: bool,
 }
 
@@ -93,7 +93,7 @@ pub(super) struct PassCode<'a> {
     pub(super) options: CodeOptions,
 }
 
-/// What a kind of pass adds to the text of its module.
+/// The part of a module that depends on the kind of pass.
 pub(super) struct Entry {
     pub(super) slots: Vec<Slot>,
     pub(super) immediate: bool,
@@ -103,7 +103,7 @@ pub(super) struct Entry {
 }
 
 impl<'a> PassCode<'a> {
-    /// How the textures of all kernels must be sampled.
+    /// The strictest sample mode of the textures of all kernels.
     pub(super) fn sample_mode(&self) -> SampleMode {
         let images = self.pass.kernels.iter().flat_map(|kernel| kernel.textures());
         images.map(|image| (self.sample_mode_of)(image)).max().unwrap_or_default()

@@ -68,7 +68,7 @@ struct NeighborNames {
     /// The functions for the number of a texel, and for whether it may change.
     number: String,
     changes: String,
-    /// Whether there are functions of the texels that are changed.
+    /// True if there are functions of the texels that are changed.
     finishes: bool,
 }
 
@@ -176,7 +176,7 @@ fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Nam
     )
 }
 
-/// Where each texel of a square is, from the place of the square below it, and its name.
+/// The place of each texel of a square, from that of the square below it, and its name.
 const TEXELS: [(&str, &str); 4] =
     [("0, -2", "upper_left"), ("1, -2", "upper_right"), ("0, -1", "lower_left"), ("1, -1", "lower_right")];
 

@@ -84,7 +84,7 @@ impl Plan {
         buffer
     }
 
-    /// Where the uniform of a kernel lies in the buffer: nowhere if the kernel is culled, and in several places if it
+    /// Offsets of the uniform of a kernel in the buffer: none if the kernel is culled, and several if it
     /// runs in several passes.
     pub(crate) fn uniform_places(&self, kernel: KernelOrigin) -> Vec<u64> {
         let origin = Some(kernel);
@@ -101,8 +101,8 @@ impl Plan {
         places
     }
 
-    /// Whether two plans are equal but for the numbers in their uniforms, so that one can run with the resources of the
-    /// other.
+    /// Returns whether two plans are equal but for the numbers in their uniforms, so that one can run with the
+    /// resources of the other.
     pub fn differs_in_uniforms_only(&self, other: &Self) -> bool {
         // Most plans differ in more, and the copies are large.
         let is_alike = self.size == other.size && self.passes.len() == other.passes.len();

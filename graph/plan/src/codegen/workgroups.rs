@@ -1,4 +1,4 @@
-//! How many workgroups a pass dispatches.
+//! Workgroup counts of passes.
 
 use super::functions::functions_cover;
 use super::row_downsample::rows_cover;

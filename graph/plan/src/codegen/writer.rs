@@ -66,7 +66,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.code.compose(self.linker, text, entry)
     }
 
-    /// What a name means in the file of a kernel.
+    /// The linked name of an item in the file of a kernel.
     pub(super) fn name(&self, kernel: usize, name: &str) -> String {
         self.linker.name(self.instances[kernel], name)
     }

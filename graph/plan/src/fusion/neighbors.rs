@@ -1,4 +1,4 @@
-//! What a halving by rows can take over besides functions of one pixel: a function that looks one texel around its
+//! Fusion of a halving by rows with more than functions of one pixel: with a function that looks one texel around its
 //! pixel, because the invocations share what their neighbors need, and results of half the size of the same image.
 //!
 //! So an image that is limited by its neighbors, selected and halved is read once, and nothing of its size is stored.
@@ -12,7 +12,7 @@ use afterimage_graph::node::{
     Arg, Argument, ImageId, KernelCall, Origin, Pass, PassKind, PassResult, Recording, Resource,
 };
 
-/// What joins a pass whose first function looks around its pixel, in a halving by rows.
+/// The passes and kernels that a halving by rows takes over with a pass whose first function looks around its pixel.
 pub(crate) struct Neighbors {
     /// The image that it reads around the pixel.
     pub(super) source: ImageId,
@@ -25,7 +25,7 @@ pub(crate) struct Neighbors {
 }
 
 impl Neighbors {
-    /// What joins the pass of that number, if it looks around a pixel and the halving can take it over.
+    /// Finds them for the pass of that number, if it looks around a pixel and the halving can take it over.
     pub(super) fn find(
         graph: &PassGraph,
         recording: &Recording,
@@ -88,7 +88,7 @@ impl Neighbors {
         self.squares.len() as u64
     }
 
-    /// Whether the image whose texels it makes is still stored for other passes.
+    /// Returns whether the image whose texels it computes is still stored for other passes.
     pub(super) fn is_still_stored(&self, graph: &PassGraph) -> bool {
         self.maker.is_some() && graph.readers(Resource::Image(self.source)).next().is_some()
     }

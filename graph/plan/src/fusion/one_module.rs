@@ -1,4 +1,4 @@
-//! What all joined passes must have in common, because they become one module.
+//! Limits of fused passes, which become one module.
 
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{KernelCall, Pass, Recording};
@@ -6,10 +6,9 @@ use afterimage_wgsl::limits::CompileCost;
 
 use crate::limits::MAX_PASS_OPERATIONS;
 
-/// Whether passes of functions can be one module: it is compiled in time, has no more uniform buffers than the device
-/// takes, and what is
-/// limited to finite numbers where it is read is so alike. All textures of a module are, so the limits must be those of
-/// each that may not be finite, and no narrower than what the others hold.
+/// Returns whether passes of functions can be one module: it is compiled in time, has no more uniform buffers than the
+/// device takes, and what is limited to finite numbers where it is read is so alike. All textures of a module are, so
+/// the limits must be those of each that may not be finite, and no narrower than what the others hold.
 pub(super) fn fit_one_module<'a>(
     passes: impl Iterator<Item = &'a Pass> + Clone,
     recording: &'a Recording,

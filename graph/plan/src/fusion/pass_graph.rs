@@ -33,7 +33,7 @@ impl PassGraph {
         graph
     }
 
-    /// How many numbers there are: of the passes that are left, and of those that are part of others now.
+    /// Number of slots: of the passes that are left, and of those that are part of others now.
     pub(crate) fn len(&self) -> usize {
         self.passes.len()
     }
@@ -49,7 +49,7 @@ impl PassGraph {
         Some((pass, pass.function_result()?)).filter(|_| !self.is_pinned(number))
     }
 
-    /// Whether a pass reads an image that a later pass draws into again, so that it must not run later.
+    /// Returns whether a pass reads an image that a later pass draws into again, so that it must not run later.
     pub(crate) fn is_pinned(&self, number: usize) -> bool {
         let reads = self.get(number).filter(|_| !self.redrawn.is_empty()).map(Pass::reads).unwrap_or_default();
         let is_redrawn = |resource: &Resource| resource.image().is_some_and(|image| self.redrawn.contains(&image));
@@ -85,12 +85,13 @@ impl PassGraph {
         self.writers.get(&resource).into_iter().flatten().copied()
     }
 
-    /// Whether an image outlives the frame or leaves it.
+    /// Returns whether an image outlives the frame or leaves it.
     pub(crate) fn is_kept(&self, image: ImageId) -> bool {
         self.kept.contains(&image)
     }
 
-    /// Whether an image is given to the host, which may need it to be drawn: only passes of functions can be.
+    /// Returns whether an image is an output, which the host may need as a draw target: only passes of functions can
+    /// draw.
     pub(crate) fn is_output(&self, image: ImageId) -> bool {
         self.outputs.contains(&image)
     }
@@ -127,7 +128,7 @@ fn redrawn(passes: &[Pass]) -> BTreeSet<ImageId> {
     again
 }
 
-/// Whether to compute the pass again for each reader costs less than to store its result: it is short and reads one
+/// Returns whether recomputing the pass for each reader costs less than storing its result: it is short and reads one
 /// pixel of one image.
 pub(super) fn is_light(pass: &Pass) -> bool {
     let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();

@@ -31,7 +31,7 @@ fn rows_of(texels: u64) -> u32 {
     }
 }
 
-/// Which halvings are done by rows.
+/// Selection of the halvings that run by rows.
 #[derive(Clone, Copy)]
 pub(super) struct RowDownsampling {
     /// All that have a form for it, and not only those that gain by it.
@@ -39,7 +39,7 @@ pub(super) struct RowDownsampling {
 }
 
 impl RowDownsampling {
-    /// Whether the pass is a halving that is done by rows, whatever makes its source.
+    /// Returns whether the pass is a halving that runs by rows, whatever writes its source.
     pub(super) fn takes(self, graph: &PassGraph, recording: &Recording, number: usize) -> bool {
         let halving = Halving::find(graph, recording, number, self.always);
         halving.is_some_and(|halving| self.always || halving.by.reach >= WIDE)
@@ -158,7 +158,7 @@ pub(crate) fn row_pass(
 /// The pass that makes the source of a halving, and makes it for this halving alone.
 struct Maker {
     number: usize,
-    /// What is known of it if it looks at neighbors; else it reads single pixels.
+    /// Its neighbor reads; `None` if it reads single pixels.
     neighbors: Option<Neighbors>,
 }
 

@@ -1,4 +1,4 @@
-//! What placement works on: images are rectangles, as high as their bytes and as long as their lives.
+//! The blocks that placement packs: images as rectangles of bytes and batches.
 
 /// An image as the placement sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,22 +20,18 @@ pub(crate) struct Placement {
     pub(crate) end: u64,
 }
 
-/// Bytes that live in each batch.
-pub(crate) fn alive(blocks: &[Block]) -> Vec<u64> {
+/// The most bytes that live at once.
+pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
     let batches = blocks.iter().map(|block| block.last + 1).max().unwrap_or(0);
     let mut steps = vec![0_i64; batches + 1];
     for block in blocks {
         steps[block.first] += block.bytes as i64;
         steps[block.last + 1] -= block.bytes as i64;
     }
-    let sums = steps[..batches].iter().scan(0_i64, |sum, step| {
-        *sum += step;
-        Some(*sum as u64)
-    });
-    sums.collect()
-}
-
-/// The most bytes that live at once.
-pub(crate) fn lower_bound(blocks: &[Block]) -> u64 {
-    alive(blocks).into_iter().max().unwrap_or(0)
+    let (mut alive, mut most) = (0, 0);
+    for step in steps {
+        alive += step;
+        most = most.max(alive);
+    }
+    most as u64
 }

@@ -1,4 +1,4 @@
-//! When each image lives.
+//! Lifetimes of images.
 
 use std::collections::BTreeSet;
 

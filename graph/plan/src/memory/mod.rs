@@ -5,7 +5,6 @@ mod block;
 mod lifetimes;
 mod placement;
 mod pool;
-mod skyline;
 
 use std::collections::{BTreeMap, BTreeSet};
 

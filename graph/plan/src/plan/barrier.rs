@@ -1,4 +1,4 @@
-//! What must happen between two batches.
+//! Batches, transitions and aliasing barriers.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use afterimage_graph::node::{ImageId, Resource};
 use serde::Serialize;
 
 /// Passes that need no barrier between them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Batch {
     pub passes: Range<usize>,
     /// Changes of use before the batch, images before buffers, by number.
@@ -15,7 +15,7 @@ pub struct Batch {
     pub aliasing: Vec<AliasingBarrier>,
 }
 
-/// How an image or a buffer is used; each use wants a state of its own from the device.
+/// The use of an image or a buffer; each use is a state of its own on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Use {
     /// Not used yet: what its memory holds does not matter.
@@ -38,7 +38,7 @@ pub enum Use {
 }
 
 impl Use {
-    /// Whether the contents change.
+    /// Returns whether the contents change.
     pub fn writes(self) -> bool {
         matches!(self, Self::StorageWrite | Self::StorageReadWrite | Self::ColorAttachment | Self::DepthAttachment)
     }
@@ -47,7 +47,6 @@ impl Use {
 /// A change of use, or a write after a write, which must be ordered though the use is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Transition {
-    #[serde(skip)]
     pub resource: Resource,
     /// Its use before the batch.
     pub from: Use,
@@ -57,7 +56,7 @@ pub struct Transition {
 
 /// Memory that goes from one image to another. The device does not order uses of two textures that share memory, so the
 /// batch needs an explicit barrier.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct AliasingBarrier {
     /// The image whose life begins in this batch.
     pub image: ImageId,

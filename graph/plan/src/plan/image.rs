@@ -9,26 +9,27 @@ use crate::options::Alias;
 use crate::request::Requirement;
 
 /// An image with everything that the plan states about it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedImage {
     /// `node.port`, for people.
+    #[serde(skip)]
     pub label: String,
     pub desc: ImageDesc,
     pub origin: Origin,
     /// The negative numbers that it may hold.
     pub signedness: Signedness,
     pub sample_mode: SampleMode,
-    /// When it is in use; `None` if no pass uses it.
+    /// Its first and last batch; `None` if no pass uses it.
     pub lifetime: Option<Lifetime>,
-    /// What the device wants for it, if it shares memory.
+    /// Size and alignment on the device, if it shares memory.
     pub requirement: Option<Requirement>,
-    /// Where it lies in the one heap in bytes, if it shares memory.
+    /// Its offset in the heap in bytes, if it shares memory.
     pub offset: Option<u64>,
     /// The texture of the pool that holds it, if it shares memory.
     pub slot: Option<u32>,
 }
 
-/// When an image is in use: from the first batch that mentions it to the last.
+/// The batches in which an image is in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Lifetime {
     pub first: usize,

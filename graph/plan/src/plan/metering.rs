@@ -12,7 +12,7 @@ use super::Plan;
 pub struct Metering {
     /// Passes that measure a frame, in the order of the plan. They read nothing of other frames.
     pub measuring: Vec<usize>,
-    /// What they have measured.
+    /// The buffers of measurements.
     pub measured: Vec<BufferId>,
     /// Passes that make the state of the next frame from what is measured and the state before, and from nothing else;
     /// in the order of the plan.
@@ -62,8 +62,8 @@ impl Plan {
         }
     }
 
-    /// What a pass reads that is not of the state, with the passes that measure it. `None` if the pass needs or writes
-    /// anything else.
+    /// The buffers that a pass reads besides the state, with the passes that measure them. `None` if the pass needs or
+    /// writes anything else.
     fn measured_by(&self, index: usize, state: &BTreeSet<BufferId>) -> Option<Vec<(BufferId, BTreeSet<usize>)>> {
         let pass = &self.passes[index].pass;
         let is_of_state = |resource| matches!(resource, Resource::Buffer(buffer) if state.contains(&buffer));

@@ -14,6 +14,7 @@ mod turn;
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
 use afterimage_graph::node::{BlockId, HostBlock, ImageId, Origin, Pass, Resource, VirtualBuffer};
+use serde::{Serialize, Serializer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub(crate) use held::made_for;
@@ -29,7 +30,7 @@ use crate::request::Part;
 use names::unique;
 
 /// A pipeline made ready for one frame size, one set of facts and one device. It is never altered.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Plan {
     pub images: Vec<PlannedImage>,
     pub buffers: Vec<VirtualBuffer>,
@@ -44,8 +45,10 @@ pub struct Plan {
     /// The images that the host gives: input name and image.
     pub inputs: Vec<(String, ImageId)>,
     /// The inputs of which frames state a rectangle and a factor.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rectangles: Vec<RectangleInput>,
     /// The host blocks that passes read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<PlannedBlock>,
     pub outputs: Vec<PlanOutput>,
     /// Nodes that are not in the plan, and why.
@@ -55,10 +58,13 @@ pub struct Plan {
     /// Images that several kernels read together in one pass.
     pub shared_reads: Vec<SharedRead>,
     /// Runs of nodes that became tables.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub baked: Vec<Baked>,
     /// The results of nodes that do not run in every frame.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub held: Vec<Held>,
     /// Parameters that change while the plan runs, as `node.parameter`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dynamic: Vec<String>,
     /// The size of the frame.
     pub size: Size,
@@ -67,43 +73,49 @@ pub struct Plan {
 }
 
 /// A host block and where it lies in the one uniform buffer of a plan.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedBlock {
     /// Its input in the graph.
     pub id: BlockId,
     /// The name of the input.
     pub name: String,
+    #[serde(serialize_with = "type_of")]
     pub block: &'static HostBlock,
-    /// Where it begins in the buffer.
+    /// Its offset in the buffer.
     pub offset: u64,
 }
 
+fn type_of<S: Serializer>(block: &&HostBlock, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(block.name)
+}
+
 /// An image that the host gets.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanOutput {
     pub name: String,
     pub image: ImageId,
     /// The color state of the output's wire in the graph.
     pub state: ColorState,
-    /// What the numbers mean as light: that of the image which really comes, also where nodes are skipped.
+    /// The colorimetry of the image that is written, also if nodes are skipped.
     pub colorimetry: Colorimetry,
-    /// Whether it goes into a rectangle of the host's image, which frames state: the uniforms of its passes have the
+    /// True if it goes into a rectangle of the host's image, which frames state: the uniforms of its passes have the
     /// first texel behind the [`extent`](UniformBlock::extent).
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub in_rectangle: bool,
 }
 
 /// An input of which frames state a rectangle and a factor.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RectangleInput {
     /// The name of the input.
     pub name: String,
     /// The image: its size is that of the rectangle in the plan, and not that of the host's texture.
     pub image: ImageId,
-    /// How large the rectangle is.
+    /// The size of the rectangle.
     pub part: Part,
     /// The factor in the pipeline's file.
     pub scale: f32,
-    /// Where its [uniform](Self::uniform) lies in the one uniform buffer of the plan.
+    /// Offsets of its [uniform](Self::uniform) in the uniform buffer of the plan.
     pub places: Vec<u64>,
 }
 
@@ -128,13 +140,13 @@ impl Plan {
         self.blocks.iter().find(|planned| planned.id == id).expect("a plan lists the blocks that its passes read")
     }
 
-    /// Where the first texel of an output lies in the one uniform buffer, for outputs in a rectangle.
+    /// Offsets in the uniform buffer of the first texel of an output in a rectangle.
     pub fn origin_places(&self, output: &PlanOutput) -> impl Iterator<Item = u64> {
         let writers = self.passes.iter().filter(|planned| planned.pass.function_result() == Some(output.image));
         writers.map(|planned| planned.uniform.extent_offset + size_of::<[f32; 2]>() as u64)
     }
 
-    /// Whether a pass writes an output in a rectangle.
+    /// Returns whether a pass writes an output in a rectangle.
     pub(crate) fn is_in_rectangle(&self, pass: &Pass) -> bool {
         let mut outputs = self.outputs.iter().filter(|output| output.in_rectangle);
         outputs.any(|output| pass.function_result() == Some(output.image))
@@ -161,7 +173,7 @@ impl Plan {
         self.passes.iter().map(|planned| &planned.pass)
     }
 
-    /// Whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
+    /// Returns whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
     pub fn fills_table(&self, pass: usize) -> bool {
         let image = self.passes[pass].pass.function_result();
         image.is_some_and(|image| self.image(image).origin == Origin::Baked)

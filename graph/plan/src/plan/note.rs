@@ -1,4 +1,4 @@
-//! What planning has left out or saved.
+//! Nodes, images and reads that planning has removed.
 
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub struct Baked {
     pub size: u32,
     /// Bytes of the table.
     pub bytes: u64,
-    /// Whether every frame fills it, because a node reads a value that passes make.
+    /// True if every frame fills it, because a node reads a value that passes compute.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub in_every_frame: bool,
     /// In a plan with [probes](crate::Options::probes), an output of 1024 pixels a row: red is the largest difference

@@ -1,13 +1,14 @@
 //! Passes of a plan.
 
 use afterimage_graph::node::Pass;
+use serde::Serialize;
 
 /// A pass in its place in the order of execution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScheduledPass {
     /// The kernels and what they read and write.
     pub pass: Pass,
-    /// Whether it is dispatched or drawn.
+    /// Dispatch or draw.
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
@@ -17,11 +18,12 @@ pub struct ScheduledPass {
 
 /// A pass with everything that a device needs to run it, but its shader text: see
 /// [`compose`](crate::Plan::compose).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedPass {
     /// The kernels and what they read and write.
+    #[serde(flatten)]
     pub pass: Pass,
-    /// Whether it is dispatched or drawn.
+    /// Dispatch or draw.
     pub stage: Stage,
     /// For each attachment of a drawing pass, colors before depth, whether something reads it later.
     pub stores: Vec<bool>,
@@ -29,23 +31,24 @@ pub struct PlannedPass {
     pub recorded: usize,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],
+    #[serde(skip)]
     pub uniform: UniformBlock,
 }
 
 /// The uniform of a pass, and where it lies in the one uniform buffer of a plan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct UniformBlock {
-    /// Where the bytes begin in the buffer.
+    /// Offset of the bytes in the buffer.
     pub offset: u64,
     /// The uniforms of all kernels; empty if they have none.
     pub bytes: Vec<u8>,
-    /// Where the size of the result begins in the buffer.
+    /// Offset of the size of the result in the buffer.
     pub extent_offset: u64,
     /// The size of the first image that the pass writes, in texels, and its first texel in the host's image.
     pub extent: [f32; 4],
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Stage {
     Compute,
     /// A full-screen triangle.

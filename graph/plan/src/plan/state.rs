@@ -13,14 +13,14 @@ use super::{Plan, PlannedPass};
 pub struct StateItem {
     /// Its name in the plan, `node.port`; unique among the items.
     pub name: String,
-    /// What it is.
+    /// The buffer or images.
     pub content: StateContent,
-    /// How many frames before this one it is made from, where the other items are given. `None` where it is made from
+    /// Number of earlier frames that it depends on, given the other items. `None` if it depends on
     /// its own past, which may reach back to the first frame.
     pub reach: Option<u32>,
 }
 
-/// What an item of the state is.
+/// The buffer or images of an item of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateContent {
     /// A buffer.
@@ -61,7 +61,7 @@ impl StateItem {
 }
 
 impl Plan {
-    /// What a frame leaves for later frames: buffers first, then histories, each in the order of the plan. Empty if
+    /// The state that a frame leaves for later frames: buffers first, then histories, each in plan order. Empty if
     /// every frame depends on its own images only.
     pub fn state(&self) -> Vec<StateItem> {
         let mut items = Vec::new();
@@ -90,7 +90,7 @@ impl Plan {
         items
     }
 
-    /// How many frames of an image are remembered; `None` if no pass reads an earlier one.
+    /// Number of frames of an image that are kept; `None` if no pass reads an earlier one.
     fn frames_remembered(&self, image: ImageId) -> Option<u32> {
         let read = self.images.iter().filter(|past| past.lifetime.is_some());
         let frames = read.filter_map(|past| match past.origin {
@@ -100,8 +100,8 @@ impl Plan {
         frames.max()
     }
 
-    /// Whether something is made from an image of an earlier frame. Buffers that outlive frames, and what is held, are
-    /// items of their own.
+    /// Returns whether something depends on an image of an earlier frame. Buffers that outlive frames, and held
+    /// results, are items of their own.
     fn is_made_from_the_past(&self, resource: Resource) -> bool {
         let mut needed = BTreeSet::from([resource]);
         let held = self.held_results();

@@ -13,7 +13,7 @@ pub enum Turn {
 }
 
 /// The results of a node that runs in one of several frames. They are kept in between.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Held {
     pub node: String,
     pub turn: Turn,

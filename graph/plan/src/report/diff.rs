@@ -1,11 +1,11 @@
-//! What two plans differ in: passes, bytes moved in each frame, peak memory.
+//! Differences of two plans: passes, bytes moved in each frame, peak memory.
 
 use std::collections::BTreeMap;
 
 use super::units::mebibytes;
 use crate::plan::Plan;
 
-/// What changes from one plan to another.
+/// The changes from one plan to another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanDiff {
     /// Passes that only the second has, in the order of execution.
@@ -14,9 +14,9 @@ pub struct PlanDiff {
     pub removed: Vec<String>,
     /// Images that both have, with what each states of them, where size or format differ.
     pub resized: Vec<(String, String, String)>,
-    /// How many passes each has.
+    /// Passes of each.
     pub passes: (u64, u64),
-    /// How many batches each has.
+    /// Batches of each.
     pub batches: (u64, u64),
     /// Bytes that each moves in one frame.
     pub bytes_moved: (u64, u64),

@@ -1,9 +1,8 @@
 //! The hash of a plan: equal plans have equal hashes on every machine and in every version of Rust.
 
+use afterimage_base::hash::fnv1a;
 use afterimage_graph::node::Resource;
 
-use super::content::content;
-use super::fnv::fnv1a;
 use crate::plan::{Metering, Plan, PlannedPass};
 
 /// The hash of a plan, shown as 32 hexadecimal digits.
@@ -20,7 +19,7 @@ impl Plan {
     /// The hash of the canonical content: everything that [`Plan::to_json`] shows. Numbers that shaders take as
     /// uniforms are no part of it, so the hash stays when one changes while a pipeline runs; constants are part of it.
     pub fn hash(&self) -> PlanHash {
-        PlanHash(fnv1a(content(self).to_string().as_bytes()))
+        PlanHash(fnv1a(self.content().to_string().as_bytes()))
     }
 
     /// The hash of the passes that measure, with their uniforms: plans in which it is equal measure frames alike, on
@@ -30,7 +29,7 @@ impl Plan {
         PlanHash(fnv1a(passes.collect::<String>().as_bytes()))
     }
 
-    /// What a pass does, without the names of what it reads and writes: those depend on other passes.
+    /// A description of a pass without the names of its resources, which depend on other passes.
     fn measuring_words(&self, planned: &PlannedPass) -> String {
         let PlannedPass { pass, stage, workgroups, uniform, .. } = planned;
         let mut words = format!("{stage:?} {workgroups:?} {:032x}\n", fnv1a(&uniform.bytes));

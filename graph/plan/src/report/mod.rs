@@ -1,14 +1,9 @@
-//! Reports of a finished plan: text, JSON, Graphviz, SVG, hash and difference.
+//! Reports of a finished plan: text, JSON, SVG, hash and difference.
 
 mod colorimetry;
-mod content;
 mod diff;
-mod dot;
-mod drawings;
-mod fnv;
 mod hash;
 mod json;
-mod kernels;
 mod names;
 mod svg;
 mod text;

@@ -49,10 +49,10 @@ struct Greedy<'a> {
     last_first: bool,
     /// Bytes by which what lives grows when the pass runs next.
     adds: Vec<i64>,
-    /// How many passes it still waits for.
+    /// Passes that it still waits for.
     waiting: Vec<usize>,
     done: Vec<bool>,
-    /// How many passes will still use each item.
+    /// Passes that will still use each item.
     left: Vec<usize>,
     /// Ready passes; entries whose bytes have changed since are passed over.
     ready: BinaryHeap<Reverse<(i64, usize, usize)>>,

@@ -10,7 +10,7 @@ use crate::options::Options;
 
 /// Orders of the same peak that are grouped into batches, at most.
 const MAX_GROUPED_ORDERS: usize = 4;
-/// How often the orders that grouping has made are grouped again, at most.
+/// Rounds of grouping the orders that grouping has produced, at most.
 const MAX_ROUNDS: usize = 4;
 
 /// The best of the schedules that are tried, as batches of passes.

@@ -5,7 +5,7 @@ pub(super) struct Profile {
     leaves: usize,
     /// The most of each node's range, without what its ancestors add.
     most: Vec<i64>,
-    /// What each node adds to its whole range.
+    /// The amount that each node adds to its whole range.
     plus: Vec<i64>,
 }
 

@@ -1,4 +1,4 @@
-//! What scheduling works on: which pass waits for which, and which images live between them.
+//! The graph that is scheduled: dependencies of passes, and the images that live between them.
 
 use crate::plan::{PlannedImage, ScheduledPass};
 use crate::topological::transposed;
@@ -69,7 +69,7 @@ impl ScheduleGraph {
         Self { before: self.after.clone(), after: self.before.clone(), ..self.clone() }
     }
 
-    /// How many passes there are.
+    /// Number of passes.
     pub(crate) fn len(&self) -> usize {
         self.before.len()
     }

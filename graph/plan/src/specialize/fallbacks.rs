@@ -66,7 +66,7 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// Why the node does not run.
+    /// The reason that the node does not run.
     fn reason(self) -> Option<String> {
         match self {
             Self::Runs => None,
@@ -88,7 +88,7 @@ fn remembered(graph: &Graph) -> BTreeSet<usize> {
         .collect()
 }
 
-/// Why a node is off, if it is.
+/// The reason that a node is off, if it is.
 fn off(node: &GraphNode, request: &PlanRequest<'_>) -> Option<String> {
     if node.off {
         return Some("switched off".into());
@@ -97,7 +97,7 @@ fn off(node: &GraphNode, request: &PlanRequest<'_>) -> Option<String> {
     Some(format!("`when: {condition}` does not hold"))
 }
 
-/// Whether a node that is not off runs. `replaced` states of each output whether its fallback equals it.
+/// Decides about a node that is not off. `replaced` states of each output whether its fallback equals it.
 fn verdict(node: &GraphNode, inputs: &InputValues, replaced: &[bool]) -> Verdict {
     if replaced.iter().all(|replaced| *replaced) {
         return Verdict::Fallbacks("changes nothing here".into());
@@ -113,7 +113,7 @@ fn verdict(node: &GraphNode, inputs: &InputValues, replaced: &[bool]) -> Verdict
     }
 }
 
-/// Whether the fallback of an output equals it, whatever values the dynamic parameters get.
+/// Returns whether an output equals its fallback at all values of the dynamic parameters.
 fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, inputs: &InputValues) -> bool {
     // An identity because of what arrives is one at all values. One because of its values is very likely not one at
     // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
@@ -139,7 +139,7 @@ fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInsta
     other
 }
 
-/// Which inputs of a node are zero, and at which nothing arrives.
+/// The inputs of a node that are zero, and those without a source.
 fn inputs(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> InputValues {
     let node = &graph.nodes[index];
     let mut zero = Vec::new();
@@ -154,7 +154,7 @@ fn inputs(graph: &Graph, specialized: &SpecializedGraph, index: usize) -> InputV
     InputValues::new(zero, absent)
 }
 
-/// What readers of an output get when its node does not run.
+/// The source of readers of an output whose node does not run.
 fn fallback(graph: &Graph, specialized: &SpecializedGraph, index: usize, output: &Output) -> WireSource {
     let node = &graph.nodes[index];
     match &output.fallback {

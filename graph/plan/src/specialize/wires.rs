@@ -7,10 +7,10 @@ use afterimage_graph::node::{InputValues, OutputUse};
 
 use crate::plan::Skipped;
 
-/// Where a wire ends up once fallbacks are in place.
+/// The source of a wire once fallbacks are in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WireSource {
-    /// What a node makes or the host gives.
+    /// An output of a node, or an image or block of the host.
     From(Source),
     /// Zero everywhere.
     Zero,
@@ -24,7 +24,7 @@ pub(crate) struct SpecializedGraph {
     pub(crate) runs: Vec<bool>,
     /// For each node and output port, what its readers get.
     pub(super) outputs: Vec<Vec<WireSource>>,
-    /// Whether the host gives each input.
+    /// For each input, true if the host provides it.
     pub(super) given: Vec<bool>,
     /// For each node and output port, how much of it the outputs of the pipeline need.
     pub(crate) used_outputs: Vec<Vec<OutputUse>>,
@@ -36,7 +36,7 @@ pub(crate) struct SpecializedGraph {
 }
 
 impl SpecializedGraph {
-    /// What arrives through a wire.
+    /// The source of a wire.
     pub(crate) fn resolve(&self, wire: Option<Source>) -> WireSource {
         match wire {
             None => WireSource::Absent,
@@ -46,7 +46,7 @@ impl SpecializedGraph {
         }
     }
 
-    /// Where a wire begins, if an image comes through it that is not known to be black.
+    /// The origin of a wire, unless it is absent or known to be black.
     pub(crate) fn source(&self, wire: Source) -> Option<Source> {
         match self.resolve(Some(wire)) {
             WireSource::From(source) => Some(source),
@@ -54,7 +54,7 @@ impl SpecializedGraph {
         }
     }
 
-    /// Whether a node runs and an output needs it.
+    /// Returns whether a node runs and an output needs it.
     pub(crate) fn is_live(&self, node: usize) -> bool {
         self.runs[node] && self.used_outputs[node].iter().any(|used| *used != OutputUse::Unused)
     }

@@ -20,7 +20,7 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     check_turns(walk, faults);
 }
 
-/// Where a pass does not run in every frame, all that it writes is held for as long, or read by passes alone that run
+/// If a pass does not run in every frame, all that it writes is held for as long, or read only by passes that run
 /// in the same frames or fewer.
 fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
     let plan = walk.plan;
@@ -142,7 +142,8 @@ fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
     }
 }
 
-/// Whether an image that is made in one turn is only read in this turn, and what is read was made in an earlier one.
+/// Returns whether an image that is made in one turn is only read in this turn, and what is read was made in an earlier
+/// one.
 fn is_read_in_turns(walk: &Walk<'_>, turns: &[BTreeSet<Turn>], image: ImageId, own: &BTreeSet<Turn>) -> bool {
     let Some(every) = own.first().filter(|_| own.len() == 1).and_then(|turn| turn.every()) else { return false };
     let histories = walk.histories();

@@ -31,7 +31,7 @@ fn check_recorded(plan: &Plan, faults: &mut Faults) {
     }
 }
 
-/// Whether the batches cover the passes in order.
+/// Checks that the batches cover the passes in order.
 fn check_cover(plan: &Plan, faults: &mut Faults) {
     let mut end = 0;
     for (number, batch) in plan.batches.iter().enumerate() {

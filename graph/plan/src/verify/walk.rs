@@ -29,13 +29,13 @@ pub(super) struct Walk<'a> {
     pub(super) passes: Vec<String>,
     /// The batch of each pass.
     pub(super) batch_of: Vec<usize>,
-    /// What each pass reads and writes.
+    /// Reads and writes of each pass.
     pub(super) accesses: Vec<Vec<Access>>,
     /// First and last batch of each image that a pass mentions.
     pub(super) spans: Vec<Option<(usize, usize)>>,
 }
 
-/// How one pass uses one resource.
+/// The use of one resource by one pass.
 #[derive(Clone, Copy)]
 pub(super) struct Access {
     pub(super) resource: Resource,

@@ -19,9 +19,6 @@ class Plan:
     def json(self) -> str:
         """The same as JSON."""
 
-    def dot(self) -> str:
-        """The same for Graphviz."""
-
     def svg(self) -> str:
         """The same as a drawing."""
 

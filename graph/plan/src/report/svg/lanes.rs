@@ -1,4 +1,4 @@
-//! What stands above the memory: passes, barriers, bytes moved, and images with memory of their own.
+//! The lanes above the heap: passes, barriers, bytes moved, and images with memory of their own.
 
 use afterimage_base::svg::{Anchor, Canvas, Paint};
 use afterimage_graph::node::{ImageId, Origin};
@@ -150,7 +150,7 @@ pub(crate) fn kept(picture: &Picture<'_>, canvas: &mut Canvas, y: f64) {
     }
 }
 
-/// Where an image comes from, in a word or two.
+/// The origin of an image, in a word or two.
 fn origin(picture: &Picture<'_>, image: usize) -> &'static str {
     let is_output = picture.plan.outputs.iter().any(|output| output.image == ImageId(image as u32));
     match picture.plan.images[image].origin {

@@ -1,7 +1,7 @@
 //! A hash that is the same everywhere.
 
 /// FNV-1a in 128 bits: chosen because it is defined to the bit in a few lines and needs no crate (Fowler, Noll and Vo).
-pub(super) fn fnv1a(bytes: &[u8]) -> u128 {
+pub fn fnv1a(bytes: &[u8]) -> u128 {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     bytes.iter().fold(OFFSET, |hash, byte| (hash ^ u128::from(*byte)).wrapping_mul(PRIME))
