@@ -15,7 +15,7 @@ const MAX_HINTS: usize = 100;
 impl GraphBuilder<'_> {
     /// Returns whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
-        let has_room = self.drafts.len() + self.scopes.len() <= MAX_NODES;
+        let has_room = self.drafted.nodes.len() + self.drafted.scopes.len() <= MAX_NODES;
         if !has_room {
             let message = format!("the pipeline has more than {MAX_NODES} nodes");
             let error = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
@@ -69,7 +69,7 @@ impl GraphBuilder<'_> {
 
     /// Returns whether a name inside of a scope is short enough.
     pub(super) fn is_short(&mut self, scope: usize, name: &Spanned<String>) -> bool {
-        let outer: usize = self.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
+        let outer: usize = self.drafted.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
         // The top has no name.
         let bytes = name.value.len() + outer - 1;
         if bytes > MAX_NAME {
@@ -82,13 +82,13 @@ impl GraphBuilder<'_> {
 
     /// Reports nodes whose condition is too long once it is joined with those of the pipelines around.
     pub(super) fn report_long_conditions(&mut self) {
-        let mut outer: Vec<usize> = Vec::with_capacity(self.scopes.len());
-        for scope in &self.scopes {
+        let mut outer: Vec<usize> = Vec::with_capacity(self.drafted.scopes.len());
+        for scope in &self.drafted.scopes {
             let around = scope.parent.map_or(0, |parent| outer[parent]);
             outer.push(around + scope.when.as_ref().map_or(0, |when| when.to_string().len()));
         }
         let bytes = |when: &Condition| when.to_string().len();
-        let long = self.drafts.iter().find(|draft| {
+        let long = self.drafted.nodes.iter().find(|draft| {
             let own = draft.when.as_ref().map_or(0, bytes);
             own + outer[draft.scope] > MAX_CONDITION
         });

@@ -47,7 +47,7 @@ impl GraphBuilder<'_> {
     fn facts_of(&mut self, scope: usize, condition: &Condition, location: &Location) {
         for (name, kind) in condition.uses() {
             let location = self.fact_location(location, name);
-            if let Some(known) = &self.scopes[scope].facts
+            if let Some(known) = &self.drafted.scopes[scope].facts
                 && !known.iter().any(|known| known == name)
             {
                 let help = if known.is_empty() {

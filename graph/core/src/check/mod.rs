@@ -36,6 +36,7 @@ mod common;
 pub mod condition;
 mod connect;
 mod displays;
+mod draft;
 mod expand;
 mod files;
 mod graph;

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::build::{GraphBuilder, Named, NodeDraft};
+use super::build::GraphBuilder;
+use super::draft::{DraftGraph, Named, NodeDraft};
 use super::files::{COMMAND_LINE, join, unreadable};
 use super::suggest::{kinds_about, known_kinds};
 use super::{Condition, GraphNode};
@@ -39,8 +40,8 @@ impl GraphBuilder<'_> {
         if !entry.fields.is_partial {
             self.report_missing_ports(&draft, &fields);
         }
-        self.drafts.push(draft);
-        Named::Node(self.drafts.len() - 1)
+        self.drafted.nodes.push(draft);
+        Named::Node(self.drafted.nodes.len() - 1)
     }
 
     /// The fields without those whose name has occurred before.
@@ -201,14 +202,16 @@ impl GraphBuilder<'_> {
     /// do not fit each other.
     pub(super) fn instances(&mut self) -> Vec<NodeInstance> {
         let instance = |draft: &NodeDraft| NodeInstance::new(draft.kind.clone(), draft.values.clone());
-        let instances: Vec<NodeInstance> = self.drafts.iter().map(instance).collect();
-        let complete = self.drafts.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
+        let instances: Vec<NodeInstance> = self.drafted.nodes.iter().map(instance).collect();
+        let complete = self.drafted.nodes.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
         let refused: Vec<Diagnostic> =
             complete.filter_map(|(draft, instance)| Some(refused(draft, &doubt(draft, instance)?))).collect();
         refused.into_iter().for_each(|diagnostic| self.report(diagnostic));
         instances
     }
+}
 
+impl DraftGraph {
     pub(super) fn graph_node(&self, draft: &NodeDraft, instance: NodeInstance) -> GraphNode {
         let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
         GraphNode {

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use indexmap::IndexMap;
 
 use super::path::{join_written, relative};
-use crate::check::build::{GraphBuilder, NodeDraft};
+use crate::check::build::GraphBuilder;
+use crate::check::draft::NodeDraft;
 use crate::check::files::{Files, join};
 use crate::document::{Document, Override, Tier, Tree};
 use crate::node::Registry;
@@ -61,8 +62,8 @@ impl<'a> State<'a> {
             Setting { value, is_switch, written: written.clone(), is_of_tier, kind_start }
         };
         let mut settings = IndexMap::new();
-        for draft in &builder.drafts {
-            let name = builder.full_name(draft);
+        for draft in &builder.drafted.nodes {
+            let name = builder.drafted.full_name(draft);
             let is_own = draft.scope == 0 && draft.kind_location.file == document.file;
             for (index, param) in draft.kind.params().iter().enumerate() {
                 let kind_start = is_own.then_some(draft.kind_location.start);
@@ -72,15 +73,15 @@ impl<'a> State<'a> {
             }
             settings.insert(name, setting(Value::Bool(!draft.off), true, &draft.switched, None));
         }
-        for (index, scope) in builder.scopes.iter().enumerate().skip(1) {
+        for (index, scope) in builder.drafted.scopes.iter().enumerate().skip(1) {
             let switch = setting(Value::Bool(!scope.off), true, &scope.switched, None);
-            settings.insert(builder.full_scope_name(index), switch);
+            settings.insert(builder.drafted.full_scope_name(index), switch);
         }
         Ok(Self { document, builder, settings })
     }
 
     pub(super) fn node(&self, name: &str) -> Option<&NodeDraft> {
-        self.builder.drafts.iter().find(|draft| self.builder.full_name(draft) == name)
+        self.builder.drafted.nodes.iter().find(|draft| self.builder.drafted.full_name(draft) == name)
     }
 
     /// The names of the tiers that are overrides, and before them `None`.
