@@ -192,7 +192,7 @@ impl GraphBuilder<'_> {
 
     /// States that follow each other in a cycle of `@previous` wires and begin nowhere.
     fn report_unknown_states(&mut self) {
-        if self.diagnostics.has_errors() {
+        if self.reports.diagnostics.has_errors() {
             return;
         }
         let lost = self.drafted.nodes.iter().find(|draft| draft.states.iter().any(Option::is_none));

@@ -1,10 +1,11 @@
 //! State of a check: the graph so far, changes that wait, and diagnostics.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::draft::DraftGraph;
 use super::files::Files;
-use super::limits::Counted;
+use super::inherit::UsedFiles;
+use super::reports::Reports;
 use super::{FactKind, Graph, GraphInput};
 use crate::document::Override;
 use crate::node::{NodeInstance, Registry};
@@ -12,15 +13,12 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location};
 
 pub(super) struct GraphBuilder<'a> {
     pub(super) registry: &'a Registry,
-    pub(super) files: &'a Files<'a>,
-    /// Paths of the documents whose problems have been reported.
-    pub(super) files_used: BTreeSet<String>,
-    pub(super) diagnostics: Diagnostics,
+    pub(super) used: UsedFiles<'a>,
+    pub(super) reports: Reports,
     pub(super) drafted: DraftGraph,
     pub(super) changes: Vec<Change>,
     pub(super) facts: BTreeMap<String, (FactKind, Location)>,
     pub(super) tier: Option<String>,
-    pub(super) counted: Counted,
 }
 
 /// Changes to nodes, waiting until all nodes are known.
@@ -35,19 +33,17 @@ impl<'a> GraphBuilder<'a> {
     pub(super) fn new(registry: &'a Registry, files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
         Self {
             registry,
-            files,
-            files_used: BTreeSet::new(),
-            diagnostics,
+            used: UsedFiles::new(files),
+            reports: Reports::new(diagnostics),
             drafted: DraftGraph::default(),
             changes: Vec::new(),
             facts: BTreeMap::new(),
             tier: None,
-            counted: Counted::default(),
         }
     }
 
     pub(super) fn report(&mut self, diagnostic: Diagnostic) {
-        self.diagnostics.push(diagnostic);
+        self.reports.push(diagnostic);
     }
 
     /// The graph, if there are no errors.

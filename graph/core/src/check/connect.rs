@@ -52,7 +52,7 @@ impl GraphBuilder<'_> {
 
     fn report_no_outputs(&mut self) {
         let top = &self.drafted.scopes[0];
-        if top.outputs.is_empty() && !self.diagnostics.has_errors() {
+        if top.outputs.is_empty() && !self.reports.diagnostics.has_errors() {
             let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.location, "");
             self.report(
                 diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"),
@@ -103,7 +103,7 @@ impl GraphBuilder<'_> {
         }
         let message = format!("no input or node is called {}", quote(wire.node));
         let diagnostic = Diagnostic::error("unknown-name", message).at(&text.location, "");
-        if self.has_many_errors() {
+        if self.reports.are_many() {
             return self.report(diagnostic);
         }
         let names: Vec<&str> = self.drafted.scopes[scope].names.keys().map(String::as_str).collect();
@@ -129,7 +129,7 @@ impl GraphBuilder<'_> {
                 .at(&text.location, "")
                 .also(&self.drafted.nodes[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)));
-            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
+            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
             return None;
         };
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
@@ -182,7 +182,7 @@ impl GraphBuilder<'_> {
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&text.location, "");
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
-            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
+            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
             return None;
         };
         self.follow(inner, &inside, depth + 1)

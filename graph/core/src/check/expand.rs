@@ -111,7 +111,7 @@ impl GraphBuilder<'_> {
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
-            self.report(self.with_nearest(diagnostic, &name.value, known()));
+            self.report(self.reports.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -231,8 +231,8 @@ impl GraphBuilder<'_> {
             self.report(holds_itself(&named, &path, files));
             return None;
         }
-        let document = self.document(&named)?;
-        Some(self.inherited(&document))
+        let document = self.used.document(&named, &mut self.reports)?;
+        Some(self.used.inherited(&document, &mut self.reports))
     }
 }
 

@@ -23,7 +23,7 @@ impl GraphBuilder<'_> {
         for cycle in cycles {
             let diagnostic = self.drafted.cycle(&cycle);
             // A wire whose state does not fit is wrong in any frame, and the reason of the cycle.
-            let misfits = self.diagnostics.iter().filter(|other| other.code == "state-conflict");
+            let misfits = self.reports.diagnostics.iter().filter(|other| other.code == "state-conflict");
             let mut misfits = misfits.filter_map(|other| other.labels.first()).map(|label| &label.location);
             if !misfits.any(|place| diagnostic.labels.iter().any(|label| label.location == *place)) {
                 self.report(diagnostic);

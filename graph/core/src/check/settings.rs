@@ -22,7 +22,7 @@ impl GraphBuilder<'_> {
         }
         let lines: Vec<String> = sets.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let text = lines.join("\n");
-        let file = self.diagnostics.sources.insert(COMMAND_LINE, &text);
+        let file = self.reports.diagnostics.sources.insert(COMMAND_LINE, &text);
         let mut start = 0;
         let mut settings = Vec::new();
         for (key, value) in sets {
@@ -97,7 +97,7 @@ impl GraphBuilder<'_> {
                 Some(Named::Broken) => return None,
                 _ => {
                     if !self.drafted.scopes[scope].is_partial {
-                        let has_hint = !self.has_many_errors();
+                        let has_hint = !self.reports.are_many();
                         let error = no_such_node(&self.drafted.scopes[scope], part, key, has_hint);
                         let is_alone = has_hint && error.correction.is_none() && key.value == part;
                         let owner = is_alone.then(|| self.drafted.owner(scope, part)).flatten();
@@ -147,7 +147,7 @@ impl GraphBuilder<'_> {
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")
             .help(format!("{} has {}", quote(kind.name()), list(known(), 16)));
-        self.report(self.with_nearest(diagnostic, field, known()));
+        self.report(self.reports.with_nearest(diagnostic, field, known()));
     }
 
     /// Wires a port to something else. The old source is still needed: without this change, or in another tier.

@@ -9,7 +9,7 @@ impl GraphBuilder<'_> {
     /// Warns of nodes that no output needs and of inputs that nothing reads, in the checked file only.
     pub(super) fn report_unneeded(&mut self) {
         // With a node missing, everything before it would look unneeded.
-        if self.diagnostics.has_errors() {
+        if self.reports.diagnostics.has_errors() {
             return;
         }
         let needed = self.drafted.needed();

@@ -43,19 +43,19 @@ impl<'a> State<'a> {
         tier: Option<&str>,
     ) -> Result<Self, Diagnostics> {
         let mut builder = GraphBuilder::new(registry, files, document.problems.clone());
-        let document = builder.inherited(document);
-        builder.diagnostics.absorb(file_tier(&document, tier));
+        let document = builder.used.inherited(document, &mut builder.reports);
+        builder.reports.diagnostics.absorb(file_tier(&document, tier));
         let document = builder.tier(document, tier);
         builder.expand_top(&document);
-        if builder.files_used.contains(&join("", &document.file)) {
+        if builder.used.has_document(&join("", &document.file)) {
             builder.report(used_twice(&document));
         }
         let made = builder.changes.iter().filter(|change| change.tier.is_some() && builder.is_made(change));
         let values = made.flat_map(|change| &change.settings).map(|setting| setting.value.location.clone());
         let of_tier: BTreeSet<Location> = values.collect();
         builder.change();
-        if builder.diagnostics.has_errors() {
-            return Err(builder.diagnostics.sorted());
+        if builder.reports.diagnostics.has_errors() {
+            return Err(builder.reports.diagnostics.sorted());
         }
         let setting = |value, is_switch, written: &Option<Location>, kind_start| {
             let is_of_tier = written.as_ref().is_some_and(|location| of_tier.contains(location));
@@ -108,7 +108,7 @@ impl<'a> State<'a> {
                 return Some(format!("{:?}", relative(own, &there)));
             }
         }
-        let text = self.builder.diagnostics.sources.text(&location.file)?;
+        let text = self.builder.reports.diagnostics.sources.text(&location.file)?;
         text.get(location.span()).map(str::to_owned)
     }
 
@@ -128,7 +128,7 @@ impl<'a> State<'a> {
 
     /// One error of the document.
     pub(super) fn error(&self, error: Diagnostic) -> Diagnostics {
-        let mut errors = Diagnostics::new(self.builder.diagnostics.sources.clone());
+        let mut errors = Diagnostics::new(self.builder.reports.diagnostics.sources.clone());
         errors.push(error.at(&self.document.location, ""));
         errors
     }
