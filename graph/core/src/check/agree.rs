@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use super::Source;
-use super::build::{Feed, GraphBuilder, NodeDraft, Wire, input_type};
+use super::build::GraphBuilder;
+use super::draft::{DraftGraph, Feed, NodeDraft, Wire, input_type};
 use super::suggest::{OnWire, between, either, path};
 use crate::document::{InputEntry, OutputEntry, image_type_names};
 use crate::node::{HostBlock, Input, OutputState, PortType};
@@ -13,11 +14,11 @@ use afterimage_base::value::Value;
 
 impl GraphBuilder<'_> {
     pub(super) fn agree(&mut self) {
-        self.find_states();
-        for node in 0..self.drafts.len() {
-            let kind = self.drafts[node].kind.clone();
+        self.drafted.find_states();
+        for node in 0..self.drafted.nodes.len() {
+            let kind = self.drafted.nodes[node].kind.clone();
             for (index, port) in kind.inputs().iter().enumerate() {
-                if let Some(wire) = self.drafts[node].wires[index].clone() {
+                if let Some(wire) = self.drafted.nodes[node].wires[index].clone() {
                     self.agree_on(&wire, port, &format!("{} of {}", quote(&port.name), quote(kind.name())));
                 }
             }
@@ -27,6 +28,185 @@ impl GraphBuilder<'_> {
         self.report_unknown_states();
     }
 
+    fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        if wire.source.is_none() && wire.declared.is_none() {
+            // A block that the host of an inner pipeline leaves out.
+            return;
+        }
+        let on_wire = OnWire { ty: self.drafted.wire_type(wire), state: self.drafted.state(wire).flatten() };
+        if on_wire.ty != port.ty {
+            let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
+            return self.report(diagnostic);
+        }
+        match on_wire.state {
+            Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
+                let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
+                self.report(diagnostic.maybe_help(input_for(port)));
+            }
+            _ => self.agree_on_content(wire, port, reader),
+        }
+    }
+
+    /// A block is of the type that the port declares.
+    fn agree_on_block(&mut self, wire: &Wire, expected: &HostBlock, reader: &str) {
+        let Some(Source::Input(input)) = wire.source else { return };
+        let Some(found) = self.drafted.host_input(input).and_then(|input| input.block.clone()) else { return };
+        if found.value != expected.name {
+            let message =
+                format!("{reader} accepts a {}, but {} is a {}", expected.name, self.drafted.maker(wire), found.value);
+            let (accepts, gives) = (format!("accepts a {}", expected.name), format!("gives a {}", found.value));
+            let diagnostic = self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives);
+            self.report(diagnostic.help(format!("declare an input of the type {}", quote(expected.name))));
+        }
+    }
+
+    /// Tables, values and volumes may declare what their numbers are.
+    fn agree_on_content(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        if let Some(block) = port.block {
+            return self.agree_on_block(wire, block, reader);
+        }
+        let Some(Source::Node { node, output, .. }) = wire.source else {
+            return self.agree_on_host_volume(wire, port, reader);
+        };
+        let found = self.drafted.nodes[node].kind.outputs()[output].content.clone();
+        let (Some(found), Some(expected)) = (found, &port.content) else { return };
+        if found == *expected {
+            return;
+        }
+        let between = self.registry.iter().find(|kind| {
+            let takes = kind.inputs().iter().any(|input| input.content.as_ref() == Some(&found));
+            takes && kind.outputs().iter().any(|output| output.content.as_ref() == Some(expected))
+        });
+        let help = match between {
+            Some(kind) => format!("put a node {} between them", quote(kind.name())),
+            None => format!("wire it to a node that gives {}", quote(expected)),
+        };
+        let message =
+            format!("{reader} accepts {}, but {} is {}", quote(expected), self.drafted.maker(wire), quote(&found));
+        let (accepts, gives) = (format!("accepts {}", quote(expected)), format!("gives {}", quote(&found)));
+        let diagnostic =
+            self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
+        self.report(diagnostic);
+    }
+
+    /// Nobody knows what the numbers of a host's volume are, so none fits a port that states what it wants.
+    fn agree_on_host_volume(&mut self, wire: &Wire, port: &Input, reader: &str) {
+        let (PortType::Volume, Some(expected)) = (port.ty, &port.content) else { return };
+        let message =
+            format!("{reader} accepts {}, but {} is a volume of the host", quote(expected), self.drafted.maker(wire));
+        let accepts = format!("accepts {}", quote(expected));
+        let diagnostic =
+            self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, "gives a volume");
+        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(expected))));
+    }
+
+    fn type_conflict(
+        &self,
+        wire: &Wire,
+        found: OnWire,
+        expected: PortType,
+        states: &[ColorState],
+        reader: &str,
+    ) -> Diagnostic {
+        let message = format!("{reader} accepts {}, but {} is {}", a(expected), self.drafted.maker(wire), a(found.ty));
+        let fits = |state: Option<ColorState>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
+        let nodes = path(self.registry, found, |next| next.ty == expected && fits(next.state));
+        let help = self.drafted.other_output(wire, expected).or_else(|| nodes.map(|nodes| between(&nodes)));
+        let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(expected)));
+        self.drafted
+            .ends(
+                Diagnostic::error("type-conflict", message),
+                wire,
+                &format!("accepts {}", a(expected)),
+                &format!("gives {}", a(found.ty)),
+            )
+            .help(help)
+    }
+
+    fn state_conflict(&self, wire: &Wire, found: OnWire, expected: &[ColorState], reader: &str) -> Diagnostic {
+        let state = found.state.map_or("nothing", ColorState::name);
+        let message =
+            format!("{reader} accepts {}, but {} is {}", either(expected), self.drafted.maker(wire), quote(state));
+        let takes = format!("accepts {}", either(expected));
+        let nodes =
+            path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| expected.contains(&s)));
+        let otherwise = || match wire.source {
+            Some(Source::Input(_)) => {
+                format!("wire it to an image that is {}, or correct the type of the input", either(expected))
+            }
+            _ => format!("wire it to an image from before it became {}", quote(state)),
+        };
+        let help = nodes.map_or_else(otherwise, |nodes| between(&nodes));
+        self.drafted
+            .ends(Diagnostic::error("state-conflict", message), wire, &takes, &format!("gives {}", quote(state)))
+            .help(help)
+    }
+
+    /// The inputs that an inner pipeline declares, against what is wired to it.
+    fn agree_with_inner(&mut self) {
+        for scope in 1..self.drafted.scopes.len() {
+            let parent = self.drafted.scopes[scope].parent.unwrap_or(0);
+            let wired: Vec<(InputEntry, Spanned<String>)> = self.drafted.scopes[scope]
+                .inputs
+                .iter()
+                .filter_map(|(input, feed)| match feed {
+                    Feed::Wire(wire) => Some((input.clone(), wire.clone())),
+                    _ => None,
+                })
+                .collect();
+            for (entry, text) in wired {
+                let ty = input_type(&entry);
+                let InputEntry { name: input, state, block, .. } = entry;
+                let Some(wire) = self.connected(parent, &text) else { continue };
+                let reader =
+                    format!("the input {} of {}", quote(&input.value), quote(&self.drafted.scopes[scope].name.value));
+                if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
+                    self.agree_on(&wire, &Input::block("", block, ""), &reader);
+                    continue;
+                }
+                let on_wire = OnWire { ty: self.drafted.wire_type(&wire), state: self.drafted.state(&wire).flatten() };
+                let diagnostic = if on_wire.ty != ty {
+                    self.type_conflict(&wire, on_wire, ty, &[state], &reader)
+                } else if on_wire.state.is_some_and(|found| found != state) {
+                    self.state_conflict(&wire, on_wire, &[state], &reader)
+                } else {
+                    continue;
+                };
+                self.report(diagnostic.also(&input.location, "the inner pipeline declares it here"));
+            }
+        }
+    }
+
+    fn agree_with_outputs(&mut self) {
+        for (OutputEntry { name, .. }, wire) in self.drafted.outputs.clone() {
+            let Some(wire) = wire else { continue };
+            let ty = self.drafted.wire_type(&wire);
+            if ty != PortType::Image {
+                let state = self.drafted.state(&wire).flatten();
+                let output = format!("the output {}", quote(&name.value));
+                let diagnostic = self.type_conflict(&wire, OnWire { ty, state }, PortType::Image, &[], &output);
+                self.report(diagnostic);
+            }
+        }
+    }
+
+    /// States that follow each other in a cycle of `@previous` wires and begin nowhere.
+    fn report_unknown_states(&mut self) {
+        if self.reports.diagnostics.has_errors() {
+            return;
+        }
+        let lost = self.drafted.nodes.iter().find(|draft| draft.states.iter().any(Option::is_none));
+        if let Some(draft) = lost {
+            let message = format!("nothing says what the image of {} is", quote(&draft.name.value));
+            let diagnostic = Diagnostic::error("unknown-state", message)
+                .at(&draft.kind_location, "this follows its input, which follows it")
+                .help("let one node of the cycle read an input, or a node that makes an image");
+            self.report(diagnostic);
+        }
+    }
+}
+
+impl DraftGraph {
     /// The state of what a wire carries; `None` while it is unknown.
     pub(super) fn state(&self, wire: &Wire) -> Option<Option<ColorState>> {
         if let Some(declared) = wire.declared {
@@ -34,7 +214,7 @@ impl GraphBuilder<'_> {
         }
         match wire.source? {
             Source::Input(input) => self.host_input(input).map(|input| input.block.is_none().then_some(input.state)),
-            Source::Node { node, output, .. } => self.drafts[node].states[output],
+            Source::Node { node, output, .. } => self.nodes[node].states[output],
         }
     }
 
@@ -48,26 +228,26 @@ impl GraphBuilder<'_> {
     /// Finds the color states of all outputs, each once the input that it follows is known. `@previous` wires may form
     /// cycles.
     fn find_states(&mut self) {
-        let mut readers = vec![Vec::new(); self.drafts.len()];
-        for (reader, draft) in self.drafts.iter().enumerate() {
+        let mut readers = vec![Vec::new(); self.nodes.len()];
+        for (reader, draft) in self.nodes.iter().enumerate() {
             for wire in draft.wires.iter().flatten() {
                 if let Some(Source::Node { node, .. }) = wire.source {
                     readers[node].push(reader);
                 }
             }
         }
-        let mut queue: VecDeque<usize> = (0..self.drafts.len()).collect();
+        let mut queue: VecDeque<usize> = (0..self.nodes.len()).collect();
         while let Some(node) = queue.pop_front() {
             let states = self.states_of(node);
-            if states != self.drafts[node].states {
-                self.drafts[node].states = states;
+            if states != self.nodes[node].states {
+                self.nodes[node].states = states;
                 queue.extend(&readers[node]);
             }
         }
     }
 
     fn states_of(&self, node: usize) -> Vec<Option<Option<ColorState>>> {
-        let draft = &self.drafts[node];
+        let draft = &self.nodes[node];
         let mut states = Vec::new();
         for output in draft.kind.outputs() {
             states.push(match &output.state {
@@ -92,127 +272,20 @@ impl GraphBuilder<'_> {
         Some(state.filter(|state| accepted.is_empty() || accepted.contains(state)))
     }
 
-    fn agree_on(&mut self, wire: &Wire, port: &Input, reader: &str) {
-        if wire.source.is_none() && wire.declared.is_none() {
-            // A block that the host of an inner pipeline leaves out.
-            return;
-        }
-        let on_wire = OnWire { ty: self.wire_type(wire), state: self.state(wire).flatten() };
-        if on_wire.ty != port.ty {
-            let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
-            return self.report(diagnostic);
-        }
-        match on_wire.state {
-            Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
-                let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
-                self.report(diagnostic.maybe_help(input_for(port)));
-            }
-            _ => self.agree_on_content(wire, port, reader),
-        }
-    }
-
-    /// A block is of the type that the port declares.
-    fn agree_on_block(&mut self, wire: &Wire, expected: &HostBlock, reader: &str) {
-        let Some(Source::Input(input)) = wire.source else { return };
-        let Some(found) = self.host_input(input).and_then(|input| input.block.clone()) else { return };
-        if found.value != expected.name {
-            let message =
-                format!("{reader} accepts a {}, but {} is a {}", expected.name, self.maker(wire), found.value);
-            let (accepts, gives) = (format!("accepts a {}", expected.name), format!("gives a {}", found.value));
-            let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives);
-            self.report(diagnostic.help(format!("declare an input of the type {}", quote(expected.name))));
-        }
-    }
-
-    /// Tables, values and volumes may declare what their numbers are.
-    fn agree_on_content(&mut self, wire: &Wire, port: &Input, reader: &str) {
-        if let Some(block) = port.block {
-            return self.agree_on_block(wire, block, reader);
-        }
-        let Some(Source::Node { node, output, .. }) = wire.source else {
-            return self.agree_on_host_volume(wire, port, reader);
-        };
-        let found = self.drafts[node].kind.outputs()[output].content.clone();
-        let (Some(found), Some(expected)) = (found, &port.content) else { return };
-        if found == *expected {
-            return;
-        }
-        let between = self.registry.iter().find(|kind| {
-            let takes = kind.inputs().iter().any(|input| input.content.as_ref() == Some(&found));
-            takes && kind.outputs().iter().any(|output| output.content.as_ref() == Some(expected))
-        });
-        let help = match between {
-            Some(kind) => format!("put a node {} between them", quote(kind.name())),
-            None => format!("wire it to a node that gives {}", quote(expected)),
-        };
-        let message = format!("{reader} accepts {}, but {} is {}", quote(expected), self.maker(wire), quote(&found));
-        let (accepts, gives) = (format!("accepts {}", quote(expected)), format!("gives {}", quote(&found)));
-        let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
-        self.report(diagnostic);
-    }
-
-    /// Nobody knows what the numbers of a host's volume are, so none fits a port that states what it wants.
-    fn agree_on_host_volume(&mut self, wire: &Wire, port: &Input, reader: &str) {
-        let (PortType::Volume, Some(expected)) = (port.ty, &port.content) else { return };
-        let message = format!("{reader} accepts {}, but {} is a volume of the host", quote(expected), self.maker(wire));
-        let accepts = format!("accepts {}", quote(expected));
-        let diagnostic = self.ends(Diagnostic::error("content-conflict", message), wire, &accepts, "gives a volume");
-        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(expected))));
-    }
-
-    fn type_conflict(
-        &self,
-        wire: &Wire,
-        found: OnWire,
-        expected: PortType,
-        states: &[ColorState],
-        reader: &str,
-    ) -> Diagnostic {
-        let message = format!("{reader} accepts {}, but {} is {}", a(expected), self.maker(wire), a(found.ty));
-        let fits = |state: Option<ColorState>| state.is_none_or(|state| states.is_empty() || states.contains(&state));
-        let nodes = path(self.registry, found, |next| next.ty == expected && fits(next.state));
-        let help = self.other_output(wire, expected).or_else(|| nodes.map(|nodes| between(&nodes)));
-        let help = help.unwrap_or_else(|| format!("wire it to a node that gives {}", a(expected)));
-        self.ends(
-            Diagnostic::error("type-conflict", message),
-            wire,
-            &format!("accepts {}", a(expected)),
-            &format!("gives {}", a(found.ty)),
-        )
-        .help(help)
-    }
-
     /// An output of the same node that would fit.
     fn other_output(&self, wire: &Wire, expected: PortType) -> Option<String> {
         let Some(Source::Node { node, .. }) = wire.source else { return None };
-        let draft = &self.drafts[node];
+        let draft = &self.nodes[node];
         let output = draft.kind.outputs().iter().find(|output| output.ty == expected)?;
         let name = &draft.name.value;
         Some(format!("`\"{name}.{}\"` is {}", output.name, a(expected)))
-    }
-
-    fn state_conflict(&self, wire: &Wire, found: OnWire, expected: &[ColorState], reader: &str) -> Diagnostic {
-        let state = found.state.map_or("nothing", ColorState::name);
-        let message = format!("{reader} accepts {}, but {} is {}", either(expected), self.maker(wire), quote(state));
-        let takes = format!("accepts {}", either(expected));
-        let nodes =
-            path(self.registry, found, |next| next.ty == found.ty && next.state.is_some_and(|s| expected.contains(&s)));
-        let otherwise = || match wire.source {
-            Some(Source::Input(_)) => {
-                format!("wire it to an image that is {}, or correct the type of the input", either(expected))
-            }
-            _ => format!("wire it to an image from before it became {}", quote(state)),
-        };
-        let help = nodes.map_or_else(otherwise, |nodes| between(&nodes));
-        self.ends(Diagnostic::error("state-conflict", message), wire, &takes, &format!("gives {}", quote(state)))
-            .help(help)
     }
 
     /// Description of the source of a wire.
     fn maker(&self, wire: &Wire) -> String {
         match wire.source {
             Some(Source::Node { node, output, .. }) => {
-                let draft = &self.drafts[node];
+                let draft = &self.nodes[node];
                 let name = &draft.name.value;
                 match output {
                     0 => quote(name),
@@ -228,7 +301,7 @@ impl GraphBuilder<'_> {
 
     fn maker_location(&self, wire: &Wire) -> Option<Location> {
         match wire.source? {
-            Source::Node { node, .. } => Some(self.drafts[node].kind_location.clone()),
+            Source::Node { node, .. } => Some(self.nodes[node].kind_location.clone()),
             Source::Input(input) => self.host_input(input).map(|input| input.name.location.clone()),
         }
     }
@@ -239,68 +312,6 @@ impl GraphBuilder<'_> {
         match self.maker_location(wire).filter(|location| *location != wire.location) {
             Some(location) => diagnostic.also(&location, format!("this {maker}")),
             None => diagnostic,
-        }
-    }
-
-    /// The inputs that an inner pipeline declares, against what is wired to it.
-    fn agree_with_inner(&mut self) {
-        for scope in 1..self.scopes.len() {
-            let parent = self.scopes[scope].parent.unwrap_or(0);
-            let wired: Vec<(InputEntry, Spanned<String>)> = self.scopes[scope]
-                .inputs
-                .iter()
-                .filter_map(|(input, feed)| match feed {
-                    Feed::Wire(wire) => Some((input.clone(), wire.clone())),
-                    _ => None,
-                })
-                .collect();
-            for (entry, text) in wired {
-                let ty = input_type(&entry);
-                let InputEntry { name: input, state, block, .. } = entry;
-                let Some(wire) = self.connected(parent, &text) else { continue };
-                let reader = format!("the input {} of {}", quote(&input.value), quote(&self.scopes[scope].name.value));
-                if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
-                    self.agree_on(&wire, &Input::block("", block, ""), &reader);
-                    continue;
-                }
-                let on_wire = OnWire { ty: self.wire_type(&wire), state: self.state(&wire).flatten() };
-                let diagnostic = if on_wire.ty != ty {
-                    self.type_conflict(&wire, on_wire, ty, &[state], &reader)
-                } else if on_wire.state.is_some_and(|found| found != state) {
-                    self.state_conflict(&wire, on_wire, &[state], &reader)
-                } else {
-                    continue;
-                };
-                self.report(diagnostic.also(&input.location, "the inner pipeline declares it here"));
-            }
-        }
-    }
-
-    fn agree_with_outputs(&mut self) {
-        for (OutputEntry { name, .. }, wire) in self.outputs.clone() {
-            let Some(wire) = wire else { continue };
-            let ty = self.wire_type(&wire);
-            if ty != PortType::Image {
-                let state = self.state(&wire).flatten();
-                let output = format!("the output {}", quote(&name.value));
-                let diagnostic = self.type_conflict(&wire, OnWire { ty, state }, PortType::Image, &[], &output);
-                self.report(diagnostic);
-            }
-        }
-    }
-
-    /// States that follow each other in a cycle of `@previous` wires and begin nowhere.
-    fn report_unknown_states(&mut self) {
-        if self.diagnostics.has_errors() {
-            return;
-        }
-        let lost = self.drafts.iter().find(|draft| draft.states.iter().any(Option::is_none));
-        if let Some(draft) = lost {
-            let message = format!("nothing says what the image of {} is", quote(&draft.name.value));
-            let diagnostic = Diagnostic::error("unknown-state", message)
-                .at(&draft.kind_location, "this follows its input, which follows it")
-                .help("let one node of the cycle read an input, or a node that makes an image");
-            self.report(diagnostic);
         }
     }
 }

@@ -2,50 +2,21 @@
 
 use super::Condition;
 use super::build::GraphBuilder;
-use super::files::join;
-use super::limits::{
-    MAX_CONDITION, MAX_FACTS, MAX_FILE_BYTES, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TEXT, MAX_TIERS,
-};
+use super::limits::{MAX_CONDITION, MAX_FACTS, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TIERS};
 use crate::document::Document;
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
-
-/// Errors after which names are no longer listed and suggested: each hint looks at all of them.
-const MAX_HINTS: usize = 100;
 
 impl GraphBuilder<'_> {
     /// Returns whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
-        let has_room = self.drafts.len() + self.scopes.len() <= MAX_NODES;
+        let has_room = self.drafted.nodes.len() + self.drafted.scopes.len() <= MAX_NODES;
         if !has_room {
             let message = format!("the pipeline has more than {MAX_NODES} nodes");
             let error = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
-            self.report_limit(error.help("look for a pipeline that uses others which use others, each of them twice"));
+            self.reports
+                .push_limit(error.help("look for a pipeline that uses others which use others, each of them twice"));
         }
         has_room
-    }
-
-    /// Counts the text of a pipeline file that is used; false if that is too much.
-    pub(super) fn has_room_for_text(&mut self, named: &Spanned<String>) -> bool {
-        let bytes = self.files.bytes(&join(&named.location.file, &named.value)).map_or(0, |bytes| bytes.len());
-        self.counted.text += bytes;
-        let has_room = self.counted.text <= MAX_TEXT;
-        if !has_room {
-            let message = format!("the files that the pipeline uses have more than {MAX_TEXT} bytes of text");
-            let error = Diagnostic::error("too-much-text", message).at(&named.location, "the first one too many");
-            self.report_limit(error.help("a file counts as often as it is used: use it less often, or shorten it"));
-        }
-        has_room
-    }
-
-    /// Counts the bytes of a file that a parameter names; an error if that is too much.
-    pub(super) fn count_file(&mut self, named: &Spanned<String>, bytes: usize) -> Result<(), Diagnostic> {
-        self.counted.file_bytes += bytes;
-        if self.counted.file_bytes <= MAX_FILE_BYTES {
-            return Ok(());
-        }
-        let message = format!("the files that the nodes use have more than {MAX_FILE_BYTES} bytes");
-        let error = Diagnostic::error("too-large-files", message).at(&named.location, "the first one too many");
-        Err(error.help("a file counts as often as it is named: use smaller tables"))
     }
 
     /// Reports the sections of a document that have too many entries.
@@ -63,13 +34,13 @@ impl GraphBuilder<'_> {
         for (code, first, most, what) in sections {
             let Some(first) = first else { continue };
             let message = format!("the pipeline has more than {most} {what}");
-            self.report_limit(Diagnostic::error(code, message).at(&first.location, "the first one too many"));
+            self.reports.push_limit(Diagnostic::error(code, message).at(&first.location, "the first one too many"));
         }
     }
 
     /// Returns whether a name inside of a scope is short enough.
     pub(super) fn is_short(&mut self, scope: usize, name: &Spanned<String>) -> bool {
-        let outer: usize = self.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
+        let outer: usize = self.drafted.scopes_around(scope).map(|scope| scope.name.value.len() + 1).sum();
         // The top has no name.
         let bytes = name.value.len() + outer - 1;
         if bytes > MAX_NAME {
@@ -82,13 +53,13 @@ impl GraphBuilder<'_> {
 
     /// Reports nodes whose condition is too long once it is joined with those of the pipelines around.
     pub(super) fn report_long_conditions(&mut self) {
-        let mut outer: Vec<usize> = Vec::with_capacity(self.scopes.len());
-        for scope in &self.scopes {
+        let mut outer: Vec<usize> = Vec::with_capacity(self.drafted.scopes.len());
+        for scope in &self.drafted.scopes {
             let around = scope.parent.map_or(0, |parent| outer[parent]);
             outer.push(around + scope.when.as_ref().map_or(0, |when| when.to_string().len()));
         }
         let bytes = |when: &Condition| when.to_string().len();
-        let long = self.drafts.iter().find(|draft| {
+        let long = self.drafted.nodes.iter().find(|draft| {
             let own = draft.when.as_ref().map_or(0, bytes);
             own + outer[draft.scope] > MAX_CONDITION
         });
@@ -96,29 +67,7 @@ impl GraphBuilder<'_> {
             let message = format!("the condition of a node has more than {MAX_CONDITION} bytes");
             let error = Diagnostic::error("long-condition", message).at(&draft.kind_location, "this node");
             let help = "those of the pipelines around it count, too: let the host tell one fact in place of many";
-            self.report_limit(error.help(help));
+            self.reports.push_limit(error.help(help));
         }
-    }
-
-    fn report_limit(&mut self, error: Diagnostic) {
-        if !self.counted.reported.contains(&error.code) {
-            self.counted.reported.push(error.code);
-            self.report(error);
-        }
-    }
-
-    /// Returns whether further errors get no hints, because there are many.
-    pub(super) fn has_many_errors(&self) -> bool {
-        self.diagnostics.len() >= MAX_HINTS
-    }
-
-    /// The diagnostic with the nearest of the names as a hint, unless there are many errors: all names are compared.
-    pub(super) fn with_nearest<'n>(
-        &self,
-        diagnostic: Diagnostic,
-        wrong: &str,
-        names: impl IntoIterator<Item = &'n str>,
-    ) -> Diagnostic {
-        if self.has_many_errors() { diagnostic } else { diagnostic.did_you_mean(wrong, names) }
     }
 }

@@ -38,7 +38,7 @@ impl GraphBuilder<'_> {
 
     /// The location of a text within its quotes; `None` if escapes make it longer than it is.
     fn inner_location(&self, item: &Item, text: &str) -> Option<Location> {
-        let written = self.diagnostics.sources.text(&item.location.file)?.get(item.location.span())?;
+        let written = self.reports.diagnostics.sources.text(&item.location.file)?.get(item.location.span())?;
         let start = written.find(text)?;
         Some(item.location.part(start..start + text.len()))
     }
@@ -47,7 +47,7 @@ impl GraphBuilder<'_> {
     fn facts_of(&mut self, scope: usize, condition: &Condition, location: &Location) {
         for (name, kind) in condition.uses() {
             let location = self.fact_location(location, name);
-            if let Some(known) = &self.scopes[scope].facts
+            if let Some(known) = &self.drafted.scopes[scope].facts
                 && !known.iter().any(|known| known == name)
             {
                 let help = if known.is_empty() {
@@ -58,7 +58,7 @@ impl GraphBuilder<'_> {
                 let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
                     .at(&location, "")
                     .help(help);
-                self.report(self.with_nearest(diagnostic, name, known.iter().map(String::as_str)));
+                self.report(self.reports.with_nearest(diagnostic, name, known.iter().map(String::as_str)));
                 continue;
             }
             self.fact_kind(name, kind, &location);
@@ -66,7 +66,7 @@ impl GraphBuilder<'_> {
     }
 
     fn fact_location(&self, condition: &Location, name: &str) -> Location {
-        let text = self.diagnostics.sources.text(&condition.file).and_then(|text| text.get(condition.span()));
+        let text = self.reports.diagnostics.sources.text(&condition.file).and_then(|text| text.get(condition.span()));
         match text.and_then(|text| text.find(name)) {
             Some(start) => condition.part(start..start + name.len()),
             None => condition.clone(),

@@ -1,7 +1,8 @@
 //! Wires: from `"node.port@previous:2"` to the source that is meant.
 
 use super::Source;
-use super::build::{Feed, GraphBuilder, Named, Wire, input_type};
+use super::build::GraphBuilder;
+use super::draft::{Feed, Named, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
 use crate::document::OutputEntry;
 use crate::node::PortType;
@@ -25,24 +26,24 @@ struct Found {
 impl GraphBuilder<'_> {
     /// Finds the source of every wire.
     pub(super) fn connect(&mut self) {
-        for node in 0..self.drafts.len() {
-            let scope = self.drafts[node].scope;
-            for port in 0..self.drafts[node].wire_texts.len() {
-                let text = self.drafts[node].wire_texts[port].clone();
-                self.drafts[node].wires[port] = text.and_then(|text| self.connected(scope, &text));
+        for node in 0..self.drafted.nodes.len() {
+            let scope = self.drafted.nodes[node].scope;
+            for port in 0..self.drafted.nodes[node].wire_texts.len() {
+                let text = self.drafted.nodes[node].wire_texts[port].clone();
+                self.drafted.nodes[node].wires[port] = text.and_then(|text| self.connected(scope, &text));
             }
         }
-        for (scope, text) in std::mem::take(&mut self.wires_elsewhere) {
+        for (scope, text) in std::mem::take(&mut self.drafted.wires_elsewhere) {
             let wire = self.connected(scope, &text);
-            self.sources_elsewhere.extend(wire.and_then(|wire| wire.source));
+            self.drafted.sources_elsewhere.extend(wire.and_then(|wire| wire.source));
         }
-        for output in self.scopes[0].outputs.clone() {
+        for output in self.drafted.scopes[0].outputs.clone() {
             let wire = self.connected(0, &output.source);
-            self.outputs.push((output, wire));
+            self.drafted.outputs.push((output, wire));
         }
         // The outputs of inner pipelines are checked even if nothing reads them.
-        for scope in 1..self.scopes.len() {
-            for output in self.scopes[scope].outputs.clone() {
+        for scope in 1..self.drafted.scopes.len() {
+            for output in self.drafted.scopes[scope].outputs.clone() {
                 self.connected(scope, &output.source);
             }
         }
@@ -50,8 +51,8 @@ impl GraphBuilder<'_> {
     }
 
     fn report_no_outputs(&mut self) {
-        let top = &self.scopes[0];
-        if top.outputs.is_empty() && !self.diagnostics.has_errors() {
+        let top = &self.drafted.scopes[0];
+        if top.outputs.is_empty() && !self.reports.diagnostics.has_errors() {
             let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.location, "");
             self.report(
                 diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"),
@@ -83,7 +84,7 @@ impl GraphBuilder<'_> {
             );
             return None;
         }
-        let found = match self.scopes[scope].names.get(wire.node).copied() {
+        let found = match self.drafted.scopes[scope].names.get(wire.node).copied() {
             Some(Named::Broken) => return None,
             Some(Named::Node(node)) => self.node_output(node, &wire, text)?,
             Some(Named::Input(input)) => self.input(scope, input, &wire, text, depth)?,
@@ -97,15 +98,15 @@ impl GraphBuilder<'_> {
     }
 
     fn report_unknown(&mut self, scope: usize, wire: &WireText<'_>, text: &Spanned<String>) {
-        if self.scopes[scope].is_partial {
+        if self.drafted.scopes[scope].is_partial {
             return;
         }
         let message = format!("no input or node is called {}", quote(wire.node));
         let diagnostic = Diagnostic::error("unknown-name", message).at(&text.location, "");
-        if self.has_many_errors() {
+        if self.reports.are_many() {
             return self.report(diagnostic);
         }
-        let names: Vec<&str> = self.scopes[scope].names.keys().map(String::as_str).collect();
+        let names: Vec<&str> = self.drafted.scopes[scope].names.keys().map(String::as_str).collect();
         let help = match names.as_slice() {
             [] => "the pipeline has neither inputs nor nodes".into(),
             names => format!("there are {}", list(names.iter().copied(), 12)),
@@ -115,20 +116,20 @@ impl GraphBuilder<'_> {
     }
 
     fn node_output(&mut self, node: usize, wire: &WireText<'_>, text: &Spanned<String>) -> Option<Found> {
-        let outputs = self.drafts[node].kind.outputs();
+        let outputs = self.drafted.nodes[node].kind.outputs();
         let output = match wire.port {
             None => Some(0),
             Some(port) => outputs.iter().position(|output| output.name == port),
         };
         let Some(output) = output else {
-            let kind = &self.drafts[node].kind;
+            let kind = &self.drafted.nodes[node].kind;
             let names = || outputs.iter().map(|output| &*output.name);
             let message = format!("{} has no output {}", quote(kind.name()), quote(wire.port.unwrap_or_default()));
             let diagnostic = Diagnostic::error("unknown-output", message)
                 .at(&text.location, "")
-                .also(&self.drafts[node].kind_location, "the node is of this kind")
+                .also(&self.drafted.nodes[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)));
-            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
+            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
             return None;
         };
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
@@ -148,14 +149,14 @@ impl GraphBuilder<'_> {
             self.report(Diagnostic::error("unknown-output", message).at(&text.location, "").help(help));
             return None;
         }
-        let (entry, feed) = &self.scopes[scope].inputs[input];
+        let (entry, feed) = &self.drafted.scopes[scope].inputs[input];
         // A block has no color state, and a wire with one carries an image.
         let declared = (input_type(entry) == PortType::Image).then_some(entry.state);
         match feed {
             Feed::Host(host) => Some(Found { source: Some(Source::Input(*host)), declared: None }),
             Feed::Absent => Some(Found { source: None, declared }),
             Feed::Wire(outer) => {
-                let (outer, parent) = (outer.clone(), self.scopes[scope].parent.unwrap_or(0));
+                let (outer, parent) = (outer.clone(), self.drafted.scopes[scope].parent.unwrap_or(0));
                 let found = self.follow(parent, &outer, depth + 1)?;
                 Some(Found { declared, ..found })
             }
@@ -169,7 +170,7 @@ impl GraphBuilder<'_> {
         text: &Spanned<String>,
         depth: usize,
     ) -> Option<Found> {
-        let outputs = &self.scopes[inner].outputs;
+        let outputs = &self.drafted.scopes[inner].outputs;
         let output = match wire.port {
             None => outputs.first(),
             Some(port) => outputs.iter().find(|output| output.name.value == port),
@@ -181,7 +182,7 @@ impl GraphBuilder<'_> {
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&text.location, "");
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
-            self.report(self.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
+            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
             return None;
         };
         self.follow(inner, &inside, depth + 1)
@@ -211,14 +212,14 @@ impl GraphBuilder<'_> {
     /// Only images are kept from frame to frame.
     fn check_previous(&mut self, source: Option<Source>, text: &Spanned<String>) -> Option<()> {
         let Some(source @ Source::Node { node, previous: 1.., .. }) = source else { return Some(()) };
-        let ty = self.port_type(source);
+        let ty = self.drafted.port_type(source);
         if matches!(ty, PortType::Image | PortType::Volume) {
             return Some(());
         }
         let message = format!("{} is a {}, which is not kept from frame to frame", quote(&text.value), ty.name());
         let diagnostic = Diagnostic::error("bad-previous", message)
             .at(&text.location, "")
-            .also(&self.drafts[node].kind_location, format!("this gives a {}", ty.name()))
+            .also(&self.drafted.nodes[node].kind_location, format!("this gives a {}", ty.name()))
             .help("only images have a previous frame; kinds that adapt keep what they need by themselves");
         self.report(diagnostic);
         None

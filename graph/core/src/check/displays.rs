@@ -14,7 +14,7 @@ impl GraphBuilder<'_> {
         for (index, node) in graph.nodes.iter().enumerate() {
             let mut displays = colors.displays_after(index).iter();
             if let Some(why) = displays.find_map(|display| node.instance.verify_display(display).err()) {
-                let draft = &self.drafts[index];
+                let draft = &self.drafted.nodes[index];
                 let message = format!("{} does not suit the display after it: {why}", quote(&draft.name.value));
                 let diagnostic = Diagnostic::error("display-conflict", message).at(&draft.kind_location, "");
                 self.report(diagnostic.help("make this node and the encoding after it for one display"));

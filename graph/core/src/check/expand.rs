@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::Condition;
-use super::build::{Change, Feed, GraphBuilder, Named, Scope};
+use super::build::{Change, GraphBuilder};
+use super::draft::{Feed, Named, Scope};
 use super::files::join;
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
@@ -33,8 +34,8 @@ impl GraphBuilder<'_> {
         self.report_long_sections(document);
         let facts = document.facts.as_ref().filter(|facts| facts.len() <= MAX_FACTS);
         let facts = facts.map(|facts| facts.iter().map(|(name, _)| name.value.clone()).collect());
-        let scope = self.scopes.len();
-        self.scopes.push(Scope {
+        let scope = self.drafted.scopes.len();
+        self.drafted.scopes.push(Scope {
             parent,
             name,
             inputs: Vec::new(),
@@ -48,12 +49,12 @@ impl GraphBuilder<'_> {
             is_partial: document.is_partial,
         });
         for name in &document.unread {
-            self.scopes[scope].names.insert(name.clone(), Named::Broken);
+            self.drafted.scopes[scope].names.insert(name.clone(), Named::Broken);
         }
         self.inputs(scope, document, ports);
         for entry in &document.nodes {
             if !self.has_room(&entry.name.location) {
-                self.scopes[scope].is_partial = true;
+                self.drafted.scopes[scope].is_partial = true;
                 break;
             }
             let is_good = self.good_name(scope, &entry.name, "node") && self.is_free(scope, &entry.name);
@@ -62,13 +63,13 @@ impl GraphBuilder<'_> {
                 PIPELINE => self.inner(scope, entry, files).unwrap_or(Named::Broken),
                 _ => self.node(scope, entry),
             };
-            self.scopes[scope].names.insert(entry.name.value.clone(), named);
+            self.drafted.scopes[scope].names.insert(entry.name.value.clone(), named);
         }
         let outputs = &document.outputs[..document.outputs.len().min(MAX_OUTPUTS)];
         for output in outputs {
             self.good_name(scope, &output.name, "output");
         }
-        self.scopes[scope].outputs = outputs.to_vec();
+        self.drafted.scopes[scope].outputs = outputs.to_vec();
         self.own_changes(scope, document);
         scope
     }
@@ -87,10 +88,10 @@ impl GraphBuilder<'_> {
         let Group { entries, is_partial } = ports;
         let mut ports: indexmap::IndexMap<String, Field> =
             entries.into_iter().map(|field| (field.0.value.clone(), field)).collect();
-        let is_top = self.scopes[scope].parent.is_none();
+        let is_top = self.drafted.scopes[scope].parent.is_none();
         for (index, input) in document.inputs.iter().take(MAX_INPUTS).enumerate() {
             if !self.good_name(scope, &input.name, "input") || !self.is_known_type(input) {
-                self.scopes[scope].names.insert(input.name.value.clone(), Named::Broken);
+                self.drafted.scopes[scope].names.insert(input.name.value.clone(), Named::Broken);
                 continue;
             }
             let feed = match ports.shift_remove(&input.name.value) {
@@ -101,16 +102,16 @@ impl GraphBuilder<'_> {
                     Feed::Absent
                 }
             };
-            let at = self.scopes[scope].inputs.len();
-            self.scopes[scope].inputs.push((input.clone(), feed));
-            self.scopes[scope].names.insert(input.name.value.clone(), Named::Input(at));
+            let at = self.drafted.scopes[scope].inputs.len();
+            self.drafted.scopes[scope].inputs.push((input.clone(), feed));
+            self.drafted.scopes[scope].names.insert(input.name.value.clone(), Named::Input(at));
         }
         for (name, _) in ports.values() {
             let known = || document.inputs.iter().map(|input| input.name.value.as_str());
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
-            self.report(self.with_nearest(diagnostic, &name.value, known()));
+            self.report(self.reports.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -130,7 +131,7 @@ impl GraphBuilder<'_> {
 
     fn report_missing_input(&mut self, scope: usize, is_optional: bool, input: &Spanned<String>) {
         if !is_optional {
-            let node = &self.scopes[scope].name;
+            let node = &self.drafted.scopes[scope].name;
             let message = format!("{} has no {}", quote(&node.value), quote(&input.value));
             let diagnostic = Diagnostic::error("missing-port", message)
                 .at(&node.location, "")
@@ -155,8 +156,8 @@ impl GraphBuilder<'_> {
     }
 
     fn is_free(&mut self, scope: usize, name: &Spanned<String>) -> bool {
-        let Some(Named::Input(index)) = self.scopes[scope].names.get(&name.value) else { return true };
-        let first = self.scopes[scope].inputs[*index].0.name.location.clone();
+        let Some(Named::Input(index)) = self.drafted.scopes[scope].names.get(&name.value) else { return true };
+        let first = self.drafted.scopes[scope].inputs[*index].0.name.location.clone();
         let message = format!("a node and an input are both called {}", quote(&name.value));
         let diagnostic = Diagnostic::error("doubled", message).at(&name.location, "the node").also(&first, "the input");
         self.report(diagnostic.help("a wire could mean either: give one of them another name"));
@@ -230,8 +231,8 @@ impl GraphBuilder<'_> {
             self.report(holds_itself(&named, &path, files));
             return None;
         }
-        let document = self.document(&named)?;
-        Some(self.inherited(&document))
+        let document = self.used.document(&named, &mut self.reports)?;
+        Some(self.used.inherited(&document, &mut self.reports))
     }
 }
 

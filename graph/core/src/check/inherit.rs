@@ -1,66 +1,115 @@
 //! Inheritance of documents: `extends` and tiers that are files.
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::build::GraphBuilder;
-use super::files::{Named, join, unreadable};
-use super::limits::{MAX_DEPTH, MAX_TIERS};
+use super::files::{COMMAND_LINE, Files, Named, join, unreadable};
+use super::limits::{MAX_DEPTH, MAX_FILE_BYTES, MAX_TEXT, MAX_TIERS};
+use super::reports::Reports;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, did_you_mean, list, quote};
 
-impl GraphBuilder<'_> {
+/// Files that a check uses, within the limits of a pipeline.
+pub(super) struct UsedFiles<'a> {
+    files: &'a Files<'a>,
+    /// Paths of the documents whose problems have been reported.
+    documents: BTreeSet<String>,
+    /// Bytes of the documents, counted at each use.
+    text: usize,
+    /// Bytes of the files that parameters name, counted at each use.
+    bytes: usize,
+}
+
+impl<'a> UsedFiles<'a> {
+    pub(super) fn new(files: &'a Files<'a>) -> Self {
+        Self { files, documents: BTreeSet::new(), text: 0, bytes: 0 }
+    }
+
+    /// Returns whether the document at a joined path has been used.
+    pub(super) fn has_document(&self, path: &str) -> bool {
+        self.documents.contains(path)
+    }
+
+    /// The bytes of a file that a parameter names.
+    pub(super) fn bytes(&mut self, named: &Spanned<String>) -> Result<Arc<[u8]>, Diagnostic> {
+        let joined = join(&named.location.file, &named.value);
+        let bytes = match &*named.location.file {
+            COMMAND_LINE => self.files.override_bytes(&joined),
+            _ => self.files.bytes(&joined),
+        };
+        let bytes = bytes.map_err(|why| unreadable(named, &why))?;
+        self.bytes += bytes.len();
+        if self.bytes <= MAX_FILE_BYTES {
+            return Ok(bytes);
+        }
+        let message = format!("the files that the nodes use have more than {MAX_FILE_BYTES} bytes");
+        let error = Diagnostic::error("too-large-files", message).at(&named.location, "the first one too many");
+        Err(error.help("a file counts as often as it is named: use smaller tables"))
+    }
+
+    /// Counts the text of a pipeline file that is used; false if that is too much.
+    fn has_room_for_text(&mut self, named: &Spanned<String>, reports: &mut Reports) -> bool {
+        let bytes = self.files.bytes(&join(&named.location.file, &named.value)).map_or(0, |bytes| bytes.len());
+        self.text += bytes;
+        let has_room = self.text <= MAX_TEXT;
+        if !has_room {
+            let message = format!("the files that the pipeline uses have more than {MAX_TEXT} bytes of text");
+            let error = Diagnostic::error("too-much-text", message).at(&named.location, "the first one too many");
+            reports.push_limit(error.help("a file counts as often as it is used: use it less often, or shorten it"));
+        }
+        has_room
+    }
+
     /// The document of a file that another one names; its problems are reported the first time. `None` where an error
     /// has been reported.
-    pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Rc<Document>> {
+    pub(super) fn document(&mut self, named: &Spanned<String>, reports: &mut Reports) -> Option<Rc<Document>> {
         let path = join(&named.location.file, &named.value);
-        if !self.has_room_for_text(named) {
+        if !self.has_room_for_text(named, reports) {
             return None;
         }
         let file = self.files.document(&path);
-        let is_new = self.files_used.insert(path);
-        if let Named::Document(document) = &file {
-            if is_new {
-                self.diagnostics.absorb(document.problems.clone());
+        let is_new = self.documents.insert(path);
+        match file {
+            Named::Document(document) => {
+                if is_new {
+                    reports.diagnostics.absorb(document.problems.clone());
+                }
+                return Some(document);
             }
-            return Some(document.clone());
-        }
-        if is_new {
-            self.report_no_document(named, file);
+            _ if !is_new => {}
+            Named::NoPipeline(problems) => reports.diagnostics.absorb(problems),
+            Named::NoText => {
+                let message = format!("{} is not a text file", quote(&named.value));
+                reports.push(Diagnostic::error("unreadable-file", message).at(&named.location, ""));
+            }
+            Named::Unreadable(why) => reports.push(unreadable(named, &why)),
         }
         None
     }
 
-    fn report_no_document(&mut self, named: &Spanned<String>, file: Named) {
-        match file {
-            Named::Document(_) => {}
-            Named::NoPipeline(problems) => self.diagnostics.absorb(problems),
-            Named::NoText => {
-                let message = format!("{} is not a text file", quote(&named.value));
-                self.report(Diagnostic::error("unreadable-file", message).at(&named.location, ""));
-            }
-            Named::Unreadable(why) => self.report(unreadable(named, &why)),
-        }
-    }
-
     /// The document with what it inherits.
-    pub(super) fn inherited(&mut self, document: &Document) -> Document {
+    pub(super) fn inherited(&mut self, document: &Document, reports: &mut Reports) -> Document {
         let mut chain = vec![join("", &document.file)];
-        self.inherit(document.clone(), &mut chain)
+        self.inherit(document.clone(), &mut chain, reports)
     }
 
-    fn inherit(&mut self, document: Document, chain: &mut Vec<String>) -> Document {
+    fn inherit(&mut self, document: Document, chain: &mut Vec<String>, reports: &mut Reports) -> Document {
         let Some(named) = document.extends.clone() else { return document };
         let path = join(&named.location.file, &named.value);
         if chain.contains(&path) || chain.len() >= MAX_DEPTH {
-            self.report(extends_itself(&named, &path, chain));
+            reports.push(extends_itself(&named, &path, chain));
             return Document { is_partial: true, ..document };
         }
-        let Some(base) = self.document(&named) else { return Document { is_partial: true, ..document } };
+        let Some(base) = self.document(&named, reports) else { return Document { is_partial: true, ..document } };
         chain.push(path);
-        let base = self.inherit(Rc::unwrap_or_clone(base), chain);
+        let base = self.inherit(Rc::unwrap_or_clone(base), chain, reports);
         merge(base, document)
     }
+}
 
+impl GraphBuilder<'_> {
     /// Reports claims of tiers that the document does not have.
     pub(super) fn check_claims(&mut self, document: &Document) {
         for (name, _) in document.claims.iter().take(MAX_TIERS + 1) {
@@ -86,7 +135,10 @@ impl GraphBuilder<'_> {
             }
             Tier::File(named) => {
                 let named = named.clone();
-                self.document(&named).map_or(document, |other| self.inherited(&other))
+                match self.used.document(&named, &mut self.reports) {
+                    Some(other) => self.used.inherited(&other, &mut self.reports),
+                    None => document,
+                }
             }
         }
     }

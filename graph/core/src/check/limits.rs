@@ -27,12 +27,3 @@ pub const MAX_PREVIOUS: u32 = 16;
 pub const MAX_EVERY: u32 = 16;
 /// Pipelines within pipelines, and files that extend files.
 pub const MAX_DEPTH: usize = 16;
-
-#[derive(Default)]
-pub(super) struct Counted {
-    pub(super) text: usize,
-    /// Bytes of files that parameters name.
-    pub(super) file_bytes: usize,
-    /// The codes of the limits beyond which an error has been reported.
-    pub(super) reported: Vec<&'static str>,
-}

@@ -2,6 +2,7 @@
 
 use super::Graph;
 use super::build::GraphBuilder;
+use super::draft::DraftGraph;
 use crate::node::{ImageColor, Input};
 use afterimage_base::color::Colorimetry;
 use afterimage_base::diagnostic::{Diagnostic, Location, quote};
@@ -18,13 +19,15 @@ impl GraphBuilder<'_> {
     /// has no meaning for.
     pub(super) fn agree_on_colors(&mut self, graph: &Graph) {
         for mix in mixes(graph) {
-            let diagnostic = self.mix_conflict(&mix);
+            let diagnostic = self.drafted.mix_conflict(&mix);
             self.report(diagnostic);
         }
     }
+}
 
+impl DraftGraph {
     fn mix_conflict(&self, mix: &Mix) -> Diagnostic {
-        let draft = &self.drafts[mix.node];
+        let draft = &self.nodes[mix.node];
         let port = |index: usize| quote(&draft.kind.inputs()[index].name);
         let ((first, a), (second, b)) = (mix.first, mix.second);
         let message =
@@ -37,7 +40,7 @@ impl GraphBuilder<'_> {
     }
 
     fn wired_at(&self, node: usize, input: usize) -> &Location {
-        let draft = &self.drafts[node];
+        let draft = &self.nodes[node];
         draft.wires[input].as_ref().map_or(&draft.kind_location, |wire| &wire.location)
     }
 }

@@ -36,6 +36,7 @@ mod common;
 pub mod condition;
 mod connect;
 mod displays;
+mod draft;
 mod expand;
 mod files;
 mod graph;
@@ -47,6 +48,7 @@ mod named_files;
 mod nodes;
 mod options;
 mod order;
+mod reports;
 mod save;
 mod settings;
 mod suggest;
@@ -66,6 +68,8 @@ pub use suggest::kinds_about;
 
 use build::GraphBuilder;
 use files::Files;
+use inherit::UsedFiles;
+use reports::Reports;
 
 /// Checks a document at its tiers and with overrides. Every file that it names is read and parsed once.
 pub struct Checker<'a> {
@@ -82,13 +86,13 @@ impl<'a> Checker<'a> {
 
     /// The names of the document's tiers, inherited ones first.
     pub fn tiers(&self) -> Vec<String> {
-        let document = self.builder().inherited(self.document);
+        let document = UsedFiles::new(&self.files).inherited(self.document, &mut Reports::default());
         document.tiers.into_iter().map(|(name, _)| name.value).collect()
     }
 
     /// The names of the facts that the document declares, with their meanings, inherited ones first.
     pub fn facts(&self) -> Vec<(String, String)> {
-        let document = self.builder().inherited(self.document);
+        let document = UsedFiles::new(&self.files).inherited(self.document, &mut Reports::default());
         document.facts.into_iter().flatten().map(|(name, meaning)| (name.value, meaning)).collect()
     }
 
@@ -101,7 +105,7 @@ impl<'a> Checker<'a> {
     /// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
     pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Diagnostics> {
         let mut builder = self.builder();
-        let document = builder.inherited(self.document);
+        let document = builder.used.inherited(self.document, &mut builder.reports);
         builder.check_claims(&document);
         let document = builder.tier(document, tier);
         builder.expand_top(&document);
@@ -113,13 +117,13 @@ impl<'a> Checker<'a> {
         builder.agree();
         builder.order();
         builder.report_unneeded();
-        if builder.diagnostics.has_errors() {
-            return Err(builder.diagnostics.sorted());
+        if builder.reports.diagnostics.has_errors() {
+            return Err(builder.reports.diagnostics.sorted());
         }
         let graph = builder.graph(instances);
         builder.agree_on_colors(&graph);
         builder.agree_on_displays(&graph);
-        let diagnostics = builder.diagnostics.sorted();
+        let diagnostics = builder.reports.diagnostics.sorted();
         if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
     }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use super::build::{GraphBuilder, Named, NodeDraft};
-use super::files::{COMMAND_LINE, join, unreadable};
+use super::build::GraphBuilder;
+use super::draft::{DraftGraph, Named, NodeDraft};
 use super::suggest::{kinds_about, known_kinds};
 use super::{Condition, GraphNode};
 use crate::document::{Field, Item, NodeEntry, Tree, doubled};
@@ -23,11 +23,11 @@ impl GraphBuilder<'_> {
         let fields = self.unique(&entry.fields.entries);
         let Some(kind) = self.registry.get(&entry.kind.value) else {
             let name = &entry.kind.value;
-            let topic = if self.has_many_errors() { None } else { kinds_about(self.registry, name) };
+            let topic = if self.reports.are_many() { None } else { kinds_about(self.registry, name) };
             let message = format!("no node kind is called {}", quote(name));
             let diagnostic = Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "");
             let diagnostic = diagnostic.help(topic.unwrap_or_else(|| known_kinds(self.registry)));
-            self.report(self.with_nearest(diagnostic, name, self.registry.names().chain([PIPELINE])));
+            self.report(self.reports.with_nearest(diagnostic, name, self.registry.names().chain([PIPELINE])));
             return Named::Broken;
         };
         let mut draft = draft(scope, entry, kind);
@@ -39,8 +39,8 @@ impl GraphBuilder<'_> {
         if !entry.fields.is_partial {
             self.report_missing_ports(&draft, &fields);
         }
-        self.drafts.push(draft);
-        Named::Node(self.drafts.len() - 1)
+        self.drafted.nodes.push(draft);
+        Named::Node(self.drafted.nodes.len() - 1)
     }
 
     /// The fields without those whose name has occurred before.
@@ -49,7 +49,7 @@ impl GraphBuilder<'_> {
         let mut kept: Vec<Field> = Vec::new();
         for (name, item) in fields {
             match seen.entry(&name.value) {
-                Entry::Occupied(first) => self.diagnostics.push(doubled(name, first.get(), "field")),
+                Entry::Occupied(first) => self.reports.diagnostics.push(doubled(name, first.get(), "field")),
                 Entry::Vacant(first) => {
                     first.insert(&name.location);
                     kept.push((name.clone(), item.clone()));
@@ -77,12 +77,12 @@ impl GraphBuilder<'_> {
                 .join("; ");
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
             let diagnostic = match meant {
-                Some(port) if !self.has_many_errors() => {
+                Some(port) if !self.reports.are_many() => {
                     diagnostic.help(format!("did you mean {}?", quote(port))).correct(&name.value, port)
                 }
                 _ => diagnostic,
             };
-            self.report(self.with_nearest(diagnostic, &name.value, known));
+            self.report(self.reports.with_nearest(diagnostic, &name.value, known));
         }
     }
 
@@ -187,13 +187,7 @@ impl GraphBuilder<'_> {
         if path.is_empty() {
             return Ok(Value::File(FileValue::default()));
         }
-        let joined = join(&named.location.file, &path);
-        let bytes = match &*named.location.file {
-            COMMAND_LINE => self.files.override_bytes(&joined),
-            _ => self.files.bytes(&joined),
-        };
-        let bytes = bytes.map_err(|why| unreadable(named, &why))?;
-        self.count_file(named, bytes.len())?;
+        let bytes = self.used.bytes(named)?;
         Ok(Value::File(FileValue { path: path.into(), bytes: Some(bytes.into()) }))
     }
 
@@ -201,14 +195,16 @@ impl GraphBuilder<'_> {
     /// do not fit each other.
     pub(super) fn instances(&mut self) -> Vec<NodeInstance> {
         let instance = |draft: &NodeDraft| NodeInstance::new(draft.kind.clone(), draft.values.clone());
-        let instances: Vec<NodeInstance> = self.drafts.iter().map(instance).collect();
-        let complete = self.drafts.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
+        let instances: Vec<NodeInstance> = self.drafted.nodes.iter().map(instance).collect();
+        let complete = self.drafted.nodes.iter().zip(&instances).filter(|(draft, _)| !draft.is_partial);
         let refused: Vec<Diagnostic> =
             complete.filter_map(|(draft, instance)| Some(refused(draft, &doubt(draft, instance)?))).collect();
         refused.into_iter().for_each(|diagnostic| self.report(diagnostic));
         instances
     }
+}
 
+impl DraftGraph {
     pub(super) fn graph_node(&self, draft: &NodeDraft, instance: NodeInstance) -> GraphNode {
         let outer = self.scopes_around(draft.scope).filter_map(|scope| scope.when.clone());
         GraphNode {

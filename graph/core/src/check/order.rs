@@ -6,6 +6,7 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::build::GraphBuilder;
+use super::draft::DraftGraph;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 /// Labels of a cycle; a longer cycle is reported by the names of its nodes.
@@ -14,26 +15,28 @@ const MAX_LABELS: usize = 8;
 impl GraphBuilder<'_> {
     /// Reports every cycle of nodes that read each other in the same frame.
     pub(super) fn order(&mut self) {
-        let graph = self.same_frame();
+        let graph = self.drafted.same_frame();
         // Tarjan's algorithm would recurse once for each node of a chain.
         let mut cycles: Vec<Vec<usize>> =
             kosaraju_scc(&graph).into_iter().filter_map(|part| cycle(&graph, &part)).collect();
         cycles.sort();
         for cycle in cycles {
-            let diagnostic = self.cycle(&cycle);
+            let diagnostic = self.drafted.cycle(&cycle);
             // A wire whose state does not fit is wrong in any frame, and the reason of the cycle.
-            let misfits = self.diagnostics.iter().filter(|other| other.code == "state-conflict");
+            let misfits = self.reports.diagnostics.iter().filter(|other| other.code == "state-conflict");
             let mut misfits = misfits.filter_map(|other| other.labels.first()).map(|label| &label.location);
             if !misfits.any(|place| diagnostic.labels.iter().any(|label| label.location == *place)) {
                 self.report(diagnostic);
             }
         }
     }
+}
 
+impl DraftGraph {
     /// The nodes of a cycle, each read by the next and the last by the first.
     fn cycle(&self, cycle: &[usize]) -> Diagnostic {
         let names: Vec<String> =
-            cycle.iter().chain(&cycle[..1]).map(|node| quote(&self.full_name(&self.drafts[*node]))).collect();
+            cycle.iter().chain(&cycle[..1]).map(|node| quote(&self.full_name(&self.nodes[*node]))).collect();
         let told = match names.len() {
             0..=12 => names.join(" -> "),
             n => format!("{} -> ... ({} more) -> {}", names[..8].join(" -> "), n - 9, names[n - 1]),
@@ -41,12 +44,12 @@ impl GraphBuilder<'_> {
         let mut diagnostic = Diagnostic::error("cycle", format!("the nodes run in a cycle: {told}"));
         for (index, reader) in cycle.iter().enumerate().take(MAX_LABELS) {
             let maker = cycle[(index + cycle.len() - 1) % cycle.len()];
-            let wires = self.drafts[*reader].wires.iter().flatten();
+            let wires = self.nodes[*reader].wires.iter().flatten();
             let Some(wire) = wires.clone().find(|wire| wire.same_frame_node() == Some(maker)) else { continue };
             let text = format!(
                 "{} waits for {}",
-                quote(&self.drafts[*reader].name.value),
-                quote(&self.drafts[maker].name.value)
+                quote(&self.nodes[*reader].name.value),
+                quote(&self.nodes[maker].name.value)
             );
             diagnostic = if diagnostic.labels.is_empty() {
                 diagnostic.at(&wire.location, text)
@@ -54,7 +57,7 @@ impl GraphBuilder<'_> {
                 diagnostic.also(&wire.location, text)
             };
         }
-        let last = &self.drafts[cycle[cycle.len() - 1]].name.value;
+        let last = &self.nodes[cycle[cycle.len() - 1]].name.value;
         diagnostic.help(format!("read what one of them held in the frame before: `\"{last}@previous\"`"))
     }
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::build::{Change, GraphBuilder, Named, Scope};
+use super::build::{Change, GraphBuilder};
+use super::draft::{DraftGraph, Named, Scope};
 use super::files::COMMAND_LINE;
 use super::nodes::{COMMON, with_point};
 use crate::document::{Item, Override, Tree, read_tree};
@@ -21,7 +22,7 @@ impl GraphBuilder<'_> {
         }
         let lines: Vec<String> = sets.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let text = lines.join("\n");
-        let file = self.diagnostics.sources.insert(COMMAND_LINE, &text);
+        let file = self.reports.diagnostics.sources.insert(COMMAND_LINE, &text);
         let mut start = 0;
         let mut settings = Vec::new();
         for (key, value) in sets {
@@ -62,18 +63,18 @@ impl GraphBuilder<'_> {
         match (found, field) {
             (Target::Node(node), None) => {
                 if let Some(off) = self.switch(setting).filter(|_| is_made) {
-                    self.drafts[node].off = off;
-                    self.drafts[node].switched = Some(setting.value.location.clone());
+                    self.drafted.nodes[node].off = off;
+                    self.drafted.nodes[node].switched = Some(setting.value.location.clone());
                 }
             }
             (Target::Scope(inner), None) => {
                 if let Some(off) = self.switch(setting).filter(|_| is_made) {
-                    self.scopes[inner].off = off;
-                    self.scopes[inner].switched = Some(setting.value.location.clone());
+                    self.drafted.scopes[inner].off = off;
+                    self.drafted.scopes[inner].switched = Some(setting.value.location.clone());
                 }
             }
             (Target::Node(node), Some(field)) => {
-                let port = self.drafts[node].kind.inputs().iter().position(|port| port.name == field);
+                let port = self.drafted.nodes[node].kind.inputs().iter().position(|port| port.name == field);
                 match port {
                     Some(port) => self.wire_setting(scope, node, port, setting, is_made),
                     None => self.node_setting(node, field, setting, is_made),
@@ -89,17 +90,17 @@ impl GraphBuilder<'_> {
         let mut parts = path.split('/').peekable();
         while let Some(part) = parts.next() {
             let is_last = parts.peek().is_none();
-            match self.scopes[scope].names.get(part) {
+            match self.drafted.scopes[scope].names.get(part) {
                 Some(Named::Node(node)) if is_last => return Some(Target::Node(*node)),
                 Some(Named::Scope(inner)) if is_last => return Some(Target::Scope(*inner)),
                 Some(Named::Scope(inner)) => scope = *inner,
                 Some(Named::Broken) => return None,
                 _ => {
-                    if !self.scopes[scope].is_partial {
-                        let has_hint = !self.has_many_errors();
-                        let error = no_such_node(&self.scopes[scope], part, key, has_hint);
+                    if !self.drafted.scopes[scope].is_partial {
+                        let has_hint = !self.reports.are_many();
+                        let error = no_such_node(&self.drafted.scopes[scope], part, key, has_hint);
                         let is_alone = has_hint && error.correction.is_none() && key.value == part;
-                        let owner = is_alone.then(|| self.owner(scope, part)).flatten();
+                        let owner = is_alone.then(|| self.drafted.owner(scope, part)).flatten();
                         self.report(error.maybe_help(owner.map(|owner| {
                             format!("a parameter is set by `node.parameter`: {}", quote(&format!("{owner}.{part}")))
                         })));
@@ -109,12 +110,6 @@ impl GraphBuilder<'_> {
             }
         }
         None
-    }
-
-    /// The name of a node that has such a parameter.
-    fn owner(&self, scope: usize, param: &str) -> Option<&str> {
-        let owner = self.drafts.iter().find(|draft| draft.scope == scope && draft.kind.param(param).is_some())?;
-        Some(&owner.name.value)
     }
 
     /// The value of `"node": Off`.
@@ -139,10 +134,10 @@ impl GraphBuilder<'_> {
     }
 
     fn node_setting(&mut self, node: usize, field: &str, setting: &Override, is_made: bool) {
-        let mut draft = self.drafts[node].clone();
+        let mut draft = self.drafted.nodes[node].clone();
         if self.change_field(&mut draft, field, &setting.value) {
             if is_made {
-                self.drafts[node] = draft;
+                self.drafted.nodes[node] = draft;
             }
             return;
         }
@@ -152,12 +147,12 @@ impl GraphBuilder<'_> {
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")
             .help(format!("{} has {}", quote(kind.name()), list(known(), 16)));
-        self.report(self.with_nearest(diagnostic, field, known()));
+        self.report(self.reports.with_nearest(diagnostic, field, known()));
     }
 
     /// Wires a port to something else. The old source is still needed: without this change, or in another tier.
     fn wire_setting(&mut self, scope: usize, node: usize, port: usize, setting: &Override, is_made: bool) {
-        let draft = &self.drafts[node];
+        let draft = &self.drafted.nodes[node];
         let name = draft.kind.inputs()[port].name.clone();
         if draft.scope != scope {
             let message = format!("{} is a port inside a pipeline, whose wires cannot be set", quote(&name));
@@ -166,29 +161,39 @@ impl GraphBuilder<'_> {
             return self.report(diagnostic.help(help));
         }
         let Some(text) = self.wire(&name, &setting.value) else { return };
-        let unused = if is_made { self.drafts[node].wire_texts[port].replace(text) } else { Some(text) };
-        self.wires_elsewhere.extend(unused.map(|text| (scope, text)));
+        let unused = if is_made { self.drafted.nodes[node].wire_texts[port].replace(text) } else { Some(text) };
+        self.drafted.wires_elsewhere.extend(unused.map(|text| (scope, text)));
     }
 
     fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override, is_made: bool) {
         match field {
             "when" => {
-                let parent = self.scopes[inner].parent.unwrap_or(0);
+                let parent = self.drafted.scopes[inner].parent.unwrap_or(0);
                 let when = self.condition(parent, &setting.value);
-                self.scopes[inner].when = if is_made { when } else { self.scopes[inner].when.take() };
+                self.drafted.scopes[inner].when = if is_made { when } else { self.drafted.scopes[inner].when.take() };
             }
             "label" => {
                 let label = self.label(&setting.value);
-                self.scopes[inner].label = if is_made { label } else { self.scopes[inner].label.take() };
+                self.drafted.scopes[inner].label =
+                    if is_made { label } else { self.drafted.scopes[inner].label.take() };
             }
             _ => {
-                let name = &self.scopes[inner].name.value;
+                let name = &self.drafted.scopes[inner].name.value;
                 let message = format!("{} is a pipeline and has no parameter {}", quote(name), quote(field));
-                let nodes: Vec<String> = node_names(&self.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
+                let nodes: Vec<String> =
+                    node_names(&self.drafted.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
                 let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
                 self.report(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
             }
         }
+    }
+}
+
+impl DraftGraph {
+    /// The name of a node that has such a parameter.
+    fn owner(&self, scope: usize, param: &str) -> Option<&str> {
+        let owner = self.nodes.iter().find(|draft| draft.scope == scope && draft.kind.param(param).is_some())?;
+        Some(&owner.name.value)
     }
 }
 

@@ -1,20 +1,21 @@
 //! Warnings about unused entries; errors would be in the way of a file in the making.
 
 use super::Source;
-use super::build::{Feed, GraphBuilder};
+use super::build::GraphBuilder;
+use super::draft::{DraftGraph, Feed};
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 impl GraphBuilder<'_> {
     /// Warns of nodes that no output needs and of inputs that nothing reads, in the checked file only.
     pub(super) fn report_unneeded(&mut self) {
         // With a node missing, everything before it would look unneeded.
-        if self.diagnostics.has_errors() {
+        if self.reports.diagnostics.has_errors() {
             return;
         }
-        let needed = self.needed();
-        let file = self.scopes[0].name.location.file.clone();
-        let read: Vec<bool> = self.read_nodes();
-        let unneeded = self.drafts.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
+        let needed = self.drafted.needed();
+        let file = self.drafted.scopes[0].name.location.file.clone();
+        let read: Vec<bool> = self.drafted.read_nodes();
+        let unneeded = self.drafted.nodes.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
         let nodes = unneeded.filter(|(_, draft)| draft.name.location.file == file).map(|(node, draft)| {
             let name = quote(&draft.name.value);
             let message = if read[node] { format!("no output needs {name}") } else { format!("nobody reads {name}") };
@@ -23,18 +24,20 @@ impl GraphBuilder<'_> {
                 .help("the node is left out of every plan")
         });
         let mut warnings: Vec<Diagnostic> = nodes.collect();
-        warnings.extend(self.unneeded_inputs());
+        warnings.extend(self.drafted.unneeded_inputs());
         warnings.into_iter().for_each(|warning| self.report(warning));
     }
+}
 
+impl DraftGraph {
     fn sources(&self) -> impl Iterator<Item = Source> + '_ {
         let of_outputs = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source);
-        let of_nodes = self.drafts.iter().flat_map(|draft| draft.wires.iter().flatten().filter_map(|wire| wire.source));
+        let of_nodes = self.nodes.iter().flat_map(|draft| draft.wires.iter().flatten().filter_map(|wire| wire.source));
         of_outputs.chain(of_nodes).chain(self.sources_elsewhere.iter().copied())
     }
 
     fn read_nodes(&self) -> Vec<bool> {
-        let mut read = vec![false; self.drafts.len()];
+        let mut read = vec![false; self.nodes.len()];
         for source in self.sources() {
             if let Source::Node { node, .. } = source {
                 read[node] = true;
@@ -45,14 +48,14 @@ impl GraphBuilder<'_> {
 
     /// The nodes that an output needs, in this frame or a later one, in this tier or another one.
     fn needed(&self) -> Vec<bool> {
-        let mut needed = vec![false; self.drafts.len()];
+        let mut needed = vec![false; self.nodes.len()];
         let mut waiting: Vec<Source> = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source).collect();
         waiting.extend(&self.sources_elsewhere);
         while let Some(source) = waiting.pop() {
             if let Source::Node { node, .. } = source
                 && !std::mem::replace(&mut needed[node], true)
             {
-                waiting.extend(self.drafts[node].wires.iter().flatten().filter_map(|wire| wire.source));
+                waiting.extend(self.nodes[node].wires.iter().flatten().filter_map(|wire| wire.source));
             }
         }
         needed

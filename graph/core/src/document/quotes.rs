@@ -49,59 +49,34 @@ pub(super) fn character_end(text: &str, start: usize) -> Option<usize> {
     if is_closed { Some(close + 1) } else { foreign_end(text, start) }
 }
 
-/// Result of a look at the quotes of a line.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct LineQuotes {
-    /// End of the part that was looked at.
-    end: usize,
-    /// True if a quote is missing on the line.
-    is_odd: bool,
-}
+/// Bytes after a quote in which the end of its line, and other quotes on it, are looked for: lines of a megabyte must
+/// not take the square of that.
+const MAX_LINE: usize = 4096;
 
-impl LineQuotes {
-    /// Looks at the line of the quote at `start`, unless it has been looked at.
-    pub(super) fn look(&mut self, text: &str, start: usize) {
-        if start < self.end {
-            return;
-        }
-        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
-        let mut at = start;
-        *self = loop {
-            match text_end(text, at) {
-                Some(end) if end <= line_end => match next_quote(&text[end..line_end]) {
-                    Some(next) => at = end + next,
-                    None => break Self { end: line_end, is_odd: false },
-                },
-                Some(end) if can_follow(&text[end..]) => break Self { end, is_odd: false },
-                _ => break Self { end: line_end, is_odd: true },
-            }
-        };
-    }
-
-    /// Returns whether the text that would end at `end` is the one whose quote is missing.
-    pub(super) fn is_left_open(&self, text: &str, end: usize) -> bool {
-        self.is_odd && (end > self.end || !can_follow(text[end..self.end].trim_start()))
-    }
-
-    /// The likely end of the text that begins at `start` and is not closed.
-    pub(super) fn cut(&mut self, text: &str, start: usize) -> usize {
-        let line = &text[start + 1..self.end.max(start + 1)];
-        let end = match line.find('"') {
-            // The quotes after it are pairs, so the text ends before them.
-            Some(next) => separator(&line[..next]).unwrap_or(next),
-            None => unmatched_close(line).unwrap_or(line.len()),
-        };
-        let meant = line[..end].trim_end_matches([' ', '\t', '\r', ',']);
-        let end = start + 1 + meant.len();
-        *self = Self { end, is_odd: false };
-        end
+/// The end of the text whose quote is at `start`.
+///
+/// # Errors
+/// The text is not closed: its likely end.
+pub(super) fn plain_end(text: &str, start: usize) -> Result<usize, usize> {
+    let far = text.floor_char_boundary(start.saturating_add(MAX_LINE));
+    let line_end = text[start..far].find('\n').map_or(far, |at| start + at);
+    let are_pairs = |rest: &[u8]| rest.iter().filter(|byte| **byte == b'"').count() % 2 == 0;
+    match text_end(text, start) {
+        Some(end) if can_follow(&text[end..]) => Ok(end),
+        Some(end) if end <= line_end && are_pairs(&text.as_bytes()[end..line_end]) => Ok(end),
+        _ => Err(likely_end(text, start, line_end)),
     }
 }
 
-/// The next quote that no comment hides.
-fn next_quote(line: &str) -> Option<usize> {
-    let quote = line.find('"')?;
-    (!line[..quote].contains("//")).then_some(quote)
+/// The likely end of the text that begins at `start` and is not closed on its line.
+fn likely_end(text: &str, start: usize, line_end: usize) -> usize {
+    let line = &text[start + 1..line_end.max(start + 1)];
+    let end = match line.find('"') {
+        // The quotes after it are pairs, so the text ends before them.
+        Some(next) => separator(&line[..next]).unwrap_or(next),
+        None => unmatched_close(line).unwrap_or(line.len()),
+    };
+    start + 1 + line[..end].trim_end_matches([' ', '\t', '\r', ',']).len()
 }
 
 /// Returns whether a text can be followed by this.

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use super::bracket::Bracket;
-use super::quotes::{LineQuotes, character_end, foreign_end, is_foreign_quote, raw_end, text_end};
+use super::quotes::{character_end, foreign_end, is_foreign_quote, plain_end, raw_end, text_end};
 use super::syntax::{self, Errors};
 use afterimage_base::diagnostic::Location;
 
@@ -72,7 +72,6 @@ pub(super) struct Lexer<'a> {
     at: usize,
     line: usize,
     indent: Option<usize>,
-    quotes: LineQuotes,
     has_begun: bool,
     pub(super) errors: Errors,
     /// True if a comment runs to the end of the file, so that what is missing there may be in it.
@@ -81,8 +80,8 @@ pub(super) struct Lexer<'a> {
 
 impl<'a> Lexer<'a> {
     pub(super) fn new(file: &'a Arc<str>, text: &'a str) -> Self {
-        let (quotes, errors) = (LineQuotes::default(), Errors::default());
-        Self { file, text, at: 0, line: 0, indent: None, quotes, has_begun: false, errors, ends_in_comment: false }
+        let errors = Errors::default();
+        Self { file, text, at: 0, line: 0, indent: None, has_begun: false, errors, ends_in_comment: false }
     }
 
     fn rest(&self) -> &'a str {
@@ -210,12 +209,11 @@ impl<'a> Lexer<'a> {
     }
 
     fn plain_text(&mut self) -> (Kind, usize) {
-        self.quotes.look(self.text, self.at);
-        match text_end(self.text, self.at).filter(|end| !self.quotes.is_left_open(self.text, *end)) {
-            Some(end) => (Kind::Text, end),
-            None => {
+        match plain_end(self.text, self.at) {
+            Ok(end) => (Kind::Text, end),
+            Err(end) => {
                 self.errors.push(syntax::open_text(&self.location(self.at, self.at + 1)));
-                (Kind::BrokenText, self.quotes.cut(self.text, self.at))
+                (Kind::BrokenText, end)
             }
         }
     }
