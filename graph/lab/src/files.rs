@@ -15,7 +15,7 @@ pub(crate) fn make_folder(folder: &Path) -> Result<(), LabError> {
         .map_err(|error| LabError::Machine(format!("cannot make the folder `{}`: {error}", shown_path(folder))))
 }
 
-/// Whether the file has this extension, in any case.
+/// Compares the extension of a file, ignoring case.
 pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }

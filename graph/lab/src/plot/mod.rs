@@ -18,7 +18,7 @@ use crate::files::has_extension;
 /// Pixels of a PNG for each unit of the SVG.
 const SCALE: f32 = 2.0;
 
-/// Whether [`save`] knows the file's format: `.svg` or `.png`.
+/// True if [`save`] knows the file's format: `.svg` or `.png`.
 pub fn is_chart(path: &Path) -> bool {
     has_extension(path, "svg") || has_extension(path, "png")
 }
