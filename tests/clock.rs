@@ -5,7 +5,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_lab::LabError;
 use afterimage_lab::bench::{BenchOptions, bench};
-use afterimage_lab::measure::{ClipOptions, MeasureOptions, Pipeline, VariantKind, json, measure};
+use afterimage_lab::measure::{MeasureOptions, Pipeline, SequenceOptions, VariantKind, json, measure};
 use afterimage_plan::{Options, PlacedPlan};
 
 use crate::support::gpu::{built_in, gpu, registry};
@@ -14,7 +14,7 @@ const SIZE: Size = Size { width: 64, height: 36, depth: 1 };
 
 /// The frame of the pipeline as written, and the report as JSON.
 fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Value) {
-    let clips = ClipOptions {
+    let clips = SequenceOptions {
         images: Vec::new(),
         inputs: Vec::new(),
         charts: false,
@@ -26,7 +26,7 @@ fn measured(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::V
         budget: afterimage_media::default_budget(),
     };
     let options = MeasureOptions {
-        clips,
+        sequences: clips,
         facts: Facts::default(),
         options: Options::default(),
         samples: Some(samples),

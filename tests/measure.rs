@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use afterimage_graph::check::Facts;
-use afterimage_lab::measure::{ClipOptions, MeasureOptions};
+use afterimage_lab::measure::{MeasureOptions, SequenceOptions};
 use afterimage_lab::tune::{Goal, MARGIN, TunePipeline, TuneTarget, tune};
 use afterimage_media::{Budget, ExrOptions, Picture, Pixels, write_exr};
 use afterimage_plan::Options;
@@ -387,7 +387,7 @@ fn the_steps_of_a_search_are_told_as_they_are() {
     folder.picture("other.exr", 3);
     let graph = crate::support::gpu::graph(PIPELINE);
     let pipeline = TunePipeline { written: graph.clone(), ideal: graph, facts: Vec::new() };
-    let clips = ClipOptions {
+    let clips = SequenceOptions {
         images: vec![folder.arg("in.exr"), folder.arg("other.exr")],
         inputs: Vec::new(),
         scene: false,
@@ -399,7 +399,7 @@ fn the_steps_of_a_search_are_told_as_they_are() {
         budget: Budget(1 << 28),
     };
     let options = MeasureOptions {
-        clips,
+        sequences: clips,
         facts: Facts::default(),
         options: Options::default(),
         samples: Some(1),

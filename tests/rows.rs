@@ -9,6 +9,7 @@ use crate::reference::resample::{Down, Firefly, downsample, downsample_karis, ha
 use crate::support::gpu::{Picture, Run, gpu, graph};
 use crate::support::harness::image;
 use crate::support::sequence::Sequence;
+use crate::support::sweep;
 
 /// Light with sharp edges, a spike and a smooth ramp: whatever a workgroup gets wrong at its border shows.
 fn scene(width: u32, height: u32) -> Picture {
@@ -56,7 +57,8 @@ fn both(text: &str, width: u32, height: u32) -> (Picture, Picture, usize) {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn half_floats_by_rows_round_like_half_floats_in_memory() {
-    // A texture unit weighs texels with eight bits of fraction, which shows beside the spike; Mesa on the processor has more of them.
+    // A texture unit weighs texels with eight bits of fraction, which shows beside the spike; Mesa on the processor has
+    // more of them.
     let allowed = if gpu().is_processor() { 6e-3 } else { 4e-2 };
     for filter in ["filter: Tap13, firefly: Groups", "filter: Tap13", "filter: Tap4", "filter: Box"] {
         let text = BLOOM.replace("filter: Tap13, firefly: Groups", filter);
@@ -90,8 +92,8 @@ fn limited(exposed: &str, history: &str, filter: &str) -> String {
 
 const HISTORY: &str = r#"before: "bright.peaks@previous", "#;
 
-/// Noise with a spark in one of eleven pixels, in other places in odd frames; there are sparks at borders, in corners and
-/// side by side.
+/// Noise with a spark in one of eleven pixels, in other places in odd frames; there are sparks at borders, in corners
+/// and side by side.
 fn sparks(width: u32, height: u32, frame: u32) -> Picture {
     let hash = |x: u32, y: u32| {
         let mixed = (x.wrapping_mul(0x9E37_79B1) ^ y.wrapping_mul(0x85EB_CA77)).wrapping_mul(0xC2B2_AE3D);
@@ -168,35 +170,35 @@ const SIZES: [(u32, u32); 18] = [
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn light_is_limited_by_rows_as_in_passes_of_its_own() {
-    for (exposed, history, filter) in [
+    let chains = [
         ("scene", HISTORY, "filter: Tap13"),
         ("exposed", HISTORY, "filter: Tap13"),
         ("scene", "", "filter: Tap13, firefly: Groups"),
         ("exposed", "", "filter: Tap4"),
         ("scene", HISTORY, "filter: Box"),
-    ] {
+    ];
+    let cases = chains.into_iter().flat_map(|chain| SIZES.map(|size| (chain, size)));
+    for ((exposed, history, filter), (width, height)) in sweep::some(cases, 11) {
         let text = limited(exposed, history, filter);
-        for (width, height) in SIZES {
-            for is_damaged in [false, true] {
-                let pictures = [0, 1].map(|frame| sparks(width, height, frame));
-                let pictures = if is_damaged { pictures.map(damaged) } else { pictures };
-                let ([apart, by_rows], found) = frames(&text, &pictures);
-                let what = format!("{exposed}, {history}{filter} at {width}x{height}, damaged: {is_damaged}");
-                assert_eq!(found, usize::from(width > 1 && height > 1), "{what}");
-                // At an odd size, a texture unit weighs the texels of the passes apart with few bits of fraction.
-                let allowed = match (width % 2 + height % 2, gpu().is_processor()) {
-                    (0, _) => 6e-3,
-                    (_, true) => 1e-2,
-                    (_, false) => 4e-2,
-                };
-                for (number, (apart, by_rows)) in apart.iter().zip(&by_rows).enumerate() {
-                    let [half, past, lit] = [0, 1, 2].map(|output| difference(&apart[output], &by_rows[output]));
-                    assert!(half < allowed, "{what}: the light of frame {number} differs by {half}");
-                    assert!(lit < allowed, "{what}: the result of frame {number} differs by {lit}");
-                    // Peaks of the scene are the same numbers; the exposed ones are rounded once less.
-                    let allowed = if exposed == "scene" { 0.0 } else { 1e-3 };
-                    assert!(past <= allowed, "{what}: the peaks before frame {number} differ by {past}");
-                }
+        for is_damaged in [false, true] {
+            let pictures = [0, 1].map(|frame| sparks(width, height, frame));
+            let pictures = if is_damaged { pictures.map(damaged) } else { pictures };
+            let ([apart, by_rows], found) = frames(&text, &pictures);
+            let what = format!("{exposed}, {history}{filter} at {width}x{height}, damaged: {is_damaged}");
+            assert_eq!(found, usize::from(width > 1 && height > 1), "{what}");
+            // At an odd size, a texture unit weighs the texels of the passes apart with few bits of fraction.
+            let allowed = match (width % 2 + height % 2, gpu().is_processor()) {
+                (0, _) => 6e-3,
+                (_, true) => 1e-2,
+                (_, false) => 4e-2,
+            };
+            for (number, (apart, by_rows)) in apart.iter().zip(&by_rows).enumerate() {
+                let [half, past, lit] = [0, 1, 2].map(|output| difference(&apart[output], &by_rows[output]));
+                assert!(half < allowed, "{what}: the light of frame {number} differs by {half}");
+                assert!(lit < allowed, "{what}: the result of frame {number} differs by {lit}");
+                // Peaks of the scene are the same numbers; the exposed ones are rounded once less.
+                let allowed = if exposed == "scene" { 0.0 } else { 1e-3 };
+                assert!(past <= allowed, "{what}: the peaks before frame {number} differ by {past}");
             }
         }
     }
@@ -226,7 +228,8 @@ fn light_that_is_limited_by_rows_is_as_in_the_cpu_reference() {
     }
 }
 
-/// A halving of half floats whose result is no output, so that it can be done by rows; the light is four times as large.
+/// A halving of half floats whose result is no output, so that it can be done by rows; the light is four times as
+/// large.
 fn halved(filter: &str) -> String {
     format!(
         r#"Pipeline(

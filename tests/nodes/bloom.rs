@@ -7,7 +7,6 @@ mod gaussian;
 mod lights;
 mod upsample;
 
-use super::probes::sanitized;
 use crate::reference::bloom::{self, composite_add, composite_lerp, composite_screen};
 use crate::reference::gaussian::blur_axis;
 use crate::reference::image::{Image, rgb};
@@ -211,33 +210,4 @@ fn the_brightest_lights_stay_within_half_range() {
         "bloom": Upsample(source: "mips", blend: Add, normalize: false),
         "result": Composite(base: "scene", bloom: "bloom", strength: 8.0)"#;
     check_on(nodes, &scene, &image(&scene), WHOLE);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn nan_and_infinity_of_a_picture_do_not_spread() {
-    let mut scene = picture([37, 21], false);
-    scene.pixels[37 * 10 + 18] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
-    let sanitized = sanitized(&scene);
-    let nodes = r#"
-        "mips": Downsample(source: "scene", levels: 3, filter: Tap13),
-        "result": Upsample(source: "mips", spread: 0.5)"#;
-    let mips = levels(&sanitized, 3, Down::ThirteenTap, Firefly::Off);
-    check_on(nodes, &scene, &bloom::lerp_chain(&mips, 0.5, Up::Tent, 1.0), SAMPLED);
-}
-
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn bloom_is_the_same_drawn_and_dispatched() {
-    let nodes = r#"
-        "bright": Extract(source: "scene", method: Gate),
-        "mips": Downsample(source: "bright", levels: 4, firefly: Groups),
-        "soft": GaussianPyramid(source: "mips", kernel: Caracal9, taps: Linear),
-        "bloom": Upsample(source: "soft", blend: Add),
-        "result": Composite(base: "scene", bloom: "bloom")"#;
-    let graph = Nodes::new(nodes, SCENE).graph();
-    let scene = picture([97, 51], false);
-    let dispatched = Run::new(&graph).frame(&[("scene", &scene)]);
-    let drawn = Run { prefer_fragment: true, ..Run::new(&graph) }.frame(&[("scene", &scene)]);
-    assert_close("drawn", &drawn[0], &image(&dispatched[0]), &WHOLE.within(WHOLE.half, 0.0));
 }

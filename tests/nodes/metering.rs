@@ -190,7 +190,7 @@ fn gray(value: f32) -> Picture {
 fn auto(parameters: &str) -> String {
     format!(
         "\"h\": Histogram(source: \"scene\"), \"auto\": AutoExposure(histogram: \"h\", {parameters}), \
-         \"result\": ProbeValue(value: \"auto\")"
+         \"result\": ShowValue(value: \"auto\")"
     )
 }
 
@@ -305,7 +305,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
         for (mean, wanted) in [("Log", log), ("Linear", linear)] {
             let nodes = format!(
                 "\"mean\": MeanLuminance(source: \"scene\", mean: {mean}), \"auto\": Adapt(mean: \"mean\"), \
-                 \"result\": ProbeValue(value: \"auto\")"
+                 \"result\": ShowValue(value: \"auto\")"
             );
             let value = shown(&nodes, &scene).at(0, 0);
             assert!((f64::from(value[1]) - wanted).abs() < 1e-4, "{width}x{height} {mean}: {value:?} {wanted}");
@@ -320,7 +320,7 @@ fn a_mean_is_the_top_of_a_pyramid_and_adapt_follows_it() {
 fn adapt_holds_in_the_dark_and_snaps_after_a_cut() {
     let (dim, bright, black) = (gray(0.25), gray(16.0), gray(0.0));
     let graph = pipeline(
-        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ProbeValue(value: \"auto\")",
+        "\"mean\": MeanLuminance(source: \"scene\"), \"auto\": Adapt(mean: \"mean\"), \"result\": ShowValue(value: \"auto\")",
     );
     let frames =
         [(&black, 0.1, true), (&dim, 0.1, false), (&bright, 0.25, false), (&black, 9.0, false), (&dim, 0.1, true)];

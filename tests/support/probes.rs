@@ -1,6 +1,7 @@
 //! Kinds that only tests have: they show the content of wires that no output accepts.
 
 use afterimage_graph::prelude::*;
+use afterimage_lab::stress::ShowValue;
 
 static TABLE: Shader = Shader::new(
     "probe_table.wgsl",
@@ -15,7 +16,6 @@ fn probe_table(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, vec2u(id.x, 0u), select(count, header, id.x < 4u));
 }",
 );
-static VALUE: Shader = Shader::new("probe_value.wgsl", "fn probe_value(value: vec4f) -> vec4f { return value; }");
 static VOLUME: Shader = Shader::new(
     "probe_volume.wgsl",
     "@group(0) @binding(0) var volume: texture_3d<f32>;
@@ -31,11 +31,6 @@ fn probe_volume(@builtin(global_invocation_id) id: vec3u) {
 params! {
     /// The first 388 words of a table: four floats, then integers as their low and high halves.
     pub struct ProbeTable {}
-}
-
-params! {
-    /// A value as one pixel.
-    pub struct ProbeValue {}
 }
 
 params! {
@@ -60,15 +55,6 @@ impl Node for ProbeTable {
     }
 }
 
-impl Node for ProbeValue {
-    const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
-    const OUTPUTS: &'static [Output] = RESULT;
-
-    fn record(&self, pass: &mut Recorder<'_>) {
-        pass.function(&VALUE, "probe_value").write("result", seen(1, 1));
-    }
-}
-
 impl Node for ProbeVolume {
     const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
     const OUTPUTS: &'static [Output] = RESULT;
@@ -83,4 +69,4 @@ impl Node for ProbeVolume {
 }
 
 pub const ALL: &[NodeKind] =
-    &[NodeKind::of::<ProbeTable>(), NodeKind::of::<ProbeValue>(), NodeKind::of::<ProbeVolume>()];
+    &[NodeKind::of::<ProbeTable>(), NodeKind::of::<ShowValue>(), NodeKind::of::<ProbeVolume>()];

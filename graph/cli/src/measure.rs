@@ -3,7 +3,7 @@
 use afterimage_graph::diagnostic::{shown, shown_path};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_lab::measure::{self, ClipOptions, MeasureOptions, MeasureReport, Pipeline};
+use afterimage_lab::measure::{self, MeasureOptions, MeasureReport, Pipeline, SequenceOptions};
 use afterimage_media::sequence::{Input, is_numbered};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
 /// How a pipeline is measured, as the arguments of `measure` and `tune` state it.
 pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure> {
     let inputs = assignments(&args.inputs, "--input")?;
-    let clips = ClipOptions {
+    let clips = SequenceOptions {
         images: args.images.clone(),
         inputs,
         scene: args.scene,
@@ -46,7 +46,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
         budget: args.decoding.budget(),
     };
     Ok(MeasureOptions {
-        clips,
+        sequences: clips,
         facts: facts(&args.options)?,
         options: Options::default(),
         samples: args.repeats,
@@ -93,7 +93,7 @@ fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> 
     note_images(&args.clips);
     args.json.iter().chain(&args.plot).try_for_each(|out| run_files::writes(out))?;
     if let Some(folder) = &args.error_image {
-        run_files::writes_into(folder, |name| options.clips.may_name_error_image(name))?;
+        run_files::writes_into(folder, |name| options.sequences.may_name_error_image(name))?;
     }
     let gpu = open(&args.clips.device)?;
     Ok(measure::measure(&gpu, registry, &pipeline, options, &Bar::new(0))?)

@@ -4,7 +4,7 @@ use afterimage::host::built_in;
 use afterimage_graph::check::{Checker, Graph};
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean, shown};
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_lab::stress::{self, StressOptions, Subject};
+use afterimage_lab::stress::{self, StressOptions, Target};
 use afterimage_media::{run_files, write_atomic};
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_plan::Options;
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
     if let Some(case) = args.case.as_ref().filter(|case| !stress::is_case(case)) {
         return Err(unknown_case(case));
     }
-    let (subjects, skipped) = subjects(args, &registry, &tables)?;
+    let (targets, skipped) = targets(args, &registry, &tables)?;
     args.json.iter().try_for_each(|out| run_files::writes(out))?;
     skipped.iter().for_each(|kind| note(kind));
     let gpu = open(&args.device)?;
@@ -38,9 +38,10 @@ pub(crate) fn run(args: &StressArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
         defaults: args.defaults || !args.options.sets.is_empty(),
         quick: args.quick,
         unsanitized: args.unsanitized,
+        tenth: None,
         options: Options::default(),
     };
-    let report = stress::stress(&gpu, &registry, &subjects, &options, &Bar::new(subjects.len() as u64));
+    let report = stress::stress(&gpu, &registry, &targets, &options, &Bar::new(targets.len() as u64));
     if let Some(path) = &args.json {
         write_atomic(path, &serde_json::to_vec_pretty(&report).expect("names and numbers are JSON"))?;
     }
@@ -58,60 +59,60 @@ fn unknown_case(case: &str) -> Failure {
     Failure::user(format!("no case is called `{case}`")).hint(hint)
 }
 
-/// The subjects that the command line names, with its overrides and facts.
-fn subjects(
+/// The targets that the command line names, with its overrides and facts.
+fn targets(
     args: &StressArgs,
     registry: &Registry,
     tables: &[&[NodeKind]],
-) -> Result<(Vec<Subject>, Vec<String>), Failure> {
+) -> Result<(Vec<Target>, Vec<String>), Failure> {
     let everything = args.pipelines.is_empty() && args.kind.is_empty() && !args.kinds;
     let tier = args.options.tier.as_deref();
-    let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
+    let (mut targets, mut skipped) = (Vec::new(), Vec::new());
     for path in &args.pipelines {
         if let Some((name, text)) = built_in(path) {
-            subjects.extend(of_built_in(name, text, tier)?);
+            targets.extend(of_built_in(name, text, tier)?);
             continue;
         }
         let file = path.to_string_lossy();
         let document = read_document(path)?;
         let text = text(path, "pipeline")?;
-        // A subject may live as long as the program.
+        // A target may live as long as the program.
         let files: &Files = Box::leak(Box::new(Files::of(path, &args.options.kinds)));
         list_files(&Checker::new(&document, registry, files), files);
         let name = shown(&file);
-        subjects.extend(stress::pipelines(&name, &name, &file, &text, files, tier)?);
+        targets.extend(stress::pipelines(&name, &name, &file, &text, files, tier)?);
     }
     if everything {
         for (name, text) in PIPELINES {
-            subjects.extend(of_built_in(name, text, tier)?);
+            targets.extend(of_built_in(name, text, tier)?);
         }
     }
     if everything || args.kinds {
         let (alone, others) = stress::kinds(registry, tables);
-        subjects.extend(alone);
+        targets.extend(alone);
         skipped.extend(others);
     }
     for name in &args.kind {
         let (alone, others) = one_kind(registry, name)?;
-        subjects.extend(alone);
+        targets.extend(alone);
         skipped.extend(others);
     }
-    subjects.retain(|subject| (subject.bare || !args.bare) && (subject.signed || !args.signed));
+    targets.retain(|target| target.bare || !args.bare);
     let base = assignments(&args.options.sets, "--set")?;
-    check_fact_names(args, registry, &subjects)?;
+    check_fact_names(args, registry, &targets)?;
     let facts = facts(&args.options)?;
-    subjects.iter_mut().for_each(|subject| (subject.base, subject.facts) = (base.clone(), facts.clone()));
-    Ok((subjects, skipped))
+    targets.iter_mut().for_each(|target| (target.base, target.facts) = (base.clone(), facts.clone()));
+    Ok((targets, skipped))
 }
 
-/// The subjects of a built-in pipeline.
-fn of_built_in(name: &str, text: &str, tier: Option<&str>) -> Result<Vec<Subject>, Failure> {
+/// The targets of a built-in pipeline.
+fn of_built_in(name: &str, text: &str, tier: Option<&str>) -> Result<Vec<Target>, Failure> {
     Ok(stress::pipelines(name, name, &format!("{name}.ron"), text, &BuiltIn, tier)?)
 }
 
-/// A fact that none of the subjects knows is a typing error.
-fn check_fact_names(args: &StressArgs, registry: &Registry, subjects: &[Subject]) -> Result<(), Failure> {
-    let graphs: Vec<Graph> = subjects.iter().filter_map(|subject| subject.graph(registry, &Vec::new()).ok()).collect();
+/// A fact that none of the targets knows is a typing error.
+fn check_fact_names(args: &StressArgs, registry: &Registry, targets: &[Target]) -> Result<(), Failure> {
+    let graphs: Vec<Graph> = targets.iter().filter_map(|target| target.graph(registry, &Vec::new()).ok()).collect();
     for fact in &args.options.facts {
         let given = std::slice::from_ref(fact);
         let mut checks = graphs.iter().map(|graph| check_facts(graph, &[], given, &mut Diagnostics::default()));
@@ -123,13 +124,13 @@ fn check_fact_names(args: &StressArgs, registry: &Registry, subjects: &[Subject]
     Ok(())
 }
 
-fn one_kind(registry: &Registry, name: &str) -> Result<(Vec<Subject>, Vec<String>), Failure> {
+fn one_kind(registry: &Registry, name: &str) -> Result<(Vec<Target>, Vec<String>), Failure> {
     let kind = registry.get(name).ok_or_else(|| {
         let hint = did_you_mean(name, registry.names()).unwrap_or_else(|| "`afterimage nodes` lists them all".into());
         Failure::user(format!("no node kind is called `{name}`")).hint(hint)
     })?;
     match stress::kinds(registry, &[std::slice::from_ref(kind)]) {
-        (subjects, skipped) if subjects.is_empty() => Err(Failure::user(skipped.join("; "))),
+        (targets, skipped) if targets.is_empty() => Err(Failure::user(skipped.join("; "))),
         found => Ok(found),
     }
 }

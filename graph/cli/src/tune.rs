@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::diagnostic::list;
 use afterimage_graph::node::NodeKind;
-use afterimage_lab::measure::ClipOptions;
+use afterimage_lab::measure::SequenceOptions;
 use afterimage_lab::tune::{Goal, TunePipeline, TuneTarget, Tuned, changes, tune};
 use afterimage_media::{run_files, write_atomic};
 
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let gpu = open(&args.clips.device)?;
     let mut options = measure_options(&args.clips)?;
     if args.goal.tiers.is_some() && !args.no_charts {
-        add_charts(&mut options.clips, &written);
+        add_charts(&mut options.sequences, &written);
     }
     let tuned = TunePipeline { written, ideal, facts: pipeline.facts.clone() };
     let tuned = tune(&gpu, &registry, &tuned, &options, &goals, args.state.as_deref(), &Bar::at_most())?;
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 /// Adds the built-in pictures on which tiers are tuned, if the pipeline can take them.
-fn add_charts(clips: &mut ClipOptions, graph: &Graph) {
+fn add_charts(clips: &mut SequenceOptions, graph: &Graph) {
     if clips.charts_fit(graph) {
         // Without images, they would take the place of the built-in scene.
         clips.scene |= clips.images.is_empty();

@@ -5,15 +5,15 @@ use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_media::FileError;
 use afterimage_plan::PlanError;
 
-/// Why nothing could be measured.
+/// The reason why nothing could be measured.
 #[derive(Debug, thiserror::Error)]
 pub enum LabError {
     /// The request cannot be met: an unknown output, images of different sizes.
     #[error("{message}")]
     Request {
-        /// What is wrong: lower case, no full stop.
+        /// The problem: lower case, no full stop.
         message: String,
-        /// What the user can do, if that is known.
+        /// The remedy for the user, if one is known.
         hint: Option<String>,
     },
     /// The machine reports an error: a folder that cannot be made, a picture that cannot be drawn.

@@ -1,4 +1,4 @@
-//! How `bench`, `measure` and `tune` time a frame: in the same way, so that they agree on a plan.
+//! The frame time of `bench`, `measure` and `tune`: one function, so that they agree on a plan.
 
 use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, InputImage, Session};
 

@@ -1,4 +1,4 @@
-//! What a long measurement reports while it runs.
+//! Progress of a long measurement.
 
 /// Receives the progress of a measurement. `()` ignores it.
 pub trait Progress {

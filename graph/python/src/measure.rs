@@ -2,7 +2,7 @@
 
 use afterimage::offline::Offline;
 use afterimage_graph::image::Size;
-use afterimage_lab::measure::{self, ClipOptions, MeasureOptions};
+use afterimage_lab::measure::{self, SequenceOptions, MeasureOptions};
 use afterimage_media::default_budget;
 use afterimage_plan::Options;
 
@@ -11,7 +11,7 @@ use crate::error::Failure;
 /// The report of the program's `measure --json`. Without images it is that of the built-in scene.
 pub(crate) fn report(look: &Offline, images: Vec<String>, tiers_only: bool, frames: u32) -> Result<String, Failure> {
     let options = MeasureOptions {
-        clips: ClipOptions {
+        sequences: SequenceOptions {
             images,
             inputs: Vec::new(),
             scene: false,

@@ -12,11 +12,11 @@ fn meters(reading: &str, exposing: &str) -> [String; 2] {
         format!(
             "\"h\": Histogram(source: \"scene\", {reading}), \
              \"auto\": AutoExposure(histogram: \"h\", low: 0.0, high: 1.0, {exposing}), \
-             \"result\": ProbeValue(value: \"auto\")"
+             \"result\": ShowValue(value: \"auto\")"
         ),
         format!(
             "\"h\": MeanLuminance(source: \"scene\", {reading}), \"auto\": Adapt(mean: \"h\", {exposing}), \
-             \"result\": ProbeValue(value: \"auto\")"
+             \"result\": ShowValue(value: \"auto\")"
         ),
     ]
 }

@@ -40,7 +40,7 @@ fn a_fixed_exposure_shows_the_same_without_its_meter() {
     for meter in METERS {
         for ev in [-10.0, 2.3, 19.0] {
             let fixed = graph(meter, ev, "", "", "");
-            let metered = graph(meter, ev, "", "\"value\": ProbeValue(value: \"auto\")", "\"value\": \"value\"");
+            let metered = graph(meter, ev, "", "\"value\": ShowValue(value: \"auto\")", "\"value\": \"value\"");
             assert_eq!(meters(&fixed), [false; 2], "{meter} {ev}");
             assert_eq!(meters(&metered), [true; 2], "{meter} {ev}: somebody reads the mean");
             for (width, height) in [(1, 1), (161, 89)] {
@@ -83,7 +83,7 @@ fn what_depends_on_the_scene_is_metered() {
         assert_eq!(meters(&graph(meter, 3.0, "", night, "\"night\": \"night\"")), [true; 2], "{meter}");
         assert_eq!(meters(&graph(&meter.replacen("EV", "2.5", 1), 3.0, "", "", "")), [true; 2], "{meter}");
     }
-    let range = "\"range\": ProbeValue(value: \"auto.range\")";
+    let range = "\"range\": ShowValue(value: \"auto.range\")";
     assert_eq!(meters(&graph(METERS[0], 3.0, "", range, "\"range\": \"range\"")), [true; 2]);
     for more in ["highlights: Protect", "curve_stops: (0.0, 0.0, 0.0, 0.5)"] {
         assert_eq!(meters(&graph(METERS[0], 3.0, more, "", "")), [true; 2], "{more}");

@@ -31,13 +31,13 @@ fn the_range_is_the_distance_of_two_percentiles_in_stops() {
         (10.0, "dark: 0.9, bright: 0.1", 0.0),
         (2.0, "", 1.88),
     ] {
-        let range = on_ramp(stops, parameters, "\"result\": ProbeValue(value: \"auto.range\")").at(0, 0);
+        let range = on_ramp(stops, parameters, "\"result\": ShowValue(value: \"auto.range\")").at(0, 0);
         assert!((range[0] - wanted).abs() < bin, "{stops} {parameters}: {range:?}");
         assert_eq!(range[3], 1.0);
         assert!(wanted == 0.0 || (range[2] - range[1] - range[0]).abs() < 1e-5, "{range:?}");
     }
     let black = Picture::new(5, 3, |_, _| [0.0, 0.0, 0.0, 1.0]);
-    let nodes = format!("{}, \"result\": ProbeValue(value: \"auto.range\")", METER.replace("PARAMETERS", ""));
+    let nodes = format!("{}, \"result\": ShowValue(value: \"auto.range\")", METER.replace("PARAMETERS", ""));
     assert_eq!(shown(&nodes, &black).at(0, 0), [0.0; 4]);
 }
 
@@ -45,7 +45,7 @@ fn the_range_is_the_distance_of_two_percentiles_in_stops() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_range_follows_the_scene_exponentially_and_a_reset_sets_it() {
     let nodes = |parameters| {
-        pipeline(&format!("{}, \"result\": ProbeValue(value: \"auto.range\")", METER.replace("PARAMETERS", parameters)))
+        pipeline(&format!("{}, \"result\": ShowValue(value: \"auto.range\")", METER.replace("PARAMETERS", parameters)))
     };
     let (wide, narrow, black) = (ramp(10.0), ramp(4.0), Picture::new(256, 16, |_, _| [0.0, 0.0, 0.0, 1.0]));
     let frames =

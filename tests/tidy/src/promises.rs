@@ -1,4 +1,4 @@
-//! Promises of a document, each with the tests that hold it, compared with the tests of the workspace.
+//! Invariants of a document, each with the tests that hold it, compared with the tests of the workspace.
 
 use std::collections::BTreeSet;
 

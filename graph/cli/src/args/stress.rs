@@ -30,9 +30,6 @@ pub(crate) struct StressArgs {
     /// Only without images for optional inputs
     #[arg(long)]
     pub(crate) bare: bool,
-    /// Only with images that have negative values
-    #[arg(long)]
-    pub(crate) signed: bool,
     /// Only this image or sequence
     #[arg(long, value_name = "NAME")]
     pub(crate) case: Option<String>,

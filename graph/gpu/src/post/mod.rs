@@ -201,7 +201,7 @@ impl Post {
         self.graph.note_change();
     }
 
-    /// Promises that all texels of an input are finite, within ±65504, and negative only where its color state allows
+    /// Invariants that all texels of an input are finite, within ±65504, and negative only where its color state allows
     /// it, so that plans need not sanitize them.
     pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.bindings.finite.insert(input.into());

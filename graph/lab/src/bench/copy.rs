@@ -61,7 +61,7 @@ fn groups(vectors: u64, each: u64) -> [u32; 2] {
     [all.div_ceil(rows), rows]
 }
 
-/// What is copied, and by what.
+/// The copied resource and the shader or command that copies it.
 struct CopyBench<'g> {
     gpu: &'g Gpu,
     module: wgpu::ShaderModule,

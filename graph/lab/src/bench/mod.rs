@@ -1,4 +1,4 @@
-//! What a pipeline costs on this device: the frame, its passes, the host's work, next to what the device could do.
+//! The cost of a pipeline on this device: frame, passes and host work, next to the bandwidth of the device.
 
 mod copy;
 mod report;
@@ -21,14 +21,14 @@ use crate::{LabError, scene};
 /// Frames that a renderer has in flight while it records another.
 const IN_FLIGHT: usize = 2;
 
-/// How a pipeline is measured.
+/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
     /// Pixels of a frame.
     pub size: Size,
     /// Samples of each median.
     pub samples: u32,
-    /// Whether the host promises that its images hold finite numbers only.
+    /// The host guarantees that its images hold finite numbers only.
     pub finite: bool,
     pub facts: Facts,
     pub options: Options,
@@ -57,7 +57,7 @@ pub fn bench<E: From<LabError>>(
 pub struct TableError {
     pub nodes: Vec<String>,
     pub size: u32,
-    /// What 99 % and 99.9 % of random colors stay below, and the largest error.
+    /// The 99th and the 99.9th percentile of random colors, and the largest error.
     pub codes: [f32; 3],
     /// The largest error of grays.
     pub gray: f32,
@@ -208,4 +208,17 @@ fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
         });
     }
     reports
+}
+
+#[cfg(test)]
+mod tests {
+    use super::share;
+
+    #[test]
+    fn a_share_of_the_bandwidth_is_bytes_per_time_over_that_of_a_copy() {
+        // 2 MB in 4 ms are half a gigabyte in a second.
+        assert_eq!(share(2_000_000, 4.0, 0.5), 1.0);
+        assert_eq!(share(2_000_000, 1.0, 10.0), 0.2);
+        assert_eq!(share(2_000_000, 0.0, 10.0), 0.0);
+    }
 }

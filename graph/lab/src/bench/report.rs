@@ -106,7 +106,7 @@ pub struct PassReport {
     /// `compute` or `fragment`.
     pub stage: &'static str,
     pub ms: f64,
-    /// Whether it fills a table of colors, in a frame before which a number in it has changed.
+    /// It fills a table of colors, in frames before which a number in it has changed.
     pub fills_table: bool,
     /// Bytes that it reads and writes.
     pub bytes: u64,

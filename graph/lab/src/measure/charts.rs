@@ -68,7 +68,7 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     CHARTS.iter().map(|chart| chart.name)
 }
 
-/// Whether a search of tiers sees the picture of that name.
+/// True for the pictures that a search of tiers sees.
 pub(crate) fn is_searched(name: &str) -> bool {
     SEARCHED.contains(&name)
 }

@@ -3,14 +3,16 @@
 use serde_json::{Map, Value, json};
 
 use super::reference::Figures;
-use super::report::{ClipInfo, MeasureReport};
+use super::report::{MeasureReport, SequenceInfo};
 
 /// The whole report. An infinite number, such as the PSNR of equal images, is `null`.
 pub fn json(report: &MeasureReport) -> Value {
-    let clips: Vec<Value> = report
-        .clips
+    let sequences: Vec<Value> = report
+        .sequences
         .iter()
-        .map(|clip| json!({ "image": clip.name, "width": clip.width, "height": clip.height, "frames": clip.frames }))
+        .map(|SequenceInfo { name, width, height, frames }| {
+            json!({ "image": name, "width": width, "height": height, "frames": frames })
+        })
         .collect();
     json!({
         "pipeline": report.pipeline,
@@ -19,7 +21,7 @@ pub fn json(report: &MeasureReport) -> Value {
         "clock": report.clock.name(),
         "repeats": report.samples,
         "error_unit": report.unit(),
-        "images": clips,
+        "images": sequences,
         "without_effect": report.without_effect,
         "rows": (0..report.rows.len()).map(|at| json_row(report, at)).collect::<Vec<Value>>(),
     })
@@ -35,15 +37,15 @@ fn json_row(report: &MeasureReport, at: usize) -> Value {
     object.insert("same_as".into(), json!(report.same_as(at).map(|first| &report.rows[first].variant)));
     object.extend(figures(report, &row.worst()));
     if let Some(others) = row.p999_without_worst() {
-        object.insert("worst_image".into(), json!(report.clips[row.worst_clip()].name));
+        object.insert("worst_image".into(), json!(report.sequences[row.worst_sequence()].name));
         object.insert("p999_without_worst".into(), json!(others));
     }
-    let image = |(clip, of_clip): (&ClipInfo, &Figures)| {
-        let mut object = Map::from_iter([("image".to_owned(), json!(clip.name))]);
-        object.extend(figures(report, of_clip));
+    let image = |(sequence, of_sequence): (&SequenceInfo, &Figures)| {
+        let mut object = Map::from_iter([("image".to_owned(), json!(sequence.name))]);
+        object.extend(figures(report, of_sequence));
         Value::Object(object)
     };
-    let images: Vec<Value> = report.clips.iter().zip(&row.clips).map(image).collect();
+    let images: Vec<Value> = report.sequences.iter().zip(&row.sequences).map(image).collect();
     object.insert("images".into(), json!(images));
     Value::Object(object)
 }

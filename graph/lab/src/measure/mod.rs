@@ -5,13 +5,13 @@
 
 mod chart;
 mod charts;
-pub(crate) mod clips;
 mod error_image;
 pub(crate) mod errors;
 mod json;
-pub(crate) mod player;
 pub(crate) mod reference;
 mod report;
+pub(crate) mod sequence_runner;
+pub(crate) mod sequences;
 mod table;
 pub(crate) mod variants;
 pub(crate) mod view;
@@ -25,30 +25,30 @@ use afterimage_graph::node::Registry;
 use afterimage_plan::{Options, Plan};
 
 pub use chart::chart;
-pub use clips::{ClipOptions, files};
 pub use errors::{Errors, Flicker};
 pub use json::json;
-pub use player::Cost;
 pub use reference::Figures;
-pub use report::{ClipInfo, MeasureReport, Row};
+pub use report::{MeasureReport, Row, SequenceInfo};
+pub use sequence_runner::Cost;
+pub use sequences::{SequenceOptions, files};
 pub use table::table;
 pub use variants::{Pipeline, VariantKind};
 
 pub(crate) use report::beats;
 
-use clips::{Clip, ClipSource};
-use player::Player;
 use reference::Reference;
+use sequence_runner::SequenceRunner;
+use sequences::{SequenceSource, TestSequence};
 use variants::{Variant, variants};
 use view::View;
 
 use crate::files::{file_name, make_folder};
 use crate::{LabError, Progress};
 
-/// How a pipeline is measured.
+/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct MeasureOptions {
-    pub clips: ClipOptions,
+    pub sequences: SequenceOptions,
     pub facts: Facts,
     /// The planner's options of all variants.
     pub options: Options,
@@ -56,7 +56,7 @@ pub struct MeasureOptions {
     pub samples: Option<u32>,
     /// The output to compare; `None` for the first encoded one, or the first.
     pub output: Option<String>,
-    /// Whether only the tiers are measured.
+    /// Measures only the tiers.
     pub tiers_only: bool,
     /// A folder for images of the errors.
     pub error_images: Option<PathBuf>,
@@ -78,15 +78,15 @@ pub fn measure(
     }
     let output = reference::output(&pipeline.written, options.output.as_deref())?;
     let view = View::of(&pipeline.written, output)?;
-    let sources = clips::sources(&options.clips, &pipeline.written)?;
-    let player = Player::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples)?;
-    let mut measurement = Measurement { pipeline, options, output: &output.name, view, player, progress };
+    let sources = sequences::sources(&options.sequences, &pipeline.written)?;
+    let runner = SequenceRunner::new(gpu, &pipeline.written, options.facts.clone(), options.options, options.samples)?;
+    let mut measurement = Measurement { pipeline, options, output: &output.name, view, runner, progress };
     let mut report = measurement.report(gpu, registry, &sources)?;
     report.mark_pareto();
     Ok(report)
 }
 
-/// How often the time of each variant is measured, with a part of the samples.
+/// Rounds in which the time of each variant is measured, with a part of the samples each.
 const ROUNDS: u32 = 2;
 
 /// The state of a measurement.
@@ -95,57 +95,63 @@ struct Measurement<'a> {
     options: &'a MeasureOptions,
     output: &'a str,
     view: View,
-    player: Player,
+    runner: SequenceRunner,
     progress: &'a dyn Progress,
 }
 
 impl Measurement<'_> {
-    fn report(&mut self, gpu: &Gpu, registry: &Registry, sources: &[ClipSource]) -> Result<MeasureReport, LabError> {
+    fn report(
+        &mut self,
+        gpu: &Gpu,
+        registry: &Registry,
+        sources: &[SequenceSource],
+    ) -> Result<MeasureReport, LabError> {
         let mut all = variants(self.pipeline)?;
         all.retain(|variant| !(self.options.tiers_only && variant.kind.is_switch()));
-        let (mut rows, mut clips, mut without_effect) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut rows, mut sequences, mut without_effect) = (Vec::new(), Vec::new(), Vec::new());
         for source in sources {
-            let clip = load(source, gpu, registry, &mut self.player, &self.pipeline.written, &self.options.clips)?;
-            if clips.is_empty() {
-                (all, without_effect) = with_effect(all, &mut self.player, &clip)?;
+            let sequence =
+                load(source, gpu, registry, &mut self.runner, &self.pipeline.written, &self.options.sequences)?;
+            if sequences.is_empty() {
+                (all, without_effect) = with_effect(all, &mut self.runner, &sequence)?;
                 rows = all.iter().map(|variant| Row::new(&variant.name, variant.kind)).collect();
                 self.progress.expect((1 + u64::from(self.rounds())) * (all.len() * sources.len()) as u64);
             }
-            self.clip(&all, &clip, &mut rows)?;
-            clips.push(info(&clip));
+            self.sequence(&all, &sequence, &mut rows)?;
+            sequences.push(info(&sequence));
         }
         Ok(MeasureReport {
             pipeline: self.pipeline.name.clone(),
             output: self.output.to_owned(),
             range: self.view.range(),
             adapter: gpu.name(),
-            clock: self.player.clock_source(),
-            samples: self.player.samples(),
-            clips,
+            clock: self.runner.clock_source(),
+            samples: self.runner.samples(),
+            sequences,
             rows,
             without_effect,
         })
     }
 
-    /// Measures all variants on one clip; the first is the reference. Equal plans are measured once. Times come last,
-    /// so that the GPU stays warm between them, in two rounds of opposite order, so that a drift is not taken for a
-    /// difference.
-    fn clip(&mut self, variants: &[Variant], clip: &Clip, rows: &mut [Row]) -> Result<(), LabError> {
-        let measured_as = self.equal_plans(variants, clip)?;
+    /// Measures all variants on one sequence; the first is the reference. Equal plans are measured once. Times come
+    /// last, so that the GPU stays warm between them, in two rounds of opposite order, so that a drift is not taken for
+    /// a difference.
+    fn sequence(&mut self, variants: &[Variant], sequence: &TestSequence, rows: &mut [Row]) -> Result<(), LabError> {
+        let measured_as = self.equal_plans(variants, sequence)?;
         let mut reference: Option<Reference> = None;
         let mut errors: Vec<Errors> = Vec::new();
         for (at, variant) in variants.iter().enumerate() {
-            self.progress.begin(&format!("{}: errors of {}", clip.name, variant.name));
+            self.progress.begin(&format!("{}: errors of {}", sequence.name, variant.name));
             errors.push(match &reference {
                 Some(_) if measured_as[at] < at => errors[measured_as[at]],
                 Some(reference) => {
-                    self.load_compared(variant, clip)?;
-                    self.errors(reference, variant, clip)?
+                    self.load_compared(variant, sequence)?;
+                    self.errors(reference, variant, sequence)?
                 }
                 None => {
-                    self.load_compared(variant, clip)?;
-                    reference = Some(Reference::render(&mut self.player, clip, self.view, self.output)?);
-                    Errors::none(clip.len())
+                    self.load_compared(variant, sequence)?;
+                    reference = Some(Reference::render(&mut self.runner, sequence, self.view, self.output)?);
+                    Errors::none(sequence.len())
                 }
             });
             self.progress.end();
@@ -154,12 +160,12 @@ impl Measurement<'_> {
         for round in 0..self.rounds() {
             for step in 0..variants.len() {
                 let at = if round % 2 == 0 { step } else { variants.len() - 1 - step };
-                self.progress.begin(&format!("{}: time of {}", clip.name, variants[at].name));
+                self.progress.begin(&format!("{}: time of {}", sequence.name, variants[at].name));
                 if measured_as[at] == at {
-                    self.player.load(&variants[at].graph, clip, variants[at].is_exact())?;
+                    self.runner.load(&variants[at].graph, sequence, variants[at].is_exact())?;
                     // Together they are all samples.
-                    let samples = (self.player.samples() + round) / self.rounds();
-                    let cost = self.player.cost(clip, samples)?;
+                    let samples = (self.runner.samples() + round) / self.rounds();
+                    let cost = self.runner.cost(sequence, samples)?;
                     costs[at] = Some(costs[at].map_or(cost, |before| before.joined(cost)));
                 }
                 self.progress.end();
@@ -167,22 +173,22 @@ impl Measurement<'_> {
         }
         for (at, row) in rows.iter_mut().enumerate() {
             let cost = costs[measured_as[at]].expect("the first of equal plans is measured");
-            row.clips.push(Figures { cost, errors: errors[at] });
+            row.sequences.push(Figures { cost, errors: errors[at] });
             row.measured_as.push(measured_as[at]);
         }
         Ok(())
     }
 
     fn rounds(&self) -> u32 {
-        ROUNDS.min(self.player.samples())
+        ROUNDS.min(self.runner.samples())
     }
 
     /// For each variant the first one with the same plan. The reference is compared with none.
-    fn equal_plans(&mut self, variants: &[Variant], clip: &Clip) -> Result<Vec<usize>, LabError> {
+    fn equal_plans(&mut self, variants: &[Variant], sequence: &TestSequence) -> Result<Vec<usize>, LabError> {
         let (mut plans, mut first): (Vec<Arc<Plan>>, Vec<usize>) = (Vec::new(), Vec::new());
         for (at, variant) in variants.iter().enumerate() {
-            let plan = self.player.plan(&variant.graph, clip, variant.is_exact())?;
-            let known = (1..at).find(|known| player::run_alike(&plans[*known], &plan));
+            let plan = self.runner.plan(&variant.graph, sequence, variant.is_exact())?;
+            let known = (1..at).find(|known| sequence_runner::run_alike(&plans[*known], &plan));
             first.push(known.unwrap_or(at));
             plans.push(plan);
         }
@@ -190,17 +196,22 @@ impl Measurement<'_> {
     }
 
     /// Loads a variant whose output is compared before it is quantized.
-    fn load_compared(&mut self, variant: &Variant, clip: &Clip) -> Result<(), LabError> {
+    fn load_compared(&mut self, variant: &Variant, sequence: &TestSequence) -> Result<(), LabError> {
         let graph = reference::before_quantization(&variant.graph, self.output);
-        self.player.load(&graph, clip, variant.is_exact()).map(drop)
+        self.runner.load(&graph, sequence, variant.is_exact()).map(drop)
     }
 
-    fn errors(&mut self, reference: &Reference, variant: &Variant, clip: &Clip) -> Result<Errors, LabError> {
+    fn errors(
+        &mut self,
+        reference: &Reference,
+        variant: &Variant,
+        sequence: &TestSequence,
+    ) -> Result<Errors, LabError> {
         let folder = self.options.error_images.as_deref();
-        reference.errors(&mut self.player, clip, self.view, |frame, shown| match folder {
+        reference.errors(&mut self.runner, sequence, self.view, |frame, shown| match folder {
             Some(folder) => {
-                let number = if clip.len() > 1 { format!("-{frame:04}") } else { String::new() };
-                let name = format!("{}{number}-{}.png", file_name(&clip.name), file_name(&variant.name));
+                let number = if sequence.len() > 1 { format!("-{frame:04}") } else { String::new() };
+                let name = format!("{}{number}-{}.png", file_name(&sequence.name), file_name(&variant.name));
                 error_image::write(&folder.join(name), &reference.frames[frame], shown)
             }
             None => Ok(()),
@@ -208,34 +219,43 @@ impl Measurement<'_> {
     }
 }
 
-/// Loads a clip; a still image is repeated if the pipeline has histories.
+/// Loads a sequence; a still image is repeated if the pipeline has histories.
 pub(crate) fn load(
-    source: &ClipSource,
+    source: &SequenceSource,
     gpu: &Gpu,
     registry: &Registry,
-    player: &mut Player,
+    runner: &mut SequenceRunner,
     graph: &Graph,
-    options: &ClipOptions,
-) -> Result<Clip, LabError> {
-    let clip = source.load(gpu, registry, graph, options)?;
-    if clip.len() > 1 {
-        return Ok(clip);
+    options: &SequenceOptions,
+) -> Result<TestSequence, LabError> {
+    let sequence = source.load(gpu, registry, graph, options)?;
+    if sequence.len() > 1 {
+        return Ok(sequence);
     }
-    let frames = player::frames_of_still(&*player.plan(graph, &clip, false)?, options.walk);
-    Ok(clip.repeated(frames, options.fps))
+    let frames = sequence_runner::frames_of_still(&*runner.plan(graph, &sequence, false)?, options.walk);
+    Ok(sequence.repeated(frames, options.fps))
 }
 
-fn info(clip: &Clip) -> ClipInfo {
-    ClipInfo { name: clip.name.clone(), width: clip.size.width, height: clip.size.height, frames: clip.len() }
+fn info(sequence: &TestSequence) -> SequenceInfo {
+    SequenceInfo {
+        name: sequence.name.clone(),
+        width: sequence.size.width,
+        height: sequence.size.height,
+        frames: sequence.len(),
+    }
 }
 
 /// The variants whose plan differs from that of the file as it is, and the names of the others.
-fn with_effect(all: Vec<Variant>, player: &mut Player, clip: &Clip) -> Result<(Vec<Variant>, Vec<String>), LabError> {
+fn with_effect(
+    all: Vec<Variant>,
+    runner: &mut SequenceRunner,
+    sequence: &TestSequence,
+) -> Result<(Vec<Variant>, Vec<String>), LabError> {
     let mut written: Option<Arc<Plan>> = None;
     let (mut with, mut without) = (Vec::new(), Vec::new());
     for variant in all {
-        let plan = player.plan(&variant.graph, clip, variant.is_exact())?;
-        let is_same = written.as_ref().is_some_and(|written| player::run_alike(written, &plan));
+        let plan = runner.plan(&variant.graph, sequence, variant.is_exact())?;
+        let is_same = written.as_ref().is_some_and(|written| sequence_runner::run_alike(written, &plan));
         if variant.kind.is_switch() && is_same {
             without.push(variant.name);
             continue;

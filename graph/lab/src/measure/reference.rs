@@ -1,16 +1,16 @@
-//! One variant on one clip, compared with the reference.
+//! One variant on one sequence, compared with the reference.
 
 use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::{ColorState, Format};
 
-use super::clips::Clip;
 use super::errors::{ErrorTrace, Errors, SHARE, errors};
-use super::player::{Cost, Player};
+use super::sequence_runner::{Cost, SequenceRunner};
+use super::sequences::TestSequence;
 use super::view::View;
 use crate::LabError;
 use crate::metrics::{PIXELS_PER_DEGREE, Shown, difference, flip, mean, percentile};
 
-/// The frames of the reference on one clip.
+/// The frames of the reference on one sequence.
 pub(crate) struct Reference {
     pub(crate) frames: Vec<Shown>,
     /// The [codes](Shown::codes) of each.
@@ -26,7 +26,7 @@ pub(crate) struct CodeErrors {
     pub(crate) max: f64,
 }
 
-/// What is measured of a variant on one clip, or the worst of several.
+/// The figures of a variant on one sequence, or the worst of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
     /// Time and memory.
@@ -86,10 +86,15 @@ pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
 
 impl Reference {
     /// Renders the reference, whose plan is loaded.
-    pub(crate) fn render(player: &mut Player, clip: &Clip, view: View, output: &str) -> Result<Self, LabError> {
+    pub(crate) fn render(
+        runner: &mut SequenceRunner,
+        sequence: &TestSequence,
+        view: View,
+        output: &str,
+    ) -> Result<Self, LabError> {
         let mut reference = Self { frames: Vec::new(), codes: Vec::new(), output: output.to_owned() };
-        for frame in 0..clip.len() {
-            let shown = reference.shown(player, clip, view, frame)?;
+        for frame in 0..sequence.len() {
+            let shown = reference.shown(runner, sequence, view, frame)?;
             reference.codes.push(shown.codes());
             reference.frames.push(shown);
         }
@@ -102,12 +107,18 @@ impl Reference {
     }
 
     /// Renders a frame of the loaded plan.
-    fn shown(&self, player: &mut Player, clip: &Clip, view: View, frame: usize) -> Result<Shown, LabError> {
-        player.render(clip, frame)?;
-        let shown = view.shown(&player.output(&self.output)?).ok_or_else(|| {
+    fn shown(
+        &self,
+        runner: &mut SequenceRunner,
+        sequence: &TestSequence,
+        view: View,
+        frame: usize,
+    ) -> Result<Shown, LabError> {
+        runner.render(sequence, frame)?;
+        let shown = view.shown(&runner.output(&self.output)?).ok_or_else(|| {
             LabError::request(format!(
                 "the output `{}` has values that are not finite, on `{}`",
-                self.output, clip.name
+                self.output, sequence.name
             ))
             .hint("a node of the pipeline lets them through; `afterimage stress` finds which")
         })?;
@@ -129,15 +140,15 @@ impl Reference {
     /// All errors of the loaded plan; `also` gets each frame and its number.
     pub(crate) fn errors(
         &self,
-        player: &mut Player,
-        clip: &Clip,
+        runner: &mut SequenceRunner,
+        sequence: &TestSequence,
         view: View,
         mut also: impl FnMut(usize, &Shown) -> Result<(), LabError>,
     ) -> Result<Errors, LabError> {
         let mut worst = Errors::NONE;
         let mut trace = ErrorTrace::default();
         for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(player, clip, view, frame)?;
+            let shown = self.shown(runner, sequence, view, frame)?;
             also(frame, &shown)?;
             let flicker = if self.frames.len() > 1 { trace.next(reference, &shown) } else { None };
             worst = worst.worst(Errors { flicker, ..errors(reference, &shown) });
@@ -146,10 +157,15 @@ impl Reference {
     }
 
     /// The visible difference FLIP of the loaded plan, in the frame where it is largest.
-    pub(crate) fn flip(&self, player: &mut Player, clip: &Clip, view: View) -> Result<f64, LabError> {
+    pub(crate) fn flip(
+        &self,
+        runner: &mut SequenceRunner,
+        sequence: &TestSequence,
+        view: View,
+    ) -> Result<f64, LabError> {
         let mut worst = 0.0_f64;
         for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(player, clip, view, frame)?;
+            let shown = self.shown(runner, sequence, view, frame)?;
             worst = worst.max(mean(&flip(reference, &shown, PIXELS_PER_DEGREE)));
         }
         Ok(worst)
@@ -158,14 +174,14 @@ impl Reference {
     /// The errors in codes of the loaded plan, the worst of the first `count` frames.
     pub(crate) fn code_errors(
         &self,
-        player: &mut Player,
-        clip: &Clip,
+        runner: &mut SequenceRunner,
+        sequence: &TestSequence,
         view: View,
         count: usize,
     ) -> Result<CodeErrors, LabError> {
         let mut worst = CodeErrors::default();
         for (frame, reference) in self.codes.iter().take(count).enumerate() {
-            let differences = difference(reference, &self.shown(player, clip, view, frame)?.codes());
+            let differences = difference(reference, &self.shown(runner, sequence, view, frame)?.codes());
             worst.p999 = worst.p999.max(percentile(&differences, SHARE));
             worst.max = worst.max.max(percentile(&differences, 1.0));
         }

@@ -6,7 +6,7 @@ use super::reference::Figures;
 use super::variants::VariantKind;
 use crate::metrics::Range;
 
-/// What was measured, how, and on what.
+/// The result of `measure`: figures, settings and images.
 #[derive(Clone, Debug)]
 pub struct MeasureReport {
     /// The name of the pipeline.
@@ -17,20 +17,20 @@ pub struct MeasureReport {
     pub range: Range,
     /// The name of the adapter.
     pub adapter: String,
-    /// What measured the times.
+    /// The clock of the times.
     pub clock: ClockSource,
     /// Samples of each time.
     pub samples: u32,
-    pub clips: Vec<ClipInfo>,
+    pub sequences: Vec<SequenceInfo>,
     /// The variants; the first is the reference.
     pub rows: Vec<Row>,
     /// Switches that do not change the plan.
     pub without_effect: Vec<String>,
 }
 
-/// Name and size of a clip.
+/// Name and size of a sequence.
 #[derive(Clone, Debug)]
-pub struct ClipInfo {
+pub struct SequenceInfo {
     pub name: String,
     pub width: u32,
     pub height: u32,
@@ -43,23 +43,23 @@ pub struct Row {
     /// The name of the variant.
     pub variant: String,
     pub kind: VariantKind,
-    /// On each clip, in the order of the report.
-    pub clips: Vec<Figures>,
-    /// On each clip the first row with the same plan, whose figures these are: this one if there is no earlier one.
+    /// On each sequence, in the order of the report.
+    pub sequences: Vec<Figures>,
+    /// On each sequence the first row with the same plan, whose figures these are: this one if there is no earlier one.
     pub measured_as: Vec<usize>,
-    /// Whether no other variant is better in time and error (Pareto-optimal).
+    /// No other variant is better in time and error (Pareto-optimal).
     pub pareto: bool,
 }
 
 impl Row {
     pub(crate) fn new(variant: &str, kind: VariantKind) -> Self {
-        Self { variant: variant.to_owned(), kind, clips: Vec::new(), measured_as: Vec::new(), pareto: false }
+        Self { variant: variant.to_owned(), kind, sequences: Vec::new(), measured_as: Vec::new(), pareto: false }
     }
 
-    /// The worst over the clips.
+    /// The worst over the sequences.
     pub fn worst(&self) -> Figures {
-        let mut all = self.clips.iter().copied();
-        let first = all.next().expect("a variant is measured on at least one clip");
+        let mut all = self.sequences.iter().copied();
+        let first = all.next().expect("a variant is measured on at least one sequence");
         all.fold(first, Figures::worst)
     }
 
@@ -69,18 +69,18 @@ impl Row {
         (worst.cost.time.ms(), worst.errors.p999)
     }
 
-    /// The 99.9th percentile of the error without the clip where it is largest: what the others would have claimed.
-    /// `None` if there is one clip.
+    /// The 99.9th percentile of the error without the sequence where it is largest: what the others would have claimed.
+    /// `None` if there is one sequence.
     pub fn p999_without_worst(&self) -> Option<f64> {
-        let worst = self.worst_clip();
-        let others = self.clips.iter().enumerate().filter(|(at, _)| *at != worst);
+        let worst = self.worst_sequence();
+        let others = self.sequences.iter().enumerate().filter(|(at, _)| *at != worst);
         others.map(|(_, figures)| figures.errors.p999).reduce(f64::max)
     }
 
-    /// The index of the clip with the largest error.
-    pub(crate) fn worst_clip(&self) -> usize {
-        let error = |at: usize| self.clips[at].errors.p999;
-        (1..self.clips.len()).fold(0, |worst, at| if error(at) > error(worst) { at } else { worst })
+    /// The index of the sequence with the largest error.
+    pub(crate) fn worst_sequence(&self) -> usize {
+        let error = |at: usize| self.sequences[at].errors.p999;
+        (1..self.sequences.len()).fold(0, |worst, at| if error(at) > error(worst) { at } else { worst })
     }
 }
 
@@ -95,14 +95,14 @@ impl MeasureReport {
 
     /// Adapter, images and output as a caption.
     pub(crate) fn caption(&self) -> String {
-        let images = match self.clips.as_slice() {
-            [clip] => format!("{}, {}x{}", clip.name, clip.width, clip.height),
-            clips => format!("the worst of {} images", clips.len()),
+        let images = match self.sequences.as_slice() {
+            [sequence] => format!("{}, {}x{}", sequence.name, sequence.width, sequence.height),
+            sequences => format!("the worst of {} images", sequences.len()),
         };
         format!("{}; {images}; output `{}`", self.adapter, self.output)
     }
 
-    /// The place of the earlier row that has the same plan on all clips.
+    /// The place of the earlier row that has the same plan on all sequences.
     pub fn same_as(&self, row: usize) -> Option<usize> {
         let mut first = self.rows[row].measured_as.iter();
         let at = *first.next()?;
@@ -119,14 +119,14 @@ impl MeasureReport {
     }
 }
 
-/// Whether `a` is as good as `b` in time and error, and better in one. Times differ if their intervals do not overlap.
+/// True if `a` is as good as `b` in time and error, and better in one. Times differ if their intervals do not overlap.
 fn outdoes(a: &Figures, b: &Figures) -> bool {
     let ([a_least, a_most], [b_least, b_most]) = (a.cost.time.interval(), b.cost.time.interval());
     let (error, other) = (a.errors.p999, b.errors.p999);
     a_least <= b_most && error <= other && (a_most < b_least || error < other)
 }
 
-/// Whether `a` is as good as `b` in both time and error, and better in one.
+/// True if `a` is as good as `b` in both time and error, and better in one.
 pub(crate) fn beats(a: (f64, f64), b: (f64, f64)) -> bool {
     a.0 <= b.0 && a.1 <= b.1 && a != b
 }

@@ -38,7 +38,7 @@ fn headings(report: &MeasureReport) -> Vec<&'static str> {
     if has_flicker(report) {
         headings.push("flicker");
     }
-    if report.clips.len() > 1 {
+    if report.sequences.len() > 1 {
         headings.extend(["worst on", "without it"]);
     }
     headings
@@ -69,8 +69,8 @@ fn cells(report: &MeasureReport, row: &Row, names: String) -> Vec<Cell> {
     if has_flicker(report) {
         texts.push(errors.flicker.map_or(String::new(), |flicker| significant(flicker.p999)));
     }
-    if report.clips.len() > 1 {
-        texts.push(report.clips[row.worst_clip()].name.clone());
+    if report.sequences.len() > 1 {
+        texts.push(report.sequences[row.worst_sequence()].name.clone());
         texts.push(row.p999_without_worst().map_or(String::new(), significant));
     }
     texts.into_iter().map(|text| styled(row, text)).collect()
@@ -115,8 +115,8 @@ fn legend(report: &MeasureReport) -> String {
         "\n● no other variant is as accurate and faster, or as fast and more accurate; errors in {}; {time}",
         report.unit()
     );
-    if report.clips.len() > 1 {
-        let more = report.clips.len() + 1;
+    if report.sequences.len() > 1 {
+        let more = report.sequences.len() + 1;
         text += "\nwithout it: the p99.9 of the other images; ";
         text += &format!("one image more of their kind exceeds the p99.9 of all in 1 of {more} cases");
     }

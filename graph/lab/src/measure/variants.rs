@@ -35,7 +35,7 @@ pub enum VariantKind {
 }
 
 impl VariantKind {
-    /// Whether the variant changes one switch or format.
+    /// True if the variant changes one switch or format.
     pub(crate) fn is_switch(self) -> bool {
         matches!(self, Self::Switch | Self::Format)
     }
@@ -62,13 +62,13 @@ pub(crate) struct Variant {
 }
 
 impl Variant {
-    /// Whether intermediates are stored in 32 bits.
+    /// True if intermediates are stored in 32 bits.
     pub(crate) fn is_exact(&self) -> bool {
         self.kind == VariantKind::Reference
     }
 }
 
-/// What a switch changes.
+/// The part of a node that a switch changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SwitchTarget {
     /// A parameter, by its index among the node's values.

@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use crate::LabError;
 use crate::metrics::{Range, Shown, srgb_encode};
 
-/// How an output is displayed.
+/// The interpretation of an output as displayed light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct View {
     colorimetry: Colorimetry,
-    /// Whether the numbers are a signal. Light has no upper limit.
+    /// The numbers are a signal, and not light, which has no upper limit.
     is_encoded: bool,
 }
 
@@ -30,7 +30,7 @@ impl View {
         Err(LabError::request(message).hint("choose another output with `--output`"))
     }
 
-    /// Whether the display is SDR or HDR.
+    /// SDR or HDR, by the display.
     pub(crate) fn range(self) -> Range {
         if self.is_encoded && !self.colorimetry.is_hdr() { Range::Sdr } else { Range::Hdr }
     }

@@ -46,7 +46,7 @@ pub fn flip(reference: &Shown, other: &Shown, pixels_per_degree: f64) -> Vec<f32
     }
 }
 
-/// What a viewer sees of a picture: colors as blurred by the eye, and the edges and points of its brightness.
+/// A picture as seen: colors blurred by the eye, and the edges and points of its brightness.
 struct Seen {
     colors: Vec<[f64; 3]>,
     features: Vec<[f32; 2]>,
@@ -144,7 +144,7 @@ fn color_difference(a: [f64; 3], b: [f64; 3], largest: f64) -> f64 {
     KNEE_VALUE + (difference - knee) / (largest - knee) * (1.0 - KNEE_VALUE)
 }
 
-/// How much of an edge and of a point each pixel is.
+/// The strength of the edge and of the point at each pixel.
 fn features(brightness: &Plane, pixels_per_degree: f64) -> Vec<[f32; 2]> {
     let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
     let radius = (3.0 * deviation).ceil() as usize;

@@ -27,13 +27,13 @@ pub use ssim::ssim;
 pub struct Shown {
     pub width: usize,
     pub height: usize,
-    /// What the numbers mean.
+    /// The meaning of the numbers.
     pub range: Range,
     /// Rows from the top; as long as width times height.
     pub pixels: Vec<[f32; 3]>,
 }
 
-/// What the numbers of a shown picture mean.
+/// The meaning of the numbers of a shown picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// The sRGB signal, 0 to 1.

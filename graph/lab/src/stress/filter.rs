@@ -6,9 +6,9 @@ use afterimage_graph::node::{NodeKind, Registry};
 use afterimage_plan::Options;
 
 use super::images::Extreme;
-use super::probes::ProbeFilter;
-use super::render::{OutputPixels, RenderRequest, Renderer, Shot};
-use super::subject::{Overrides, Subject};
+use super::render::{OutputPixels, RenderRequest, Renderer, StressFrame};
+use super::target::{Overrides, Target};
+use super::visible::ShowFilter;
 
 /// A side for which no sampled weight is a multiple of a power of two.
 const SIDE: u32 = 61;
@@ -16,7 +16,7 @@ const SIDE: u32 = 61;
 /// many devices have, are off by up to 1/512.
 const FINE: f32 = 1.0 / 4096.0;
 
-/// Whether the device weights texels so coarsely that light next to a bright texel is visibly off.
+/// True if the device weights texels so coarsely that light next to a bright texel is visibly off.
 pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
     let mut renderer = Renderer::new(gpu, true, Options::default());
     largest_error(&mut renderer, registry).is_some_and(|error| error > FINE)
@@ -24,11 +24,11 @@ pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
 
 /// The largest error of a weight between a black and a white texel.
 fn largest_error(renderer: &mut Renderer, registry: &Registry) -> Option<f32> {
-    let subject = Subject::kind(registry, &NodeKind::of::<ProbeFilter>(), false, false).ok()?;
-    let graph = subject.graph(registry, &Overrides::new()).ok()?;
-    let shots = [Shot::still(Extreme::named("checkerboard")?)];
+    let target = Target::kind(registry, &NodeKind::of::<ShowFilter>(), false).ok()?;
+    let graph = target.graph(registry, &Overrides::new()).ok()?;
+    let inputs = [StressFrame::still(Extreme::named("checkerboard")?)];
     let request =
-        RenderRequest { subject: &subject, graph: &graph, size: Size::new(SIDE, 1), shots: &shots, together: true };
+        RenderRequest { target: &target, graph: &graph, size: Size::new(SIDE, 1), inputs: &inputs, together: true };
     let mut configuration = renderer.configure(|_, _| {}, true);
     let ran = renderer.run(&mut configuration, request).ok()?;
     let shown: &OutputPixels = ran.frames.first()?.first()?;

@@ -131,7 +131,7 @@ fn wide(place: Place) -> [f32; 4] {
     [r, g, b, 1.0]
 }
 
-/// A ramp with every bad value in it, for subjects that are too large for all images.
+/// A ramp with every bad value in it, for targets that are too large for all images.
 fn mixed(place: Place) -> [f32; 4] {
     const ODD: [f32; 7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1000.0, f32::MAX, MIN_HALF, -0.0];
     let index = (place.x + place.y * place.size.width) as usize;
@@ -157,7 +157,7 @@ impl Extreme {
         }
     }
 
-    /// Whether sanitizing changes it.
+    /// True if sanitizing changes it.
     pub(crate) fn is_sanitized(self, size: Size) -> bool {
         let bits = |pixels: &[[f32; 4]]| pixels.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
         let pixels = self.pixels(size);

@@ -1,22 +1,22 @@
 //! Every pipeline and every node kind with extreme images, parameters and sizes.
 //!
-//! A [`Subject`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images
+//! A [`Target`] is a pipeline or a kind on its own; [`stress`] runs its cases and returns a [`StressReport`]. Images
 //! are small and many are rendered in one submission, so that tens of thousands of cases take minutes on a processor.
 
 mod case_runner;
 mod filter;
 mod images;
 mod motion;
-mod probes;
-mod promises;
+mod visible;
+
+mod laws;
 mod render;
 mod report;
 mod run;
 mod settings;
-mod subject;
+mod target;
 mod time;
 mod variants;
-mod verdicts;
 mod wiring;
 
 use afterimage_gpu::Gpu;
@@ -24,8 +24,9 @@ use afterimage_graph::check::Loader;
 use afterimage_graph::node::{NodeKind, Registry, RegistryError};
 
 pub use case_runner::StressOptions;
-pub use report::{Failed, StressReport, Tally};
-pub use subject::{Overrides, Subject};
+pub use report::{Failed, Results, StressReport};
+pub use target::{Overrides, Target};
+pub use visible::ShowValue;
 
 use crate::Progress;
 use render::Renderer;
@@ -37,26 +38,24 @@ pub use wiring::NODE;
 /// As [`Registry::new`].
 pub fn registry(tables: &[&[NodeKind]]) -> Result<Registry, RegistryError> {
     let mut all = tables.to_vec();
-    all.push(probes::ALL);
+    all.push(visible::ALL);
     Registry::new(&all)
 }
 
-/// Each kind of these tables on its own: with its optional inputs, with light that may be negative, and without
-/// optional inputs if it has any. In addition, the kinds that cannot run alone, each with the reason and with what
-/// makes it reachable.
-pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Subject>, Vec<String>) {
-    let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
+/// Each kind of these tables on its own: with its optional inputs, and without them if it has any. In addition, the
+/// kinds that cannot run alone, each with the reason and with what makes it reachable.
+pub fn kinds(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<Target>, Vec<String>) {
+    let (mut targets, mut skipped) = (Vec::new(), Vec::new());
     for kind in tables.iter().copied().flatten() {
-        match Subject::kind(registry, kind, false, false) {
-            Ok(subject) => subjects.push(subject),
+        match Target::kind(registry, kind, false) {
+            Ok(target) => targets.push(target),
             Err(why) => skipped.push(format!("`{}` does not run with all of its inputs: {why}", kind.name())),
         }
-        subjects.extend(Subject::kind(registry, kind, false, true).ok().filter(Subject::takes_images));
         if kind.inputs().iter().any(|port| port.optional) {
-            subjects.extend(Subject::kind(registry, kind, true, false).ok());
+            targets.extend(Target::kind(registry, kind, true).ok());
         }
     }
-    (subjects, skipped)
+    (targets, skipped)
 }
 
 /// A pipeline, without its optional inputs, and at each of its tiers; or at the tier that is given. `words` are the
@@ -71,30 +70,30 @@ pub fn pipelines(
     text: &str,
     loader: &'static dyn Loader,
     tier: Option<&str>,
-) -> Result<Vec<Subject>, crate::LabError> {
-    let whole = Subject::pipeline(title, words, file, text, loader)?;
+) -> Result<Vec<Target>, crate::LabError> {
+    let whole = Target::pipeline(title, words, file, text, loader)?;
     if tier.is_some() {
         return Ok(vec![whole.at_tier(tier)]);
     }
-    let tiers: Vec<Subject> = whole.tiers().map(|tier| whole.at_tier(Some(tier))).collect();
+    let tiers: Vec<Target> = whole.tiers().map(|tier| whole.at_tier(Some(tier))).collect();
     let without_optional = whole.has_optional_inputs().then(|| whole.without_optional());
     Ok([whole].into_iter().chain(without_optional).chain(tiers).collect())
 }
 
-/// Runs the chosen cases of each subject.
+/// Runs the chosen cases of each target.
 pub fn stress(
     gpu: &Gpu,
     registry: &Registry,
-    subjects: &[Subject],
+    targets: &[Target],
     options: &StressOptions,
     progress: &dyn Progress,
 ) -> StressReport {
     let mut renderer = Renderer::new(gpu, options.unsanitized, options.options);
     renderer.filters_coarsely = filter::is_coarse(gpu, registry);
     let mut report = StressReport::default();
-    for subject in subjects {
-        progress.begin(&subject.title);
-        report.tallies.push(run::stress(&mut renderer, registry, subject, options, progress));
+    for target in targets.iter().filter(|target| !target.bare || options.includes(target, "bare")) {
+        progress.begin(&target.title);
+        report.results.push(run::stress(&mut renderer, registry, target, options, progress));
         progress.end();
     }
     report
@@ -105,7 +104,7 @@ pub fn case_names() -> Vec<&'static str> {
     images::ALL.iter().map(|image| image.name).chain(time::names()).chain([motion::LINES]).collect()
 }
 
-/// Whether a case of this name exists.
+/// True if a case of this name exists.
 pub fn is_case(name: &str) -> bool {
     case_names().contains(&name) || name == run::CHECK
 }

@@ -5,8 +5,8 @@ use afterimage_graph::image::{ColorState, Size};
 
 use super::case_runner::CaseRunner;
 use super::images::MOVING;
-use super::render::{OutputPixels, RenderRequest, Shot};
-use super::subject::Overrides;
+use super::render::{OutputPixels, RenderRequest, StressFrame};
+use super::target::Overrides;
 
 /// The name of the case.
 pub(crate) const LINES: &str = "moving-lines";
@@ -21,7 +21,7 @@ const MOST: f64 = 2.0 / 255.0;
 
 /// Compares the means of each encoded output of a pipeline.
 pub(crate) fn moving_lines(runner: &mut CaseRunner<'_>, graph: &Graph) {
-    if runner.subject.is_kind || !runner.options.accepts(LINES) {
+    if runner.target.is_kind || !runner.options.accepts(LINES) {
         return;
     }
     let sizes = match runner.options.size {
@@ -34,9 +34,9 @@ pub(crate) fn moving_lines(runner: &mut CaseRunner<'_>, graph: &Graph) {
         if (width as usize) < COLUMNS.end || (height as usize) <= 2 * BORDER {
             continue;
         }
-        let shots = MOVING.map(Shot::still);
+        let inputs = MOVING.map(StressFrame::still);
         let mut configuration = runner.renderer.configure(|_, _| {}, false);
-        let request = RenderRequest { subject: runner.subject, graph, size, shots: &shots, together: true };
+        let request = RenderRequest { target: runner.target, graph, size, inputs: &inputs, together: true };
         let frames = match runner.renderer.run(&mut configuration, request) {
             Ok(ran) => ran.frames,
             Err(why) => {
@@ -49,7 +49,7 @@ pub(crate) fn moving_lines(runner: &mut CaseRunner<'_>, graph: &Graph) {
             flickers(&outputs, size)
         });
         let wrong = wrong.collect();
-        runner.tally.judged("no flicker");
+        runner.results.judged("no flicker");
         runner.count(&Overrides::new(), size, LINES, wrong);
     }
 }

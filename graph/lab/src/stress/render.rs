@@ -13,20 +13,20 @@ use afterimage_media::catch_panic;
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan};
 
 use super::images::{Extreme, sanitized, sanitized_samples};
-use super::subject::Subject;
-use crate::measure::player::has_histories;
+use super::target::Target;
+use crate::measure::sequence_runner::has_histories;
 
 /// A frame to render.
 #[derive(Clone, Copy)]
-pub(crate) struct Shot {
+pub(crate) struct StressFrame {
     pub(crate) image: Extreme,
-    /// Whether the image is sanitized before it is uploaded.
+    /// The image is sanitized before it is uploaded.
     pub(crate) sanitized: bool,
     pub(crate) dt: f32,
     pub(crate) reset: bool,
 }
 
-impl Shot {
+impl StressFrame {
     /// A first frame.
     pub(crate) fn still(image: Extreme) -> Self {
         Self { image, sanitized: false, dt: 0.0, reset: true }
@@ -49,11 +49,11 @@ pub(crate) struct Renderer {
     gpu: Gpu,
     images: BTreeMap<ImageKey, InputImage>,
     errors: ErrorLog,
-    /// Whether images are declared finite whatever is in them, so that plans do not sanitize them.
+    /// Images are declared finite whatever is in them, so that plans do not sanitize them.
     unsanitized: bool,
     /// The planner's options, before a variant changes them.
     options: Options,
-    /// Whether the device's own filter weights texels coarsely. Until it is measured, it is assumed not to.
+    /// The device's own filter weights texels coarsely. Until it is measured, it is assumed not to.
     pub(crate) filters_coarsely: bool,
 }
 
@@ -71,7 +71,7 @@ pub(crate) struct Configuration {
     gpu: Gpu,
     session: Option<Session>,
     options: Options,
-    /// Whether images are half floats.
+    /// Images are half floats.
     half: bool,
     unsanitized: bool,
 }
@@ -79,12 +79,12 @@ pub(crate) struct Configuration {
 /// Frames to render.
 #[derive(Clone, Copy)]
 pub(crate) struct RenderRequest<'a> {
-    pub(crate) subject: &'a Subject,
-    /// The graph of the subject, with the parameters of the case.
+    pub(crate) target: &'a Target,
+    /// The graph of the target, with the parameters of the case.
     pub(crate) graph: &'a Graph,
     pub(crate) size: Size,
-    pub(crate) shots: &'a [Shot],
-    /// Whether all frames are in one submission. Then all have the time of the last.
+    pub(crate) inputs: &'a [StressFrame],
+    /// All frames are in one submission, with the time of the last.
     pub(crate) together: bool,
 }
 
@@ -148,10 +148,10 @@ impl Renderer {
         request: RenderRequest<'_>,
         found: &mut Vec<KernelFaults>,
     ) -> Result<(), String> {
-        let RenderRequest { subject, graph, size, .. } = request;
-        let plan = configuration.plan(subject, graph, size)?;
+        let RenderRequest { target, graph, size, .. } = request;
+        let plan = configuration.plan(target, graph, size)?;
         for (images, _) in self.frames(configuration, &plan, request)? {
-            let session = configuration.session(subject, graph);
+            let session = configuration.session(target, graph);
             let counted = catch_panic(|| session.kernel_faults(size, &images));
             let counted = counted.map_err(|panic| format!("panics: {panic}"))?;
             for faults in counted.map_err(|error| one_line(&error.to_string()))? {
@@ -165,10 +165,10 @@ impl Renderer {
     }
 
     fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {
-        let RenderRequest { subject, graph, size, together, .. } = request;
-        let plan = configuration.plan(subject, graph, size)?;
+        let RenderRequest { target, graph, size, together, .. } = request;
+        let plan = configuration.plan(target, graph, size)?;
         let frames = self.frames(configuration, &plan, request)?;
-        let session = configuration.session(subject, graph);
+        let session = configuration.session(target, graph);
         session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
         let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
@@ -182,9 +182,9 @@ impl Renderer {
         plan: &Plan,
         request: RenderRequest<'_>,
     ) -> Result<Vec<FrameInputs>, String> {
-        let RenderRequest { size, shots, .. } = request;
+        let RenderRequest { size, inputs, .. } = request;
         let mut frames: Vec<FrameInputs> = Vec::new();
-        for shot in shots {
+        for frame in inputs {
             let mut images = Vec::new();
             for (name, image) in &plan.inputs {
                 let planned = plan.image(*image);
@@ -194,26 +194,26 @@ impl Renderer {
                     desc = desc.sized(size);
                 }
                 let image =
-                    self.image(*shot, desc, planned.signedness).map_err(|error| one_line(&error.to_string()))?;
+                    self.image(*frame, desc, planned.signedness).map_err(|error| one_line(&error.to_string()))?;
                 images.push(InputImage { finite: configuration.unsanitized, ..image.named(name) });
             }
-            frames.push((images, FrameStep { time: 0.0, dt: shot.dt, kind: FrameKind::cut_if(shot.reset) }));
+            frames.push((images, FrameStep { time: 0.0, dt: frame.dt, kind: FrameKind::cut_if(frame.reset) }));
         }
         Ok(frames)
     }
 
-    /// The image of a shot. Each sample of a multisampled one, and each slice of a volume, shows another part of a
+    /// The image of a frame. Each sample of a multisampled one, and each slice of a volume, shows another part of a
     /// higher image.
-    fn image(&mut self, shot: Shot, desc: ImageDesc, signedness: Signedness) -> Result<InputImage, GpuError> {
-        let signedness = shot.sanitized.then_some(signedness);
-        let key = ImageKey { image: shot.image.name, desc, signedness };
+    fn image(&mut self, frame: StressFrame, desc: ImageDesc, signedness: Signedness) -> Result<InputImage, GpuError> {
+        let signedness = frame.sanitized.then_some(signedness);
+        let key = ImageKey { image: frame.image.name, desc, signedness };
         if let Some(made) = self.images.get(&key) {
             return Ok(made.clone());
         }
         let ImageDesc { size, samples, format, .. } = desc;
         let half = format == Format::Rgba16Float;
         let rows = Size::new(size.width, size.height * samples * size.depth);
-        let mut pixels = shot.image.pixels(rows);
+        let mut pixels = frame.image.pixels(rows);
         if let Some(signedness) = signedness {
             if half {
                 pixels.iter_mut().flatten().for_each(|x| *x = half::f16::from_f32(*x).to_f32());
@@ -250,8 +250,8 @@ impl Configuration {
 
     /// Texels of all images that a frame of this size needs, without tables of colors, which no size changes; 0 if it
     /// cannot be planned.
-    pub(crate) fn texels(&mut self, subject: &Subject, graph: &Graph, size: Size) -> u64 {
-        let Ok(plan) = self.plan(subject, graph, size) else { return 0 };
+    pub(crate) fn texels(&mut self, target: &Target, graph: &Graph, size: Size) -> u64 {
+        let Ok(plan) = self.plan(target, graph, size) else { return 0 };
         let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.fills_table(*index));
         let tables: Vec<usize> =
             fills.flat_map(|(_, planned)| &planned.pass.results).map(|result| result.image.0 as usize).collect();
@@ -259,22 +259,22 @@ impl Configuration {
         images.map(|(_, image)| image.desc.size.texels()).sum()
     }
 
-    /// Whether frames depend on earlier frames.
-    pub(crate) fn has_histories(&mut self, subject: &Subject, graph: &Graph, size: Size) -> bool {
-        self.plan(subject, graph, size).is_ok_and(|plan| has_histories(&plan))
+    /// True if frames depend on earlier frames.
+    pub(crate) fn has_histories(&mut self, target: &Target, graph: &Graph, size: Size) -> bool {
+        self.plan(target, graph, size).is_ok_and(|plan| has_histories(&plan))
     }
 
     /// The session, with this graph.
-    fn session(&mut self, subject: &Subject, graph: &Graph) -> &mut Session {
+    fn session(&mut self, target: &Target, graph: &Graph) -> &mut Session {
         let (gpu, options) = (&self.gpu, self.options);
-        self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), subject.facts.clone(), options))
+        self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), target.facts.clone(), options))
     }
 
-    fn plan(&mut self, subject: &Subject, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
+    fn plan(&mut self, target: &Target, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
         let given = GivenImage { desc: ImageDesc::new(size).format(self.format()), finite: self.unsanitized };
-        let inputs = || graph.inputs.iter().filter(|input| !(input.optional && subject.bare));
+        let inputs = || graph.inputs.iter().filter(|input| !(input.optional && target.bare));
         let options = self.options;
-        let session = self.session(subject, graph);
+        let session = self.session(target, graph);
         for input in inputs() {
             if let Some(block) = input.block {
                 session.set_block(&input.name, plausible(block));

@@ -6,12 +6,11 @@ use afterimage_graph::node::{Invariants, Registry};
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
-use super::promises::promises;
-use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, Shot};
-use super::report::Tally;
+use super::laws::{Tolerance, different, finite, promised, promises};
+use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, StressFrame};
+use super::report::Results;
 use super::settings::{Change, sweep};
-use super::subject::{Overrides, Subject};
-use super::verdicts::{Tolerance, different, finite, promised};
+use super::target::{Overrides, Target};
 use super::wiring::NODE;
 use super::{motion, time, variants};
 use crate::Progress;
@@ -28,33 +27,34 @@ const PARITIES: [Size; 3] = [
 const LIGHTS: [&str; 3] = ["firefly", "diagonal", "board"];
 /// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
 const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
-/// Sizes of a quick run, and of heavy subjects.
+/// Sizes of a quick run, and of heavy targets.
 const FEW_SIZES: [(u32, u32); 2] = [(1, 1), (5, 3)];
 /// Pairs of extremes for each pipeline and kind.
 const PAIRS: usize = 160;
-/// The texels from which on a subject is heavy: fewer of its cases are run.
+/// The texels from which on a target is heavy: fewer of its cases are run.
 const HEAVY: u64 = 50_000;
-/// Pairs of extremes for a heavy subject.
+/// Pairs of extremes for a heavy target.
 const FEW_PAIRS: usize = 4;
-/// The images for the parameters of a heavy subject.
-const HEAVY_IMAGES: [&str; 1] = ["mixed"];
+/// The images for the parameters of a heavy target: every bad value, and those with negative ones.
+const HEAVY_IMAGES: [&str; 4] = ["mixed", "negative", "minus-inf", "wide"];
 /// The texels from which on pairs of extremes are skipped, and single ones get one image.
 const TOO_HEAVY: u64 = 400_000;
+const TOO_HEAVY_IMAGE: &str = "mixed";
 /// The images for pairs of extremes.
 const PAIR_IMAGES: [&str; 5] = ["black", "nan", "firefly", "ramp", "primaries"];
-/// The images with negative values.
-const NEGATIVE: [&str; 3] = ["negative", "minus-inf", "wide"];
 /// The images for the longest sides that the device allows.
 const LONG_IMAGES: [&str; 2] = ["ramp", "inf"];
 
 impl StressOptions {
-    fn images(&self, change: &Change, is_heavy: bool, is_signed: bool) -> Vec<Extreme> {
+    fn images(&self, change: &Change, is_heavy: bool) -> Vec<Extreme> {
         let is_default = change.overrides.is_empty();
         let all = self.case.is_some() || (is_default && !(self.quick && is_heavy)) || (change.is_single && !is_heavy);
-        let some: &[&str] = if is_heavy && !is_default { &HEAVY_IMAGES } else { &PAIR_IMAGES };
-        let is_chosen = |image: &&Extreme| all || is_signed || some.contains(&image.name);
-        let fits = |image: &&Extreme| self.accepts(image.name) && (!is_signed || NEGATIVE.contains(&image.name));
-        ALL.iter().filter(is_chosen).filter(fits).copied().collect()
+        let is_heavy_image = |name: &str| is_heavy && HEAVY_IMAGES.contains(&name);
+        let is_pair_image = |name: &str| (is_default || !is_heavy) && PAIR_IMAGES.contains(&name);
+        let is_chosen = |image: &&Extreme| {
+            (all || is_heavy_image(image.name) || is_pair_image(image.name)) && self.accepts(image.name)
+        };
+        ALL.iter().filter(is_chosen).copied().collect()
     }
 
     fn sizes(&self, is_heavy: bool) -> Vec<Size> {
@@ -85,46 +85,42 @@ struct Broken {
 /// The case of a graph that cannot be checked.
 pub(crate) const CHECK: &str = "check";
 
-/// Runs all cases of a subject.
+/// Runs all cases of a target.
 pub(crate) fn stress(
     renderer: &mut Renderer,
     registry: &Registry,
-    subject: &Subject,
+    target: &Target,
     options: &StressOptions,
     progress: &dyn Progress,
-) -> Tally {
-    let subject = &subject.with_words(if options.unsanitized { " --unsanitized" } else { "" });
-    let tally = Tally::new(subject);
-    let mut runner = CaseRunner { renderer, registry, subject, options, progress, tally, is_heavy: false };
-    match subject.graph(registry, &Overrides::new()) {
+) -> Results {
+    let target = &target.with_words(if options.unsanitized { " --unsanitized" } else { "" });
+    let results = Results::new(target);
+    let mut runner = CaseRunner { renderer, registry, target, options, progress, results, is_heavy: false };
+    match target.graph(registry, &Overrides::new()) {
         Ok(graph) => runner.all(&graph),
         Err(diagnostics) => {
             let first = diagnostics.iter().next().map_or_else(String::new, |one| one.message.clone());
             runner.count(&Overrides::new(), SWEPT, CHECK, vec![first]);
         }
     }
-    runner.tally
+    runner.results
 }
 
 impl CaseRunner<'_> {
     fn all(&mut self, graph: &Graph) {
         let mut configuration = self.renderer.configure(|_, _| {}, false);
-        self.is_heavy = configuration.texels(self.subject, graph, SWEPT) > HEAVY;
+        self.is_heavy = configuration.texels(self.target, graph, SWEPT) > HEAVY;
         let pairs = match (self.options.quick, self.is_heavy) {
             (true, _) => 0,
             (false, true) => FEW_PAIRS,
             (false, false) => PAIRS,
         };
-        let pairs = if self.subject.signed { 0 } else { pairs };
-        let mut changes = sweep(self.subject, graph, pairs);
-        if self.options.defaults || !self.subject.sweep {
+        let mut changes = sweep(self.target, graph, pairs);
+        if self.options.defaults || !self.target.sweep {
             changes.truncate(1);
         }
         self.sweep(&mut configuration, &changes);
         self.kernel_faults(&mut configuration, graph, &changes[0]);
-        if self.subject.signed {
-            return;
-        }
         if self.options.size.is_none() {
             self.sizes(&mut configuration, graph);
         }
@@ -135,15 +131,15 @@ impl CaseRunner<'_> {
 
     /// Counts what functions of kinds in folders do wrong at the defaults.
     fn kernel_faults(&mut self, configuration: &mut Configuration, graph: &Graph, default: &Change) {
-        let images = self.options.images(default, self.is_heavy, self.subject.signed);
-        let shots: Vec<Shot> = images.into_iter().map(Shot::still).collect();
+        let images = self.options.images(default, self.is_heavy);
+        let inputs: Vec<StressFrame> = images.into_iter().map(StressFrame::still).collect();
         let size = self.options.swept();
-        let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: false };
+        let request = RenderRequest { target: self.target, graph, size, inputs: &inputs, together: false };
         let mut faults = Vec::new();
         let searched = self.renderer.kernel_faults(configuration, request, &mut faults);
-        self.tally.kernel_faults = faults.iter().map(ToString::to_string).collect();
+        self.results.kernel_faults = faults.iter().map(ToString::to_string).collect();
         if let Err(error) = searched {
-            self.tally.kernel_faults.push(format!("not all images were searched for NaN: {error}"));
+            self.results.kernel_faults.push(format!("not all images were searched for NaN: {error}"));
         }
     }
 
@@ -151,21 +147,21 @@ impl CaseRunner<'_> {
         let mut forced = self.renderer.configure(|_, _| {}, false);
         let size = self.options.swept();
         for change in changes {
-            let Ok(graph) = self.subject.graph(self.registry, &change.overrides) else {
-                self.tally.refused += 1;
+            let Ok(graph) = self.target.graph(self.registry, &change.overrides) else {
+                self.results.refused += 1;
                 continue;
             };
-            let texels = if self.is_heavy { configuration.texels(self.subject, &graph, size) } else { 0 };
+            let texels = if self.is_heavy { configuration.texels(self.target, &graph, size) } else { 0 };
             let is_worth_it = change.is_single && !self.options.quick;
             if texels > self.options.too_heavy() && !is_worth_it && self.options.case.is_none() {
                 continue;
             }
-            let mut images = self.options.images(change, self.is_heavy, self.subject.signed);
-            if texels > self.options.too_heavy() {
-                images.truncate(1);
+            let mut images = self.options.images(change, self.is_heavy);
+            if texels > self.options.too_heavy() && self.options.case.is_none() {
+                images.retain(|image| image.name == TOO_HEAVY_IMAGE);
             }
             let Some(ran) = self.stills(configuration, &graph, &change.overrides, size, &images) else { continue };
-            if self.subject.is_kind && ran.skipped.iter().any(|node| node == NODE) {
+            if self.target.is_kind && ran.skipped.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.overrides, size, &images);
             }
             if self.options.size.is_none() && change.is_single && promises(&graph).keeps_sum {
@@ -192,8 +188,10 @@ impl CaseRunner<'_> {
             let widest = outputs.map(|output| output.size.width).max();
             ratios.extend(widest.map(|widest| widest.div_ceil(size.width)));
         }
-        let mut half = self.renderer.configure(|_, _| {}, true);
-        self.stills(&mut half, graph, &Overrides::new(), SWEPT, &all);
+        if self.options.includes(self.target, "half floats") {
+            let mut half = self.renderer.configure(|_, _| {}, true);
+            self.stills(&mut half, graph, &Overrides::new(), SWEPT, &all);
+        }
         if !self.options.quick {
             // Outputs of a kind that enlarges have the longest side; those of a fixed size do not grow.
             let longest = configuration.longest_side() / ratios.into_iter().min().unwrap_or(1);
@@ -217,9 +215,9 @@ impl CaseRunner<'_> {
         }
         // The images, then sanitized versions of those that are not clean: both must give equal outputs.
         let sanitized: Vec<usize> = (0..images.len()).filter(|index| images[*index].is_sanitized(size)).collect();
-        let clean = sanitized.iter().map(|index| Shot { sanitized: true, ..Shot::still(images[*index]) });
-        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).chain(clean).collect();
-        let request = RenderRequest { subject: self.subject, graph, size, shots: &shots, together: true };
+        let clean = sanitized.iter().map(|index| StressFrame { sanitized: true, ..StressFrame::still(images[*index]) });
+        let inputs: Vec<StressFrame> = images.iter().map(|image| StressFrame::still(*image)).chain(clean).collect();
+        let request = RenderRequest { target: self.target, graph, size, inputs: &inputs, together: true };
         let ran = match self.renderer.run(configuration, request) {
             Ok(ran) => ran,
             Err(why) => {
@@ -240,7 +238,7 @@ impl CaseRunner<'_> {
             }
             wrong.extend(broken.into_iter().map(|broken| broken.what));
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
-                self.tally.judged("no spread in space");
+                self.results.judged("no spread in space");
                 wrong.extend(spread(&ran.frames[index], &ran.frames[images.len() + clean]));
             }
             self.count(overrides, size, image.name, wrong);
@@ -253,7 +251,7 @@ impl CaseRunner<'_> {
         let mut all = Vec::new();
         for shown in frame {
             for (promise, what) in promised(shown, image, size, promises) {
-                self.tally.judged(promise);
+                self.results.judged(promise);
                 all.extend(what.map(|what| Broken { output: shown.name.clone(), promise, what }));
             }
         }
@@ -275,7 +273,7 @@ impl CaseRunner<'_> {
         };
         let before = broken.len();
         broken.retain(|broken| !is_kept(broken));
-        (broken.len()..before).for_each(|_| self.tally.judged(KEPT_IF_EXACT));
+        (broken.len()..before).for_each(|_| self.results.judged(KEPT_IF_EXACT));
     }
 
     /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light
@@ -288,9 +286,9 @@ impl CaseRunner<'_> {
         size: Size,
         images: &[Extreme],
     ) {
-        let Some(graph) = self.subject.forced(self.registry, overrides) else { return };
-        let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
-        let request = RenderRequest { subject: self.subject, graph: &graph, size, shots: &shots, together: true };
+        let Some(graph) = self.target.forced(self.registry, overrides) else { return };
+        let inputs: Vec<StressFrame> = images.iter().map(|image| StressFrame::still(*image)).collect();
+        let request = RenderRequest { target: self.target, graph: &graph, size, inputs: &inputs, together: true };
         let ran = match self.renderer.run(configuration, request) {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
@@ -306,7 +304,7 @@ impl CaseRunner<'_> {
                 };
                 wrong.extend(difference.map(|what| format!("skipped as an identity, but it gives {what}")));
             }
-            self.tally.judged("neutral");
+            self.results.judged("neutral");
             self.count(overrides, size, image.name, wrong);
         }
     }

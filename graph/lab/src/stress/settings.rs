@@ -3,7 +3,7 @@
 use afterimage_graph::check::Graph;
 use afterimage_graph::value::{Param, Type, Value};
 
-use super::subject::{Overrides, Subject};
+use super::target::{Overrides, Target};
 
 /// A parameter and the values to test.
 struct Axis {
@@ -29,8 +29,8 @@ pub(crate) struct Change {
 
 /// The defaults first, then each parameter on its own, then all neutral values at once, then at most `pairs` pairs of
 /// extremes.
-pub(crate) fn sweep(subject: &Subject, graph: &Graph, pairs: usize) -> Vec<Change> {
-    let axes = axes(subject, graph);
+pub(crate) fn sweep(target: &Target, graph: &Graph, pairs: usize) -> Vec<Change> {
+    let axes = axes(target, graph);
     let mut changes = vec![Change { overrides: Overrides::new(), is_single: true }];
     for axis in &axes {
         for value in axis.ends.iter().chain(&axis.neutral) {
@@ -55,9 +55,9 @@ pub(crate) fn sweep(subject: &Subject, graph: &Graph, pairs: usize) -> Vec<Chang
     changes
 }
 
-fn axes(subject: &Subject, graph: &Graph) -> Vec<Axis> {
+fn axes(target: &Target, graph: &Graph) -> Vec<Axis> {
     let mut axes = Vec::new();
-    for node in graph.nodes.iter().filter(|node| subject.sweeps(&node.name)) {
+    for node in graph.nodes.iter().filter(|node| target.sweeps(&node.name)) {
         for (param, value) in node.kind().params().iter().zip(node.instance.values()) {
             let name = format!("{}.{}", node.name, param.name);
             let ends = ends(param).into_iter().filter(|end| end != value).collect();
@@ -99,22 +99,22 @@ pub(crate) fn arguments(overrides: &Overrides) -> String {
 mod tests {
     use afterimage_graph::node::Registry;
 
-    use super::super::subject::Subject;
+    use super::super::target::Target;
     use super::{arguments, sweep};
 
-    fn subject(kind: &str) -> (Registry, Subject) {
-        let tables = [afterimage_nodes::ALL, super::super::probes::ALL];
+    fn target(kind: &str) -> (Registry, Target) {
+        let tables = [afterimage_nodes::ALL, super::super::visible::ALL];
         let registry = Registry::new(&tables).expect("no two kinds share a name");
         let kind = registry.get(kind).expect("a built-in kind");
-        let subject = Subject::kind(&registry, kind, false, false).expect("every built-in kind can run alone");
-        (registry, subject)
+        let target = Target::kind(&registry, kind, false).expect("every built-in kind can run alone");
+        (registry, target)
     }
 
     #[test]
     fn both_ends_neutral_and_pairs() {
-        let (registry, subject) = subject("Contrast");
-        let graph = subject.graph(&registry, &Vec::new()).expect("defaults are right");
-        let all: Vec<String> = sweep(&subject, &graph, 3).iter().map(|change| arguments(&change.overrides)).collect();
+        let (registry, target) = target("Contrast");
+        let graph = target.graph(&registry, &Vec::new()).expect("defaults are right");
+        let all: Vec<String> = sweep(&target, &graph, 3).iter().map(|change| arguments(&change.overrides)).collect();
         assert_eq!(all[0], "");
         for expected in
             [" --set it.amount=0.0", " --set it.amount=8.0", " --set it.pivot=16.0", " --set it.form=Linear"]
@@ -127,11 +127,10 @@ mod tests {
     #[test]
     fn every_built_in_kind_can_run_alone() {
         for kind in afterimage_nodes::ALL {
-            for (bare, signed) in [(false, false), (true, false), (false, true), (true, true)] {
-                let (registry, _) = subject("Contrast");
-                let subject =
-                    Subject::kind(&registry, kind, bare, signed).unwrap_or_else(|why| panic!("{kind:?}: {why}"));
-                let graph = subject.graph(&registry, &Vec::new());
+            for bare in [false, true] {
+                let (registry, _) = target("Contrast");
+                let target = Target::kind(&registry, kind, bare).unwrap_or_else(|why| panic!("{kind:?}: {why}"));
+                let graph = target.graph(&registry, &Vec::new());
                 assert!(graph.is_ok(), "{kind:?}: {}", graph.expect_err("checked"));
             }
         }

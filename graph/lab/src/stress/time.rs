@@ -6,10 +6,9 @@ use afterimage_graph::node::Invariants;
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::promises::promises;
-use super::render::{OutputPixels, RenderRequest, Shot};
-use super::subject::Overrides;
-use super::verdicts::{Tolerance, different};
+use super::laws::{Tolerance, different, promises};
+use super::render::{OutputPixels, RenderRequest, StressFrame};
+use super::target::Overrides;
 
 /// The name of the long sequence.
 const LONG: &str = "thousand-frames";
@@ -27,77 +26,77 @@ const STILL: Tolerance = Tolerance { relative: 1e-5, absolute: 1e-5 };
 /// A sequence with a name for `--case`.
 struct Sequence {
     name: &'static str,
-    shots: fn() -> Vec<Shot>,
+    inputs: fn() -> Vec<StressFrame>,
     /// The frames whose last one its last one must equal.
     expected: Option<ExpectedFrame>,
 }
 
-/// What the last frame must equal.
+/// Frames whose last one the last frame must equal.
 struct ExpectedFrame {
-    shots: fn() -> Vec<Shot>,
+    inputs: fn() -> Vec<StressFrame>,
     tolerance: Tolerance,
-    /// Whether it is required of every graph, not only of those that follow the brightness.
+    /// It is required of every graph, not only of those that follow the brightness.
     always: bool,
 }
 
-fn shot(name: &str) -> Shot {
-    Shot { dt: STEP, reset: false, ..Shot::still(Extreme::named(name).expect("an image of that name")) }
+fn frame(name: &str) -> StressFrame {
+    StressFrame { dt: STEP, reset: false, ..StressFrame::still(Extreme::named(name).expect("an image of that name")) }
 }
 
-fn first(name: &str) -> Shot {
-    Shot { reset: true, ..shot(name) }
+fn first(name: &str) -> StressFrame {
+    StressFrame { reset: true, ..frame(name) }
 }
 
-fn stepped(name: &str, dt: f32) -> Shot {
-    Shot { dt, ..shot(name) }
+fn stepped(name: &str, dt: f32) -> StressFrame {
+    StressFrame { dt, ..frame(name) }
 }
 
 const SEQUENCES: [Sequence; 7] = [
     Sequence {
         name: "time-zero",
-        shots: || vec![first("gray"), stepped("bright", 0.0)],
+        inputs: || vec![first("gray"), stepped("bright", 0.0)],
         expected: Some(ExpectedFrame {
-            shots: || vec![first("gray"), stepped("gray", 0.0)],
+            inputs: || vec![first("gray"), stepped("gray", 0.0)],
             tolerance: STILL,
             always: false,
         }),
     },
     Sequence {
         name: "time-backwards",
-        shots: || vec![first("gray"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
+        inputs: || vec![first("gray"), stepped("bright", -1.0), stepped("bright", f32::NAN)],
         expected: Some(ExpectedFrame {
-            shots: || vec![first("gray"), stepped("gray", 0.0)],
+            inputs: || vec![first("gray"), stepped("gray", 0.0)],
             tolerance: STILL,
             always: false,
         }),
     },
-    Sequence { name: "time-tiny", shots: || vec![first("gray"), stepped("bright", 1e-6)], expected: None },
+    Sequence { name: "time-tiny", inputs: || vec![first("gray"), stepped("bright", 1e-6)], expected: None },
     Sequence {
         name: "time-huge",
-        shots: || vec![first("gray"), stepped("bright", 1e6)],
+        inputs: || vec![first("gray"), stepped("bright", 1e6)],
         expected: Some(ExpectedFrame {
-            shots: || vec![first("bright"), shot("bright")],
+            inputs: || vec![first("bright"), frame("bright")],
             tolerance: SETTLED,
             always: false,
         }),
     },
     Sequence {
         name: LONG,
-        shots: || [first("gray")].into_iter().chain(vec![shot("bright"); FRAMES]).collect(),
-        expected: Some(ExpectedFrame { shots: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
+        inputs: || [first("gray")].into_iter().chain(vec![frame("bright"); FRAMES]).collect(),
+        expected: Some(ExpectedFrame { inputs: || vec![first("bright"); 2], tolerance: SETTLED, always: false }),
     },
     Sequence {
         name: "cut",
-        shots: || vec![first("edge"), shot("all-inf"), first("gray")],
-        expected: Some(ExpectedFrame { shots: || vec![first("gray"); 3], tolerance: Tolerance::NONE, always: true }),
+        inputs: || vec![first("edge"), frame("all-inf"), first("gray")],
+        expected: Some(ExpectedFrame { inputs: || vec![first("gray"); 3], tolerance: Tolerance::NONE, always: true }),
     },
     Sequence {
         name: "bad-frame",
-        shots: || vec![first("gray"), shot("all-nan"), shot("nan"), shot("bright")],
+        inputs: || vec![first("gray"), frame("all-nan"), frame("nan"), frame("bright")],
         expected: Some(ExpectedFrame {
-            shots: || {
-                let clean = |name| Shot { sanitized: true, ..shot(name) };
-                vec![first("gray"), clean("all-nan"), clean("nan"), shot("bright")]
+            inputs: || {
+                let clean = |name| StressFrame { sanitized: true, ..frame(name) };
+                vec![first("gray"), clean("all-nan"), clean("nan"), frame("bright")]
             },
             tolerance: Tolerance::NONE,
             always: true,
@@ -113,7 +112,7 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
 /// Runs the sequences if the graph has histories.
 pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     let mut configuration = runner.renderer.configure(|_, _| {}, false);
-    if !configuration.has_histories(runner.subject, graph, SIZE) {
+    if !configuration.has_histories(runner.target, graph, SIZE) {
         return;
     }
     let promises = promises(graph);
@@ -125,21 +124,21 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     let chosen: Vec<&Sequence> = SEQUENCES.iter().filter(is_chosen).collect();
     for sequence in chosen {
         // A new configuration for each sequence: noise depends on the number of the frame.
-        let mut shots = (sequence.shots)();
+        let mut inputs = (sequence.inputs)();
         if sequence.name == LONG {
             if !is_worth_a_thousand(runner) {
                 continue;
             }
-            shorten(&mut shots, runner.is_heavy);
+            shorten(&mut inputs, runner.is_heavy);
         }
-        let Some(frames) = run(runner, graph, sequence.name, &shots) else { continue };
+        let Some(frames) = run(runner, graph, sequence.name, &inputs) else { continue };
         let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
         if let Some(expected) =
             sequence.expected.as_ref().filter(|expected| expected.always || applies(runner, &promises))
         {
-            let Some(others) = run(runner, graph, sequence.name, &(expected.shots)()) else { continue };
-            wrong.extend(last(&frames, &others, expected, runner.subject.is_kind));
-            runner.tally.judged(sequence.name);
+            let Some(others) = run(runner, graph, sequence.name, &(expected.inputs)()) else { continue };
+            wrong.extend(last(&frames, &others, expected, runner.target.is_kind));
+            runner.results.judged(sequence.name);
         }
         if sequence.name == LONG && applies(runner, &promises) {
             wrong.extend(
@@ -152,24 +151,29 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
 
 /// A pipeline at its defaults, or a kind whose output is a value. Other kinds only have a history in front of them.
 fn is_worth_a_thousand(runner: &CaseRunner<'_>) -> bool {
-    runner.subject.sweep && (runner.subject.shows_value || !runner.subject.is_kind)
+    runner.target.sweep && (runner.target.shows_value || !runner.target.is_kind)
 }
 
-fn shorten(shots: &mut Vec<Shot>, is_heavy: bool) {
+fn shorten(inputs: &mut Vec<StressFrame>, is_heavy: bool) {
     if is_heavy {
-        shots.truncate(1 + FRAMES / FEWER);
-        shots.iter_mut().for_each(|shot| shot.dt *= FEWER as f32);
+        inputs.truncate(1 + FRAMES / FEWER);
+        inputs.iter_mut().for_each(|frame| frame.dt *= FEWER as f32);
     }
 }
 
-/// Whether the first output of the subject is the exposure itself.
+/// True if the first output of the target is the exposure itself.
 fn applies(runner: &CaseRunner<'_>, promises: &Invariants) -> bool {
-    promises.is_exposure && promises.settles && runner.subject.shows_value
+    promises.is_exposure && promises.settles && runner.target.shows_value
 }
 
-fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -> Option<Vec<Vec<OutputPixels>>> {
+fn run(
+    runner: &mut CaseRunner<'_>,
+    graph: &Graph,
+    name: &str,
+    inputs: &[StressFrame],
+) -> Option<Vec<Vec<OutputPixels>>> {
     let mut configuration = runner.renderer.configure(|_, _| {}, false);
-    let request = RenderRequest { subject: runner.subject, graph, size: SIZE, shots, together: false };
+    let request = RenderRequest { target: runner.target, graph, size: SIZE, inputs, together: false };
     match runner.renderer.run(&mut configuration, request) {
         Ok(ran) => Some(ran.frames),
         Err(why) => {
@@ -179,7 +183,7 @@ fn run(runner: &mut CaseRunner<'_>, graph: &Graph, name: &str, shots: &[Shot]) -
     }
 }
 
-/// What is wrong with the last frame. Of a metering kind only the stops count: its other values follow the image at
+/// The fault of the last frame. Of a metering kind only the stops count: its other values follow the image at
 /// once.
 fn last(
     frames: &[Vec<OutputPixels>],
@@ -200,4 +204,41 @@ fn last(
 /// Under brighter frames the stops must not rise.
 fn rises(stops: &[f32]) -> Option<String> {
     (stops[1] > stops[0] + 1e-4).then(|| format!("the exposure rises again from {} to {} stops", stops[0], stops[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::image::ColorState;
+
+    use super::*;
+
+    fn exposure(stops: f32, reading: f32) -> Vec<OutputPixels> {
+        let (name, state, size) = ("exposure".into(), ColorState::Data, Size::new(1, 1));
+        vec![OutputPixels { name, state, limit: None, size, pixels: vec![[stops, reading, 0.0, 1.0]] }]
+    }
+
+    #[test]
+    fn only_rising_stops_are_a_fault() {
+        assert_eq!(rises(&[1.0, 1.0]).or(rises(&[1.0, 0.5])), None);
+        assert!(rises(&[0.5, 0.6]).is_some_and(|what| what.contains("rises again from 0.5 to 0.6 stops")));
+    }
+
+    #[test]
+    fn the_stops_of_a_metering_kind_must_settle_and_its_readings_need_not() {
+        let frames = vec![exposure(0.0, 1.0), exposure(-2.0, 3.0)];
+        let rule = |always| ExpectedFrame { inputs: Vec::new, tolerance: SETTLED, always };
+        let found = |stops, reading, always| last(&frames, &[exposure(stops, reading)], &rule(always), true);
+        assert_eq!(found(-2.001, 3.0, false), None);
+        assert_eq!(found(-2.0, 7.0, false), None);
+        assert!(found(-2.0, 7.0, true).is_some_and(|what| what.starts_with("after 2 frames: ")));
+        assert!(found(-1.9, 3.0, false).is_some());
+    }
+
+    #[test]
+    fn sequences_have_different_names_and_begin_with_a_reset() {
+        for (index, sequence) in SEQUENCES.iter().enumerate() {
+            assert!(SEQUENCES[..index].iter().all(|other| other.name != sequence.name));
+            assert!((sequence.inputs)()[0].reset, "{}", sequence.name);
+        }
+    }
 }

@@ -5,11 +5,10 @@ use afterimage_plan::{Alias, Caps, Options};
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::promises::promises;
-use super::render::{Configuration, RenderRequest, Rendered, Shot};
+use super::laws::{Tolerance, different, promises};
+use super::render::{Configuration, RenderRequest, Rendered, StressFrame};
 use super::settings::Change;
-use super::subject::Overrides;
-use super::verdicts::{Tolerance, different};
+use super::target::Overrides;
 
 /// A variant of plans, by what it changes.
 struct PlanVariant {
@@ -50,8 +49,12 @@ pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
     let mut plain = runner.renderer.configure(exactly(|_, _| {}), false);
     let mut others: Vec<(&'static str, Configuration)> = VARIANTS
         .iter()
+        .filter(|variant| runner.options.includes(runner.target, variant.name))
         .map(|variant| (variant.name, runner.renderer.configure(exactly(variant.change), false)))
         .collect();
+    if others.is_empty() {
+        return;
+    }
     let sizes = match (runner.options.size, runner.options.quick) {
         (Some((width, height)), _) => vec![Size::new(width, height)],
         (None, quick) => SIZES.iter().take(if quick { 1 } else { 2 }).map(|(w, h)| Size::new(*w, *h)).collect(),
@@ -65,7 +68,7 @@ pub(crate) fn compare(runner: &mut CaseRunner<'_>, changes: &[Change]) {
     }
 }
 
-/// Whether a change can change shaders: names, integers and flags can, fractions only change uniforms.
+/// True if a change can change shaders: names, integers and flags can, fractions only change uniforms.
 fn is_compiled(change: &Change) -> bool {
     change.is_single && change.overrides.iter().all(|(_, value)| !value.contains('.'))
 }
@@ -78,9 +81,9 @@ fn one(
     size: Size,
     images: &[Extreme],
 ) {
-    let Ok(graph) = runner.subject.graph(runner.registry, overrides) else { return };
-    let shots: Vec<Shot> = images.iter().map(|image| Shot::still(*image)).collect();
-    let request = RenderRequest { subject: runner.subject, graph: &graph, size, shots: &shots, together: true };
+    let Ok(graph) = runner.target.graph(runner.registry, overrides) else { return };
+    let inputs: Vec<StressFrame> = images.iter().map(|image| StressFrame::still(*image)).collect();
+    let request = RenderRequest { target: runner.target, graph: &graph, size, inputs: &inputs, together: true };
     // The still images have already reported a failure of the first variant.
     let Ok(expected) = runner.renderer.run(plain, request) else { return };
     // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
@@ -93,7 +96,7 @@ fn one(
     for (name, configuration) in others.iter_mut() {
         match runner.renderer.run(configuration, request) {
             Ok(ran) => {
-                images.iter().for_each(|_| runner.tally.judged(name));
+                images.iter().for_each(|_| runner.results.judged(name));
                 differences(&ran, &expected).for_each(|(index, what)| wrong[index].push(format!("{name}: {what}")))
             }
             Err(why) => wrong[0].push(format!("{name}: {why}")),

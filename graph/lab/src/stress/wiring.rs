@@ -18,14 +18,14 @@ struct PipelineWriter<'r> {
     outputs: String,
 }
 
-/// How a kind is wired.
+/// The wiring of a kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WireOptions<'f> {
-    /// Whether optional inputs stay without a wire.
+    /// Optional inputs stay without a wire.
     pub(crate) bare: bool,
-    /// Whether it is wired as it is used most: without optional values, and only its main output is read.
+    /// The most frequent use: without optional values, and only its main output is read.
     pub(crate) typical: bool,
-    /// Whether the node's images are also read from the previous frame, so that it is not skipped as an identity.
+    /// The node's images are also read from the previous frame, so that it is not skipped as an identity.
     pub(crate) forced: bool,
     /// The value of parameters that name a file.
     pub(crate) file: &'f str,
@@ -106,11 +106,11 @@ impl PipelineWriter<'_> {
     fn show_wire(&mut self, port: &Output, wire: &str, name: &str, depth: usize) -> Option<()> {
         match port.ty {
             PortType::Image => self.output(name, wire),
-            PortType::Value => self.probe(name, &format!("ProbeValue(value: \"{wire}\")")),
-            PortType::Volume => self.probe(name, &format!("ProbeVolume(volume: \"{wire}\")")),
+            PortType::Value => self.show_by(name, &format!("ShowValue(value: \"{wire}\")")),
+            PortType::Volume => self.show_by(name, &format!("ShowVolume(volume: \"{wire}\")")),
             PortType::Pyramid => {
-                self.probe(&format!("{name}-finest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Finest)"));
-                self.probe(&format!("{name}-coarsest"), &format!("ProbeLevel(pyramid: \"{wire}\", end: Coarsest)"));
+                self.show_by(&format!("{name}-finest"), &format!("ShowLevel(pyramid: \"{wire}\", end: Finest)"));
+                self.show_by(&format!("{name}-coarsest"), &format!("ShowLevel(pyramid: \"{wire}\", end: Coarsest)"));
             }
             PortType::Table if depth < MAX_LENGTH => return self.read_table(port, wire, name, depth),
             PortType::Table | PortType::Block | PortType::Multisampled => return None,
@@ -129,7 +129,7 @@ impl PipelineWriter<'_> {
         Some(())
     }
 
-    fn probe(&mut self, name: &str, node: &str) {
+    fn show_by(&mut self, name: &str, node: &str) {
         let _ = writeln!(self.nodes, "        \"{name}-seen\": {node},");
         self.output(name, &format!("{name}-seen"));
     }
@@ -180,7 +180,7 @@ fn reader<'r>(registry: &'r Registry, table: &Output) -> Option<(&'r NodeKind, &
     registry.iter().find_map(|kind| Some((kind, takes(kind)?)))
 }
 
-/// Why an input cannot be made, and what to do.
+/// The message about an input that nothing makes, with the remedy.
 fn no_maker(port: &Input) -> String {
     let ty = port.ty.name();
     let what = match &port.content {
@@ -190,7 +190,7 @@ fn no_maker(port: &Input) -> String {
     format!("nothing makes its input `{}`: register a kind that has {what} and can be made from images", port.name)
 }
 
-/// Why an output cannot be shown, and what to do.
+/// The message about an output that nothing reads, with the remedy.
 fn no_reader(port: &Output) -> String {
     let what = match &port.content {
         Some(content) => format!("register a kind whose input of the type Table has the content `{content}`"),

@@ -1,4 +1,4 @@
-//! Errors and time of one choice after another, on all clips.
+//! Errors and time of one choice after another, on all sequences.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use super::space::Space;
 use super::steps::Steps;
 use super::target::Measured;
 use crate::LabError;
-use crate::measure::clips::{self, Clip};
-use crate::measure::player::{Player, reads_earlier_images};
 use crate::measure::reference::{self, CodeErrors, Reference};
+use crate::measure::sequence_runner::{SequenceRunner, reads_earlier_images};
+use crate::measure::sequences::{self, TestSequence};
 use crate::measure::variants::most_accurate;
 use crate::measure::view::View;
 use crate::measure::{MeasureOptions, load};
@@ -29,13 +29,13 @@ pub struct TunePipeline {
     pub facts: Vec<String>,
 }
 
-/// A clip with its reference.
+/// A sequence with its reference.
 struct Picture {
-    clip: Clip,
+    sequence: TestSequence,
     reference: Reference,
     /// The hash of the reference's plan.
     plan: String,
-    /// Whether the search sees it; otherwise it confirms what the search finds.
+    /// The search sees it; otherwise it confirms what the search finds.
     is_searched: bool,
     /// The frames that the search sees, from the first. Of a still image that is one, unless earlier images are read:
     /// the others confirm.
@@ -51,8 +51,8 @@ pub(super) struct Confirmed {
 }
 
 /// All pictures, and what was measured on them.
-pub(super) struct ClipMeasurer<'a> {
-    player: Player,
+pub(super) struct ChoiceMeasurer<'a> {
+    runner: SequenceRunner,
     written: &'a Graph,
     pub(super) space: Space,
     view: View,
@@ -64,8 +64,8 @@ pub(super) struct ClipMeasurer<'a> {
     costs: BTreeMap<PlanHash, (f64, u64)>,
 }
 
-impl<'a> ClipMeasurer<'a> {
-    /// Loads the clips and renders their references. The search sees some of them only.
+impl<'a> ChoiceMeasurer<'a> {
+    /// Loads the sequences and renders their references. The search sees some of them only.
     pub(super) fn prepare(
         gpu: &Gpu,
         registry: &Registry,
@@ -77,37 +77,37 @@ impl<'a> ClipMeasurer<'a> {
         let output = reference::output(written, options.output.as_deref())?;
         let view = View::of(written, output)?;
         let exact = reference::before_quantization(&most_accurate(&pipeline.ideal)?, &output.name);
-        let mut player = Player::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
-        let sources = clips::sources(&options.clips, written)?;
-        let mut clips = Vec::new();
+        let mut runner = SequenceRunner::new(gpu, written, options.facts.clone(), options.options, options.samples)?;
+        let sources = sequences::sources(&options.sequences, written)?;
+        let mut sequences = Vec::new();
         for source in &sources {
-            clips.push(load(source, gpu, registry, &mut player, written, &options.clips)?);
+            sequences.push(load(source, gpu, registry, &mut runner, written, &options.sequences)?);
         }
-        let samples = player.samples();
-        let space = Space::new(written, &mut |graph| player.plan(graph, &clips[0], false))?;
-        steps.add(clips.len() as u64);
+        let samples = runner.samples();
+        let space = Space::new(written, &mut |graph| runner.plan(graph, &sequences[0], false))?;
+        steps.add(sequences.len() as u64);
         steps.add_search(&space.sizes());
-        let mut pictures = Vec::with_capacity(clips.len());
-        for (clip, is_searched) in clips.into_iter().zip(clips::searched(&sources)) {
-            let (plan, reference) = steps.run(&format!("reference of {}", clip.name), || {
-                let plan = player.load(&exact, &clip, true)?;
-                Ok((plan, Reference::render(&mut player, &clip, view, &output.name)?))
+        let mut pictures = Vec::with_capacity(sequences.len());
+        for (sequence, is_searched) in sequences.into_iter().zip(sequences::searched(&sources)) {
+            let (plan, reference) = steps.run(&format!("reference of {}", sequence.name), || {
+                let plan = runner.load(&exact, &sequence, true)?;
+                Ok((plan, Reference::render(&mut runner, &sequence, view, &output.name)?))
             })?;
-            let searched_frames = if clip.is_still() && !reads_earlier_images(&plan) { 1 } else { clip.len() };
+            let searched_frames = if sequence.is_still() && !reads_earlier_images(&plan) { 1 } else { sequence.len() };
             let plan = plan.hash().to_string();
-            pictures.push(Picture { clip, reference, plan, is_searched, searched_frames });
+            pictures.push(Picture { sequence, reference, plan, is_searched, searched_frames });
         }
-        Ok(Self { player, written, space, view, pictures, samples, adapter: gpu.name(), costs: BTreeMap::new() })
+        Ok(Self { runner, written, space, view, pictures, samples, adapter: gpu.name(), costs: BTreeMap::new() })
     }
 
-    /// What the figures depend on: a search with another identity cannot use them.
+    /// The settings on which the figures depend: a search with another identity cannot use them.
     pub(super) fn identity(&mut self, pipeline: &TunePipeline) -> Result<serde_json::Value, LabError> {
         let exact = self.graph(&self.space.most_accurate());
         let mut images = Vec::new();
-        for Picture { clip, reference, plan, is_searched, .. } in &self.pictures {
-            let hash = self.player.plan(&exact, clip, false)?.hash().to_string();
+        for Picture { sequence, reference, plan, is_searched, .. } in &self.pictures {
+            let hash = self.runner.plan(&exact, sequence, false)?.hash().to_string();
             images.push(serde_json::json!({
-                "image": clip.name,
+                "image": sequence.name,
                 "frames": reference.frames.len(),
                 "searched": is_searched,
                 "plan": hash,
@@ -116,7 +116,7 @@ impl<'a> ClipMeasurer<'a> {
         }
         Ok(serde_json::json!({
             "adapter": self.adapter,
-            "clock": self.player.clock_source().name(),
+            "clock": self.runner.clock_source().name(),
             "switches": self.space.names(),
             "facts": pipeline.facts,
             "images": images,
@@ -128,10 +128,10 @@ impl<'a> ClipMeasurer<'a> {
         self.space.graph(self.written, choice)
     }
 
-    /// What a claim is measured on: adapter, size, clock and images. `worst` is the image of the largest error.
+    /// The conditions of a claim: adapter, size, clock and images. `worst` is the image of the largest error.
     pub(super) fn conditions(&self, worst: &str) -> String {
-        let clock = if self.player.clock_source() == ClockSource::Gpu { "GPU time" } else { "host time" };
-        let on = format!("{} at {}, {clock}", self.adapter, self.pictures[self.largest()].clip.size);
+        let clock = if self.runner.clock_source() == ClockSource::Gpu { "GPU time" } else { "host time" };
+        let on = format!("{} at {}, {clock}", self.adapter, self.pictures[self.largest()].sequence.size);
         let count = self.pictures.len();
         if count == 1 {
             return format!("{on}; errors a tenth above those of {worst}");
@@ -143,7 +143,7 @@ impl<'a> ClipMeasurer<'a> {
     /// The picture of the most pixels.
     fn largest(&self) -> usize {
         let pixels = |at: &usize| {
-            let size = self.pictures[*at].clip.size;
+            let size = self.pictures[*at].sequence.size;
             u64::from(size.width) * u64::from(size.height)
         };
         (0..self.pictures.len()).max_by_key(pixels).expect("there is at least one picture")
@@ -153,12 +153,12 @@ impl<'a> ClipMeasurer<'a> {
     pub(super) fn measured(&mut self, choice: &[usize]) -> Result<Measured, LabError> {
         let errors = self.errors(choice, true)?;
         let graph = self.graph(choice);
-        let clip = &self.pictures[self.largest()].clip;
-        let plan = self.player.load(&graph, clip, false)?.hash();
+        let sequence = &self.pictures[self.largest()].sequence;
+        let plan = self.runner.load(&graph, sequence, false)?.hash();
         let (ms, bytes) = match self.costs.get(&plan) {
             Some(known) => *known,
             None => {
-                let cost = self.player.cost(clip, self.samples)?;
+                let cost = self.runner.cost(sequence, self.samples)?;
                 *self.costs.entry(plan).or_insert((cost.time.ms(), cost.bytes))
             }
         };
@@ -175,52 +175,52 @@ impl<'a> ClipMeasurer<'a> {
             }
         }
         let measured = Measured { ms: seen.ms, bytes: seen.bytes, ..worst(&errors) };
-        Ok(Confirmed { measured, worst: self.pictures[at].clip.name.clone() })
+        Ok(Confirmed { measured, worst: self.pictures[at].sequence.name.clone() })
     }
 
     /// The time of a choice on the largest image, with the share of the samples of one of `parts`.
     pub(super) fn time(&mut self, choice: &[usize], parts: u32) -> Result<FrameTime, LabError> {
         let graph = self.graph(choice);
-        let clip = &self.pictures[self.largest()].clip;
-        self.player.load(&graph, clip, false)?;
-        Ok(self.player.cost(clip, self.player.samples().div_ceil(parts))?.time)
+        let sequence = &self.pictures[self.largest()].sequence;
+        self.runner.load(&graph, sequence, false)?;
+        Ok(self.runner.cost(sequence, self.runner.samples().div_ceil(parts))?.time)
     }
 
     /// The visible difference of a choice, FLIP, on the picture where it is largest.
     pub(super) fn flip(&mut self, choice: &[usize]) -> Result<f64, LabError> {
         let graph = self.graph(choice);
         let mut worst = 0.0_f64;
-        for Picture { clip, reference, .. } in &self.pictures {
+        for Picture { sequence, reference, .. } in &self.pictures {
             let compared = reference::before_quantization(&graph, reference.output());
-            self.player.load(&compared, clip, false)?;
-            worst = worst.max(reference.flip(&mut self.player, clip, self.view)?);
+            self.runner.load(&compared, sequence, false)?;
+            worst = worst.max(reference.flip(&mut self.runner, sequence, self.view)?);
         }
         Ok(worst)
     }
 
-    /// The errors of a choice on each clip, or on the clips and frames that the search sees.
+    /// The errors of a choice on each sequence, or on the sequences and frames that the search sees.
     fn errors(&mut self, choice: &[usize], only_searched: bool) -> Result<Vec<CodeErrors>, LabError> {
         let graph = self.graph(choice);
-        let (mut errors, mut loaded): (Vec<CodeErrors>, Option<&Clip>) = (Vec::new(), None);
-        for Picture { clip, reference, searched_frames, .. } in
+        let (mut errors, mut loaded): (Vec<CodeErrors>, Option<&TestSequence>) = (Vec::new(), None);
+        for Picture { sequence, reference, searched_frames, .. } in
             self.pictures.iter().filter(|picture| picture.is_searched || !only_searched)
         {
-            if loaded.is_some_and(|loaded| loaded.is_like(clip)) {
-                self.player.restart();
+            if loaded.is_some_and(|loaded| loaded.is_like(sequence)) {
+                self.runner.restart();
             } else {
                 let compared = reference::before_quantization(&graph, reference.output());
-                self.player.load(&compared, clip, false)?;
-                loaded = Some(clip);
+                self.runner.load(&compared, sequence, false)?;
+                loaded = Some(sequence);
             }
-            let frames = if only_searched { *searched_frames } else { clip.len() };
-            errors.push(reference.code_errors(&mut self.player, clip, self.view, frames)?);
+            let frames = if only_searched { *searched_frames } else { sequence.len() };
+            errors.push(reference.code_errors(&mut self.runner, sequence, self.view, frames)?);
         }
         Ok(errors)
     }
 }
 
-/// The worst errors of all clips, without costs.
+/// The worst errors of all sequences, without costs.
 fn worst(errors: &[CodeErrors]) -> Measured {
     let one = |errors: &CodeErrors| Measured { p999: errors.p999, max: errors.max, ..Measured::default() };
-    errors.iter().map(one).reduce(Measured::worst).expect("there is at least one clip")
+    errors.iter().map(one).reduce(Measured::worst).expect("there is at least one sequence")
 }

@@ -19,7 +19,7 @@ pub use measurer::TunePipeline;
 pub use target::{MARGIN, Measured, TuneTarget};
 pub use tiers::{Goal, Tier};
 
-use measurer::ClipMeasurer;
+use measurer::ChoiceMeasurer;
 use state::SearchState;
 use steps::Steps;
 use tuner::Tuner;
@@ -64,7 +64,7 @@ pub fn tune(
 ) -> Result<Tuned, LabError> {
     let mut steps = Steps::new(progress, goals.len() as u64);
     steps.add(tiers::last_steps(goals.len()));
-    let mut measurer = ClipMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
+    let mut measurer = ChoiceMeasurer::prepare(gpu, registry, pipeline, options, &mut steps)?;
     if goals.len() > 1 {
         // The tiers that are found are timed by turns.
         measurer.samples = measurer.samples.div_ceil(ROUGHLY);

@@ -163,7 +163,7 @@ mod tests {
         Measured { ms: sum.ms + twice, ..sum }
     }
 
-    /// What is found for a target with at most so many measurements after those of single switches, and the choices
+    /// The best choice for a target with at most so many measurements after those of single switches, and the choices
     /// that were measured.
     fn found(target: TuneTarget, of: fn(&[usize]) -> Measured, most: usize) -> (Candidate, Vec<Vec<usize>>) {
         let mut known = singles(&SIZES).into_iter().map(|choice| (choice.clone(), of(&choice))).collect();

@@ -6,7 +6,7 @@ use afterimage_graph::check::Graph;
 use afterimage_plan::Plan;
 
 use crate::LabError;
-use crate::measure::player::run_alike;
+use crate::measure::sequence_runner::run_alike;
 use crate::measure::variants::{Switch, switches, verify};
 
 /// The switches that change the plan, each with at least two choices. A choice is an index for each switch.

@@ -21,7 +21,7 @@ pub(super) struct SearchState {
 
 #[derive(Serialize, Deserialize)]
 struct Content {
-    /// What the figures depend on.
+    /// The settings on which the figures depend.
     identity: Value,
     measured: BTreeMap<String, Measured>,
     /// Figures of all pictures, also of those that the search does not see.

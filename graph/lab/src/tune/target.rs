@@ -56,7 +56,7 @@ impl Measured {
         MARGIN * self.p999
     }
 
-    /// Whether a measurement can have these figures.
+    /// True if a measurement can have these figures.
     pub(super) fn is_possible(&self) -> bool {
         let figures = [self.ms, self.p999, self.p999_without_worst.unwrap_or(0.0), self.max];
         figures.iter().all(|figure| figure.is_finite() && *figure >= 0.0)
@@ -68,7 +68,7 @@ impl Measured {
 }
 
 impl TuneTarget {
-    /// Whether the figures are within the limit.
+    /// True if the figures are within the limit.
     pub(super) fn is_met(self, measured: &Measured) -> bool {
         match self {
             Self::Budget(ms) => measured.ms <= ms,
@@ -77,7 +77,7 @@ impl TuneTarget {
         }
     }
 
-    /// Whether `a` is better than `b`: first what is within the limit, then the smaller other figure, then the
+    /// True if `a` is better than `b`: first what is within the limit, then the smaller other figure, then the
     /// smaller limited one.
     pub(super) fn prefers(self, a: &Measured, b: &Measured) -> bool {
         match (self.is_met(a), self.is_met(b)) {
@@ -87,7 +87,7 @@ impl TuneTarget {
         }
     }
 
-    /// Whether `a` is better than `b` by more than noise.
+    /// True if `a` is better than `b` by more than noise.
     pub(super) fn gains(self, a: &Measured, b: &Measured) -> bool {
         let (now, before) = (a.point(), b.point());
         let counts = match (self, self.is_met(b)) {

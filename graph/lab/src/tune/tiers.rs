@@ -26,13 +26,13 @@ pub struct Tier {
     pub measured: Measured,
     /// The visible difference FLIP, from 0 to 1.
     pub flip: f64,
-    /// What both were measured on, and what a claim adds to the errors.
+    /// The conditions of both figures, and the margin that a claim adds to the errors.
     pub conditions: String,
 }
 
 /// A tier takes at most this share of the time of the one before.
 const MAX_SHARE: f64 = 0.75;
-/// How often each of several tiers is timed, by turns.
+/// Rounds in which several tiers are timed by turns.
 const ROUNDS: u32 = 2;
 
 /// A goal, and what was found for it.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::measurer::{ClipMeasurer, Confirmed};
+use super::measurer::{ChoiceMeasurer, Confirmed};
 use super::search::{Candidate, Search, singles};
 use super::state::SearchState;
 use super::steps::{MAX_CONFIRMATIONS, Steps, max_choices, single_choices};
@@ -14,7 +14,7 @@ const LESS: f64 = 0.9;
 
 /// A search with all that it knows.
 pub(super) struct Tuner<'a> {
-    pub(super) measurer: ClipMeasurer<'a>,
+    pub(super) measurer: ChoiceMeasurer<'a>,
     pub(super) state: SearchState,
     /// The choices that this search has measured, or taken from the state.
     known: BTreeMap<Vec<usize>, Measured>,
@@ -22,7 +22,7 @@ pub(super) struct Tuner<'a> {
 }
 
 impl<'a> Tuner<'a> {
-    pub(super) fn new(measurer: ClipMeasurer<'a>, state: SearchState, steps: Steps<'a>) -> Self {
+    pub(super) fn new(measurer: ChoiceMeasurer<'a>, state: SearchState, steps: Steps<'a>) -> Self {
         Self { measurer, state, known: BTreeMap::new(), steps }
     }
 

@@ -6,7 +6,7 @@ use afterimage_graph::check::Graph;
 use afterimage_graph::node::{NodeKind, Pass, Registry, Resource};
 use afterimage_graph::value::{Param, Value};
 use afterimage_lab::LabError;
-use afterimage_lab::stress::{NODE, Subject};
+use afterimage_lab::stress::{NODE, Target};
 use afterimage_plan::{Plan, PlannedPass};
 
 use super::figures::SkippedKind;
@@ -14,7 +14,7 @@ use super::figures::SkippedKind;
 /// A kind on its own.
 pub(super) struct KindAlone {
     pub(super) kind: String,
-    subject: Subject,
+    subject: Target,
     /// Values in the place of the defaults that change nothing.
     pub(super) changed: Vec<(String, String)>,
 }
@@ -32,7 +32,7 @@ pub(super) fn alone(registry: &Registry, tables: &[&[NodeKind]]) -> (Vec<KindAlo
     let (mut subjects, mut skipped) = (Vec::new(), Vec::new());
     for kind in tables.iter().copied().flatten() {
         let name = kind.name().to_owned();
-        match Subject::typical(registry, kind) {
+        match Target::typical(registry, kind) {
             Ok(subject) => subjects.push(KindAlone { kind: name, subject, changed: changed(kind) }),
             Err(why) => skipped.push(SkippedKind { kind: name, why }),
         }

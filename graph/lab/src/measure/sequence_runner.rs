@@ -1,4 +1,4 @@
-//! Frames of clips on the GPU, and what they cost.
+//! Frames of sequences on the GPU, and what they cost.
 
 use std::sync::Arc;
 
@@ -8,14 +8,14 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Pass};
 use afterimage_plan::{Options, Plan};
 
-use super::clips::Clip;
+use super::sequences::TestSequence;
 use crate::LabError;
 use crate::frame_time::frame_time;
 
 /// The samples of a median where nothing else is asked for: on a GPU, and on a processor.
 const SAMPLES: (u32, u32) = (50, 7);
 
-/// What a frame of a variant costs.
+/// The cost of a frame of a variant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     pub time: FrameTime,
@@ -44,14 +44,14 @@ impl Cost {
 }
 
 /// Renders graphs one after another on the same device.
-pub(crate) struct Player {
+pub(crate) struct SequenceRunner {
     session: Session,
     clock: Clock,
     options: Options,
     samples: Option<u32>,
 }
 
-impl Player {
+impl SequenceRunner {
     /// Plans are made with these options; those of the reference with 32-bit intermediates, too.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Player {
         Ok(Self { session, clock: Clock::new(gpu)?, options, samples })
     }
 
-    /// What measures the time.
+    /// The clock of the times.
     pub(crate) fn clock_source(&self) -> ClockSource {
         self.clock.source()
     }
@@ -77,19 +77,19 @@ impl Player {
         self.samples.unwrap_or(if self.clock.is_gpu() { SAMPLES.0 } else { SAMPLES.1 })
     }
 
-    /// The plan of a graph for the images of a clip; `exact` stores intermediates in 32 bits.
-    pub(crate) fn plan(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
+    /// The plan of a graph for the images of a sequence; `exact` stores intermediates in 32 bits.
+    pub(crate) fn plan(&mut self, graph: &Graph, sequence: &TestSequence, exact: bool) -> Result<Arc<Plan>, LabError> {
         let options = Options { exact, ..self.options };
         self.session.change(graph.clone(), options);
-        Ok(self.session.plan_for(clip.size, clip.images(0))?)
+        Ok(self.session.plan_for(sequence.size, sequence.images(0))?)
     }
 
     /// Loads the plan of a graph and starts at its first frame, so that all graphs have the same noise in a frame.
-    pub(crate) fn load(&mut self, graph: &Graph, clip: &Clip, exact: bool) -> Result<Arc<Plan>, LabError> {
+    pub(crate) fn load(&mut self, graph: &Graph, sequence: &TestSequence, exact: bool) -> Result<Arc<Plan>, LabError> {
         let options = Options { exact, ..self.options };
         self.session.change(graph.clone(), options);
         self.session.restart();
-        Ok(self.session.load(clip.size, clip.images(0))?.clone())
+        Ok(self.session.load(sequence.size, sequence.images(0))?.clone())
     }
 
     /// Starts the loaded plan at its first frame.
@@ -97,9 +97,9 @@ impl Player {
         self.session.restart();
     }
 
-    /// Renders a frame of the clip.
-    pub(crate) fn render(&mut self, clip: &Clip, frame: usize) -> Result<(), LabError> {
-        Ok(self.session.submit(clip.images(frame), clip.step(frame))?)
+    /// Renders a frame of the sequence.
+    pub(crate) fn render(&mut self, sequence: &TestSequence, frame: usize) -> Result<(), LabError> {
+        Ok(self.session.submit(sequence.images(frame), sequence.step(frame))?)
     }
 
     /// The texels of an output of the last frame.
@@ -107,9 +107,9 @@ impl Player {
         Ok(self.session.output(name)?)
     }
 
-    /// What a frame with the first images of the clip costs with the loaded plan.
-    pub(crate) fn cost(&mut self, clip: &Clip, samples: u32) -> Result<Cost, LabError> {
-        let time = frame_time(&self.session, &self.clock, samples, clip.images(0))?;
+    /// The cost of a frame of the loaded plan with the first images of the sequence.
+    pub(crate) fn cost(&mut self, sequence: &TestSequence, samples: u32) -> Result<Cost, LabError> {
+        let time = frame_time(&self.session, &self.clock, samples, sequence.images(0))?;
         let plan = self.session.plan();
         Ok(Cost {
             time,
@@ -120,7 +120,7 @@ impl Player {
     }
 }
 
-/// Whether two plans run the same passes on images of the same formats. Images that fusion has removed do not count.
+/// True if two plans run the same passes on images of the same formats. Images that fusion has removed do not count.
 pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
     let used = |plan: &Plan| -> Vec<Option<ImageDesc>> {
         let resources = plan.work().flat_map(Pass::resources);
@@ -130,21 +130,21 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
     a.held == b.held && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
-/// Whether frames of a plan depend on earlier frames.
+/// True if frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
     reads_earlier_images(plan)
         || !plan.held.is_empty()
         || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }
 
-/// How many frames of a still image a plan is measured on, at most `most`. Images of earlier frames add up over many.
-/// What buffers and held results keep of one image is the same from the second frame on.
+/// The number of frames of a still image on which a plan is measured, at most `most`. Images of earlier frames add up
+/// over many. What buffers and held results keep of one image is the same from the second frame on.
 pub(crate) fn frames_of_still(plan: &Plan, most: u32) -> u32 {
     let frames = if reads_earlier_images(plan) { most } else { 2 };
     if has_histories(plan) { frames.min(most) } else { 1 }
 }
 
-/// Whether frames of a plan read images of earlier frames.
+/// True if frames of a plan read images of earlier frames.
 pub(crate) fn reads_earlier_images(plan: &Plan) -> bool {
     plan.images.iter().any(|image| image.origin.previous_of().is_some())
 }

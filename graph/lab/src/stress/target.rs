@@ -1,4 +1,4 @@
-//! What is tested: a pipeline, or a kind on its own.
+//! A pipeline or a kind on its own, as a target of the tests.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ pub type Overrides = Vec<(String, String)>;
 
 /// A pipeline or a kind.
 #[derive(Clone)]
-pub struct Subject {
+pub struct Target {
     /// The name in reports.
     pub title: String,
     /// The arguments after `afterimage stress` that choose it.
@@ -26,13 +26,11 @@ pub struct Subject {
     /// Reads the files that the pipeline names.
     loader: &'static dyn Loader,
     pub(crate) is_kind: bool,
-    /// Whether it is a kind whose main output is a value.
+    /// It is a kind whose main output is a value.
     pub(crate) shows_value: bool,
-    /// Whether optional inputs have no image.
+    /// Optional inputs have no image.
     pub bare: bool,
-    /// Whether only images with negative values are run.
-    pub signed: bool,
-    /// Whether its parameters are swept over their domains.
+    /// Its parameters are swept over their domains.
     pub(crate) sweep: bool,
     /// Overrides of all cases.
     pub base: Overrides,
@@ -69,7 +67,7 @@ impl Loader for CubeFile {
     }
 }
 
-impl Subject {
+impl Target {
     /// A pipeline from its text; `words` choose it on the command line.
     ///
     /// # Errors
@@ -91,19 +89,18 @@ impl Subject {
             is_kind: false,
             shows_value: false,
             bare: false,
-            signed: false,
             sweep: true,
             base: Overrides::new(),
             facts: Facts::default(),
         })
     }
 
-    /// A kind on its own, with its optional inputs, or `bare` without; if `signed`, only with negative values.
+    /// A kind on its own, with its optional inputs, or `bare` without.
     ///
     /// # Errors
     /// No kind makes one of its inputs or reads one of its outputs: which, and what makes it reachable.
-    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool, signed: bool) -> Result<Self, String> {
-        Self::with_or_without_file(registry, kind, WireOptions { bare, file: CUBE, ..WireOptions::default() }, signed)
+    pub fn kind(registry: &Registry, kind: &NodeKind, bare: bool) -> Result<Self, String> {
+        Self::with_or_without_file(registry, kind, WireOptions { bare, file: CUBE, ..WireOptions::default() })
     }
 
     /// A kind as it is used most: with its optional images, without optional values, and only its main output is read.
@@ -113,32 +110,26 @@ impl Subject {
     /// As [`kind`](Self::kind).
     pub fn typical(registry: &Registry, kind: &NodeKind) -> Result<Self, String> {
         let wiring = WireOptions { typical: true, file: TYPICAL_CUBE, ..WireOptions::default() };
-        Self::with_or_without_file(registry, kind, wiring, false)
+        Self::with_or_without_file(registry, kind, wiring)
     }
 
     fn with_or_without_file(
         registry: &Registry,
         kind: &NodeKind,
         wiring: WireOptions<'static>,
-        signed: bool,
     ) -> Result<Self, String> {
-        let subject = Self::wired(registry, kind, wiring, signed)?;
+        let target = Self::wired(registry, kind, wiring)?;
         // A kind whose files are not tables runs without a file.
-        match subject.graph(registry, &Overrides::new()) {
-            Ok(_) => Ok(subject),
-            Err(_) => Self::wired(registry, kind, WireOptions { file: "", ..wiring }, signed),
+        match target.graph(registry, &Overrides::new()) {
+            Ok(_) => Ok(target),
+            Err(_) => Self::wired(registry, kind, WireOptions { file: "", ..wiring }),
         }
     }
 
-    fn wired(registry: &Registry, kind: &NodeKind, wiring: WireOptions<'static>, signed: bool) -> Result<Self, String> {
+    fn wired(registry: &Registry, kind: &NodeKind, wiring: WireOptions<'static>) -> Result<Self, String> {
         let bare = wiring.bare;
         let name = kind.name();
-        let (title, flag) = match (bare, signed) {
-            (false, false) => ("", ""),
-            (true, false) => (" (bare)", " --bare"),
-            (false, true) => (" (signed)", " --signed"),
-            (true, true) => (" (bare, signed)", " --bare --signed"),
-        };
+        let (title, flag) = if bare { (" (bare)", " --bare") } else { ("", "") };
         let document = |forced: bool| {
             let text = pipeline_text(registry, kind, WireOptions { forced, ..wiring })?;
             Ok::<_, String>(Arc::new(parse(&format!("{name}.ron"), &text).expect("the wiring writes pipelines")))
@@ -153,16 +144,10 @@ impl Subject {
             is_kind: true,
             shows_value: kind.output(kind.main_output()).is_some_and(|output| output.ty == PortType::Value),
             bare,
-            signed,
             sweep: true,
             base: Overrides::new(),
             facts: Facts::default(),
         })
-    }
-
-    /// Whether it has an image input.
-    pub(crate) fn takes_images(&self) -> bool {
-        !self.document.inputs.is_empty()
     }
 
     /// The names of the pipeline's tiers.
@@ -170,7 +155,7 @@ impl Subject {
         self.document.tiers.iter().map(|(name, _)| name.value.as_str())
     }
 
-    /// Whether the pipeline has optional inputs.
+    /// True if the pipeline has optional inputs.
     pub(crate) fn has_optional_inputs(&self) -> bool {
         self.document.inputs.iter().any(|input| input.optional)
     }
@@ -214,7 +199,7 @@ impl Subject {
         Ok(check(document, registry, &options)?.0)
     }
 
-    /// Whether the parameters of a node are swept.
+    /// True for nodes whose parameters are swept.
     pub(crate) fn sweeps(&self, node: &str) -> bool {
         !self.is_kind || node == NODE
     }

@@ -13,19 +13,19 @@ use super::charts;
 use crate::files::file_name;
 use crate::{LabError, scene};
 
-/// Which images a pipeline is measured on.
+/// The images on which a pipeline is measured.
 #[derive(Clone, Debug)]
-pub struct ClipOptions {
-    /// Files for the pipeline's first input; `shot.####.exr` is a sequence. Each is a clip, and so is each image of a
-    /// folder.
+pub struct SequenceOptions {
+    /// Files for the pipeline's first input; `shot.####.exr` is a sequence. A still image, and each image of a
+    /// folder, is a sequence of one frame.
     pub images: Vec<String>,
     /// Files for other inputs, by the names of the inputs.
     pub inputs: Vec<(String, String)>,
-    /// Whether a walk through the built-in scene is a clip, too. It is if there are no other clips.
+    /// Adds a walk through the built-in scene, as is done if there are no other sequences.
     pub scene: bool,
-    /// Whether the pictures that break meters and halvings are clips, too.
+    /// Adds the pictures that break meters and halvings.
     pub charts: bool,
-    /// Pixels of the built-in scene: each is a clip of its own.
+    /// Sizes of the built-in scene: each is a sequence of its own.
     pub sizes: Vec<Size>,
     /// Frames of the walk, and of a still image in a pipeline that reads earlier images.
     pub walk: u32,
@@ -36,8 +36,8 @@ pub struct ClipOptions {
     pub budget: Budget,
 }
 
-impl ClipOptions {
-    /// Whether the charts can be clips of a pipeline: its first input is light of a scene, and it needs no other image.
+impl SequenceOptions {
+    /// True if a pipeline can take the charts: its first input is scene light, and it needs no other image.
     pub fn charts_fit(&self, graph: &Graph) -> bool {
         let Some((first, others)) = graph.inputs.split_first() else { return false };
         first.port_type() == PortType::Image
@@ -46,21 +46,22 @@ impl ClipOptions {
             && others.iter().all(|input| input.optional)
     }
 
-    /// Whether an image of errors may have this file name: it begins with the name of a clip.
+    /// True for the file names that images of errors may have: they begin with the name of a sequence.
     pub fn may_name_error_image(&self, name: &str) -> bool {
         let scene = self.scene || self.images.is_empty();
         let files = self.images.iter().flat_map(|image| files(image).unwrap_or_default());
-        let clips = files.map(|file| short_name(&file)).chain(scene.then(|| SCENE.to_owned()));
-        let clips = clips.chain(charts::names().filter(|_| self.charts).map(str::to_owned));
-        name.ends_with(".png") && clips.map(|clip| file_name(&clip)).any(|clip| name.starts_with(&format!("{clip}-")))
+        let sequences = files.map(|file| short_name(&file)).chain(scene.then(|| SCENE.to_owned()));
+        let sequences = sequences.chain(charts::names().filter(|_| self.charts).map(str::to_owned));
+        name.ends_with(".png")
+            && sequences.map(|sequence| file_name(&sequence)).any(|sequence| name.starts_with(&format!("{sequence}-")))
     }
 }
 
-/// The name of the clip of the built-in scene.
+/// The name of the sequence of the built-in scene.
 const SCENE: &str = "built-in scene";
 
 /// The frames of a sequence, or a still image.
-pub(crate) struct Clip {
+pub(crate) struct TestSequence {
     pub(crate) name: String,
     pub(crate) size: Size,
     /// The images of each frame.
@@ -68,7 +69,7 @@ pub(crate) struct Clip {
     steps: Vec<FrameStep>,
 }
 
-impl Clip {
+impl TestSequence {
     /// The number of frames; at least one.
     pub(crate) fn len(&self) -> usize {
         self.steps.len()
@@ -79,18 +80,18 @@ impl Clip {
         &self.images[frame.min(self.images.len() - 1)]
     }
 
-    /// Whether all frames have the same image.
+    /// True if all frames have the same image.
     pub(crate) fn is_still(&self) -> bool {
         self.images.len() == 1
     }
 
-    /// The clip with its image repeated for so many frames.
+    /// The sequence with its image repeated for so many frames.
     pub(crate) fn repeated(mut self, frames: u32, fps: f32) -> Self {
         self.steps = steps(frames as usize, fps);
         self
     }
 
-    /// Whether plans for the other clip are plans for this one.
+    /// True if plans for the other sequence are plans for this one.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         let given = |image: &InputImage| (image.input.clone(), image.desc, image.finite);
         self.size == other.size && self.images(0).iter().map(given).eq(other.images(0).iter().map(given))
@@ -102,8 +103,8 @@ impl Clip {
     }
 }
 
-/// A clip that is not loaded yet.
-pub(crate) enum ClipSource {
+/// A sequence that is not loaded yet.
+pub(crate) enum SequenceSource {
     Files {
         name: String,
         inputs: Vec<(String, sequence::Input)>,
@@ -120,8 +121,8 @@ pub(crate) enum ClipSource {
     },
 }
 
-/// The clips that the options name.
-pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSource>, LabError> {
+/// The sequences that the options name.
+pub(crate) fn sources(options: &SequenceOptions, graph: &Graph) -> Result<Vec<SequenceSource>, LabError> {
     let mut others = Vec::new();
     for (name, file) in &options.inputs {
         if !graph.inputs.iter().any(|known| known.name == *name) {
@@ -129,33 +130,33 @@ pub(crate) fn sources(options: &ClipOptions, graph: &Graph) -> Result<Vec<ClipSo
         }
         others.push((name.clone(), find(options, file)?));
     }
-    let mut clips = Vec::new();
+    let mut sequences = Vec::new();
     for image in &options.images {
         for file in files(image)? {
-            clips.push(file_clip(options, graph, &file, &others)?);
+            sequences.push(file_sequence(options, graph, &file, &others)?);
         }
     }
     for name in charts::names().filter(|_| options.charts) {
-        clips.push(ClipSource::Chart { name, input: first_input(graph, name, &others)? });
+        sequences.push(SequenceSource::Chart { name, input: first_input(graph, name, &others)? });
     }
-    if options.scene || clips.is_empty() {
+    if options.scene || sequences.is_empty() {
         for size in &options.sizes {
             let name = if options.sizes.len() == 1 { SCENE.to_owned() } else { format!("{SCENE} {size}") };
-            clips.push(ClipSource::Scene { name, size: *size });
+            sequences.push(SequenceSource::Scene { name, size: *size });
         }
     }
-    Ok(clips)
+    Ok(sequences)
 }
 
-/// Which of the clips a search sees: every other image, and some charts. The others confirm what it finds.
-pub(crate) fn searched(sources: &[ClipSource]) -> Vec<bool> {
+/// The sequences that a search sees: every other image, and some charts. The others confirm its result.
+pub(crate) fn searched(sources: &[SequenceSource]) -> Vec<bool> {
     let mut is_next = false;
     let mut all = Vec::with_capacity(sources.len());
     for source in sources {
         all.push(match source {
-            ClipSource::Chart { name, .. } => charts::is_searched(name),
-            ClipSource::Scene { .. } => true,
-            ClipSource::Files { .. } => {
+            SequenceSource::Chart { name, .. } => charts::is_searched(name),
+            SequenceSource::Scene { .. } => true,
+            SequenceSource::Files { .. } => {
                 is_next = !is_next;
                 is_next
             }
@@ -170,16 +171,16 @@ fn no_such_input(name: &str, inputs: &[GraphInput]) -> LabError {
     LabError::request(format!("the pipeline has no input `{name}`")).hint(hint)
 }
 
-fn file_clip(
-    options: &ClipOptions,
+fn file_sequence(
+    options: &SequenceOptions,
     graph: &Graph,
     image: &str,
     others: &[(String, sequence::Input)],
-) -> Result<ClipSource, LabError> {
+) -> Result<SequenceSource, LabError> {
     let first = first_input(graph, image, others)?;
     let mut inputs = vec![(first, find(options, image)?)];
     inputs.extend(others.iter().cloned());
-    Ok(ClipSource::Files { name: short_name(image), inputs })
+    Ok(SequenceSource::Files { name: short_name(image), inputs })
 }
 
 /// The name of the input that an image is for: the first that has no other one.
@@ -209,7 +210,7 @@ pub fn files(image: &str) -> Result<Vec<String>, FileError> {
 }
 
 /// The files of an image argument; the frames of the options apply to sequences only.
-fn find(options: &ClipOptions, image: &str) -> Result<sequence::Input, LabError> {
+fn find(options: &SequenceOptions, image: &str) -> Result<sequence::Input, LabError> {
     let frames = options.frames.as_deref().filter(|_| sequence::is_numbered(image));
     Ok(sequence::Input::find(image, frames)?)
 }
@@ -222,7 +223,7 @@ fn short_name(image: &str) -> String {
     shown(stem.trim_end_matches(['#', '.', '_', '-'])).into_owned()
 }
 
-impl ClipSource {
+impl SequenceSource {
     /// A name for progress and messages.
     pub(crate) fn name(&self) -> &str {
         match self {
@@ -243,8 +244,8 @@ impl ClipSource {
         gpu: &Gpu,
         registry: &Registry,
         graph: &Graph,
-        options: &ClipOptions,
-    ) -> Result<Clip, LabError> {
+        options: &SequenceOptions,
+    ) -> Result<TestSequence, LabError> {
         let images = match self {
             Self::Files { inputs, .. } => file_images(gpu, inputs, options.budget)?,
             Self::Chart { name, input } => {
@@ -257,7 +258,7 @@ impl ClipSource {
         // A pipeline without inputs has the size of the scene.
         let size = given.or(self.size()).expect("a file gives an image");
         let steps = steps(images.len(), options.fps);
-        Ok(Clip { name: self.name().to_owned(), size, images, steps })
+        Ok(TestSequence { name: self.name().to_owned(), size, images, steps })
     }
 }
 

@@ -1,5 +1,6 @@
-//! What is wrong with an output.
+//! The laws that outputs must keep, and the promises of kinds that decide which of them apply.
 
+use afterimage_graph::check::Graph;
 use afterimage_graph::image::{ColorState, Signedness, Size};
 use afterimage_graph::node::Invariants;
 
@@ -10,6 +11,39 @@ use super::render::OutputPixels;
 const MAX_HALF: f64 = 65504.0;
 /// Below this half floats are subnormal, and devices may flush them to 0.
 const MIN_NORMAL_HALF: f64 = 6.2e-5;
+
+/// All promises about images: what a node keeps that only makes values visible.
+pub(crate) const ALL: Invariants = Invariants {
+    constant: true,
+    keeps_constant: true,
+    symmetric: true,
+    keeps_sum: true,
+    monotone: true,
+    non_negative: true,
+    settles: true,
+    is_exposure: false,
+    of_color: true,
+};
+
+/// The promises that all nodes of a graph make together; it gives an exposure if one of them does.
+pub(crate) fn promises(graph: &Graph) -> Invariants {
+    let mut all = ALL;
+    for node in &graph.nodes {
+        let one = node.instance.invariants();
+        all = Invariants {
+            constant: all.constant && one.constant,
+            keeps_constant: all.keeps_constant && one.keeps_constant,
+            symmetric: all.symmetric && one.symmetric,
+            keeps_sum: all.keeps_sum && one.keeps_sum,
+            monotone: all.monotone && one.monotone,
+            non_negative: all.non_negative && one.non_negative,
+            settles: all.settles && one.settles,
+            is_exposure: all.is_exposure || one.is_exposure,
+            of_color: all.of_color && one.of_color,
+        };
+    }
+    all
+}
 
 /// The largest difference of two equal numbers.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +87,7 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
     Some(format!("not finite: {}", at(shown, index)))
 }
 
-/// Whether scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
+/// True if scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
@@ -151,7 +185,7 @@ fn rising(shown: &OutputPixels) -> Option<String> {
     Some(format!("more light becomes less: {} after {:?}", at(shown, index), shown.pixels[index - step]))
 }
 
-/// Whether no light reaches the border.
+/// True if no light reaches the border.
 fn is_inside(shown: &OutputPixels, given: &[[f32; 4]], size: Size) -> bool {
     is_dark_at_border(&shown.pixels, shown.size) && is_dark_at_border(given, size)
 }
@@ -176,9 +210,8 @@ mod tests {
     use afterimage_graph::image::{ColorState, Size};
 
     use super::super::images::Extreme;
-    use super::super::promises::ALL;
     use super::super::render::OutputPixels;
-    use super::{Tolerance, different, finite, in_range, promised};
+    use super::{ALL, Tolerance, different, finite, in_range, promised};
 
     fn picture(values: &[f32], width: u32) -> OutputPixels {
         let pixels: Vec<[f32; 4]> = values.iter().map(|x| [*x, *x, *x, 1.0]).collect();
