@@ -1,6 +1,7 @@
 //! Why the viewer cannot show what it was asked for.
 
-use afterimage_gpu::{GpuError, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::Diagnostics;
 
 /// Why something cannot be shown.

@@ -23,7 +23,8 @@ mod tap;
 use std::cell::{RefCell, RefMut};
 use std::sync::Arc;
 
-use afterimage_gpu::{Gpu, GpuError, KernelFaults, Watch};
+use afterimage::host::Watch;
+use afterimage_gpu::{Gpu, GpuError, KernelFaults};
 use afterimage_graph::check::{Fact, Facts, Graph, ParameterId};
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::document::Claim;
