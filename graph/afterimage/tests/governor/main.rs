@@ -125,9 +125,8 @@ fn left_at_once(name: &str, changes: &[(usize, TierChange)]) -> usize {
         let [(first, before), (second, after)] = pair else { continue };
         if second - first < COOL_DOWN - 1 {
             count += 1;
-            let was_trial = !matches!(before.reason, TierChangeReason::Over | TierChangeReason::Rising);
-            let is_over = matches!(after.reason, TierChangeReason::Over | TierChangeReason::Rising);
-            assert!(was_trial && is_over, "{name}: two changes within two seconds: {before}; {after}");
+            let is_failed_trial = before.reason != TierChangeReason::Over && after.reason == TierChangeReason::Over;
+            assert!(is_failed_trial, "{name}: two changes within two seconds: {before}; {after}");
         }
     }
     count
@@ -205,32 +204,13 @@ fn a_change_says_why() {
 fn each_number_over_the_budget_is_over_the_budget() {
     for trace in traces(1) {
         for (_, change) in governed(&trace).changes {
-            let TierChange { ms, expected_ms, frames_over, frames, .. } = change;
             match change.reason {
-                TierChangeReason::Over | TierChangeReason::Rising => assert!(ms > BUDGET, "{change}"),
-                TierChangeReason::Room => assert!(expected_ms <= BUDGET, "{change}"),
-                TierChangeReason::Trial => assert!(ms <= BUDGET, "{change}"),
-                TierChangeReason::Spikes | TierChangeReason::SpikesStay => {
-                    assert!(ms <= BUDGET && frames_over as f64 > 0.01 * frames as f64, "{change}");
-                }
+                TierChangeReason::Over => assert!(change.ms > BUDGET, "{change}"),
+                TierChangeReason::Room => assert!(change.expected_ms <= BUDGET, "{change}"),
+                TierChangeReason::Trial | TierChangeReason::Spikes => assert!(change.ms <= BUDGET, "{change}"),
             }
         }
     }
-}
-
-#[test]
-fn costs_are_learned() {
-    let mut governor = governor(&[Some(6.0), Some(0.1), None, Some(f64::NAN)]);
-    // 1 ms outside of ours, and loads from 1 to 3 ms.
-    for frame in 0..60 * 120 {
-        let load = 2.0 - (f64::from(frame) * DT / 20.0).cos();
-        governor.frame(governor.tier(), 1.0 + load * COSTS[governor.tier()], DT);
-    }
-    for (tier, cost) in COSTS.iter().enumerate().skip(1) {
-        let (learned, is) = (governor.cost(tier) / governor.cost(0), cost / COSTS[0]);
-        assert!((learned / is - 1.0).abs() < 0.1, "{tier}: {learned:.3}, is {is:.3}, {:.2} ms", governor.outside_ms());
-    }
-    assert!((governor.outside_ms() - 1.0).abs() < 0.2, "{:.2} ms outside", governor.outside_ms());
 }
 
 #[test]
