@@ -3,13 +3,15 @@
 //! This is a binary of its own, because it has its own allocator.
 #![allow(missing_docs, clippy::print_stdout, reason = "a test binary has no outside")]
 
-#[path = "../graph/gpu/benches/counting/mod.rs"]
+#[path = "../graph/afterimage/benches/counting/mod.rs"]
 mod counting;
 
 use std::error::Error;
 use std::process::Command;
 
-use afterimage_gpu::{Frame, Gpu, Opening, Parameter, Post, Texels, upload, wgpu};
+use afterimage::Post;
+use afterimage::host::Parameter;
+use afterimage_gpu::{Frame, Gpu, Opening, Texels, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::Registry;
@@ -56,7 +58,7 @@ impl Host {
         });
         let textures = [input, output];
         let views = textures.each_ref().map(|texture| texture.create_view(&Default::default()));
-        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+        let post = Post::new(&gpu, graph);
         Ok(Self { gpu, post, textures, views })
     }
 

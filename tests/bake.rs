@@ -1,8 +1,9 @@
 //! Tables in the place of nodes: how close they are to the nodes, when they are filled, what they hold at their ends,
 //! and which nodes become one.
 
+use afterimage::offline::{Session, TableErrors};
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, Gpu, Session, TableErrors, Texels, input_image};
+use afterimage_gpu::{Frame, Gpu, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Bake, NodeKind, folder_kind_of};
 use afterimage_plan::{Fault, Options, Plan, verify};

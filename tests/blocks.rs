@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use afterimage::Post;
+use afterimage::host::PostError;
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, Gpu, GpuError, Post, PostError, Texels, download, upload, wgpu};
+use afterimage_gpu::{Frame, Gpu, GpuError, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, Size};
@@ -131,7 +133,7 @@ fn camera(height: f32, turn: f32) -> Camera {
 impl Host {
     fn new(text: &str) -> Self {
         let gpu = gpu();
-        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(text));
+        let post = Post::new(&gpu, graph(text));
         let image = |pixel: fn(u32, u32) -> [f32; 4]| {
             let picture = Picture::new(SIZE.width, SIZE.height, pixel);
             let texels = Texels::from_floats(SIZE.width, SIZE.height, &picture.pixels);

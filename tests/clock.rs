@@ -1,6 +1,7 @@
 //! `measure` and `bench` report the same quantity: the time of a frame, by the one clock.
 
-use afterimage_gpu::{Clock, FrameTime, Gpu, Session, input_image};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, FrameTime, Gpu, input_image};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_lab::LabError;
@@ -80,6 +81,6 @@ fn a_frame_is_timed_in_the_memory_of_its_own_plan_whatever_ran_before() {
     let own = PlacedPlan::new(plan);
     let kept = session.executor().placed_plan().expect("a plan is loaded");
     assert_ne!(kept.placement, own.placement, "the session keeps the larger heap of the reference");
-    let mut timed = session.clone_in_new_memory(&images).expect("the device has room");
+    let mut timed = session.clone_with_fresh_allocations(&images).expect("the device has room");
     assert_eq!(timed.executor().placed_plan(), Some(own));
 }

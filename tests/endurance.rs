@@ -6,7 +6,8 @@
 
 mod record;
 
-use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Opening, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Opening, Texels};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;

@@ -1,6 +1,7 @@
 //! Nodes that run in one of several frames, against those that run in all.
 
-use afterimage_gpu::{FrameKind, FrameStep, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, Texels};
 use afterimage_graph::check::{Graph, NoFiles};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{
-    Control, Frame, Gpu, GpuError, Opening, Post, PostError, Reading, Texels, Watch, download, upload, wgpu,
-};
+use afterimage::Post;
+use afterimage::host::{Control, PostError, Reading, Watch};
+use afterimage_gpu::{Frame, Gpu, GpuError, Opening, Texels, download, upload, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;
 
@@ -38,7 +38,7 @@ fn scenes(gpu: &Gpu) -> [wgpu::TextureView; 2] {
 impl Host {
     fn new() -> Self {
         let gpu = open();
-        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("tsushima.ron", None, &[]));
+        let post = Post::new(&gpu, changed("tsushima.ron", None, &[]));
         Self { scenes: scenes(&gpu), post, watch: None, gpu }
     }
 
@@ -135,7 +135,7 @@ fn a_device_that_is_lost_at_any_point_is_an_error_and_another_one_goes_on() {
         }
         host.gpu = open();
         host.scenes = scenes(&host.gpu);
-        host.post.rebuild(&host.gpu.adapter, &host.gpu.device, &host.gpu.queue);
+        host.post.rebuild(&host.gpu);
         let (plan, shown) = (host.post.plan().cloned(), host.shown());
         assert!(plan.is_none(), "the plan of the lost device is gone");
         assert!(shown == wanted, "lost before step {lost_before}: another picture");

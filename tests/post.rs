@@ -18,10 +18,10 @@ mod unsubmitted;
 
 use std::sync::Arc;
 
-use afterimage_gpu::{
-    ExpectedFrame, Frame, FrameKind, FrameStep, Gpu, HostImage, InputImage, Post, PostError, Session, Texels, download,
-    upload, wgpu,
-};
+use afterimage::Post;
+use afterimage::host::{ExpectedFrame, HostImage, PostError};
+use afterimage::offline::Session;
+use afterimage_gpu::{Frame, FrameKind, FrameStep, Gpu, InputImage, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
@@ -42,7 +42,7 @@ struct Host {
 impl Host {
     fn new(graph: Graph) -> Self {
         let gpu = gpu();
-        let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph);
+        let post = Post::new(&gpu, graph);
         let scene = scene(&gpu, Size::new(96, 54));
         Self { gpu, scene, post, time: 0.0 }
     }

@@ -113,7 +113,8 @@ fn every_effect_of_others_has_a_kind_or_a_reason() {
 fn every_row_has_kinds_pipelines_tests_and_pictures_that_exist() {
     let text = std::fs::read_to_string(docs::path("sources.md")).expect("the table is there");
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let example = std::fs::read_to_string(repository.join("graph/gpu/examples/scene/main.rs")).expect("the example");
+    let example =
+        std::fs::read_to_string(repository.join("graph/afterimage/examples/scene/main.rs")).expect("the example");
     let (rows, tests) = (rows(&text), tests());
     assert!(rows.len() > 25 && tests.len() > 200, "{} rows, {} tests", rows.len(), tests.len());
     let mut wrong = Vec::new();

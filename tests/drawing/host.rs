@@ -1,6 +1,7 @@
 //! Passes that a host fills with its own draws.
 
-use afterimage_gpu::{DrawTargets, Frame, Gpu, HostDraw, Post, download, wgpu};
+use afterimage::Post;
+use afterimage_gpu::{DrawTargets, Frame, Gpu, HostDraw, download, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;

@@ -1,6 +1,7 @@
 //! Passes whose shaders are alike and whose images are not, and shaders of strangers.
 
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session, Texels, input_image};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Texels, input_image};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::folder_kind_of;

@@ -5,7 +5,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use afterimage_gpu::{BandReader, BandWriter, BandsMade, FrameStep, Gpu, Opening, PostError, Session, Texels, wgpu};
+use afterimage::host::PostError;
+use afterimage::offline::Session;
+use afterimage_gpu::{BandReader, BandStats, BandWriter, FrameStep, Gpu, Opening, Texels, wgpu};
 
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
@@ -100,7 +102,7 @@ impl Whole {
     }
 
     /// Renders it in bands, and compares all bytes.
-    fn compare(&mut self, limits: BandLimits) -> Result<BandsMade, PostError> {
+    fn compare(&mut self, limits: BandLimits) -> Result<BandStats, PostError> {
         let limits = BandLimits { filters: self.filters, ..limits };
         let first_row = limits.rows.map_or(0, |[first, _]| first);
         let mut outputs = Outputs { first_row, ..Outputs::default() };
@@ -121,7 +123,7 @@ impl Whole {
 }
 
 /// Renders a picture whole and in bands, and compares all bytes.
-fn compare(name: &str, run: &Run<'_>, picture: &Picture, limits: BandLimits) -> Result<BandsMade, PostError> {
+fn compare(name: &str, run: &Run<'_>, picture: &Picture, limits: BandLimits) -> Result<BandStats, PostError> {
     Whole::new(name, run, picture)?.compare(limits)
 }
 

@@ -1,6 +1,7 @@
 //! Images that a session takes from the processor's memory and reads back into it.
 
-use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Opening, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Opening, Texels};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_plan::Options;

@@ -1,6 +1,7 @@
 //! Buffers that outlive frames: where they begin, and that they go on through a change of plan.
 
-use afterimage_gpu::{Frame, FrameKind, FrameStep, GpuError, InputImage, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::{Frame, FrameKind, FrameStep, GpuError, InputImage};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;

@@ -1,7 +1,9 @@
 //! Validation errors: wgpu refuses what is beyond the limits of a device that was opened with less than the capabilities
 //! that plans rely on.
 
-use afterimage_gpu::{FrameStep, Gpu, GpuError, Opening, PostError, Session, Texels};
+use afterimage::host::PostError;
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameStep, Gpu, GpuError, Opening, Texels};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
@@ -37,7 +39,7 @@ fn frame(session: &mut Session, picture: &Picture) -> Result<Texels, PostError> 
     let texels = Texels::from_floats_as_half(picture.width, picture.height, &picture.pixels);
     let images = [session.feed("scene", texels.desc, &texels.bytes)?];
     session.render(Size::new(picture.width, picture.height), &images, FrameStep::FIRST)?;
-    session.output("display")
+    Ok(session.output("display")?)
 }
 
 #[test]

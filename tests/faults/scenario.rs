@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, PostError, Session, Texels};
+use afterimage::host::PostError;
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
@@ -132,18 +134,21 @@ impl Program {
         let light = |index: u32| [0.01 * index as f32, 0.5, 2.0 / (1 + index % 7) as f32, 1.0];
         let pixels: Vec<[f32; 4]> = (0..size.width * size.height).map(light).collect();
         let texels = Texels::from_floats_as_half(size.width, size.height, &pixels);
-        self.session.feed("scene", texels.desc, &texels.bytes)
+        Ok(self.session.feed("scene", texels.desc, &texels.bytes)?)
     }
 
     fn outputs(&mut self) -> Result<Vec<Texels>, PostError> {
         let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
-        names.iter().map(|name| self.session.output(name)).collect()
+        names.iter().map(|name| Ok(self.session.output(name)?)).collect()
     }
 
     /// A first frame of the plan that is loaded, if one is.
     fn after(mut self) -> Option<Result<Vec<Texels>, PostError>> {
         self.session.post().plan()?;
         let images = self.images.clone();
-        (!images.is_empty()).then(|| self.session.submit(&images, FrameStep::FIRST).and_then(|()| self.outputs()))
+        (!images.is_empty()).then(|| {
+            self.session.submit(&images, FrameStep::FIRST)?;
+            self.outputs()
+        })
     }
 }

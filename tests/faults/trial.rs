@@ -7,7 +7,8 @@ use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use afterimage_gpu::{GpuError, PostError, Texels};
+use afterimage::host::PostError;
+use afterimage_gpu::{GpuError, Texels};
 
 use super::scenario::{self, Pipelines, Seen};
 use super::vulkan::{self, Kind};

@@ -1,7 +1,8 @@
 //! Multisampled textures that a renderer draws, and what `Resolve` makes of them.
 
+use afterimage::Post;
 use afterimage_gpu::wgpu::{self, TextureFormat, TextureUsages};
-use afterimage_gpu::{Frame, Gpu, Post, download};
+use afterimage_gpu::{Frame, Gpu, download};
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId};

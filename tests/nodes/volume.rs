@@ -1,7 +1,8 @@
 //! Volumes of a host: how they come in, what is repaired, and what does not fit.
 
+use afterimage::Post;
 use afterimage_gpu::wgpu::TextureView;
-use afterimage_gpu::{Frame, Gpu, GpuError, Post, Texels, download, upload};
+use afterimage_gpu::{Frame, Gpu, GpuError, Texels, download, upload};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{Format, ImageDesc, Size};

@@ -1,8 +1,10 @@
 //! A frame once more with other values of parameters has the bits of a frame that had them from the start, whichever
 //! passes run.
 
+use afterimage::Post;
+use afterimage::offline::Session;
 use afterimage_generators::Recipe;
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Post, Session, upload};
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, upload};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;

@@ -3,7 +3,8 @@
 //! their extensions without a device that is opened by a callback.
 #![allow(unsafe_code, reason = "Vulkan has no other interface")]
 
-use afterimage_gpu::{Frame, Gpu, Post, download, upload, wanted_features, wgpu};
+use afterimage::Post;
+use afterimage_gpu::{Frame, Gpu, download, upload, wanted_features, wgpu};
 use afterimage_graph::image::Size;
 use ash::{khr, vk};
 use wgpu::hal::api::Vulkan;
@@ -281,7 +282,7 @@ fn transition(gpu: &Gpu, texture: &wgpu::Texture, layout: vk::ImageLayout, famil
 fn images_of_another_vulkan_device_come_in_and_go_out_without_a_copy() {
     let wanted = {
         let gpu = gpu();
-        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("caracal.ron", None, &[]));
+        let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
         let scene = upload(&gpu.device, &gpu.queue, &scene_texels(SIZE)).expect("a scene");
         let view = scene.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -324,7 +325,7 @@ fn images_of_another_vulkan_device_come_in_and_go_out_without_a_copy() {
     // A frame.
     let scene = import(&gpu, LIGHT, light_fd, light_bytes, light_type, wgpu::TextureUses::RESOURCE);
     let screen = import(&gpu, CODES, codes_fd, codes_bytes, codes_type, wgpu::TextureUses::UNINITIALIZED);
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("caracal.ron", None, &[]));
+    let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let views = [&scene, &screen].map(|texture| texture.create_view(&Default::default()));
     let (inputs, outputs) = (&[("scene", &views[0])], &[("display", &views[1])]);

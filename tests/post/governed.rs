@@ -1,6 +1,8 @@
 //! A budget: the tier follows the times that the host reports.
 
-use afterimage_gpu::{GovernedTier, TierChangeReason, TierGraph, wgpu};
+use afterimage::host::TierChangeReason;
+use afterimage::{Post, Source};
+use afterimage_gpu::wgpu;
 
 use super::{Host, assert_same, fresh};
 use crate::support::gpu::changed;
@@ -8,12 +10,12 @@ use crate::support::gpu::changed;
 const TIERS: [&str; 3] = ["low", "high", "ultra"];
 const COSTS: [f64; 3] = [0.5, 0.7, 1.0];
 
-fn tiers(cost: Option<f64>) -> Vec<TierGraph> {
-    let tier = |name: &str| TierGraph {
-        tier: GovernedTier { name: name.to_owned(), cost },
-        graph: changed("tsushima.ron", Some(name), &[]),
-    };
-    TIERS.map(tier).into()
+/// A host of `tsushima.ron` at its best tier, without the claims of the file.
+fn host() -> Host {
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
+    let source = Source::text("look.ron", r#"Pipeline(extends: "tsushima.ron")"#).tier("ultra");
+    host.post = Post::open(&host.gpu, source).unwrap_or_else(|error| panic!("{error}"));
+    host
 }
 
 /// Renders frames whose time is the load times the cost of their tier. Returns the tiers that they had.
@@ -32,8 +34,8 @@ fn render(host: &mut Host, load: f64, frames: usize) -> Vec<usize> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_best_tier_within_the_budget_is_rendered() {
-    let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
-    host.post.govern(4.0, tiers(None)).unwrap();
+    let mut host = host();
+    host.post.govern(4.0, &TIERS).unwrap();
     assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
     // `ultra` would be over the budget, and `high` leaves too little room to try it.
     let rendered = render(&mut host, 5.0, 200);
@@ -61,10 +63,10 @@ fn the_best_tier_within_the_budget_is_rendered() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn times_of_frames_before_the_tier_do_not_count() {
-    let mut host = Host::new(changed("tsushima.ron", Some("ultra"), &[]));
+    let mut host = host();
     host.frame().unwrap();
     let before = host.post.frame();
-    host.post.govern(4.0, tiers(None)).unwrap();
+    host.post.govern(4.0, &TIERS).unwrap();
     for _ in 0..200 {
         host.post.report_frame_time(before, 1.0);
     }
@@ -74,21 +76,18 @@ fn times_of_frames_before_the_tier_do_not_count() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_budget_without_a_tier_is_an_error_and_changes_nothing() {
-    let mut host = Host::new(changed("lynx.ron", None, &[]));
-    let error = host.post.govern(4.0, Vec::new()).unwrap_err().to_string();
+    let mut host = host();
+    let error = host.post.govern(4.0, &[]).unwrap_err().to_string();
     assert_eq!(error, "a budget needs at least one tier to choose from");
     assert!(host.post.governor().is_none());
-    host.post.govern(4.0, tiers(None)).unwrap();
-    let error = host.post.change_governed(Vec::new()).unwrap_err().to_string();
-    assert_eq!(error, "the budget chooses from 3 tiers, and 0 graphs are given");
 }
 
 /// The device measures the passes where it can: then the times are those of the passes.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn passes_are_measured_unless_the_host_measures() {
-    let mut host = Host::new(changed("lynx.ron", None, &[]));
-    host.post.govern(1e6, tiers(None)).unwrap();
+    let mut host = host();
+    host.post.govern(1e6, &TIERS).unwrap();
     host.frame().unwrap();
     if !host.post.time_passes().unwrap() {
         return;

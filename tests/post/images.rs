@@ -1,6 +1,7 @@
 //! Images of hosts in the formats that they have.
 
-use afterimage_gpu::{Frame, FrameKind, Gpu, Post, download, upload_bytes, wgpu};
+use afterimage::Post;
+use afterimage_gpu::{Frame, FrameKind, Gpu, download, upload_bytes, wgpu};
 use afterimage_graph::check::{CheckOptions, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
@@ -105,7 +106,7 @@ fn inputs_of_an_engine_are_read_as_they_are() {
         usage,
         view_formats: &[],
     };
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, same_pixels());
+    let mut post = Post::new(&gpu, same_pixels());
     let mut read = |texture: &wgpu::Texture| {
         let view = texture.create_view(&Default::default());
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -204,7 +205,7 @@ fn a_view_of_a_level_has_the_size_of_that_level() {
     let text = r#"Pipeline(nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#;
     let document = parse("scene.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
     let graph = check(&document, &crate::support::gpu::registry(), &CheckOptions::default()).unwrap().0;
-    let mut post = Post::new(&host.gpu.adapter, &host.gpu.device, &host.gpu.queue, graph);
+    let mut post = Post::new(&host.gpu, graph);
     let mut encoder = host.gpu.device.create_command_encoder(&Default::default());
     let frame = Frame { outputs: &[("scene", &shown)], ..Frame::default() };
     post.encode(&mut encoder, &frame).unwrap_or_else(|error| panic!("{error}"));
@@ -257,7 +258,7 @@ fn the_depth_next_to_a_stencil_is_read_through_any_view() {
     let limits = gpu().device.limits();
     let gpu = Shared::of(another_device(&gpu(), features, limits));
     for format in [Depth24PlusStencil8, Depth32FloatStencil8] {
-        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, same_pixels());
+        let mut post = Post::new(&gpu, same_pixels());
         let depth = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },

@@ -1,6 +1,8 @@
 //! Names of a host that the pipeline does not know, and images that belong to other names.
 
-use afterimage_gpu::{Frame, Gpu, Post, PostError, wgpu};
+use afterimage::Post;
+use afterimage::host::PostError;
+use afterimage_gpu::{Frame, Gpu, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{Host, scene};
@@ -24,7 +26,7 @@ const LOOK: &str = r#"Pipeline(
 
 fn post() -> (Shared, Post) {
     let gpu = gpu();
-    let post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(LOOK));
+    let post = Post::new(&gpu, graph(LOOK));
     (gpu, post)
 }
 
@@ -118,15 +120,19 @@ fn a_handle_of_another_pipeline_is_an_error() {
     let [mut one, mut other] = [(); 2].map(|()| Host::new(changed("lynx.ron", None, &[])));
     let strength = one.post.parameter::<f32>("lit.strength").unwrap();
     let stops = other.post.parameter::<f32>("exposed.stops").unwrap();
-    let wanted = "the handle is not of this pipeline: ask it for the parameter by its name";
-    assert_eq!(one.post.set(stops, 1.0).unwrap_err().to_string(), wanted);
-    assert_eq!(other.post.unset(strength.control()).unwrap_err().to_string(), wanted);
+    let wanted =
+        |name: &str| format!("the handle of `{name}` is not of this pipeline: ask it for the parameter by its name");
+    assert_eq!(one.post.set(stops, 1.0).unwrap_err().to_string(), wanted("exposed.stops"));
+    assert_eq!(other.post.unset(strength.control()).unwrap_err().to_string(), wanted("lit.strength"));
     assert_eq!(one.post.value(stops.control()), None);
     // A view has the handles that were made before it.
     let mut view = one.post.clone_for_view();
     view.set(strength, 0.5).unwrap();
     let knee = view.parameter::<f32>("bright.knee").unwrap();
-    assert_eq!(one.post.set(knee, 0.5).unwrap_err().to_string(), wanted);
+    assert_eq!(one.post.set(knee, 0.5).unwrap_err().to_string(), wanted("bright.knee"));
+    drop(view);
+    let error = one.post.set(knee, 0.5).unwrap_err().to_string();
+    assert_eq!(error, "the handle is not of this pipeline: ask it for the parameter by its name");
     let watch = one.post.watch("meter.result");
     assert!(one.post.reading(watch).unwrap().is_none() && other.post.reading(watch).is_err());
 }

@@ -2,18 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage::host::{Executor, GraphPost, Size, Snapshot, caps, download, wanted_features};
+use afterimage::host::{Executor, Size, Snapshot, caps, download, wanted_features};
 use afterimage::{Error, Frame, FrameKind, Gpu, Post, Source, wgpu};
 
 use super::{Host, assert_same, fresh, scene};
 use crate::support::gpu::{another_device, gpu, graph, pipelines};
 
 /// What the pipeline shows in its first frame, after all changes.
-fn shown(gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
+fn shown(gpu: &Gpu, post: &mut Post) -> Vec<u8> {
     shown_at(Size::new(96, 54), gpu, post)
 }
 
-fn shown_at(size: Size, gpu: &Gpu, post: &mut GraphPost) -> Vec<u8> {
+fn shown_at(size: Size, gpu: &Gpu, post: &mut Post) -> Vec<u8> {
     let scene = scene(gpu, size);
     post.executor().count_from(0);
     // The first frame asks for a plan of what has changed.

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{ExpectedFrame, Frame, FrameKind, Gpu, HostImage, Post, Rectangle, download, wgpu};
+use afterimage::Post;
+use afterimage::host::{ExpectedFrame, HostImage};
+use afterimage_gpu::{Frame, FrameKind, Gpu, Rectangle, download, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{assert_same, scene};
@@ -41,7 +43,7 @@ fn a_first_rectangle_that_was_announced_needs_no_pipeline() {
     let mut shown = Vec::new();
     let mut made = Vec::new();
     for is_announced in [true, false] {
-        let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("caracal.ron", None, &[]));
+        let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
         post.set_task_pool(Arc::new(|task| task()));
         encode(&gpu, &mut post, &whole);
         if is_announced {
@@ -92,7 +94,7 @@ fn a_first_frame_that_was_prepared_makes_no_plan_and_no_pipeline() {
     let outputs = sizes.map(|size| [("display", image(size, wgpu::TextureFormat::Bgra8UnormSrgb))]);
     let expected =
         [0, 1].map(|at| ExpectedFrame { inputs: &inputs[at], outputs: &outputs[at], ..ExpectedFrame::default() });
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("caracal.ron", None, &[]));
+    let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
     post.prepare(&expected[..1]).unwrap_or_else(|error| panic!("{error}"));
     wait(&mut post);
     // What changes before the first frame is prepared again.
@@ -127,7 +129,7 @@ fn wait(post: &mut Post) {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_that_cannot_be_prepared_is_an_error() {
     let gpu = crate::support::gpu::gpu();
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, changed("caracal.ron", None, &[]));
+    let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
     let nothing = ExpectedFrame::default();
     let error = post.prepare(&[nothing]).unwrap_err().to_string();
     assert_eq!(error, "the pipeline needs an image for its input `scene`");

@@ -1,6 +1,7 @@
 //! Frames that are recorded before the one before is submitted, and frames that are never submitted.
 
-use afterimage_gpu::{Frame, FrameKind, Gpu, Post, Rectangle, Texels, download, upload, wanted_features, wgpu};
+use afterimage::Post;
+use afterimage_gpu::{Frame, FrameKind, Gpu, Rectangle, Texels, download, upload, wanted_features, wgpu};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Camera;
 
@@ -59,7 +60,7 @@ fn screen(gpu: &Gpu) -> wgpu::Texture {
 
 /// The pictures of frames in which everything moves, and the exposures that arrive.
 fn pictures(gpu: &Gpu, order: Order) -> (Vec<Vec<u8>>, Vec<[f32; 4]>) {
-    let mut post = Post::new(&gpu.adapter, &gpu.device, &gpu.queue, graph(LOOK));
+    let mut post = Post::new(&gpu, graph(LOOK));
     let density = post.parameter::<f32>("fogged.density").unwrap_or_else(|error| panic!("{error}"));
     let watch = post.watch("metered.result");
     let scene = image(gpu, &scene_texels(Size::new(96, 54)));

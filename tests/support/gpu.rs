@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
-use afterimage_gpu::{Gpu, Opening, Session, Texels, wgpu};
+use afterimage::offline::Session;
+use afterimage_gpu::{Gpu, Opening, Texels, wgpu};
 use afterimage_graph::check::{CheckOptions, Checker, Facts, Graph, Loader, NoFiles, check};
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::image::{ImageDesc, Size};

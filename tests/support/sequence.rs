@@ -1,6 +1,7 @@
 //! A session on the shared device, frame by frame.
 
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, InputImage};
 use afterimage_graph::node::Camera;
 
 use super::gpu::{Picture, Run, Shared, gpu};

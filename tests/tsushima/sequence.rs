@@ -1,7 +1,8 @@
 //! A camera walks from the dim room to the bright window: the exposure follows, and how often frames come makes no
 //! difference.
 
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, InputImage};
 use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 

@@ -29,12 +29,13 @@ impl Post {
     /// waits for the device.
     ///
     /// The program renders a first frame, with the noise of the last one that was recorded: what earlier ones have left
-    /// is not written, nor are options, the [size](afterimage_gpu::Post::set_size) in which the pipeline works, and
+    /// is not written, nor are options, the [size](Self::set_size) in which the pipeline works, and
     /// node kinds in Rust. Of an image, the first level and layer are written.
     ///
     /// # Errors
-    /// An image cannot be read back, because its texture lacks `COPY_SRC`, has several samples or slices or a format
-    /// that no pipeline stores; a block is no camera; a file cannot be written.
+    /// The host has given a graph without files; an image cannot be read back, because its texture lacks `COPY_SRC`,
+    /// has several samples or slices or a format that no pipeline stores; a block is no camera; a file cannot be
+    /// written.
     pub fn capture(&self, gpu: &Gpu, frame: &Frame<'_>, folder: &Path) -> Result<(), Error> {
         let mut capture = Capture { folder, words: Vec::new() };
         capture.write_pipeline(self)?;
@@ -78,7 +79,9 @@ impl Capture<'_> {
 
     /// The pipeline with its files, its tier, and what the host has set.
     fn write_pipeline(&mut self, post: &Post) -> Result<(), Error> {
-        let files = below_one_folder(post.snapshot().files());
+        let snapshot =
+            post.snapshot().ok_or_else(|| Error::Name("a graph without files is not captured".to_owned()))?;
+        let files = below_one_folder(snapshot.files());
         for (index, (path, bytes)) in files.iter().enumerate() {
             // The first one is the pipeline.
             let path = Path::new(PIPELINE).join(if index == 0 { path.with_extension("ron") } else { path.clone() });

@@ -1,10 +1,12 @@
-//! Why a call of a host failed.
+//! Errors of the calls of a host.
 
-use afterimage_gpu::{GpuError, PostError};
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_graph::node::RegistryError;
 
-/// Why a call of a host failed. Written, it is a text for the user.
+use crate::post::PostError;
+
+/// The reason why a call of a host failed. Written, it is a text for the user.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -37,7 +39,7 @@ const _: () = assert!(size_of::<Error>() < 128, "the error is small");
 
 #[cfg(all(feature = "offline", not(target_family = "wasm")))]
 impl Error {
-    /// Whether another device may succeed.
+    /// `true` if another device may succeed.
     pub(crate) fn is_of_device(&self) -> bool {
         let (Self::Gpu(error) | Self::Post(PostError::Gpu(error))) = self else { return false };
         matches!(

@@ -43,13 +43,13 @@ fn stamp_of(path: &Path) -> Stamp {
     Some((meta.modified().ok()?, meta.len()))
 }
 
-/// What has been read of the files that a pipeline may name. Each is read once, so that all tiers are of one state.
+/// The files that a pipeline may name, as far as they were read: each once, so that all tiers are of one state.
 pub(crate) struct Files {
     /// The folders whose files the pipeline may name, without links.
     folders: Vec<PathBuf>,
     /// Those with node kinds, and with what these share.
     kind_folders: Vec<PathBuf>,
-    /// Whether the pipeline lies in no folder: then it may name built-in files.
+    /// Set for a pipeline that lies in no folder: it may name built-in files.
     is_built_in: bool,
     read: Mutex<Read>,
 }
@@ -77,7 +77,7 @@ impl Files {
         self.text_if(path, &|_| true)
     }
 
-    /// Whether a file may be a part of a kind.
+    /// `true` if a file may be a part of a kind.
     fn permits_kind(&self, real: &Path) -> bool {
         self.folders.iter().chain(&self.kind_folders).any(|folder| real.starts_with(folder))
     }
@@ -89,7 +89,7 @@ impl Files {
         String::from_utf8(bytes.to_vec()).map_err(|error| unreadable(&error))
     }
 
-    /// What has been read, and when it was changed.
+    /// The files that have been read, and the times of their changes.
     pub(crate) fn stamps(&self) -> Stamps {
         self.lock().stamps.clone()
     }
@@ -173,7 +173,7 @@ pub(crate) fn or_current(folder: &Path) -> &Path {
     if folder.as_os_str().is_empty() { Path::new(".") } else { folder }
 }
 
-/// Whether a file may be read, by its path without links.
+/// Decides by the path of a file without links if it may be read.
 type Permits<'a> = &'a dyn Fn(&Path) -> bool;
 
 /// The bytes of a regular file that is permitted: of the file that is open, and not of one that had the name before. A

@@ -7,7 +7,7 @@ use afterimage_graph::node::{NodeKind, folder_kind_sharing};
 
 /// Access to the files of node kinds, with the errors of whoever reads them.
 pub trait KindFiles {
-    /// Why a file cannot be read, or is wrong.
+    /// The error of a file that cannot be read, or is wrong.
     type Error: From<Diagnostics>;
 
     /// The paths in a folder, sorted.
@@ -22,7 +22,7 @@ pub trait KindFiles {
     /// The file cannot be read.
     fn text(&self, path: &Path, what: &str) -> Result<String, Self::Error>;
 
-    /// Whether what lies beside the folder of a kind may be read.
+    /// `true` if files beside the folder of a kind may be read.
     fn permits(&self, path: &Path) -> bool;
 
     /// The error of a folder that cannot be a kind, and what to do about it.

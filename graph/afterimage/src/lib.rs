@@ -29,9 +29,9 @@
 //! | open text, node kinds in folders or in Rust, files elsewhere | [`Source`] |
 //! | build a pipeline in code | [`Pipeline`] |
 //! | resize | [`Frame::inputs`]: the size is that of the images |
-//! | plan and compile before the first frame | [`prepare`](host::GraphPost::prepare) |
+//! | plan and compile before the first frame | [`prepare`](Post::prepare) |
 //! | continue after a lost device | [`Post::rebuild`], when `encode` or the device's callback has reported it |
-//! | list parameters with units, domains and documentation | [`parameters`](host::GraphPost::parameters) |
+//! | list parameters with units, domains and documentation | [`parameters`](Post::parameters) |
 //! | state facts, fade between pipelines, read meters back, render a second view | [`Post`] |
 //! | know what images may be; give cameras, rectangles, factors | [`Frame`] |
 //! | choose a tier by its time and error | [`Post::tiers`], [`Post::claim`] |
@@ -52,11 +52,14 @@
 mod capture;
 mod error;
 mod files;
+mod governor;
 mod kinds;
 #[cfg(all(feature = "offline", not(target_family = "wasm")))]
 pub mod offline;
 mod pipeline;
 mod post;
+#[cfg(all(feature = "offline", not(target_family = "wasm")))]
+mod session;
 mod snapshot;
 mod source;
 
@@ -67,12 +70,10 @@ pub use post::Post;
 pub use source::Source;
 
 pub mod host {
-    //! What the signatures for hosts name.
+    //! The types of the signatures for hosts.
     pub use afterimage_gpu::{
-        Control, DrawTargets, ErrorLog, Executor, ExpectedFrame, FadeSkipReason, GovernedTier, Governor, GpuError,
-        HostDraw, HostImage, Parameter, ParameterInfo, PassTimes, Post as GraphPost, PostError, Preparation, Reading,
-        Rectangle, Task, TaskPool, Texels, TierChange, TierChangeReason, TierGraph, Watch, caps, texture_format,
-        upload, upload_bytes, wanted_features,
+        DrawTargets, ErrorLog, Executor, GpuError, HostDraw, Preparation, Rectangle, Task, TaskPool, Texels, caps,
+        texture_format, upload, upload_bytes, wanted_features,
     };
     #[cfg(not(target_family = "wasm"))]
     pub use afterimage_gpu::{FrameStep, Readback, download};
@@ -88,8 +89,12 @@ pub mod host {
     pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
+    pub use crate::governor::{GovernedTier, Governor, TierChange, TierChangeReason};
     #[doc(hidden)] // For the program.
     pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
+    pub use crate::post::{
+        Control, ExpectedFrame, HostImage, Parameter, ParameterInfo, PassTimes, PostError, Reading, Watch,
+    };
     pub use crate::snapshot::Snapshot;
     #[doc(hidden)] // For the program.
     pub use crate::source::{built_in, built_in_hint};

@@ -53,7 +53,7 @@ pub struct Snapshot {
     files: FilesOf,
 }
 
-/// Where the files of a snapshot come from.
+/// The source of the files of a snapshot.
 #[derive(Clone)]
 enum FilesOf {
     Disk(Arc<Files>),
@@ -123,7 +123,7 @@ impl Snapshot {
         }
     }
 
-    /// Whether both are of one moment.
+    /// `true` if both are of one moment.
     pub fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.document, &other.document)
     }
@@ -140,7 +140,7 @@ impl Snapshot {
     /// The graph at a tier with changed parameters, and the warnings: [`Checker::check`].
     ///
     /// # Errors
-    /// What is wrong with the pipeline or with a file that it names; there is no such tier.
+    /// The pipeline or a file that it names is wrong; there is no such tier.
     pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Error> {
         Ok(self.checker().check(tier, sets)?)
     }
@@ -150,7 +150,7 @@ impl Snapshot {
         self.checker().tiers()
     }
 
-    /// What the pipeline's own file claims of a tier: its time and its error, and what they were measured on. `None`
+    /// The claim of the pipeline's own file for a tier: its time and its error, and what they were measured on. `None`
     /// where it claims nothing.
     pub fn claim(&self, tier: &str) -> Option<&Claim> {
         self.document.claims.iter().find(|(name, _)| name.value == tier).map(|(_, claim)| claim)
@@ -170,7 +170,7 @@ impl Snapshot {
     }
 }
 
-/// Whether the kinds of a folder are read with those of `own`: it is that folder, or a kind in it.
+/// `true` if the kinds of a folder are read with those of `own`: it is that folder, or a kind in it.
 fn is_among(folder: &Path, own: &Path) -> bool {
     let (Ok(folder), Ok(own)) = (folder.canonicalize(), own.canonicalize()) else { return false };
     let is_kind = |folder: &Path| folder.join("node.ron").is_file();

@@ -1,4 +1,4 @@
-//! Where a pipeline comes from.
+//! Sources of pipelines.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use afterimage_graph::node::NodeKind;
 use afterimage_pipelines::PIPELINES;
 
-/// Where a pipeline comes from, and what it may use. A path or a name is one: `Post::open(&gpu, "look.ron")`.
+/// The source of a pipeline, and the files that it may use. A path or a name is one: `Post::open(&gpu, "look.ron")`.
 ///
 /// * A path is that of a pipeline file. If there is no such file, it may be the name of a built-in pipeline, with or
 ///   without `.ron`: see [`PIPELINES`](crate::host::PIPELINES).
@@ -96,7 +96,7 @@ impl Source {
     /// run. Bytes that are damaged, or of another adapter, driver or version, are ignored. Browsers have a cache of
     /// their own.
     ///
-    /// [executor]: crate::host::GraphPost::executor
+    /// [executor]: crate::Post::executor
     pub fn pipeline_cache(mut self, data: impl Into<Arc<[u8]>>) -> Self {
         self.pipeline_cache = Some(data.into());
         self

@@ -33,8 +33,8 @@ pub struct Afterimage {
     /// Cuts so far. Another number than in the frame before says that the view has changed at once, as after a cut or a
     /// teleport: histories and adaptation begin anew.
     pub cuts: u32,
-    /// Frames over which changes of facts, tiers and pipelines fade in, with both pictures mixed; 0 changes at once. See
-    /// [`Post::set_fade`](afterimage::host::GraphPost::set_fade).
+    /// Frames over which changes of facts, tiers and pipelines fade in, with both pictures mixed; 0 changes at once.
+    /// See [`Post::set_fade`](afterimage::Post::set_fade).
     pub fade: u16,
     /// Values of nodes, `node.port`, that [`AfterimageReadings`] has in each frame, such as the exposure of a meter:
     /// `meter.result`. One that is no longer named is still copied on the device.

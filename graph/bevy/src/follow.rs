@@ -165,7 +165,6 @@ pub(crate) fn take_reports(
             let Rendered { settings, unknown, tier, frame, is_running, is_changing, fade_skip_reason, passes } =
                 rendered;
             let (files, others) = (status.files.clone(), status.others.clone());
-            let fade_skip_reason = fade_skip_reason.map(|why| why.to_string());
             let new = AfterimageStatus {
                 files,
                 settings,

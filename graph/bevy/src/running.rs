@@ -206,9 +206,8 @@ impl CameraPost {
         let is_changing = self.post.is_changing();
         // The reason stays until the next change.
         let has_come_in = self.said.is_changing && !is_changing;
-        let fade_skip_reason =
-            self.post.fade_skip_reason().filter(|why| has_come_in || self.said.fade_skip_reason.as_ref() != Some(why));
-        if let Some(why) = fade_skip_reason {
+        let known = self.said.fade_skip_reason.as_deref();
+        if let Some(why) = self.post.fade_skip_reason().filter(|why| has_come_in || known != Some(*why)) {
             warn!("a change did not fade in: {why}");
         }
         let is_same_plan = self.plan.as_ref().map(Arc::as_ptr) == self.post.plan().map(Arc::as_ptr);
@@ -218,14 +217,14 @@ impl CameraPost {
             && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
             && self.said.tier.as_deref() == self.post.tier()
             && self.said.unknown == self.post.warnings()
-            && self.said.fade_skip_reason.as_ref() == self.post.fade_skip_reason()
+            && self.said.fade_skip_reason.as_deref() == self.post.fade_skip_reason()
         {
             return;
         }
         self.plan = self.post.plan().cloned();
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
         let settings = std::mem::take(&mut self.said.settings);
-        let fade_skip_reason = self.post.fade_skip_reason().cloned();
+        let fade_skip_reason = self.post.fade_skip_reason().map(str::to_owned);
         let (unknown, tier) = (self.post.warnings().to_vec(), self.post.tier().map(str::to_owned));
         self.said =
             Rendered { settings, unknown, tier, frame: error, is_running, is_changing, fade_skip_reason, passes };

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use afterimage::host::FadeSkipReason;
 use bevy::prelude::*;
 
 /// The state of a camera's pipeline, beside its [`Afterimage`](crate::Afterimage). It changes only when one of its
@@ -50,7 +49,7 @@ pub(crate) struct Rendered {
     pub(crate) frame: Option<String>,
     pub(crate) is_running: bool,
     pub(crate) is_changing: bool,
-    pub(crate) fade_skip_reason: Option<FadeSkipReason>,
+    pub(crate) fade_skip_reason: Option<String>,
     pub(crate) passes: Vec<String>,
 }
 

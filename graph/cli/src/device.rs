@@ -5,7 +5,8 @@
 
 use std::path::PathBuf;
 
-use afterimage_gpu::{Gpu, Opening, Session};
+use afterimage::offline::Session;
+use afterimage_gpu::{Gpu, Opening};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_media::{Budget, read_bytes, rewrite};
 use afterimage_plan::Options;
@@ -68,7 +69,7 @@ impl CachedSession {
             self.session.change(graph, options);
             self.session.post().set_facts(facts);
         } else {
-            self.session.begin_anew(graph, facts, options);
+            self.session.reset(graph, facts, options);
         }
         self
     }

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use afterimage_gpu::{GpuError, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Style, shown, shown_path};
 use afterimage_lab::LabError;
 use afterimage_media::{FileError, memory_limit};

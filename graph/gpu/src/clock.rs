@@ -19,7 +19,6 @@ use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::median::MedianEstimate;
 use crate::platform::watched;
-use crate::post::PostError;
 use crate::stream::map;
 
 /// The frequency is steady when no burst was faster for this long.
@@ -74,7 +73,8 @@ impl FrameTime {
     }
 
     /// The time of one frame where several were timed together.
-    pub(crate) fn divided(mut self, count: u32) -> Self {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn divided(mut self, count: u32) -> Self {
         let MedianEstimate { median, interval } = &mut self.estimate;
         for number in interval.iter_mut().chain([median]) {
             *number /= f64::from(count);
@@ -106,7 +106,7 @@ impl FrameTime {
 }
 
 /// Commands of which a [`Clock`] measures the time: they are recorded again for each sample.
-pub type TimedCommands<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), PostError> + 'r>;
+pub type TimedCommands<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), GpuError> + 'r>;
 
 /// Measures work on one GPU.
 pub struct Clock {
@@ -141,7 +141,7 @@ impl Clock {
     ///
     /// # Errors
     /// What recording reports, and [`GpuError::DeviceLost`].
-    pub fn medians(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<FrameTime>, PostError> {
+    pub fn medians(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<FrameTime>, GpuError> {
         let all = match &self.stamps {
             Some(stamps) => work.iter_mut().map(|work| self.on_gpu(stamps, samples, work)).collect::<Result<_, _>>()?,
             None => self.on_host(samples, work)?,
@@ -150,7 +150,7 @@ impl Clock {
         Ok(all.into_iter().map(time).collect())
     }
 
-    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut TimedCommands<'_>) -> Result<Vec<f64>, PostError> {
+    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut TimedCommands<'_>) -> Result<Vec<f64>, GpuError> {
         let burst = (BURST_MS / self.time_burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
         if self.warm.get().is_none_or(|warm| warm.elapsed() > STAYS_WARM) {
             self.warm_up(stamps, burst, work)?;
@@ -161,7 +161,7 @@ impl Clock {
     }
 
     /// Runs bursts until none was faster for [`STEADY`].
-    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<(), PostError> {
+    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<(), GpuError> {
         let start = Instant::now();
         let (mut fastest, mut since) = (f64::INFINITY, start);
         while since.elapsed() < STEADY && start.elapsed() < MAX_WARM_UP {
@@ -174,7 +174,7 @@ impl Clock {
     }
 
     /// Milliseconds of the last of `frames` frames that are submitted without gaps.
-    fn time_burst(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<f64, PostError> {
+    fn time_burst(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<f64, GpuError> {
         for _ in 1..frames {
             self.gpu.submit(&mut *work)?;
         }
@@ -183,13 +183,13 @@ impl Clock {
             work(encoder)?;
             encoder.write_timestamp(&stamps.queries, 1);
             stamps.resolve(encoder);
-            Ok::<(), PostError>(())
+            Ok::<(), GpuError>(())
         })?;
         Ok(stamps.read(&self.gpu)?)
     }
 
     /// The samples of each entry of `work`; a round takes one of each.
-    fn on_host(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<Vec<f64>>, PostError> {
+    fn on_host(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<Vec<f64>>, GpuError> {
         let mut all = vec![Vec::new(); work.len()];
         for round in 0..HOST_WARM_UP + samples {
             for (work, times) in work.iter_mut().zip(&mut all) {

@@ -133,7 +133,7 @@ impl Gpu {
         let report = self.device.generate_allocator_report();
         BandLimits {
             bytes: self.caps.max_memory,
-            taken: report.map_or(0, |report| report.total_allocated_bytes) + self.foreign_memory(),
+            taken: report.map_or(0, |report| report.total_allocated_bytes) + self.memory_used_by_others(),
             block: BLOCK,
             side: self.caps.max_side,
             filters: self.is_processor(),
@@ -146,7 +146,8 @@ impl Gpu {
 
     /// Bytes of a card that its driver has for this program besides images and buffers, and may take later; 0 if it
     /// does not state them.
-    pub(crate) fn foreign_memory(&self) -> u64 {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn memory_used_by_others(&self) -> u64 {
         let is_card = self.adapter.get_info().device_type == wgpu::DeviceType::DiscreteGpu;
         let used = used_memory(&self.device).filter(|_| is_card);
         let report = self.device.generate_allocator_report();
@@ -333,7 +334,7 @@ fn max_fused_uniform_buffers(adapter: &wgpu::AdapterInfo, limits: &wgpu::Limits)
 
 /// The image format that a plan takes an input of a wgpu format for: it has the channels, and at least the bits, of
 /// what shaders read. Depth is one channel of 32 bits.
-pub(crate) fn image_format(format: TextureFormat) -> Option<Format> {
+pub fn image_format(format: TextureFormat) -> Option<Format> {
     let same = Format::ALL.into_iter().find(|known| texture_format(*known) == format);
     same.or(match format {
         TextureFormat::Rgba8UnormSrgb | TextureFormat::Bgra8Unorm | TextureFormat::Bgra8UnormSrgb => {

@@ -143,13 +143,15 @@ pub enum GpuError {
 
 impl GpuError {
     /// The plan has no output of that name.
-    pub(crate) fn unknown_output(plan: &Plan, name: &str) -> Self {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn unknown_output(plan: &Plan, name: &str) -> Self {
         let known = plan.outputs.iter().map(|output| output.name.as_str());
         Self::UnknownOutput { name: name.to_owned(), known: list(known, 16) }
     }
 
     /// The device is lost, for the reason that wgpu gives.
-    pub(crate) fn lost(why: &dyn std::fmt::Display) -> Self {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn lost(why: &dyn std::fmt::Display) -> Self {
         Self::DeviceLost { why: why.to_string() }
     }
 }

@@ -65,7 +65,7 @@ pub(crate) fn view(texture: &wgpu::Texture, desc: ImageDesc) -> wgpu::TextureVie
 }
 
 /// A view of one mip level of one layer.
-pub(crate) fn part_view(texture: &wgpu::Texture, level: u32, layer: u32) -> wgpu::TextureView {
+pub fn part_view(texture: &wgpu::Texture, level: u32, layer: u32) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(TextureViewDimension::D2),
         base_mip_level: level,

@@ -263,7 +263,8 @@ impl Readback {
     }
 
     /// The first bytes of a storage buffer, a multiple of four. Waits for the GPU.
-    pub(crate) fn bytes(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn bytes(&self, source: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
         let copy = readable(&self.device, "value", bytes)?;
         submit(&self.device, &self.queue, "the copy of a value", |encoder| {
             encoder.copy_buffer_to_buffer(source, 0, &copy, 0, bytes);
@@ -282,7 +283,7 @@ impl Readback {
 }
 
 /// Reads many textures of known descriptions back through one buffer.
-pub(crate) struct ReadbackBatch {
+pub struct ReadbackBatch {
     device: wgpu::Device,
     buffer: wgpu::Buffer,
     descs: Vec<ImageDesc>,
@@ -292,19 +293,19 @@ pub(crate) struct ReadbackBatch {
 
 impl ReadbackBatch {
     /// A batch of textures of these descriptions, in this order.
-    pub(crate) fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Result<Self, GpuError> {
+    pub fn new(device: &wgpu::Device, descs: Vec<ImageDesc>) -> Result<Self, GpuError> {
         let size: u64 = descs.iter().map(padded_bytes).sum();
         let buffer = readable(device, "readback", size.max(4))?;
         Ok(Self { device: device.clone(), buffer, descs, copied: (0, 0) })
     }
 
     /// Whether a buffer of the device can hold them all.
-    pub(crate) fn fits(device: &wgpu::Device, descs: &[ImageDesc]) -> bool {
+    pub fn fits(device: &wgpu::Device, descs: &[ImageDesc]) -> bool {
         descs.iter().map(padded_bytes).sum::<u64>() <= device.limits().max_buffer_size
     }
 
     /// Records the copy of the next texture.
-    pub(crate) fn copy(&mut self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
+    pub fn copy(&mut self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
         let (number, offset) = self.copied;
         let desc = self.descs[number];
         debug_assert_eq!(texture.format(), texture_format(desc.format));
@@ -316,7 +317,7 @@ impl ReadbackBatch {
     }
 
     /// The texels of all textures, once the copies are submitted. Waits for the GPU.
-    pub(crate) fn read(self) -> Result<Vec<Texels>, GpuError> {
+    pub fn read(self) -> Result<Vec<Texels>, GpuError> {
         map(&self.device, &self.buffer, wgpu::MapMode::Read)?;
         let mapped = self.buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
         let mut rest: &[u8] = &mapped;

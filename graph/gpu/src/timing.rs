@@ -70,7 +70,7 @@ impl Timing {
 }
 
 /// Milliseconds between each two timestamps.
-pub(crate) fn between(ticks: &[u64], period_ns: f32) -> Vec<f64> {
+pub fn between(ticks: &[u64], period_ns: f32) -> Vec<f64> {
     let ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * f64::from(period_ns) * 1e-6;
     ticks.windows(2).map(ms).collect()
 }

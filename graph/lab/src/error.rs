@@ -1,6 +1,7 @@
 //! Errors of measurements.
 
-use afterimage_gpu::{GpuError, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::Diagnostics;
 use afterimage_media::FileError;
 use afterimage_plan::PlanError;

@@ -1,6 +1,7 @@
 //! The frame time of `bench`, `measure` and `tune`: one function, so that they agree on a plan.
 
-use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, InputImage, Session};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, InputImage};
 
 use crate::LabError;
 
@@ -15,7 +16,7 @@ pub(crate) fn frame_time(
     samples: u32,
     images: &[InputImage],
 ) -> Result<FrameTime, LabError> {
-    let mut session = session.clone_in_new_memory(images)?;
+    let mut session = session.clone_with_fresh_allocations(images)?;
     let mut frames = 0;
     let (time, _) = session.frame_time(clock, samples, images, &mut || next_step(&mut frames), Vec::new())?;
     Ok(time)

@@ -1,6 +1,7 @@
 //! The built-in scene as images for the inputs of a pipeline.
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, input_image};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameStep, Gpu, InputImage, input_image};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Size};

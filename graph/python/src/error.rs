@@ -1,7 +1,8 @@
 //! Errors as the exceptions of `afterimage._errors`.
 
 use afterimage::Error;
-use afterimage_gpu::{GpuError, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::{Diagnostics, Style};
 use afterimage_lab::LabError;
 use afterimage_media::{CodecError, FileError};
@@ -103,9 +104,8 @@ impl From<PostError> for Failure {
             PostError::UnknownParameter(_)
             | PostError::WrongType { .. }
             | PostError::Refused { .. }
-            | PostError::UnknownHandle
+            | PostError::UnknownHandle(_)
             | PostError::NoTier
-            | PostError::OtherTiers { .. }
             | PostError::TooManyFrames { .. } => Self::Parameter(error.to_string()),
         }
     }

@@ -1,6 +1,7 @@
 //! Errors of the viewer.
 
-use afterimage_gpu::{GpuError, PostError};
+use afterimage::host::PostError;
+use afterimage_gpu::GpuError;
 use afterimage_graph::diagnostic::Diagnostics;
 
 /// An error that the viewer shows.

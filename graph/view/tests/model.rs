@@ -1,7 +1,8 @@
 //! The model: frames, comparison and inspection, without a window.
 
 use crate::support::{SIZE, apart, gpu, model, of, parameter, picture, render, settle, texels};
-use afterimage_gpu::{FrameStep, Session, Texels, wgpu};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameStep, Texels, wgpu};
 use afterimage_graph::check::{Fact, Facts, Source};
 use afterimage_graph::node::{Origin, PortType, Registry, folder_kind};
 use afterimage_graph::value::Value;

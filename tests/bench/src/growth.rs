@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, median};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, median};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;

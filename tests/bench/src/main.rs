@@ -16,7 +16,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, FrameKind, FrameStep, Gpu, Opening, Session};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, FrameKind, FrameStep, Gpu, Opening};
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;

@@ -24,8 +24,12 @@ pub(crate) const PURE: [(&str, &str); 4] = [
 ];
 
 /// The crates that faults are seeded into, and whose tests run.
-pub(crate) const WITH_GPU: [(&str, &str); 3] =
-    [("afterimage-plan", "graph/plan"), ("afterimage-gpu", "graph/gpu"), ("afterimage-tests", "tests")];
+pub(crate) const WITH_GPU: [(&str, &str); 4] = [
+    ("afterimage-plan", "graph/plan"),
+    ("afterimage-gpu", "graph/gpu"),
+    ("afterimage", "graph/afterimage"),
+    ("afterimage-tests", "tests"),
+];
 
 /// The crates of the list `pure`, each of whose faults its own tests must notice.
 pub(crate) const FOUR: [(&str, &str); 4] = [

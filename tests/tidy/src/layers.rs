@@ -18,11 +18,8 @@ pub const LAYERS: &[(&str, &[&str])] = &[
     ("afterimage-gpu", &["afterimage-plan"]),
     ("afterimage-media", &["afterimage-base"]),
     ("afterimage", &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines"]),
-    ("afterimage-lab", &["afterimage-gpu", "afterimage-media", "afterimage-plan"]),
-    (
-        "afterimage-view",
-        &["afterimage-gpu", "afterimage-media", "afterimage-nodes", "afterimage-pipelines", "afterimage-plan"],
-    ),
+    ("afterimage-lab", &["afterimage"]),
+    ("afterimage-view", &["afterimage"]),
     ("afterimage-c", &["afterimage"]),
     (
         "afterimage-cli",

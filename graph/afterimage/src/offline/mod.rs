@@ -23,7 +23,7 @@ mod numbers;
 #[doc(hidden)] // For the program.
 pub mod quantize;
 
-use afterimage_gpu::{FrameStep, Gpu, Session};
+use afterimage_gpu::{FrameStep, Gpu};
 use afterimage_graph::check::{Fact, Facts, Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::diagnostic::{Diagnostics, did_you_mean};
@@ -35,6 +35,8 @@ use afterimage_plan::Options;
 pub use numbers::{Encoding, NumberType, Numbers, RenderedImage, format_of};
 
 use crate::error::Error;
+#[doc(hidden)] // For the program, measurements and tests.
+pub use crate::session::{FrameInputs, Session, TableErrors};
 use crate::snapshot::{Snapshot, files_of};
 use crate::source::Source;
 use numbers::Rounding;
@@ -99,7 +101,7 @@ impl Default for OfflineFrame<'_> {
     }
 }
 
-/// What a frame has rendered.
+/// The results of a frame.
 pub struct Rendered {
     /// The outputs, in the order of the pipeline.
     pub outputs: Vec<RenderedImage>,
@@ -164,7 +166,7 @@ impl Offline {
         self.snapshot.tiers()
     }
 
-    /// What the pipeline claims of a tier: [`Snapshot::claim`].
+    /// The pipeline's claim for a tier: [`Snapshot::claim`].
     pub fn claim(&self, tier: &str) -> Option<&Claim> {
         self.snapshot.claim(tier)
     }
@@ -208,12 +210,12 @@ impl Offline {
         Ok(())
     }
 
-    /// How outputs for a display become numbers.
+    /// Sets the conversion of outputs for a display to numbers.
     pub fn set_encoding(&mut self, encoding: Encoding) {
         (self.encoding, self.is_changed) = (encoding, true);
     }
 
-    /// Whether codes of 8 bits have noise where the pipeline has a `Dither`; by default they have.
+    /// Switches the noise of 8-bit codes where the pipeline has a `Dither`; it is on by default.
     pub fn set_dither(&mut self, dither: bool) {
         self.dither = dither;
     }

@@ -9,8 +9,8 @@ use afterimage_plan::PlanOutput;
 use super::quantize::with_encoded_pixels;
 use crate::error::Error;
 
-/// How outputs for a display become numbers. Light and data are not encoded: they have the type that the pipeline
-/// stores.
+/// The conversion of outputs for a display to numbers. Light and data are not encoded: they have the type that the
+/// pipeline stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
     /// Codes of 8 bits for SDR, of 16 for PQ and HLG: those of the program's PNG files.
@@ -102,17 +102,17 @@ pub struct RenderedImage {
     pub name: String,
     /// Its numbers.
     pub numbers: Numbers,
-    /// How many numbers a pixel has, 1 to 4.
+    /// Numbers of a pixel, 1 to 4.
     pub channels: usize,
     /// Its size, and the format in which the pipeline stored it.
     pub desc: ImageDesc,
-    /// What the numbers stand for.
+    /// The meaning of the numbers.
     pub state: ColorState,
     /// Primaries, transfer function and white.
     pub colorimetry: Colorimetry,
 }
 
-/// How an output for a display is rounded.
+/// The rounding of an output for a display.
 pub(super) struct Rounding {
     pub(super) bits: u32,
     /// The seed of the noise; `None` rounds to the nearest code.

@@ -31,13 +31,13 @@ pub struct Unquantized {
     pub graph: Graph,
     /// That of the last `Dither`; seed 0 without one.
     pub noise: Noise,
-    /// What users should know, as sentences.
+    /// Notes for users, as sentences.
     pub notes: Vec<String>,
 }
 
 /// A file that takes an encoded output.
 pub struct EncodedFile {
-    /// Where the output comes from.
+    /// The source of the output.
     pub source: Source,
     /// Bits of a channel of the file.
     pub bits: u32,

@@ -2,8 +2,9 @@
 
 mod graph;
 
+use afterimage::offline::Session;
 use afterimage::offline::quantize::{EncodedFile, unquantized};
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels};
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Texels};
 use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};

@@ -6,7 +6,8 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{BandReader, BandWriter, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{BandReader, BandWriter, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_media::{ReadOptions, RowsFile, RowsOptions, Source, left_out, read_within};
 use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};

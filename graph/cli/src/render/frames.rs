@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameKind, FrameStep, InputImage, Texels};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_media::Alpha;
 use afterimage_plan::{Plan, PlanOutput};

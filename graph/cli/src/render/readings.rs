@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use afterimage_gpu::Session;
+use afterimage::offline::Session;
 use afterimage_graph::check::Graph;
 use afterimage_media::write_atomic;
 use afterimage_nodes::EV100_OF_LUMINANCE;

@@ -17,8 +17,9 @@ impl Executor {
     }
 
     /// The texture of an image by its label or its name in the plan, as far as it is not the host's. See
-    /// [`Post::image`](crate::Post::image).
-    pub(crate) fn image(&self, name: &str) -> Option<&wgpu::Texture> {
+    /// `afterimage::Post::image`.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn image(&self, name: &str) -> Option<&wgpu::Texture> {
         let loaded = self.loaded.as_ref()?;
         let by_label = loaded.plan.images.iter().position(|image| image.label == name);
         let index = by_label.or_else(|| loaded.plan.image_names().iter().position(|known| known == name))?;
@@ -70,7 +71,8 @@ impl Executor {
     }
 
     /// The timestamps of the frame that is recorded, and the nanoseconds of a tick; `None` if passes are not timed.
-    pub(crate) fn timestamps(&self) -> Option<(&Buffer, f32)> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn timestamps(&self) -> Option<(&Buffer, f32)> {
         Some(self.loaded.as_ref()?.timing.as_ref()?.timestamps())
     }
 }

@@ -33,7 +33,8 @@ impl Executor {
     }
 
     /// Makes, on any thread, an executor with memory of its own for a plan that this one has compiled.
-    pub(crate) fn fork(&self) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn fork(&self) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
         let other = self.other();
         move |plan, uniforms| {
             let mut fork = other();
@@ -44,7 +45,8 @@ impl Executor {
 
     /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are
     /// copied by [`copy_memory`](Self::copy_memory).
-    pub(crate) fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) {
         (self.frame_index, self.number_offset, self.fresh) = (other.frame_index, other.number_offset, false);
         self.last_number = other.last_number;
         if let Some(loaded) = &mut self.loaded {
@@ -55,17 +57,20 @@ impl Executor {
     }
 
     /// The memory of the plan in use.
-    pub(crate) fn residency(&self) -> Option<&Arc<Residency>> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn residency(&self) -> Option<&Arc<Residency>> {
         self.loaded.as_ref().map(|loaded| &loaded.residency)
     }
 
     /// Whether a frame was recorded and dropped on which later ones rely.
-    pub(crate) fn has_lost_frames(&self) -> bool {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn has_lost_frames(&self) -> bool {
         self.recorded.take_lost() > Lost::Nothing
     }
 
     /// Copies histories, and buffers that outlive frames, from the memory of the same plan in another executor.
-    pub(crate) fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
         let Some(loaded) = &self.loaded else { return };
         self.recorded.watch(encoder, Lost::State);
         for &index in &loaded.persistent {
@@ -78,7 +83,8 @@ impl Executor {
     }
 
     /// Drops the bind groups of frames that write an output to a texture of ours.
-    pub(crate) fn drop_bind_groups_of_own_outputs(&mut self) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn drop_bind_groups_of_own_outputs(&mut self) {
         let Some(Loaded { plan, residency, bind_groups, .. }) = &mut self.loaded else { return };
         let mut ours: Vec<&TextureView> = Vec::new();
         for output in &plan.outputs {
@@ -90,7 +96,8 @@ impl Executor {
     }
 
     /// Whether the next frame resets histories.
-    pub(crate) fn is_fresh(&self) -> bool {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn is_fresh(&self) -> bool {
         self.fresh
     }
 
@@ -98,7 +105,8 @@ impl Executor {
     ///
     /// # Errors
     /// It cannot be drawn to, or the device would encode it a second time.
-    pub(crate) fn format_of(
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn format_of(
         &mut self,
         output: &PlanOutput,
         view: &TextureView,
@@ -112,13 +120,15 @@ impl Executor {
 
     /// The format of the host's view for an output in the last frame that drew it; the planned one if a pass stores to
     /// the view.
-    pub(crate) fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
         let drawn = self.formats.last().iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
         drawn.unwrap_or_else(|| texture_format(plan.image(output.image).desc.format))
     }
 
     /// Whether the host fills passes of a plan.
-    pub(crate) fn has_host_draws(plan: &Plan) -> bool {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn has_host_draws(plan: &Plan) -> bool {
         plan.work().any(|pass| host_node(pass).is_some())
     }
 }
@@ -133,7 +143,8 @@ impl Residency {
     }
 
     /// Whether all histories can be copied: nothing is copied to a depth or to several samples.
-    pub(crate) fn can_be_copied(&self) -> bool {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn can_be_copied(&self) -> bool {
         self.histories().flatten().all(|stored| stored.texture.usage().contains(TextureUsages::COPY_DST))
     }
 }

@@ -63,7 +63,8 @@ impl FrameKind {
 
 impl Frame<'_> {
     /// The rectangle of an image.
-    pub(crate) fn rectangle(&self, port: &str) -> Option<Rectangle> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn rectangle(&self, port: &str) -> Option<Rectangle> {
         self.rectangles.iter().find(|(name, _)| *name == port).map(|(_, rectangle)| *rectangle)
     }
 
@@ -73,12 +74,14 @@ impl Frame<'_> {
     }
 
     /// The texels that a view shows. Levels are known by now.
-    pub(crate) fn size_of(&self, port: &str, view: &TextureView) -> Size {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn size_of(&self, port: &str, view: &TextureView) -> Size {
         size_of_level(view.texture(), self.stated_level(port).unwrap_or(0))
     }
 
     /// The format of a view of the host, as far as it is stated.
-    pub(crate) fn stated_format(&self, port: &str) -> Option<TextureFormat> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn stated_format(&self, port: &str) -> Option<TextureFormat> {
         self.formats.iter().find(|(name, _)| *name == port).map(|(_, format)| *format)
     }
 }
@@ -91,7 +94,7 @@ impl<'a> Frame<'a> {
 }
 
 /// The view of that name.
-pub(crate) fn view_of<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
+pub fn view_of<'a>(views: &[(&str, &'a TextureView)], name: &str) -> Option<&'a TextureView> {
     views.iter().find(|(known, _)| *known == name).map(|(_, view)| *view)
 }
 

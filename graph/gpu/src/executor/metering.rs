@@ -9,13 +9,15 @@ use crate::frame_constants::FrameConstants;
 
 impl Executor {
     /// A buffer of the plan in use.
-    pub(crate) fn plan_buffer(&self, buffer: BufferId) -> Option<&Buffer> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn plan_buffer(&self, buffer: BufferId) -> Option<&Buffer> {
         self.loaded.as_ref().map(|loaded| &loaded.residency.buffers[buffer.0 as usize])
     }
 
     /// Records some passes of a frame, which need no draws of the host, and no other. What these do not write stays as
     /// the frames before have left it; the frame number stays, too. Unless `frame` resets, state and histories go on.
-    pub(crate) fn encode_passes(
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn encode_passes(
         &mut self,
         encoder: &mut CommandEncoder,
         frame: &Frame<'_>,

@@ -31,19 +31,19 @@ use crate::timing::Timing;
 use bind::binder::Binder;
 use bind::formats::HostFormats;
 use bind::host_images::check_names;
-pub(crate) use bind::host_images::{MULTISAMPLED, VOLUME};
+pub use bind::host_images::{MULTISAMPLED, VOLUME};
 use bind::view_levels::ViewLevels;
 use bind::views::cached_groups;
-pub(crate) use frame::view_of;
+pub use frame::view_of;
 pub use frame::{Frame, FrameKind};
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
 pub use load::Preparation;
-pub(crate) use load::PreparedPlan;
+pub use load::PreparedPlan;
 use load::{PlanCompiler, PreparedMemory, Preparing};
 use loaded::Loaded;
 use loaded::previous::PreviousPlan;
-pub(crate) use loaded::residency::Residency;
+pub use loaded::residency::Residency;
 use loaded::uniforms::Staging;
 use record::{FrameCommands, clear_memory, separate_from_old_plan};
 use recorded::{Lost, RecordedFrames};
@@ -165,12 +165,14 @@ impl Executor {
         self
     }
 
-    pub(crate) fn set_task_pool(&mut self, pool: TaskPool) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn set_task_pool(&mut self, pool: TaskPool) {
         self.compiler.pool = Some(pool);
     }
 
     /// The host's task pool, if it has one.
-    pub(crate) fn task_pool(&self) -> Option<&TaskPool> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn task_pool(&self) -> Option<&TaskPool> {
         self.compiler.pool.as_ref()
     }
 
@@ -179,13 +181,15 @@ impl Executor {
         cache::seal(self.compiler.pipelines.cache.as_ref()?)
     }
 
-    pub(crate) fn device(&self) -> &Device {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn device(&self) -> &Device {
         &self.compiler.device
     }
 
     /// Changes bytes of the uniforms of the plan in use from the next frame on. Blocks and rectangles between them are
     /// those of that frame.
-    pub(crate) fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
         if let Some(loaded) = &mut self.loaded {
             loaded.set_uniforms(offset, bytes);
         }
@@ -223,7 +227,8 @@ impl Executor {
     }
 
     /// Loads a plan with uniforms at other values.
-    pub(crate) fn load_with(&mut self, plan: Arc<Plan>, uniforms: Vec<u8>) -> Result<(), GpuError> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn load_with(&mut self, plan: Arc<Plan>, uniforms: Vec<u8>) -> Result<(), GpuError> {
         let when = Preparing::NextFrame(self.frame_index);
         let prepared = self.compiler.prepare(plan, uniforms, &self.previous_plan(), cores(), when)?;
         self.install(prepared).map(drop)
@@ -240,9 +245,8 @@ impl Executor {
     }
 
     /// Compiles a plan on any thread, while the plan in use renders.
-    pub(crate) fn compilation(
-        &self,
-    ) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<PreparedPlan, GpuError> + Send + use<> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn compilation(&self) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<PreparedPlan, GpuError> + Send + use<> {
         let (compiler, previous) = (self.compiler.clone(), self.previous_plan());
         let threads = cores().saturating_sub(1).max(1);
         move |plan, uniforms| compiler.prepare(plan, uniforms, &previous, threads, Preparing::InBackground)
@@ -259,13 +263,15 @@ impl Executor {
     }
 
     /// Drops a value on another thread, because freeing memory takes as long as allocating it.
-    pub(crate) fn drop_later<T: Send + 'static>(&self, left: T) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn drop_later<T: Send + 'static>(&self, left: T) {
         drop(Worker::new(self.task_pool(), move || drop(left)));
     }
 
     /// Compiles the passes of a plan that may be loaded later, on any thread. `drawn` are the formats of the host's
     /// images for outputs.
-    pub(crate) fn compilation_ahead(
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn compilation_ahead(
         &self,
         drawn: Vec<(String, wgpu::TextureFormat)>,
     ) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
@@ -283,7 +289,8 @@ impl Executor {
     }
 
     /// Installs a plan, which renders from the next frame on, and returns the old one.
-    pub(crate) fn install(&mut self, prepared: PreparedPlan) -> Result<Option<Loaded>, GpuError> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn install(&mut self, prepared: PreparedPlan) -> Result<Option<impl Send + use<>>, GpuError> {
         span!("afterimage::load");
         let PreparedPlan { plan, uniforms, memory } = prepared;
         match (memory, &mut self.loaded) {
@@ -330,7 +337,8 @@ impl Executor {
     }
 
     /// The number that shaders saw in the last frame; that of the next one before any.
-    pub(crate) fn last_number(&self) -> u32 {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn last_number(&self) -> u32 {
         self.last_number.unwrap_or(self.frame_index.wrapping_add(self.number_offset))
     }
 
@@ -352,7 +360,8 @@ impl Executor {
     }
 
     /// Lets the next frame fill the tables of the plan, as after a change of a number in them.
-    pub(crate) fn forget_tables(&mut self) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn forget_tables(&mut self) {
         if let Some(loaded) = &mut self.loaded {
             loaded.tables.forget();
             loaded.forget_frame();
@@ -363,13 +372,15 @@ impl Executor {
     ///
     /// # Errors
     /// One is not known, or its texture does not have it.
-    pub(crate) fn view_levels<'f>(&mut self, frame: &Frame<'f>) -> Result<Vec<(&'f str, u32)>, GpuError> {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn view_levels<'f>(&mut self, frame: &Frame<'f>) -> Result<Vec<(&'f str, u32)>, GpuError> {
         self.levels.of(&self.compiler.device, frame)
     }
 
     /// Notices frames that were recorded and dropped: what later ones rely on is recorded again, and where they began
     /// histories and state, these begin anew.
-    pub(crate) fn recover(&mut self) {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn recover(&mut self) {
         match self.recorded.take_lost() {
             Lost::Nothing => return,
             Lost::Commands => {}

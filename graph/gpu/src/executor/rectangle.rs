@@ -26,7 +26,8 @@ impl Rectangle {
         Size::new(self.width, self.height)
     }
 
-    pub(crate) fn lies_in(self, size: Size) -> bool {
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn lies_in(self, size: Size) -> bool {
         let ends =
             |first: u32, length: u32, all: u32| length > 0 && first.checked_add(length).is_some_and(|end| end <= all);
         ends(self.x, self.width, size.width) && ends(self.y, self.height, size.height)

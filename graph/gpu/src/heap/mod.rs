@@ -73,7 +73,7 @@ impl Place<'_> {
 }
 
 /// The memory requirement that the driver states for an image; a typical requirement where the backend cannot be asked.
-pub(crate) fn requirement(device: &wgpu::Device, desc: &ImageDesc) -> Requirement {
+pub fn requirement(device: &wgpu::Device, desc: &ImageDesc) -> Requirement {
     match backend::requirements(device, desc) {
         Some(asked) => Requirement { bytes: asked.bytes, alignment: asked.alignment },
         None => Requirement::typical(desc),

@@ -25,9 +25,15 @@ pub type TaskPool = std::sync::Arc<dyn Fn(Task) + Send + Sync>;
 
 pub(crate) use memory::{local_memory, used_memory};
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use native::{caught, scoped, wait, watched, without_memory};
-pub(crate) use submit::submit;
+pub use native::{caught, scoped, watched};
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use threads::{Worker, on_threads};
+pub(crate) use native::{wait, without_memory};
+pub use submit::submit;
+#[cfg(not(target_family = "wasm"))]
+pub use threads::Worker;
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use threads::on_threads;
 #[cfg(target_family = "wasm")]
-pub(crate) use web::{Worker, caught, on_threads, scoped, watched, without_memory};
+pub use web::{Worker, caught, scoped, watched};
+#[cfg(target_family = "wasm")]
+pub(crate) use web::{on_threads, without_memory};

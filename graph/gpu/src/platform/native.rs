@@ -9,7 +9,7 @@ const DESTROYED: &str = "it was destroyed, or its driver has given it up";
 
 /// Calls `make` inside error scopes and returns the device's error if there is one, also that it was lost before or
 /// meanwhile. wgpu's error scopes belong to the calling thread.
-pub(crate) fn watched<T>(
+pub fn watched<T>(
     device: &wgpu::Device,
     what: &str,
     make: impl FnOnce() -> Result<T, GpuError>,
@@ -22,7 +22,7 @@ pub(crate) fn watched<T>(
 }
 
 /// As [`watched`], for commands whose results are read later: that reports a lost device as well.
-pub(crate) fn scoped<T, E: From<GpuError>>(
+pub fn scoped<T, E: From<GpuError>>(
     device: &wgpu::Device,
     what: &str,
     make: impl FnOnce() -> Result<T, E>,
@@ -77,7 +77,7 @@ fn is_lost(device: &wgpu::Device) -> bool {
 }
 
 /// Calls a function of wgpu 30 that panics for some errors of a driver: the end of a wait or of an encoder.
-pub(crate) fn caught<T>(what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
+pub fn caught<T>(what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
     std::panic::catch_unwind(AssertUnwindSafe(call)).map_err(|panic| {
         let text = panic.downcast_ref::<String>().map_or("wgpu gives no reason", String::as_str);
         match text.contains("OUT_OF_") {

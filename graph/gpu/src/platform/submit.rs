@@ -4,7 +4,7 @@ use super::{caught, scoped};
 use crate::error::GpuError;
 
 /// Records commands and submits them.
-pub(crate) fn submit<E: From<GpuError>>(
+pub fn submit<E: From<GpuError>>(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     what: &str,

@@ -134,7 +134,7 @@ impl Helpers {
 }
 
 /// Work on a thread of the preparations or in the host's pool. It continues if this is dropped.
-pub(crate) struct Worker<T>(Arc<Outcome<T>>);
+pub struct Worker<T>(Arc<Outcome<T>>);
 
 /// The result of work or its panic, and a signal when it arrives. A task that the host's pool dropped has no result.
 struct Outcome<T> {
@@ -146,7 +146,7 @@ const UNBROKEN: &str = "no thread panics with the lock";
 
 impl<T: Send + 'static> Worker<T> {
     /// Starts work, in the host's pool if there is one.
-    pub(crate) fn new(pool: Option<&TaskPool>, work: impl FnOnce() -> T + Send + 'static) -> Self {
+    pub fn new(pool: Option<&TaskPool>, work: impl FnOnce() -> T + Send + 'static) -> Self {
         let outcome = Arc::new(Outcome { result: Mutex::new(None), done: Condvar::new() });
         let promise = Promise(outcome.clone());
         let task = move || promise.keep(catch_unwind(AssertUnwindSafe(work)));
@@ -162,7 +162,8 @@ impl<T: Send + 'static> Worker<T> {
         Self(outcome)
     }
 
-    pub(crate) fn is_finished(&self) -> bool {
+    /// `true` once [`join`](Self::join) returns at once.
+    pub fn is_finished(&self) -> bool {
         self.0.result.lock().expect(UNBROKEN).is_some()
     }
 
@@ -170,7 +171,7 @@ impl<T: Send + 'static> Worker<T> {
     ///
     /// # Errors
     /// The host's pool has dropped the work, or the system has no threads.
-    pub(crate) fn join(self) -> Result<T, GpuError> {
+    pub fn join(self) -> Result<T, GpuError> {
         let empty = self.0.result.lock().expect(UNBROKEN);
         let mut result = self.0.done.wait_while(empty, |result| result.is_none()).expect(UNBROKEN);
         let result = result.take().expect("the wait ends with a result").ok_or(GpuError::TaskDropped)?;

@@ -4,19 +4,25 @@ use crate::error::GpuError;
 use crate::platform::TaskPool;
 
 /// Work that is done at once.
-pub(crate) struct Worker<T>(T);
+pub struct Worker<T>(T);
 
 impl<T> Worker<T> {
-    pub(crate) fn new(_pool: Option<&TaskPool>, work: impl FnOnce() -> T) -> Self {
+    /// Does the work.
+    pub fn new(_pool: Option<&TaskPool>, work: impl FnOnce() -> T) -> Self {
         Self(work())
     }
 
-    pub(crate) fn is_finished(&self) -> bool {
+    /// Always `true`.
+    pub fn is_finished(&self) -> bool {
         true
     }
 
+    /// The result.
+    ///
+    /// # Errors
+    /// None.
     #[allow(clippy::unnecessary_wraps, reason = "threads may drop work")]
-    pub(crate) fn join(self) -> Result<T, GpuError> {
+    pub fn join(self) -> Result<T, GpuError> {
         Ok(self.0)
     }
 }
@@ -31,7 +37,7 @@ pub(crate) fn on_threads(_pool: Option<&TaskPool>, _count: usize, work: impl Fn(
 }
 
 /// Calls `make`. WebGPU reports errors later, so they go to the error handler of the device.
-pub(crate) fn watched<T>(
+pub fn watched<T>(
     _device: &wgpu::Device,
     _what: &str,
     make: impl FnOnce() -> Result<T, GpuError>,
@@ -40,12 +46,12 @@ pub(crate) fn watched<T>(
 }
 
 /// Calls a function of wgpu.
-pub(crate) fn caught<T>(_what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
+pub fn caught<T>(_what: &str, call: impl FnOnce() -> T) -> Result<T, GpuError> {
     Ok(call())
 }
 
 /// As [`watched`].
-pub(crate) fn scoped<T, E: From<GpuError>>(
+pub fn scoped<T, E: From<GpuError>>(
     _device: &wgpu::Device,
     _what: &str,
     make: impl FnOnce() -> Result<T, E>,

@@ -6,7 +6,8 @@ mod report;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, Session, TableErrors, median};
+use afterimage::offline::{Session, TableErrors};
+use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, median};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;

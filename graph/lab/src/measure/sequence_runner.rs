@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, GpuError, Session, Texels};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, GpuError, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Pass};

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_gpu::{
-    ErrorLog, FrameInputs, FrameKind, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Session, Texels, input_image,
-};
+use afterimage::offline::{FrameInputs, Session};
+use afterimage_gpu::{ErrorLog, FrameKind, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Texels, input_image};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
 use afterimage_graph::node::{BlockData, CAMERA, Camera, HostBlock, OutputState};

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use afterimage::Post;
+use afterimage::host::Parameter;
 use afterimage_gpu::wgpu::{self, TextureView};
-use afterimage_gpu::{Frame, FrameKind, Gpu, Parameter, Post, texture_format};
+use afterimage_gpu::{Frame, FrameKind, Gpu, texture_format};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};

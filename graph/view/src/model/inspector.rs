@@ -3,7 +3,8 @@
 //! A second pipeline with the same graph stores every image of every node in memory of its own. The shown picture is
 //! planned as for a host, and does not change.
 
-use afterimage_gpu::{Watch, wgpu};
+use afterimage::host::Watch;
+use afterimage_gpu::wgpu;
 use afterimage_graph::image::{ImageDesc, Size};
 
 use super::{FrameImages, PipelineInstance, PlanPreset};

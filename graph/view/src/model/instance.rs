@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use afterimage::Post;
+use afterimage::host::{Control, PassTimes};
 use afterimage_gpu::wgpu::{self, TextureView};
-use afterimage_gpu::{Control, Frame, FrameKind, Gpu, PassTimes, Post};
+use afterimage_gpu::{Frame, FrameKind, Gpu};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::BlockData;
@@ -135,7 +137,7 @@ impl PipelineInstance {
 
     /// Recreates all GPU resources on a new device.
     pub fn rebuild(&mut self, gpu: &Gpu) {
-        self.post.rebuild(&gpu.adapter, &gpu.device, &gpu.queue);
+        self.post.rebuild(gpu);
         self.is_timed = false;
     }
 

@@ -1,6 +1,7 @@
 //! Images and cameras of the built-in scene for the inputs of a kind.
 
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Session, Texels, input_image};
+use afterimage::offline::Session;
+use afterimage_gpu::{FrameStep, Gpu, InputImage, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::{BlockData, Camera, HostBlock, Params as _, Registry};

@@ -6,7 +6,8 @@ mod subjects;
 
 use std::time::Instant;
 
-use afterimage_gpu::{Clock, Gpu, InputImage, Session, download};
+use afterimage::offline::Session;
+use afterimage_gpu::{Clock, Gpu, InputImage, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, NodeKind, Registry};

@@ -69,7 +69,7 @@ fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
 }
 
 /// Why a multisampled image does not fit an input that is not declared so.
-pub(crate) const MULTISAMPLED: &str = "it is multisampled: give the image that it is resolved into, or declare the \
+pub const MULTISAMPLED: &str = "it is multisampled: give the image that it is resolved into, or declare the \
                                        input as `multisampled: true` and wire it to a `Resolve`";
 
 /// What a shader reads as a volume must be one, as deep as planned.
@@ -86,7 +86,7 @@ fn check_dimension(port: &str, texture: &Texture, size: Size, planned: ImageDesc
 }
 
 /// Why a volume does not fit an input that is not declared so.
-pub(crate) const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
+pub const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
 
 /// Whether an image of that size fits an output.
 pub(crate) fn check_output(plan: &Plan, output: &PlanOutput, view: &TextureView, size: Size) -> Result<(), GpuError> {

@@ -44,7 +44,7 @@ impl Preparation {
 }
 
 /// A compiled plan that can be installed, with its uniforms at the values of dynamic parameters.
-pub(crate) struct PreparedPlan {
+pub struct PreparedPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) uniforms: Vec<u8>,
     pub(crate) memory: PreparedMemory,

@@ -26,7 +26,7 @@ pub(crate) enum ImageBinding {
 
 /// The memory of a plan. It stays as it is while the plan runs, so that the next plan takes what it can use of it on
 /// another thread.
-pub(crate) struct Residency {
+pub struct Residency {
     /// The offsets of images in the heap.
     pub(crate) placement: HeapPlacement,
     /// The images in the heap, if the device can place them.
