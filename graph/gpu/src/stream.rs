@@ -298,7 +298,7 @@ impl ReadbackBatch {
         Ok(Self { device: device.clone(), buffer, descs, copied: (0, 0) })
     }
 
-    /// Whether a buffer of the device can hold them all.
+    /// True if a buffer of the device can hold them all.
     pub(crate) fn fits(device: &wgpu::Device, descs: &[ImageDesc]) -> bool {
         descs.iter().map(padded_bytes).sum::<u64>() <= device.limits().max_buffer_size
     }

@@ -44,10 +44,10 @@ pub enum Origin {
     Input(String),
     /// Filled once, when the plan is set up.
     Constant(Arc<[u8]>),
-    /// A table that passes fill in the first frame of a plan, and again when their uniforms have changed.
+    /// A baked LUT: evaluated in the first frame of a plan, and again when the uniforms of its pass have changed.
     Baked,
     /// The result of a node that runs in some frames only. It keeps its contents in the others.
-    Held,
+    Cached,
     /// What `of` held so many frames ago.
     Previous {
         /// The image that is written in each frame.

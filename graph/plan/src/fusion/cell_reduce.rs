@@ -41,8 +41,8 @@ fn reducer<'a>(
     let Some(Arg::Texture(source)) = kernel.arg(by.source) else { return None };
     let writes_images = kernel.args.iter().all(|arg| !matches!(arg.value, Arg::Buffer(_, true)));
     let is_flat = !recording.image(source).desc.volume;
-    let is_held = kernel.args.iter().filter_map(|arg| arg.value.written()?.image()).any(|it| recording.is_held(it));
-    (is_flat && writes_images && !is_held && kernel.constants.is_empty()).then_some((by, kernel, source))
+    let is_cached = kernel.args.iter().filter_map(|arg| arg.value.written()?.image()).any(|it| recording.is_cached(it));
+    (is_flat && writes_images && !is_cached && kernel.constants.is_empty()).then_some((by, kernel, source))
 }
 
 /// Passes that can be one.

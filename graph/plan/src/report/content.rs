@@ -7,7 +7,7 @@ use super::drawings::drawing;
 use super::fnv::fnv1a;
 use super::kernels::KernelView;
 use super::names::Names;
-use crate::plan::{Batch, Held, Plan, PlanOutput, PlannedImage, PlannedPass, Transition};
+use crate::plan::{Batch, CachedResults, Plan, PlanOutput, PlannedImage, PlannedPass, Transition};
 use afterimage_base::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Origin, Resource};
 
@@ -40,8 +40,8 @@ pub(super) fn content(plan: &Plan) -> Value {
     if !plan.baked.is_empty() {
         content["baked"] = json!(plan.baked);
     }
-    if !plan.held.is_empty() {
-        content["held"] = plan.held.iter().map(|result| held(result, names)).collect();
+    if !plan.cached.is_empty() {
+        content["cached"] = plan.cached.iter().map(|results| cached(results, names)).collect();
     }
     if !plan.dynamic.is_empty() {
         content["dynamic"] = json!(plan.dynamic);
@@ -64,9 +64,9 @@ fn output(output: &PlanOutput, names: &Names) -> Value {
     content
 }
 
-fn held(held: &Held, names: &Names) -> Value {
-    let results: Value = held.results.iter().map(|result| names.of(*result)).collect();
-    json!({ "node": held.node, "results": results, "turn": held.turn })
+fn cached(cached: &CachedResults, names: &Names) -> Value {
+    let results: Value = cached.results.iter().map(|result| names.of(*result)).collect();
+    json!({ "node": cached.node, "refresh": cached.refresh, "results": results })
 }
 
 fn barriers(batch: &Batch, names: &Names) -> Value {
@@ -163,7 +163,7 @@ fn origin(origin: &Origin, names: &Names) -> String {
         Origin::Input(name) => format!("input {name}"),
         Origin::Constant(bytes) => constant(bytes),
         Origin::Baked => "table".to_owned(),
-        Origin::Held => "held".to_owned(),
+        Origin::Cached => "cached".to_owned(),
         Origin::Previous { of, frames } => format!("{} {frames} frames ago", names.image(*of)),
     }
 }

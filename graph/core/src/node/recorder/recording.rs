@@ -58,8 +58,8 @@ impl Recording {
     }
 
     /// Whether the image is the result of a node that runs in some frames only.
-    pub fn is_held(&self, id: ImageId) -> bool {
-        self.image(id).origin == Origin::Held
+    pub fn is_cached(&self, id: ImageId) -> bool {
+        self.image(id).origin == Origin::Cached
     }
 
     /// The buffer with that id.
