@@ -180,7 +180,7 @@ fn a_run_ends_where_a_node_needs_more_than_a_color() {
     let baked = |nodes: &str, bake: Option<Bake>| {
         let plan = plan(&graph(&pipeline(nodes)), bake);
         assert_eq!(verify(&plan), Ok(()), "{}", plan.to_text());
-        let filling = (0..plan.passes.len()).filter(|pass| plan.fills_table(*pass)).count();
+        let filling = (0..plan.passes.len()).filter(|pass| plan.evaluates_lut(*pass)).count();
         assert_eq!(filling, plan.baked.len(), "{}", plan.to_text());
         plan.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size)).collect::<Vec<_>>()
     };
@@ -227,22 +227,22 @@ fn an_exact_plan_and_a_small_device_have_no_tables() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn verify_finds_a_table_that_is_filled_from_the_picture() {
+fn verify_finds_a_lut_that_is_evaluated_from_the_image() {
     let mut plan = plan(&graph(&tone_map("")), None);
     let lookup = plan.passes.iter().position(|planned| planned.pass.function_result() == Some(plan.outputs[0].image));
     let pixel = plan.passes[lookup.expect("a pass makes the output")].pass.kernels[0].args[0].clone();
-    let filling = (0..plan.passes.len()).find(|pass| plan.fills_table(*pass)).expect("a pass fills the table");
+    let filling = (0..plan.passes.len()).find(|pass| plan.evaluates_lut(*pass)).expect("a pass evaluates the LUT");
     let color = &mut plan.passes[filling].pass.kernels[1].args[0];
     color.value = pixel.value;
     let faults: Vec<String> = verify(&plan).expect_err("it is wrong").iter().map(Fault::to_string).collect();
-    assert!(faults.iter().any(|fault| fault.contains("fills a table from `in`")), "{faults:?}");
+    assert!(faults.iter().any(|fault| fault.contains("evaluates a LUT from `in`")), "{faults:?}");
 }
 
-/// A slider moves: the next frame fills the table again, with the same plan, and shows what a new executor shows.
-/// Frames between do not fill it, and neither does another slider.
+/// A slider moves: the next frame evaluates the LUT again, with the same plan, and shows what a new executor shows.
+/// Frames between do not, and neither does another slider.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_table_is_filled_when_a_number_in_it_has_changed() {
+fn a_lut_is_evaluated_when_a_number_in_it_has_changed() {
     let _alone = layer::alone();
     layer::messages();
     let text = |white: f32, dark: f32| {
@@ -260,11 +260,11 @@ fn a_table_is_filled_when_a_number_in_it_has_changed() {
         let graph = graph(&text(white, dark));
         player.load(&Run::new(&graph), &[("in", &colors)]);
         player.run(&Frame { inputs: &[("in", &input)], ..Frame::default() }).expect("a frame");
-        filled.push(player.executor.has_filled_tables());
+        filled.push(player.executor.has_evaluated_luts());
         let mut other = Player::new();
         other.load(&Run::new(&graph), &[("in", &colors)]);
         other.frame(&[("in", &colors)], 0.0, false);
-        assert!(other.executor.has_filled_tables());
+        assert!(other.executor.has_evaluated_luts());
         assert!(player.output("out") == other.output("out"), "{white} {dark}");
     }
     assert_eq!(filled, [true, false, true, false, false, false, true]);
@@ -448,7 +448,7 @@ fn a_table_with_a_meter_in_it_is_that_of_the_frame() {
                 player.gpu.queue.submit([encoder.finish()]);
                 shown.push(player.output("out"));
             }
-            assert!(!player.executor.has_filled_tables(), "no table outlives a frame");
+            assert!(!player.executor.has_evaluated_luts(), "no LUT outlives a frame");
             shown
         };
         let (exact, tables, by_threes) = (frames(Some(Bake::Off), 1), frames(None, 1), frames(None, 3));

@@ -5,7 +5,7 @@ use afterimage_gpu::{FrameKind, FrameStep, Texels};
 use afterimage_graph::check::{Graph, NoFiles};
 use afterimage_graph::image::Size;
 use afterimage_graph::value::Value;
-use afterimage_plan::{Plan, verify};
+use afterimage_plan::{Plan, Refresh, verify};
 
 use crate::support::gpu::{Picture, Run, Shared, changed, gpu, tiers};
 use crate::support::harness::checked;
@@ -91,17 +91,12 @@ fn turn(numbers: &[u32], at: usize, every: u32) -> usize {
 fn a_node_in_every_frame_is_a_node_without_the_field() {
     assert_eq!(plan(&bloom("every: 1")), plan(&bloom("")));
     assert_eq!(plan(&meter("every: 1", "every: 1")), plan(&meter("", "")));
-    let held = plan(&bloom("every: 4"));
-    let spared: Vec<&str> = held
-        .work()
-        .zip(held.turns())
-        .filter(|(_, turns)| !turns.is_empty())
-        .map(|(pass, _)| pass.label.as_str())
-        .collect();
-    assert_eq!(spared.len(), held.passes.len() - 2, "all but the last pass and a copy: {}", held.to_text());
-    assert!(held.bytes_moved() < plan(&bloom("")).bytes_moved());
-    let text = held.to_text();
-    for line in ["held between the frames in which they are made", "bloom  runs in one of 4 frames"] {
+    let cached = plan(&bloom("every: 4"));
+    let spared = cached.passes.len() - running(&cached).count();
+    assert_eq!(spared, cached.passes.len() - 2, "all but the last pass and a copy: {}", cached.to_text());
+    assert!(cached.bytes_moved() < plan(&bloom("")).bytes_moved());
+    let text = cached.to_text();
+    for line in ["cached between the frames that compute them", "bloom  runs in one of 4 frames"] {
         assert!(text.contains(line), "{line}: {text}");
     }
 }
@@ -109,7 +104,7 @@ fn a_node_in_every_frame_is_a_node_without_the_field() {
 /// At sizes of a pixel and odd ones, at any number of frames and in any steps of these.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_held_bloom_is_that_of_the_last_turn() {
+fn a_cached_bloom_is_that_of_the_last_frame_that_was_due() {
     let steps: [Vec<u32>; 4] =
         [(0..9).collect(), (5..14).collect(), (0xff_fffd..0x100_0006).collect(), vec![1, 5, 9, 10, 13, 14, 30, 31]];
     for (size, numbers) in [[1, 1], [37, 23], [64, 36], [3, 50]].into_iter().zip(&steps) {
@@ -124,10 +119,10 @@ fn a_held_bloom_is_that_of_the_last_turn() {
     }
 }
 
-/// What only a held bloom remembers is new in its turns alone: the bloom is that of a sequence of these frames.
+/// A history that only a cached bloom reads advances in its frames: the bloom is that of a sequence of these frames.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_held_bloom_remembers_its_last_turn() {
+fn a_cached_bloom_reads_the_history_of_its_own_frames() {
     let limited = |fields: &str| {
         let text = format!(
             "Pipeline(inputs: {{ \"scene\": Exposed }}, nodes: {{ \
@@ -149,8 +144,7 @@ fn a_held_bloom_remembers_its_last_turn() {
             }
         }
         let plan = plan(&held);
-        let in_turns = plan.turns().iter().filter(|turns| !turns.is_empty()).count();
-        assert_eq!(in_turns, plan.passes.len() - 2, "all but the last pass and a copy: {}", plan.to_text());
+        assert_eq!(running(&plan).count(), 2, "all but the last pass and a copy: {}", plan.to_text());
         assert!(
             plan.to_text().contains(&format!("bright.peaks    32x18 R16Float, {every} frames")),
             "{}",
@@ -167,13 +161,13 @@ fn what_does_not_move_is_the_same_without_a_step() {
         let (exact, held) = (changed(name, None, &[]), changed(name, None, sets));
         let (mut one, mut other) = (Film::new(&exact), Film::new(&held));
         for frame in 0..7 {
-            // Time may stand still, too, and a still begins anew.
+            // Time may stand still, too, and a still resets.
             let (dt, reset) = (if frame == 3 { 0.0 } else { 0.1 }, frame == 5);
             let picture = moving([64, 36], 2);
             let [one, other] = [&mut one, &mut other].map(|film| film.frame(frame, &picture, dt, reset));
             assert!(one == other, "{name}: frame {frame}");
         }
-        assert!(!other.session.plan().held.is_empty());
+        assert!(!other.session.plan().cached.is_empty());
     }
 }
 
@@ -209,15 +203,15 @@ fn a_cut_another_size_and_another_number_run_all() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn what_keeps_a_state_is_not_held() {
+fn nodes_with_a_state_are_not_cached() {
     let held = plan(&meter("", "every: 4"));
-    assert!(held.held[0].results.is_empty() && held.turns().iter().all(|turns| turns.is_empty()));
+    assert!(held.cached[0].results.is_empty() && running(&held).count() == held.passes.len());
     assert!(held.to_text().contains("metered  runs in every frame, because it keeps a state"));
     let remembered = "Pipeline(inputs: { \"scene\": Color }, nodes: { \
         \"trail\": Composite(base: \"scene\", bloom: \"trail@previous\", every: 4) }, \
         outputs: { \"out\": \"trail\" })";
     let held = plan(&checked(remembered, &NoFiles));
-    assert!(held.held[0].results.is_empty(), "{}", held.to_text());
+    assert!(held.cached[0].results.is_empty(), "{}", held.to_text());
 }
 
 /// With what it meters shown, a meter runs in every frame, and its own `hold` keeps the exposure.
@@ -235,24 +229,24 @@ fn an_exposure_that_stays_meters_the_first_frame_alone() {
         for size in [[1, 1], [37, 23]] {
             let (mut one, mut other) = (Film::new(&settled), Film::new(&shown));
             for frame in 0..9 {
-                // A cut begins anew.
+                // A cut resets.
                 let (picture, reset) = (moving(size, frame), frame == 5);
                 let [one, other] = [&mut one, &mut other].map(|film| film.frame(frame, &picture, 0.1, reset));
                 assert!(one[0] == other[0], "{metered}, {size:?}: frame {frame}");
             }
         }
         let plan = plan(&settled);
-        assert!(plan.to_text().contains("metered  runs where a sequence begins, because its state stays"));
-        let every_frame: Vec<&str> = running(&plan).collect();
+        assert!(plan.to_text().contains("metered  runs in the first frame of a sequence, because its state stays"));
+        let every_frame: Vec<&str> = running(&plan).flatten().map(String::as_str).collect();
         assert_eq!(every_frame, ["lit"], "{}", plan.to_text());
-        assert!(running(&self::plan(&shown)).any(|node| node == "counted"));
+        assert!(running(&self::plan(&shown)).flatten().any(|node| node == "counted"));
     }
 }
 
-/// The nodes of the passes that run in every frame.
-fn running(plan: &Plan) -> impl Iterator<Item = &str> {
-    let passes = plan.passes.iter().zip(plan.turns()).filter(|(_, turns)| turns.is_empty());
-    passes.flat_map(|(pass, _)| &pass.pass.nodes).map(String::as_str)
+/// The nodes of each pass that runs in every frame.
+fn running(plan: &Plan) -> impl Iterator<Item = &Vec<String>> {
+    let passes = plan.passes.iter().filter(|pass| pass.refresh.contains(&Refresh::EachFrame));
+    passes.map(|pass| &pass.pass.nodes)
 }
 
 #[test]
@@ -277,7 +271,7 @@ fn every_pipeline_with_a_meter_can_do_without() {
                 let plan = plan(&changed(name, tier, &sets));
                 // Local tone mapping follows the range of the scene, whatever the exposure.
                 let meters = needs_range && sets[0].0.ends_with("min_ev");
-                let runs = running(&plan).any(|node| node == bins);
+                let runs = running(&plan).flatten().any(|node| node == bins);
                 assert_eq!(runs, meters && tier.is_none(), "{name} {tier:?} {sets:?}: {}", plan.to_text());
             }
         }

@@ -1,6 +1,5 @@
 //! A pipeline as a host keeps it: parameters by handle, facts, tiers and sizes.
 
-mod again;
 mod captured;
 mod fade;
 #[cfg(target_os = "linux")]
@@ -13,6 +12,7 @@ mod offline;
 mod opened;
 mod prepared;
 mod rectangles;
+mod redraw;
 mod tools;
 mod unsubmitted;
 
@@ -193,24 +193,24 @@ fn a_tier_keeps_what_the_host_has_set() {
     assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
 }
 
-/// The next frame fills the table again, with the same plan; a parameter outside of the table, and a cut, do not.
+/// The next frame evaluates the LUT again, with the same plan; a parameter outside of the LUT, and a cut, do not.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_parameter_of_a_table_needs_no_plan() {
+fn a_parameter_of_a_baked_lut_needs_no_plan() {
     let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
     let [hue, strength] = ["mapped.keep_hue", "lit.strength"].map(|name| host.post.parameter::<f32>(name).unwrap());
     host.shown();
     let plan = host.plan();
     assert_eq!(plan.baked.len(), 1, "{}", plan.to_text());
-    assert!(host.post.executor().has_filled_tables());
+    assert!(host.post.executor().has_evaluated_luts());
     host.shown();
-    assert!(!host.post.executor().has_filled_tables());
+    assert!(!host.post.executor().has_evaluated_luts());
     host.post.set(strength, 0.3).unwrap();
     host.shown();
-    assert!(!host.post.executor().has_filled_tables());
+    assert!(!host.post.executor().has_evaluated_luts());
     host.post.set(hue, 0.5).unwrap();
     let shown = host.shown();
-    assert!(host.post.executor().has_filled_tables());
+    assert!(host.post.executor().has_evaluated_luts());
     assert!(Arc::ptr_eq(&plan, &host.plan()));
     assert_same(&shown, &fresh("lynx.ron", Some("high"), &[("lit.strength", "0.3"), ("mapped.keep_hue", "0.5")]));
 }
@@ -332,32 +332,20 @@ fn values_reach_the_plan_that_renders_while_another_graph_is_on_its_way() {
     assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[("lit.strength", "0.5")]));
 }
 
-/// A table does not depend on the size: it is filled once, unless a number in it has changed with the size.
+/// A plan of another size evaluates its LUTs, with the values that the host has set.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn another_size_reads_the_tables_that_are_filled() {
-    for is_dynamic in [false, true] {
-        let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
-        let hue = is_dynamic.then(|| host.post.parameter::<f32>("mapped.keep_hue").unwrap());
-        host.shown();
-        assert!(host.post.executor().has_filled_tables());
-        for size in [Size::new(64, 36), Size::new(33, 17), Size::new(96, 54)] {
-            host.scene = scene(&host.gpu, size);
-            let shown = host.shown();
-            assert!(!host.post.executor().has_filled_tables(), "{size}, dynamic: {is_dynamic}");
-            let mut alone = Host::new(changed("lynx.ron", Some("high"), &[]));
-            alone.scene = host.scene.clone();
-            assert_same(&shown, &alone.shown());
-        }
-        let Some(hue) = hue else { continue };
-        host.post.set(hue, 0.5).unwrap();
-        host.scene = scene(&host.gpu, Size::new(48, 27));
-        host.frame().unwrap();
-        assert!(host.post.executor().has_filled_tables(), "it holds another number");
-        let mut alone = Host::new(changed("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
-        alone.scene = host.scene.clone();
-        assert_same(&host.shown(), &alone.shown());
-    }
+fn another_size_evaluates_the_luts() {
+    let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
+    let hue = host.post.parameter::<f32>("mapped.keep_hue").unwrap();
+    host.shown();
+    host.post.set(hue, 0.5).unwrap();
+    host.scene = scene(&host.gpu, Size::new(48, 27));
+    let shown = host.shown();
+    assert!(host.post.executor().has_evaluated_luts());
+    let mut alone = Host::new(changed("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
+    alone.scene = host.scene.clone();
+    assert_same(&shown, &alone.shown());
 }
 
 /// Without an input the frame has the size of the output, also if the host gives an image that nothing needs.

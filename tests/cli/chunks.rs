@@ -62,7 +62,7 @@ fn parts_are_the_whole(test: &str, line: &str) {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn parts_with_held_results_are_the_whole() {
+fn parts_with_cached_results_are_the_whole() {
     let sets = "--set mips.every=5 --set counted.every=3";
     parts_are_the_whole("chunks-every", &format!("render {{tsushima}} shot.#.exr {sets} -o OUT.#.png --depth 16"));
 }

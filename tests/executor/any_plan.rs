@@ -9,8 +9,8 @@ use afterimage_graph::check::{Condition, Graph, Source};
 use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::codegen::codegen;
 use afterimage_plan::{
-    Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, Requirement, ScheduledPass, Stage, When, verify,
-    verify_placed,
+    Alias, Batch, Lifetime, Options, PlacedPlan, Plan, PlannedPass, Refresh, Requirement, ScheduledPass, Stage, When,
+    verify, verify_placed,
 };
 use petgraph::graph::{DiGraph, NodeIndex};
 
@@ -71,7 +71,7 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
             hold_some(&mut graph, seed);
         }
         let plan = planned(&player, &graph, "picture", |_| {});
-        assert_eq!(!plan.held.is_empty(), holds);
+        assert_eq!(!plan.cached.is_empty(), holds);
         let wanted = film(&mut player, &plan, "picture");
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {
@@ -251,6 +251,7 @@ fn poisoned(plan: &Plan) -> (Plan, usize) {
                 stage: Stage::Compute,
                 stores: Vec::new(),
                 recorded: at,
+                refresh: [Refresh::EachFrame].into(),
             });
         }
         let at = scheduled.len();

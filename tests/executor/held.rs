@@ -3,15 +3,15 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::{Executor, Frame, Gpu, GpuError};
+use afterimage_gpu::{Frame, Gpu, GpuError};
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::NodeKind;
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Alias, Plan};
+use afterimage_plan::Alias;
 use wgpu::{TextureFormat, TextureUsages};
 
 use super::lively;
-use crate::support::gpu::{Picture, Run, another_device, built_in, graph, graph_with};
+use crate::support::gpu::{Run, another_device, built_in, graph_with};
 use crate::support::player::Player;
 
 /// A player on a device of an instance that no other test uses, which may have lower limits than its adapter.
@@ -173,64 +173,4 @@ fn pipelines_that_draw_for_the_host_are_compiled_with_the_next_plan() {
     let [(first_loaded, first_run), (second_loaded, second_run)] = drawn[..] else { panic!("two plans") };
     assert_eq!((first_loaded, first_run), (0, 1), "nothing is known of the host's image before the first frame");
     assert_eq!((second_loaded, second_run), (2, 2), "the other plan is compiled for the image of the frame before");
-}
-
-/// The plan of a curve with this number, of which colors are in a table.
-fn baked(player: &Player, white: f32, picture: &Picture) -> Arc<Plan> {
-    let graph = graph(&format!(
-        r#"Pipeline(inputs: {{ "scene": Exposed }}, nodes: {{
-            "mapped": ToneMap(source: "scene", curve: ReinhardExtended, white_level: {white:?}, bake: 33),
-            "shown": Encode(source: "mapped", format: Rgba32Float),
-        }}, outputs: {{ "shown": "shown" }})"#
-    ));
-    let plan = Run::new(&graph).plan(&player.gpu, &[("scene", picture)]);
-    assert_eq!(plan.baked.len(), 1);
-    Arc::new(plan)
-}
-
-fn shown(player: &Player, executor: &mut Executor, picture: &Picture) -> Picture {
-    let view = player.upload(picture);
-    let mut encoder = player.gpu.device.create_command_encoder(&Default::default());
-    executor.encode(&mut encoder, &Frame { inputs: &[("scene", &view)], ..Frame::default() }).expect("a frame");
-    player.gpu.queue.submit([encoder.finish()]);
-    player.read(executor.output("shown").expect("it keeps a texture"))
-}
-
-/// The same by an executor that shares nothing.
-fn by_itself(player: &Player, white: f32, picture: &Picture) -> Picture {
-    shown(player, &mut player.spare(baked(player, white, picture)), picture)
-}
-
-/// Two views of different sizes have one table. When a number in that of one of them changes, both show what they would
-/// show alone; when one is left, it changes its table where it is, and nobody else gets that.
-#[test]
-#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn views_share_a_table_until_a_number_in_it_changes() {
-    let (instance, player) = alone(|_| {});
-    let picture = |width, height| Picture::new(width, height, |x, y| [0.3 * x as f32, 0.1 * y as f32, 0.5, 1.0]);
-    let (small, large) = (picture(40, 30), picture(64, 36));
-    let [four, eight, two] =
-        [(4.0, &small), (8.0, &large), (2.0, &large)].map(|(white, picture)| by_itself(&player, white, picture));
-    let textures_of = |executor: &mut Executor, white: f32, picture: &Picture| {
-        let before = held(&instance).0;
-        executor.load(baked(&player, white, picture)).expect("it can be loaded");
-        held(&instance).0 - before
-    };
-    let [mut left, mut right, mut third] = [0; 3].map(|_| player.executor.clone_for_view());
-    let own = textures_of(&mut left, 4.0, &small);
-    assert_eq!(textures_of(&mut right, 4.0, &large), own - 1, "the table is that of the other view");
-    assert!(
-        shown(&player, &mut right, &large) == by_itself(&player, 4.0, &large),
-        "it is filled by who reads it first"
-    );
-    assert!(shown(&player, &mut left, &small) == four);
-
-    right.load(baked(&player, 8.0, &large)).expect("it can be loaded");
-    assert!(shown(&player, &mut right, &large) == eight && shown(&player, &mut left, &small) == four);
-    assert!(!left.has_filled_tables(), "its table is as it was");
-
-    assert_eq!(textures_of(&mut right, 2.0, &large), 0, "nobody else has the table of 8");
-    assert_eq!(textures_of(&mut third, 8.0, &large), own, "which is none of 8 any more");
-    assert!(shown(&player, &mut third, &large) == eight && shown(&player, &mut right, &large) == two);
-    assert!(shown(&player, &mut third, &large) == eight && shown(&player, &mut left, &small) == four);
 }

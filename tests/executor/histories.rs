@@ -60,7 +60,7 @@ fn a_history_that_is_drawn_is_kept_as_one_that_is_dispatched() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn counting_from_a_number_begins_anew() {
+fn counting_from_a_number_resets() {
     let scene = flat(8, 4, 1.0);
     let mut player = Player::new();
     load(&mut player, TRAIL, &scene);
@@ -145,7 +145,7 @@ fn another_plan_keeps_a_history_that_is_in_both() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_history_of_another_size_begins_anew() {
+fn a_history_of_another_size_is_reset() {
     let (small, large) = (flat(8, 4, 1.0), flat(16, 8, 1.0));
     let mut player = Player::new();
     for scene in [&small, &large, &small] {

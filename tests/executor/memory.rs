@@ -150,7 +150,7 @@ static MARK: Shader = Shader::new(
 );
 
 params! {
-    /// Red stays, green is 1 in a pass that begins anew, and blue is what the green of the source was.
+    /// Red stays, green is 1 in a pass that resets, and blue is what the green of the source was.
     pub struct Mark {}
 }
 
@@ -311,5 +311,5 @@ fn a_draw_into_the_host_s_image_has_the_numbers_of_its_frame() {
             .unwrap_or_else(|error| panic!("{error}"));
         player.read(&image).at(3, 1)[1]
     });
-    assert_eq!(shown, [1.0, 0.0, 1.0, 0.0], "green is 1 in a frame that begins anew");
+    assert_eq!(shown, [1.0, 0.0, 1.0, 0.0], "green is 1 in a frame that resets");
 }

@@ -235,10 +235,10 @@ fn a_history_stays_where_another_begins() {
     }
 }
 
-/// A window that changes its size makes the trail begin anew; the eye stays adapted.
+/// A window that changes its size resets the trail; the eye stays adapted.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn an_adaptation_goes_on_where_an_image_begins_anew() {
+fn an_adaptation_goes_on_where_an_image_is_reset() {
     let text = r#"Pipeline(
         inputs: { "scene": Color },
         nodes: {
@@ -262,7 +262,7 @@ fn an_adaptation_goes_on_where_an_image_begins_anew() {
     let [kept, resized] = [[(64, 36); 2], [(64, 36), (96, 54)]].map(exposed);
     assert_eq!(kept[0], resized[0], "the adaptation goes on");
     assert!(kept[0] > 1.0, "the eye is dazzled: {}", kept[0]);
-    assert_eq!(resized[1], 0.5 * resized[0], "the trail begins anew");
+    assert_eq!(resized[1], 0.5 * resized[0], "the trail is reset");
     assert!(kept[1] > resized[1], "a trail of the same size goes on");
 }
 

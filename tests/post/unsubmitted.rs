@@ -165,7 +165,7 @@ fn shown_next(host: &mut Host) -> Vec<u8> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_plan_whose_first_frame_is_dropped_begins_in_the_next_one() {
-    // It has a table of colors, which its first frame fills.
+    // It has a baked LUT, which its first frame evaluates.
     let wanted = fresh("lynx.ron", Some("high"), &[]);
     for is_finished in [false, true] {
         let mut host = Host::new(changed("lynx.ron", Some("high"), &[]));
@@ -187,15 +187,15 @@ fn a_plan_whose_first_frame_is_dropped_begins_in_the_next_one() {
     }
 }
 
-/// What is held between frames, histories and meters begin in the first frame that is submitted.
+/// Cached results, histories and meters begin in the first frame that is submitted.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn results_that_last_begin_in_the_first_frame_that_is_submitted() {
     let text = r#"Pipeline(
         inputs: { "scene": Color },
         nodes: {
-            "held": Vignette(source: "scene", amount: 0.5, every: 4),
-            "lit": Composite(base: "scene", bloom: "held", strength: 0.5),
+            "cached": Vignette(source: "scene", amount: 0.5, every: 4),
+            "lit": Composite(base: "scene", bloom: "cached", strength: 0.5),
             "bins": Histogram(source: "lit"),
             "meter": AutoExposure(histogram: "bins"),
             "exposed": Exposure(source: "lit", meter: "meter"),
@@ -206,16 +206,16 @@ fn results_that_last_begin_in_the_first_frame_that_is_submitted() {
         outputs: { "display": "display" },
     )"#;
     let mut alone = Host::new(graph(text));
-    alone.post.parameter::<f32>("held.amount").unwrap();
+    alone.post.parameter::<f32>("cached.amount").unwrap();
     let wanted = alone.shown();
     let mut host = Host::new(graph(text));
-    let amount = host.post.parameter::<f32>("held.amount").unwrap();
+    let amount = host.post.parameter::<f32>("cached.amount").unwrap();
     drop_frame(&mut host, false);
     assert_same(&shown_next(&mut host), &wanted);
     // The value of a dropped frame is that of the next one, too.
     host.post.set(amount, 0.9).unwrap();
     drop_frame(&mut host, true);
-    let same = alone.post.parameter::<f32>("held.amount").unwrap();
+    let same = alone.post.parameter::<f32>("cached.amount").unwrap();
     alone.post.set(same, 0.9).unwrap();
     assert_same(&host.shown(), &alone.shown());
 }

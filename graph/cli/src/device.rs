@@ -63,7 +63,7 @@ impl CachedSession {
     }
 
     /// The session for a run with another graph. Compiled pipelines stay, and for the same frame once more its images
-    /// and its state; otherwise all begins anew.
+    /// and its state; otherwise all is reset.
     pub(crate) fn changed(mut self, graph: Graph, facts: Facts, options: Options, again: bool) -> Self {
         if again {
             self.session.change(graph, options);

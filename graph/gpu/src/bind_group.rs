@@ -22,7 +22,7 @@ impl Samplers {
     }
 }
 
-/// What the slots of a pass are bound to.
+/// The bindings of the slots of a pass.
 pub(crate) struct PassBindings<'a> {
     pub(crate) plan: &'a Plan,
     /// The index of the pass.

@@ -34,7 +34,7 @@ const BURST_MS: f64 = 20.0;
 /// Frames before the first sample on a processor: its caches fill.
 const HOST_WARM_UP: u32 = 2;
 
-/// What measures the time.
+/// The source of times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSource {
     /// Timestamps on the GPU.
@@ -94,12 +94,12 @@ impl FrameTime {
         self
     }
 
-    /// What measured it.
+    /// The source of the time.
     pub fn source(&self) -> ClockSource {
         self.source
     }
 
-    /// How many samples the median is taken over.
+    /// The number of samples of the median.
     pub fn samples(&self) -> u32 {
         self.samples
     }
@@ -126,12 +126,12 @@ impl Clock {
         Ok(Self { gpu: gpu.clone(), stamps, warm: Cell::new(None) })
     }
 
-    /// What measures the time on this device.
+    /// The source of times on this device.
     pub fn source(&self) -> ClockSource {
         if self.stamps.is_some() { ClockSource::Gpu } else { ClockSource::Host }
     }
 
-    /// Whether timestamps on the GPU measure the time.
+    /// True if timestamps on the GPU measure the time.
     pub fn is_gpu(&self) -> bool {
         self.stamps.is_some()
     }
@@ -140,7 +140,7 @@ impl Clock {
     /// clock measures them in turn, so that other load on the processor slows all of them alike.
     ///
     /// # Errors
-    /// What recording reports, and [`GpuError::DeviceLost`].
+    /// Errors of recording, and [`GpuError::DeviceLost`].
     pub fn medians(&self, samples: u32, work: &mut [TimedCommands<'_>]) -> Result<Vec<FrameTime>, GpuError> {
         let all = match &self.stamps {
             Some(stamps) => work.iter_mut().map(|work| self.on_gpu(stamps, samples, work)).collect::<Result<_, _>>()?,

@@ -25,13 +25,13 @@ pub struct Gpu {
     pub caps: Caps,
 }
 
-/// How a device is opened.
+/// Options for opening a device.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
     /// Part of the adapter's name, and `#2` after it for the second adapter with that part; `None` for the adapter with
     /// the highest performance.
     pub adapter: Option<String>,
-    /// Whether the Khronos validation layer is enabled.
+    /// True if the Khronos validation layer is enabled.
     pub validation: bool,
     /// Bytes that the images of a frame may take, and all else that is on the device for them; by default three
     /// quarters of a card's memory, or half of the system's.
@@ -154,7 +154,7 @@ impl Gpu {
         used.zip(report).map_or(0, |(used, report)| used.saturating_sub(report.total_reserved_bytes) + FOR_DRIVER)
     }
 
-    /// Whether the adapter is the processor itself.
+    /// True if the adapter is the processor itself.
     pub fn is_processor(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }

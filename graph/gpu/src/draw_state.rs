@@ -56,7 +56,7 @@ impl DrawState {
         }
     }
 
-    /// Whether the pass draws with a pipeline of the plan.
+    /// True if the pass draws with a pipeline of the plan.
     pub(crate) fn has_geometry(&self) -> bool {
         self.geometry.is_some()
     }

@@ -19,7 +19,7 @@ impl FrameConstants {
         }))
     }
 
-    /// Whether histories begin in the frame: then it is as for passes whose memory does.
+    /// True if histories begin in the frame: then it is as for passes whose memory does.
     pub(crate) fn reset(&self) -> bool {
         self.0[0] == self.0[1]
     }
@@ -29,7 +29,7 @@ impl FrameConstants {
     }
 }
 
-/// Whether passes can take the constants from immediates.
+/// True if passes can take the constants from immediates.
 pub(crate) fn has_immediates(device: &Device) -> bool {
     device.features().contains(Features::IMMEDIATES) && device.limits().max_immediate_size >= BYTES
 }

@@ -1,11 +1,11 @@
-//! What functions of kinds in folders do wrong in a frame.
+//! Faults of functions of kinds in folders in a frame.
 
 use afterimage_graph::check::Graph;
 use afterimage_plan::Probe;
 
 use crate::transfer::Texels;
 
-/// What a function of a kind in a folder does wrong in a frame. The framework limits its numbers and ends its loops, so
+/// Faults of a function of a kind in a folder in a frame. The framework limits its numbers and ends its loops, so
 /// pixels do not show it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KernelFaults {
@@ -50,7 +50,7 @@ impl KernelFaults {
         faults
     }
 
-    /// Whether it does anything wrong.
+    /// True if there is any fault.
     pub fn is_any(&self) -> bool {
         (self.not_finite, self.cut_loops) != (0, 0)
     }

@@ -25,7 +25,7 @@ pub(crate) enum Pipeline {
 }
 
 impl Pipeline {
-    /// Whether it dispatches or draws.
+    /// True if it dispatches or draws.
     pub(crate) fn stage(&self) -> Stage {
         match self {
             Self::Compute(_) => Stage::Compute,
@@ -60,7 +60,7 @@ pub(crate) fn bound_slots(composed: &Composed, stage: Stage) -> impl Iterator<It
     composed.slots.iter().filter(move |slot| stage == Stage::Compute || !matches!(slot.kind, SlotKind::Storage(_)))
 }
 
-/// Whether the shader filters texels itself, so that its sampler must not filter.
+/// True if the shader filters texels itself, so that its sampler must not filter.
 pub(crate) fn manual_filtering(composed: &Composed) -> bool {
     composed.sample_mode != SampleMode::Plain
 }

@@ -25,10 +25,10 @@ pub(crate) struct PipelineKey {
     pub(crate) attachment: Option<wgpu::TextureFormat>,
     /// The state of a drawing pass.
     pub(crate) drawing: Option<DrawState>,
-    /// How the bind group layout samples its textures: passes with equal text may differ in which textures are
+    /// The sample modes of the bind group layout: passes with equal text may differ in which textures are
     /// filterable.
     pub(crate) layout: String,
-    /// Whether wgpu adds bounds checks of indices and loops.
+    /// True if wgpu adds bounds checks of indices and loops.
     pub(crate) checked: bool,
 }
 
@@ -94,9 +94,9 @@ pub(crate) struct PipelineRequest {
     /// Bytes of immediates that the shader reads.
     immediate_bytes: u32,
     label: String,
-    /// Where the text comes from.
+    /// The origin of the text.
     map: SourceMap,
-    /// Whether the shader may read workgroup memory before it has written it.
+    /// True if the shader may read workgroup memory before it has written it.
     zero_workgroup_memory: bool,
 }
 
@@ -213,7 +213,7 @@ impl Pipelines {
     }
 }
 
-/// What was refused with the author's line, if the compiler without a device refuses it, too.
+/// The error with the author's line, if the compiler without a device finds one, too.
 fn at_author(error: GpuError, request: &PipelineRequest) -> GpuError {
     if !matches!(error, GpuError::Refused { .. }) {
         return error;

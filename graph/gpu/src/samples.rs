@@ -19,7 +19,7 @@ const FILL: &str = "
 }
 ";
 
-/// Whether the device has textures of the description's format with that many samples. wgpu has no query for it on a
+/// True if the device has textures of the description's format with that many samples. wgpu has no query for it on a
 /// device, so a small one is made by trial.
 fn is_supported(device: &wgpu::Device, desc: ImageDesc) -> bool {
     let small = desc.sized(Size::new(1, 1));

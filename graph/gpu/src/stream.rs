@@ -299,7 +299,8 @@ impl ReadbackBatch {
         Ok(Self { device: device.clone(), buffer, descs, copied: (0, 0) })
     }
 
-    /// Whether a buffer of the device can hold them all.
+    /// True if a buffer of the device can hold them all.
+    #[doc(hidden)] // For the crate `afterimage`.
     pub fn fits(device: &wgpu::Device, descs: &[ImageDesc]) -> bool {
         descs.iter().map(padded_bytes).sum::<u64>() <= device.limits().max_buffer_size
     }

@@ -7,7 +7,7 @@ use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, R
 use afterimage_wgsl::{Shader, UniformValue};
 
 use crate::context::NodeContext;
-use crate::plan::{Baked, Fused, Held, PlanOutput, SharedRead, Skipped};
+use crate::plan::{Baked, CachedResults, Fused, PlanOutput, SharedRead, Skipped};
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]
@@ -23,10 +23,10 @@ pub(crate) struct PlanBuilder {
     pub(crate) fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub(crate) shared_reads: Vec<SharedRead>,
-    /// Runs of nodes that became tables.
+    /// Runs of nodes that became baked LUTs.
     pub(crate) baked: Vec<Baked>,
     /// The results of nodes that do not run in every frame.
-    pub(crate) held: Vec<Held>,
+    pub(crate) cached: Vec<CachedResults>,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
     pub(crate) dynamic: BTreeMap<usize, NodeContext>,
 }

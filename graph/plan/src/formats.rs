@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::builder::PlanBuilder;
 use crate::error::PlanError;
 use crate::options::{Alias, Options};
-use crate::plan::{PlannedImage, ScheduledPass, Stage};
+use crate::plan::{PlannedImage, Refresh, ScheduledPass, Stage};
 use crate::request::PlanRequest;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{Format, ImageDesc};
@@ -91,7 +91,8 @@ fn staged(builder: &mut PlanBuilder, caps: &Caps) -> Vec<ScheduledPass> {
                 None => choose(format, pass.kind.is_drawable(), caps),
             };
         }
-        staged.push(ScheduledPass { pass, stage, stores, recorded });
+        let refresh = BTreeSet::from([Refresh::EachFrame]);
+        staged.push(ScheduledPass { pass, stage, stores, recorded, refresh });
     }
     staged
 }

@@ -7,11 +7,12 @@
 //! | `specialize` | decides which nodes run; puts fallbacks in the place of the others |
 //! | `record` | lets every node record its passes; sizes images that depend on earlier frames |
 //! | `cull` | removes passes whose results nothing reads |
-//! | `hold` | keeps results of nodes that run in some frames |
+//! | `cache_results` | gives results of nodes that run in some frames memory of their own |
 //! | `sanitize` | puts copies in front of shaders that read host images directly |
-//! | `bake` | puts tables in the place of runs of point functions |
+//! | `bake` | replaces runs of point functions by baked LUTs |
 //! | `fusion` | joins passes: point functions, warps, halvings by rows |
 //! | `formats` | chooses dispatch or draw, formats and sample modes |
+//! | `refresh` | decides in which frames each pass runs |
 //! | `schedule` | orders the passes, and groups them into batches without barriers inside |
 //! | `memory` | finds lifetimes, offsets in the heap and slots of the pool |
 //! | `barriers` | states the transitions and aliasing barriers before each batch |
@@ -39,7 +40,6 @@ mod dynamic;
 mod error;
 mod formats;
 mod fusion;
-mod hold;
 pub mod limits;
 mod linear;
 mod memory;
@@ -50,6 +50,7 @@ mod plan_cache;
 mod planner;
 mod probes;
 mod record;
+mod refresh;
 mod report;
 mod request;
 mod sanitize;
@@ -66,9 +67,9 @@ pub use error::{NodeShaderError, PlanError};
 pub use options::{Alias, Options, When};
 pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
-    AliasingBarrier, Baked, Batch, Fused, Held, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
-    PlannedImage, PlannedPass, RectangleInput, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent,
-    StateItem, Transition, Turn, UniformBlock, Use,
+    AliasingBarrier, Baked, Batch, CachedResults, Fused, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
+    PlannedImage, PlannedPass, RectangleInput, Refresh, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent,
+    StateItem, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};

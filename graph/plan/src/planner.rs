@@ -13,13 +13,13 @@ use crate::dynamic::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
-use crate::hold::hold;
 use crate::limits::{MAX_COMPUTED_BYTES, MAX_OPERATIONS};
 use crate::memory::memory;
 use crate::options::Alias;
 use crate::plan::{Memory, Plan, PlannedPass};
 use crate::probes::probes;
 use crate::record::record;
+use crate::refresh::{cache_results, refresh};
 use crate::request::PlanRequest;
 use crate::sanitize::sanitize;
 use crate::schedule::schedule;
@@ -63,9 +63,7 @@ fn plan_with_tables_up_to(
     let dynamic_nodes = std::mem::take(&mut builder.dynamic);
     let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
-    if !request.options.exact {
-        hold(&mut builder);
-    }
+    cache_results(&mut builder);
     if request.options.probes {
         probes(&mut builder);
     }
@@ -73,7 +71,8 @@ fn plan_with_tables_up_to(
     bake(&mut builder, graph, request);
     fusion(&mut builder, request);
     // From here on the options are those that this device can follow.
-    let Formatted { passes, mut images, options } = formats(&mut builder, request)?;
+    let Formatted { mut passes, mut images, options } = formats(&mut builder, request)?;
+    refresh(&mut passes, &images, &builder);
     let schedule = schedule(passes, &images, builder.recording.buffers.len(), &options);
     let memory = memory(&mut images, &schedule, &builder, request, options.alias);
     check_memory(&memory, options.alias, request)?;
@@ -95,7 +94,7 @@ fn plan_with_tables_up_to(
         fused: builder.fused,
         shared_reads: builder.shared_reads,
         baked: builder.baked,
-        held: builder.held,
+        cached: builder.cached,
         dynamic: request.dynamic.iter().map(|parameter| graph.parameter_name(*parameter)).collect(),
         size: request.given.size,
         options,

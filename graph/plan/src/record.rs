@@ -7,9 +7,9 @@ use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_p
 use crate::context::{FrameContext, NodeContext};
 use crate::crop::crop_pass;
 use crate::error::{NodeShaderError, PlanError};
-use crate::hold;
 use crate::linear::{Decoding, decoded_desc};
-use crate::plan::{Held, PlanOutput, Turn};
+use crate::plan::{CachedResults, PlanOutput, Refresh};
+use crate::refresh;
 use crate::request::{Part, PlanRequest};
 use crate::specialize::{SpecializedGraph, WireSource};
 use afterimage_base::image::{ImageDesc, Signedness};
@@ -122,7 +122,7 @@ impl<'a> RecordAttempt<'a> {
         let outputs = self.graph.outputs.iter();
         let shown = outputs.map(|output| self.arrival(Some(output.source))).collect();
         self.link_histories();
-        hold::release_remembered(&mut self.builder);
+        refresh::exclude_histories(&mut self.builder);
         self.add_outputs(shown);
         Ok(())
     }
@@ -241,13 +241,13 @@ impl<'a> RecordAttempt<'a> {
         let first_buffer = self.builder.recording.buffers.len();
         let first_pass = self.builder.recording.passes.len();
         let (made, errors) = record_node(&self.frame, &node.instance, &context, &mut self.builder.recording);
-        let turn = match self.builder.recording.settled.contains(&node.name) {
-            true => Some(Turn::First),
-            false => (node.every > 1).then_some(Turn::OneOf { every: node.every, phase: 0 }),
+        let seldom = match self.builder.recording.settled.contains(&node.name) {
+            true => Some(Refresh::Once),
+            false => (node.every > 1).then_some(Refresh::Every { every: node.every, phase: 0 }),
         };
-        if let Some(turn) = turn.filter(|_| !self.request.options.exact) {
-            let results = hold::results(&self.builder.recording, &made, [first_image, first_buffer], turn);
-            self.builder.held.push(Held { node: node.name.clone(), turn, results });
+        if let Some(refresh) = seldom.filter(|_| !self.request.options.exact) {
+            let results = refresh::results(&self.builder.recording, &made, [first_image, first_buffer], refresh);
+            self.builder.cached.push(CachedResults { node: node.name.clone(), refresh, results });
         }
         self.made[index] = made;
         for error in errors {
@@ -300,13 +300,14 @@ impl<'a> RecordAttempt<'a> {
             let is_linear = self.request.given.linear.contains(&output.name);
             let decoding = Decoding::of(color).filter(|_| is_linear);
             let in_rectangle = self.request.given.rectangles.contains(&output.name);
-            // An image that is remembered or held, or that is an output already, cannot be the host's: it gets a copy.
-            // So does an attachment, whose format pipelines depend on.
-            let is_held =
-                |image: &ImageId| self.builder.held.iter().any(|held| held.results.contains(&Resource::Image(*image)));
+            // An image that later frames read, that is cached, or that is an output already, cannot be the host's: it
+            // gets a copy. So does an attachment, whose format pipelines depend on.
+            let is_cached = |image: &ImageId| {
+                self.builder.cached.iter().any(|cached| cached.results.contains(&Resource::Image(*image)))
+            };
             let taken = |image: &ImageId| {
                 kept.contains(image)
-                    || is_held(image)
+                    || is_cached(image)
                     || in_rectangle && !self.can_go_elsewhere(*image)
                     || self.is_drawn_into(*image)
             };

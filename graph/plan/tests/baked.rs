@@ -121,14 +121,14 @@ fn a_value_of_the_device_enters_a_run_that_has_been_given_a_size() {
             // What each frame fills is an image of the frame, whose bytes count.
             let origin = if baked.in_every_frame { Origin::Transient } else { Origin::Baked };
             assert_eq!((table.origin.clone(), table.desc.bytes()), (origin, baked.bytes));
-            assert_eq!(plan.to_text().contains("filled in every frame"), expected.iter().any(|(.., each)| *each));
+            assert_eq!(plan.to_text().contains("evaluated in every frame"), expected.iter().any(|(.., each)| *each));
         }
     }
 }
 
 /// The passes that fill a table and that read it.
 fn passes(plan: &Plan) -> (&Pass, &Pass) {
-    let fills = |at: &usize| plan.fills_table(*at);
+    let fills = |at: &usize| plan.evaluates_lut(*at);
     let fill = (0..plan.passes.len()).find(fills).expect("a pass fills the table");
     let table = plan.passes[fill].pass.function_result().expect("it writes it");
     let reads = |pass: &&Pass| pass.args().any(|arg| arg == Arg::Texture(table));
@@ -174,7 +174,7 @@ fn a_table_has_the_layout_that_its_shader_reads() {
         assert_eq!((lowest, x, y), (0.0, 1.0 / width as f32, 1.0 / height as f32));
         assert_eq!((plan.baked[0].size, plan.baked[0].bytes), (size, 8 * u64::from(width) * u64::from(height)));
         let text = plan.to_text();
-        let row = text.lines().skip_while(|line| *line != "tables in the place of nodes").nth(1).expect("a table");
+        let row = text.lines().skip_while(|line| *line != "baked LUTs in place of nodes").nth(1).expect("a LUT");
         let bytes = format!("{:.1} MiB", plan.baked[0].bytes as f64 / f64::from(1 << 20));
         let parts = [row.starts_with("  a + b + out"), row.contains(&format!("size {size}")), row.ends_with(&bytes)];
         assert_eq!(parts, [true; 3], "{row}");

@@ -119,16 +119,16 @@ fn what_is_written_that_is_not_made_here_and_lists_of_another_length_are_named()
     }
 }
 
-/// A table is filled in the first frame only, so nothing of a frame may be in it.
+/// A baked LUT is evaluated in the first frame only, so nothing of a frame may be in it.
 #[test]
-fn a_table_that_depends_on_the_frame_is_named() {
+fn a_lut_that_depends_on_the_frame_is_named() {
     let graph = checked(
         r#"Pipeline(inputs: { "in": Exposed }, nodes: { "out": ToneMap(source: "in", bake: Auto),
             "b": Vignette(source: "out", amount: 0.5) }, outputs: { "out": "out", "b": "b" })"#,
     );
     let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
     assert_eq!(verify(&plan), Ok(()));
-    let fill = (0..plan.passes.len()).find(|pass| plan.fills_table(*pass)).expect("a pass fills the table");
+    let fill = (0..plan.passes.len()).find(|pass| plan.evaluates_lut(*pass)).expect("a pass evaluates the LUT");
     let (input, given) = (plan.inputs[0].1, plan.image_names()[plan.inputs[0].1.0 as usize].clone());
     let transient = plan.images.iter().position(|image| image.origin == Origin::Transient).expect("one is made");
     let changed = |value: Arg| {
@@ -137,11 +137,11 @@ fn a_table_that_depends_on_the_frame_is_named() {
         broken
     };
     let name = &plan.pass_names()[fill];
-    assert_reports(&changed(Arg::Frame), &format!("pass `{name}` fills a table from numbers of the frame"));
-    let from = format!("pass `{name}` fills a table from `{given}`, which may change in every frame");
+    assert_reports(&changed(Arg::Frame), &format!("pass `{name}` evaluates a LUT from numbers of the frame"));
+    let from = format!("pass `{name}` evaluates a LUT from `{given}`, which may change in every frame");
     assert_reports(&changed(Arg::Pixel(input)), &from);
     let mut broken = plan.clone();
     broken.passes[fill].pass.results.push(PassResult { kernel: 0, image: ImageId(transient as u32) });
-    let writes = format!("fills a table and writes `{}`, which", plan.image_names()[transient]);
+    let writes = format!("evaluates a LUT and writes `{}`, which", plan.image_names()[transient]);
     assert_reports(&broken, &writes);
 }

@@ -96,7 +96,7 @@ fn each_image_of_a_pass_is_moved_once() {
             assert_eq!(plan.bytes_moved_by(at), moved, "{}", pass.label);
             let mut written = pass.writes().into_iter().filter_map(Resource::image);
             let fills = written.any(|image| plan.image(image).origin == Origin::Baked);
-            assert_eq!(plan.fills_table(at), fills, "{}", pass.label);
+            assert_eq!(plan.evaluates_lut(at), fills, "{}", pass.label);
             all += if fills { 0 } else { moved };
         }
         assert_eq!(plan.bytes_moved(), all);

@@ -14,7 +14,7 @@ use afterimage_graph::node::{
     Arg, Argument, BufferId, BufferLife, Drawing, ImageId, KernelCall, Origin, PassKind, Resource, Subresource,
     WarpPart,
 };
-use afterimage_plan::{Alias, Batch, Plan, PlannedPass, Turn};
+use afterimage_plan::{Alias, Batch, Plan, PlannedPass, Refresh};
 
 /// What an image or a buffer holds.
 pub type Term = u64;
@@ -44,9 +44,7 @@ pub struct Machine<'p> {
     warps: BTreeMap<Term, Warp>,
     /// The number of the frame.
     number: u32,
-    /// What is held, and the turns of passes.
-    held: BTreeMap<Resource, Turn>,
-    turns: Vec<BTreeSet<Turn>>,
+    cached: BTreeMap<Resource, Refresh>,
 }
 
 /// The kernels of a warp, and what they read.
@@ -71,8 +69,8 @@ struct Call<'a> {
 impl<'p> Machine<'p> {
     pub fn new(plan: &'p Plan) -> Self {
         let (contents, ready, past, warps) = (BTreeMap::new(), BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
-        let (held, turns) = (plan.held_results(), plan.turns());
-        Self { plan, contents, owners: Vec::new(), ready, past, warps, number: 0, held, turns }
+        let cached = plan.cached_results();
+        Self { plan, contents, owners: Vec::new(), ready, past, warps, number: 0, cached }
     }
 
     /// The outputs of some frames, or what went wrong.
@@ -93,18 +91,24 @@ impl<'p> Machine<'p> {
         shown
     }
 
-    /// Whether the frame is in a turn: the first one is in all.
-    fn has(&self, turn: &Turn) -> bool {
-        self.number == 0 || matches!(turn, Turn::OneOf { every, phase } if self.number % every == *phase)
+    /// Whether passes with this refresh run in the frame. All run in the first one; LUTs are evaluated in each.
+    fn is_due(&self, refresh: &Refresh) -> bool {
+        self.number == 0
+            || match *refresh {
+                Refresh::EachFrame | Refresh::OnChange => true,
+                Refresh::Every { every, phase } => self.number % every == phase,
+                Refresh::Once => false,
+            }
     }
 
     fn begin(&mut self) {
         self.owners.clear();
         self.ready.clear();
-        self.contents.retain(|resource, _| matches!(resource, Resource::Buffer(_)) || self.held.contains_key(resource));
+        self.contents
+            .retain(|resource, _| matches!(resource, Resource::Buffer(_)) || self.cached.contains_key(resource));
         for (number, buffer) in self.plan.buffers.iter().enumerate() {
             let resource = Resource::Buffer(BufferId(number as u32));
-            if self.held.get(&resource).is_some_and(|turn| !self.has(turn)) {
+            if self.cached.get(&resource).is_some_and(|refresh| !self.is_due(refresh)) {
                 continue;
             }
             match &buffer.life {
@@ -132,10 +136,10 @@ impl<'p> Machine<'p> {
         let (mut written, mut skipped) = (BTreeMap::new(), Vec::new());
         let warps: Vec<(Term, Warp)> = passes.iter().filter_map(|planned| self.warp(planned)).collect();
         self.warps.extend(warps);
-        for (planned, turns) in passes.iter().zip(&self.turns[batch.passes.clone()]) {
-            if !turns.is_empty() && !turns.iter().any(|turn| self.has(turn)) {
+        for planned in passes {
+            if !planned.refresh.iter().any(|refresh| self.is_due(refresh)) {
                 // What it would have written takes its memory all the same, behind the barriers of the batch.
-                let transient = |image: &ImageId| !self.held.contains_key(&Resource::Image(*image));
+                let transient = |image: &ImageId| !self.cached.contains_key(&Resource::Image(*image));
                 skipped.extend(planned.pass.writes().into_iter().filter_map(Resource::image).filter(transient));
                 continue;
             }
@@ -224,12 +228,14 @@ impl<'p> Machine<'p> {
     fn image(&self, image: ImageId) -> Result<Term, String> {
         let resource = Resource::Image(image);
         match &self.plan.image(image).origin {
-            Origin::Transient | Origin::Baked | Origin::Held if self.ready.contains(&resource) => self
+            Origin::Transient | Origin::Baked | Origin::Cached if self.ready.contains(&resource) => self
                 .contents
                 .get(&resource)
                 .copied()
                 .ok_or_else(|| format!("{image:?} was overwritten, or never written")),
-            Origin::Transient | Origin::Baked | Origin::Held => Err(format!("no barrier after {image:?} was written")),
+            Origin::Transient | Origin::Baked | Origin::Cached => {
+                Err(format!("no barrier after {image:?} was written"))
+            }
             Origin::Input(name) => Ok(term(("input", name, self.number))),
             Origin::Constant(bytes) => Ok(term(bytes)),
             Origin::Previous { of, frames } => {

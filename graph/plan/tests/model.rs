@@ -8,7 +8,7 @@ use afterimage_generators::{Recipe, Rng, hold_some};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::{Pass, WarpPart};
-use afterimage_plan::{Alias, Caps, Options, Plan, Turn, When, verify};
+use afterimage_plan::{Alias, Caps, Options, Plan, Refresh, When, verify};
 
 use super::fusion::planned_at;
 use super::machine::Machine;
@@ -70,17 +70,17 @@ fn every_way_to_run_a_random_graph_computes_the_same() {
     }
 }
 
-/// Whatever is fused, what is held is made in the same frames, and from the same.
+/// Whatever is fused, cached results are computed in the same frames, and from the same.
 #[test]
-fn held_results_are_the_same_in_every_way() {
-    let (mut held, mut spared) = (0, 0);
+fn cached_results_are_the_same_in_every_way() {
+    let (mut cached, mut spared) = (0, 0);
     for seed in 0..40 {
         let mut graph = Recipe { seed, nodes: 10 + seed as usize, histories: 3, off: 8 }.graph();
         hold_some(&mut graph, seed);
         let size = Size::new(640, 360);
         let plain = plan_at(&graph, size, PLAIN).expect("the graph can be planned");
-        held += plain.held.iter().filter(|held| !held.results.is_empty()).count();
-        spared += plain.turns().iter().filter(|turns| !turns.is_empty()).count();
+        cached += plain.cached.iter().filter(|cached| !cached.results.is_empty()).count();
+        spared += plain.passes.iter().filter(|pass| !pass.refresh.contains(&Refresh::EachFrame)).count();
         let film = |plan: &Plan| Machine::frames(plan, 9).unwrap_or_else(|fault| panic!("{fault}: {}", plan.to_text()));
         let wanted = film(&plain);
         for (name, options) in ways() {
@@ -89,12 +89,12 @@ fn held_results_are_the_same_in_every_way() {
             assert!(film(&plan) == wanted, "graph {seed}, {name}: {}", plan.to_text());
         }
     }
-    assert!(held > 100 && spared > held, "{held} nodes are held, and {spared} passes run in some frames only");
+    assert!(cached > 100 && spared > cached, "{cached} nodes are cached, and {spared} passes run in some frames only");
 }
 
-/// What is held equals, in each frame, what the pipeline without it had in the last frame of the turn.
+/// A cached result equals, in each frame, what the pipeline without the cache had in the last frame that was due.
 #[test]
-fn a_held_result_is_that_of_the_last_turn() {
+fn a_cached_result_is_that_of_the_last_frame_that_was_due() {
     let text = |every: &str| {
         format!(
             r#"Pipeline(inputs: {{ "picture": Color }}, nodes: {{ "mips": Downsample(source: "picture", levels: 3),
@@ -112,15 +112,15 @@ fn a_held_result_is_that_of_the_last_turn() {
 
 /// Whether a frame runs the node depends on no earlier ones but the one before, in whatever steps numbers go.
 #[test]
-fn a_turn_comes_once_in_so_many_numbers() {
+fn a_frame_is_due_once_in_so_many_numbers() {
     for (every, phase) in [(2, 0), (2, 1), (4, 3), (16, 5)] {
-        let turn = Turn::OneOf { every, phase };
+        let refresh = Refresh::Every { every, phase };
         for number in (1..100).chain(0xff_ffff..0x100_0040).chain(u32::MAX - 40..=u32::MAX) {
-            assert_eq!(turn.is_due(number, number - 1), number % every == phase, "{turn:?} {number}");
-            assert!(turn.is_due(number, number.wrapping_sub(every)), "{turn:?} {number}: a step over all");
-            assert!(!turn.is_due(number, number), "{turn:?} {number}: the same frame again");
+            assert_eq!(refresh.is_due(number, number - 1), number % every == phase, "{refresh:?} {number}");
+            assert!(refresh.is_due(number, number.wrapping_sub(every)), "{refresh:?} {number}: a step over all");
+            assert!(!refresh.is_due(number, number), "{refresh:?} {number}: the same frame again");
         }
-        assert!(turn.is_due(0, u32::MAX), "{turn:?}: the count begins again");
+        assert!(refresh.is_due(0, u32::MAX), "{refresh:?}: the count begins again");
     }
 }
 

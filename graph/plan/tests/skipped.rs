@@ -29,7 +29,7 @@ fn caracal_without_emissive_surfaces_has_no_pass_for_its_glow() {
     assert!(GLOW.iter().all(|node| running(&lit).contains(node)), "{:?}", running(&lit));
     let dark = planned(&graph, &[("emissive", false)]);
     assert!(!running(&dark).iter().any(|node| GLOW.contains(node)), "{:?}", running(&dark));
-    let passes = (0..dark.passes.len()).filter(|pass| !dark.fills_table(*pass)).count();
+    let passes = (0..dark.passes.len()).filter(|pass| !dark.evaluates_lut(*pass)).count();
     assert_eq!(passes, 1, "exposure, curve and encoding are one pass: {:?}", running(&dark));
     let glowing = dark.skipped.iter().find(|skipped| skipped.node == "glowing").expect("the plan lists the node");
     assert!(glowing.why.contains("emissive"), "{}", glowing.why);

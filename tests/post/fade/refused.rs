@@ -90,7 +90,7 @@ fn a_host_that_gives_no_view_or_one_that_cannot_be_drawn_to() {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_frame_that_begins_anew_or_has_other_images() {
+fn a_frame_that_resets_or_has_other_images() {
     let mut host = host(LOOK);
     host.night(true);
     host.shown();

@@ -308,9 +308,9 @@ impl Session {
     }
 
     /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps`
-    /// gives the position in time of each frame. Where passes do not run in every frame, it is the mean of
-    /// [as many](afterimage_plan::Plan::round) frames as their turns take. `baselines` are other work that is timed
-    /// under the same conditions.
+    /// gives the position in time of each frame. Where passes do not run in every frame, it is the mean of a
+    /// [cycle](afterimage_plan::Plan::refresh_cycle). `baselines` are other work that is timed under the same
+    /// conditions.
     ///
     /// This is the only function that times a frame, so that all tools report the same quantity.
     ///
@@ -324,12 +324,12 @@ impl Session {
         steps: &'r mut dyn FnMut() -> FrameStep,
         baselines: Vec<TimedCommands<'r>>,
     ) -> Result<(FrameTime, Vec<FrameTime>), GpuError> {
-        let round = self.plan().round();
+        let cycle = self.plan().refresh_cycle();
         let frame: TimedCommands<'r> =
-            Box::new(move |encoder| (0..round).try_for_each(|_| self.encode(encoder, images, steps())));
+            Box::new(move |encoder| (0..cycle).try_for_each(|_| self.encode(encoder, images, steps())));
         let mut work: Vec<TimedCommands<'r>> = [frame].into_iter().chain(baselines).collect();
         let mut times = clock.medians(samples, &mut work)?.into_iter();
-        let frame = times.next().expect("one time for each recording").divided(round);
+        let frame = times.next().expect("one time for each recording").divided(cycle);
         Ok((frame, times.collect()))
     }
 }

@@ -52,7 +52,7 @@ pub(crate) struct ClipArgs {
     #[arg(long = "size", value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) sizes: Vec<(u32, u32)>,
     /// Frames of the walk through the built-in scene, and of a still image in a pipeline that reads earlier images;
-    /// with a meter or held results alone a still has 2
+    /// with a meter or cached results alone a still has 2
     #[arg(long, value_name = "FRAMES", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) walk: u32,
     /// Frames of a sequence: `1-96`, `1-96x2`, `7,12-20`

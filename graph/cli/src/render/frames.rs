@@ -133,7 +133,7 @@ impl Frames<'_> {
         let can_be_repeated = self.can_be_repeated(has_camera);
         let session = &mut self.session.session;
         if self.repetition.again {
-            step.kind = FrameKind::Again;
+            step.kind = FrameKind::Redraw;
         } else {
             session.number_next(self.request.number(job));
         }

@@ -13,6 +13,7 @@ use crate::device::texture_format;
 use crate::error::GpuError;
 use crate::executor::bind::host_images::check_encoding;
 use crate::executor::loaded::Loaded;
+use crate::executor::loaded::due_passes::WrittenBuffer;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::store::{self, Stored};
 
@@ -25,7 +26,6 @@ impl Executor {
             let mut other = Self::with_caps(&compiler.device, &queue, caps);
             other.compiler.pipelines = compiler.pipelines;
             other.compiler.compiled = compiler.compiled;
-            other.compiler.tables = compiler.tables;
             other.compiler.pool = compiler.pool;
             other.labeled = labeled;
             other
@@ -47,8 +47,7 @@ impl Executor {
     /// copied by [`copy_memory`](Self::copy_memory).
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) {
-        (self.frame_index, self.number_offset, self.fresh) = (other.frame_index, other.number_offset, false);
-        self.last_number = other.last_number;
+        self.frames.continue_from(&other.frames);
         if let Some(loaded) = &mut self.loaded {
             // It is copied.
             loaded.uninitialized.clear();
@@ -62,7 +61,7 @@ impl Executor {
         self.loaded.as_ref().map(|loaded| &loaded.residency)
     }
 
-    /// Whether a frame was recorded and dropped on which later ones rely.
+    /// True if a frame was recorded and dropped on which later ones rely.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn has_lost_frames(&self) -> bool {
         self.recorded.take_lost() > Lost::Nothing
@@ -73,7 +72,7 @@ impl Executor {
     pub fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
         let Some(loaded) = &self.loaded else { return };
         self.recorded.watch(encoder, Lost::State);
-        for &index in &loaded.persistent {
+        for &WrittenBuffer { index, .. } in &loaded.persistent {
             encoder.copy_buffer_to_buffer(&from.buffers[index], 0, &loaded.residency.buffers[index], 0, None);
         }
         let rings = from.histories().zip(loaded.residency.histories());
@@ -95,10 +94,10 @@ impl Executor {
         bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(|view| ours.contains(&view)));
     }
 
-    /// Whether the next frame resets histories.
+    /// True if the next frame resets histories.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn is_fresh(&self) -> bool {
-        self.fresh
+        self.frames.is_fresh
     }
 
     /// The format of the host's view for an output, as it is drawn to.
@@ -113,7 +112,7 @@ impl Executor {
         frame: &Frame<'_>,
     ) -> Result<TextureFormat, GpuError> {
         let (device, stated) = (&self.compiler.device, frame.stated_format(&output.name));
-        let format = self.formats.of_view(device, &output.name, view, stated)?;
+        let format = self.host.formats.of_view(device, &output.name, view, stated)?;
         check_encoding(output, Some(format), view.texture().format())?;
         Ok(format)
     }
@@ -122,11 +121,11 @@ impl Executor {
     /// the view.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
-        let drawn = self.formats.last().iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
+        let drawn = self.host.formats.last().iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
         drawn.unwrap_or_else(|| texture_format(plan.image(output.image).desc.format))
     }
 
-    /// Whether the host fills passes of a plan.
+    /// True if the host fills passes of a plan.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn has_host_draws(plan: &Plan) -> bool {
         plan.work().any(|pass| host_node(pass).is_some())
@@ -142,7 +141,7 @@ impl Residency {
         })
     }
 
-    /// Whether all histories can be copied: nothing is copied to a depth or to several samples.
+    /// True if all histories can be copied: nothing is copied to a depth or to several samples.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn can_be_copied(&self) -> bool {
         self.histories().flatten().all(|stored| stored.texture.usage().contains(TextureUsages::COPY_DST))

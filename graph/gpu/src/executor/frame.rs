@@ -1,4 +1,4 @@
-//! What a host gives for one frame.
+//! The inputs of a host for one frame.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::BlockData;
@@ -35,11 +35,11 @@ pub struct Frame<'a> {
     pub time: f32,
     /// Seconds since the frame before. With 0, exposure and the like do not adapt.
     pub dt: f32,
-    /// How it follows the frame before.
+    /// Its relation to the frame before.
     pub kind: FrameKind,
 }
 
-/// How a frame follows the one before.
+/// The relation of a frame to the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrameKind {
     /// It is the next one, after `dt`.
@@ -47,11 +47,11 @@ pub enum FrameKind {
     Next,
     /// It does not, as after a cut, a teleport or a load: histories and adaptation begin in it.
     Cut,
-    /// It is the same once more, with other values of parameters: the host's images hold what they held, and it has the
-    /// number of that frame. A plan that is [`repeatable`](afterimage_plan::Options::repeatable) and has rendered it
-    /// takes time and state from that frame, and runs only the passes that the values reach. Any other runs all; it
-    /// begins anew if the frame was a cut, and otherwise no time passes.
-    Again,
+    /// It is the last frame with other values of parameters: the host's images are unchanged, and so is the number of
+    /// the frame. A plan that is [`repeatable`](afterimage_plan::Options::repeatable) and has rendered it takes time
+    /// and state from that frame, and runs only the passes that depend on the values. Any other plan runs all passes;
+    /// it resets if the frame was a cut, and otherwise no time passes.
+    Redraw,
 }
 
 impl FrameKind {

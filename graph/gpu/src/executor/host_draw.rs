@@ -10,7 +10,7 @@ use wgpu::{RenderPass, TextureFormat};
 use crate::device::texture_format;
 use crate::error::GpuError;
 
-/// What a host draws in a pass of a plan: see `afterimage::Post::encode_drawing`.
+/// Draws of a host in a pass of a plan: see `afterimage::Post::encode_drawing`.
 pub struct HostDraw<'a> {
     /// The name of the node.
     pub node: &'a str,

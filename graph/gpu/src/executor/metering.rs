@@ -3,9 +3,9 @@
 use afterimage_graph::node::{BufferId, Resource};
 use wgpu::{Buffer, CommandEncoder};
 
+use super::frame_counter::FrameNumbers;
 use super::{Executor, Frame, FrameCommands, FrameKind};
 use crate::GpuError;
-use crate::frame_constants::FrameConstants;
 
 impl Executor {
     /// A buffer of the plan in use.
@@ -23,35 +23,30 @@ impl Executor {
         frame: &Frame<'_>,
         passes: &[usize],
     ) -> Result<(), GpuError> {
-        let number = self.frame_index.wrapping_add(self.number_offset);
-        let constants = FrameConstants::new(frame.time, frame.dt, number, frame.kind == FrameKind::Cut);
+        let numbers = FrameNumbers { resets: frame.kind == FrameKind::Cut, ..self.frames.next(frame.kind) };
+        let constants = numbers.constants(frame);
         let levels = self.view_levels(frame)?;
         let frame = &Frame { levels: &levels, ..*frame };
-        let groups = self.bind(frame)?;
-        self.begin_frame(encoder, frame, constants, false)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        loaded.turns.begin(0, None);
-        let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
-        for &buffer in &loaded.zeroed {
-            if written.contains(&Resource::Buffer(BufferId(buffer as u32))) {
-                encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
-            }
-        }
+        let groups = self.host.bind(&self.compiler, loaded, frame)?;
+        loaded.set_host_uniforms(frame)?;
+        loaded.due.choose_only(passes);
+        self.begin_frame(encoder, constants, false)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         let commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
-            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
+            ring_index: (numbers.index % loaded.residency.ring_length) as usize,
             constants: &constants,
-            reached: None,
-            // No frame has filled those that these passes need.
-            fills_all_tables: true,
         };
+        commands.clear_zeroed(encoder);
         for &pass in passes {
             commands.record(pass..pass + 1, encoder, &mut []);
         }
+        let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
         loaded.uninitialized.retain(|resource| !written.contains(resource));
-        loaded.forget_frame();
-        self.fresh = false;
+        loaded.set_last_constants(None);
+        self.frames.is_fresh = false;
         Ok(())
     }
 }

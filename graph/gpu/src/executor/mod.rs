@@ -1,10 +1,12 @@
 //! The executor: records a loaded plan as commands in the host's encoder.
 
 mod bind;
-mod contents;
 mod fork;
 mod frame;
+mod frame_counter;
+mod host_bindings;
 mod host_draw;
+mod inspection;
 mod load;
 mod loaded;
 #[cfg(not(target_family = "wasm"))]
@@ -12,7 +14,6 @@ mod metering;
 mod record;
 mod recorded;
 mod rectangle;
-mod repeat;
 
 use std::sync::Arc;
 
@@ -29,13 +30,11 @@ use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, scoped, watched};
 use crate::timing::Timing;
 use bind::binder::Binder;
-use bind::formats::HostFormats;
-use bind::host_images::check_names;
 pub use bind::host_images::{MULTISAMPLED, VOLUME};
-use bind::view_levels::ViewLevels;
-use bind::views::cached_groups;
 pub use frame::view_of;
 pub use frame::{Frame, FrameKind};
+use frame_counter::FrameCounter;
+use host_bindings::HostBindings;
 use host_draw::check_filled;
 pub use host_draw::{DrawTargets, HostDraw};
 pub use load::Preparation;
@@ -54,27 +53,12 @@ pub struct Executor {
     compiler: PlanCompiler,
     queue: Queue,
     caps: Caps,
-    /// The constants of the last frame.
-    frame_constants: FrameConstants,
     staging: Staging,
     loaded: Option<Loaded>,
-    formats: HostFormats,
-    levels: ViewLevels,
-    /// Whether passes are labeled with their nodes.
+    host: HostBindings,
+    frames: FrameCounter,
+    /// Passes are labeled with their nodes.
     labeled: bool,
-    /// The number of the next frame since the last reset of the count: it selects the textures of histories.
-    frame_index: u32,
-    /// What is added to it for the number that shaders see.
-    number_offset: u32,
-    fresh: bool,
-    /// The number that shaders saw in the frame before; `None` if it is the one before that of the next frame.
-    last_number: Option<u32>,
-    /// Passes for which the last frame has made bind groups.
-    passes_bound: usize,
-    /// Whether the frame has the host's images of the one before.
-    has_last_views: bool,
-    passes_repeated: Option<usize>,
-    has_filled_tables: bool,
     recorded: RecordedFrames,
 }
 
@@ -115,34 +99,23 @@ impl Executor {
                 binder: binder.expect("it is made above"),
                 pipelines: Arc::default(),
                 compiled: Arc::default(),
-                tables: Arc::default(),
                 pool: None,
                 immediates: frame_constants::has_immediates(device),
                 broken: made.err(),
             },
             queue: queue.clone(),
             caps,
-            frame_constants: FrameConstants::default(),
             staging: Staging::new(device),
             loaded: None,
-            formats: HostFormats::default(),
-            levels: ViewLevels::default(),
+            host: HostBindings::default(),
+            frames: FrameCounter::default(),
             labeled: false,
-            frame_index: 0,
-            number_offset: 0,
-            fresh: true,
-            last_number: None,
-            passes_bound: 0,
-            has_last_views: false,
-            passes_repeated: None,
-            has_filled_tables: false,
             recorded: RecordedFrames::default(),
         }
     }
 
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
-    /// compiled, so that a plan which one has loaded needs only memory in the other, and the tables of colors that are
-    /// equal and hold no dynamic parameter.
+    /// compiled, so that a plan which one has loaded needs only memory in the other.
     pub fn clone_for_view(&self) -> Self {
         self.other()()
     }
@@ -191,7 +164,7 @@ impl Executor {
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
         if let Some(loaded) = &mut self.loaded {
-            loaded.set_uniforms(offset, bytes);
+            loaded.uniforms.set(offset, bytes);
         }
     }
 
@@ -229,7 +202,7 @@ impl Executor {
     /// Loads a plan with uniforms at other values.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn load_with(&mut self, plan: Arc<Plan>, uniforms: Vec<u8>) -> Result<(), GpuError> {
-        let when = Preparing::NextFrame(self.frame_index);
+        let when = Preparing::NextFrame(self.frames.index);
         let prepared = self.compiler.prepare(plan, uniforms, &self.previous_plan(), cores(), when)?;
         self.install(prepared).map(drop)
     }
@@ -279,9 +252,9 @@ impl Executor {
         move |plan| compiler.passes(plan, &PreviousPlan { drawn, ..PreviousPlan::default() }, 1).map(drop)
     }
 
-    /// What the next plan can reuse of the plan in use.
+    /// The parts of the plan in use that the next plan can reuse.
     fn previous_plan(&self) -> PreviousPlan {
-        let drawn = self.formats.last().to_vec();
+        let drawn = self.host.formats.last().to_vec();
         let Some(loaded) = &self.loaded else { return PreviousPlan { drawn, ..PreviousPlan::default() } };
         let (inputs, outputs) = loaded.views_of_host();
         let plan = Some((loaded.plan.clone(), loaded.residency.clone()));
@@ -296,17 +269,13 @@ impl Executor {
         match (memory, &mut self.loaded) {
             (PreparedMemory::UniformsOnly(base), Some(loaded)) if Arc::ptr_eq(&loaded.plan, &base) => {
                 loaded.plan = plan;
-                loaded.set_uniforms(0, &uniforms);
+                loaded.uniforms.set(0, &uniforms);
                 Ok(None)
             }
             (PreparedMemory::Allocated { loaded: mut new, previous }, old)
                 if previous.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
                 new.labels = self.labeled.then(|| new.plan.pass_names());
-                if let Some(old) = old {
-                    let same = std::mem::take(&mut new.same_tables);
-                    new.tables.keep(&old.tables, &same);
-                }
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
                     new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
                 }
@@ -319,52 +288,51 @@ impl Executor {
 
     /// Resets histories and adaptation in the next frame.
     pub fn reset(&mut self) {
-        self.fresh = true;
+        self.frames.is_fresh = true;
     }
 
     /// Sets the number of the next frame; further ones count on. Noise depends on the number, so frames with equal
     /// numbers have equal grain. Histories and adaptation are reset, because the frame number selects their textures.
     pub fn count_from(&mut self, index: u32) {
-        self.frame_index = index;
-        self.number_offset = 0;
-        self.fresh = true;
+        self.frames.count_from(index);
     }
 
     /// Sets the number that shaders see in the next frame, from which noise is made; further ones count on. Histories
     /// and adaptation go on, so a sequence can begin anywhere and be numbered in any steps.
     pub fn number_next(&mut self, number: u32) {
-        self.number_offset = number.wrapping_sub(self.frame_index);
+        self.frames.number_next(number);
     }
 
     /// The number that shaders saw in the last frame; that of the next one before any.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn last_number(&self) -> u32 {
-        self.last_number.unwrap_or(self.frame_index.wrapping_add(self.number_offset))
+        self.frames.last_number()
     }
 
     /// For how many passes the last recorded frame has made bind groups: those with a view of the host that the frame
     /// before did not have. An attachment is in no bind group. 0 while the host alternates between a few images.
     pub fn passes_bound(&self) -> usize {
-        self.passes_bound
+        self.host.made
     }
 
-    /// The number of passes that the last recorded frame ran; `None` if it ran all.
-    pub fn passes_repeated(&self) -> Option<usize> {
-        self.passes_repeated
+    /// The number of passes that the last recorded frame ran, if it was a [redraw](FrameKind::Redraw) of those that
+    /// depend on changed values.
+    pub fn passes_redrawn(&self) -> Option<usize> {
+        self.loaded.as_ref()?.due.redrawn()
     }
 
-    /// Whether the last recorded frame has filled the tables of the plan: the first one does, and each before which a
-    /// number in them has changed.
-    pub fn has_filled_tables(&self) -> bool {
-        self.has_filled_tables
+    /// True if the last recorded frame has evaluated the baked LUTs of the plan: the first one does, and each before
+    /// which a number in them has changed.
+    pub fn has_evaluated_luts(&self) -> bool {
+        self.loaded.as_ref().is_some_and(|loaded| loaded.due.evaluates_luts(&loaded.plan))
     }
 
-    /// Lets the next frame fill the tables of the plan, as after a change of a number in them.
+    /// Has the next frame evaluate the baked LUTs of the plan, as after a change of a number in them.
     #[doc(hidden)] // For the crate `afterimage`.
-    pub fn forget_tables(&mut self) {
+    pub fn invalidate_luts(&mut self) {
         if let Some(loaded) = &mut self.loaded {
-            loaded.tables.forget();
-            loaded.forget_frame();
+            loaded.due.invalidate_luts(&loaded.plan);
+            loaded.set_last_constants(None);
         }
     }
 
@@ -374,20 +342,20 @@ impl Executor {
     /// One is not known, or its texture does not have it.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn view_levels<'f>(&mut self, frame: &Frame<'f>) -> Result<Vec<(&'f str, u32)>, GpuError> {
-        self.levels.of(&self.compiler.device, frame)
+        self.host.levels.of(&self.compiler.device, frame)
     }
 
     /// Notices frames that were recorded and dropped: what later ones rely on is recorded again, and where they began
-    /// histories and state, these begin anew.
+    /// histories and state, these are reset.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn recover(&mut self) {
         match self.recorded.take_lost() {
             Lost::Nothing => return,
             Lost::Commands => {}
-            Lost::State => self.fresh = true,
+            Lost::State => self.frames.is_fresh = true,
         }
         if let Some(loaded) = &mut self.loaded {
-            loaded.forget_recorded();
+            loaded.invalidate();
         }
     }
 
@@ -420,77 +388,61 @@ impl Executor {
         let frame = &Frame { levels: &levels, ..*frame };
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
-        let again = frame.kind == FrameKind::Again && !self.fresh;
-        let begins = self.fresh || frame.kind == FrameKind::Cut || again && self.frame_constants.reset();
-        let (index, number) = match self.last_number {
-            Some(last) if again => (self.frame_index.wrapping_sub(1), last),
-            _ => (self.frame_index, self.frame_index.wrapping_add(self.number_offset)),
-        };
-        let last = self.loaded.as_ref().and_then(Loaded::last_constants).filter(|_| again);
-        // A plan that has not rendered the last frame has the state after it: no time passes.
-        let dt = if again { 0.0 } else { frame.dt };
-        let constants = last.unwrap_or_else(|| FrameConstants::new(frame.time, dt, number, begins));
-        let groups = self.bind(frame)?;
-        let reached = self.begin_frame(encoder, frame, constants, again)?;
+        let numbers = self.frames.next(frame.kind);
+        let last = self.loaded.as_ref().and_then(Loaded::last_constants).filter(|_| numbers.is_redraw);
+        let constants = last.unwrap_or_else(|| numbers.constants(frame));
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        loaded.turns.begin(number, (!begins).then(|| self.last_number.unwrap_or(number.wrapping_sub(1))));
+        let groups = self.host.bind(&self.compiler, loaded, frame)?;
+        loaded.set_host_uniforms(frame)?;
+        if !(last.is_some() && self.host.is_same && loaded.choose_dependents()) {
+            loaded.choose_passes(numbers.number, (!numbers.resets).then_some(numbers.before));
+        }
+        self.begin_frame(encoder, constants, last.is_some())?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         let commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
-            ring_index: (index % loaded.residency.ring_length) as usize,
+            ring_index: (numbers.index % loaded.residency.ring_length) as usize,
             constants: &constants,
-            fills_all_tables: false,
-            reached: reached.as_deref(),
         };
         commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
-        if let Some(timing) = loaded.timing.as_ref().filter(|_| reached.is_none()) {
+        if let Some(timing) = loaded.timing.as_ref().filter(|_| loaded.due.redrawn().is_none()) {
             timing.resolve(encoder);
         }
-        self.passes_repeated = reached.map(|reached| reached.into_iter().filter(|runs| *runs).count());
-        let saw_its_state = begins || loaded.uninitialized.is_empty();
-        loaded.note_frame(constants, saw_its_state && draws.is_empty());
+        let saw_its_state = numbers.resets || loaded.uninitialized.is_empty();
+        loaded.set_last_constants(Some(constants).filter(|_| saw_its_state && draws.is_empty()));
+        loaded.due.finish(loaded.uniforms.bytes());
         // This frame has initialized all of it.
         loaded.uninitialized.clear();
-        self.has_filled_tables = loaded.tables.fill();
-        loaded.turns.made.fill();
-        self.last_number = Some(number);
-        self.frame_index = index.wrapping_add(1);
-        self.frame_constants = constants;
-        self.fresh = false;
+        self.frames.finish(numbers, constants);
         Ok(())
     }
 
-    /// Prepares the passes of a frame whose images are bound: the host's numbers, and the state. Returns for each pass
-    /// whether it runs, if the last frame is repeated in part.
+    /// Prepares the passes of a frame whose images are bound: the state and the uniforms.
     fn begin_frame(
         &mut self,
         encoder: &mut CommandEncoder,
-        frame: &Frame<'_>,
         constants: FrameConstants,
-        again: bool,
-    ) -> Result<Option<Vec<bool>>, GpuError> {
-        let repeats_views = again && self.has_last_views;
+        restores_state: bool,
+    ) -> Result<(), GpuError> {
         let (device, loaded) = (&self.compiler.device, self.loaded.as_mut().ok_or(GpuError::NoPlan)?);
-        loaded.set_blocks(frame)?;
-        loaded.set_rectangles(frame)?;
         if constants.reset() || !loaded.uninitialized.is_empty() {
             self.recorded.watch(encoder, Lost::State);
-        } else if loaded.must_run() {
+        } else if loaded.is_needed_later() {
             self.recorded.watch(encoder, Lost::Commands);
         }
-        let reached = if repeats_views { loaded.reached() } else { None };
-        if again && loaded.last_constants().is_some() {
-            loaded.restore_state(reached.as_deref(), encoder);
+        if restores_state {
+            loaded.restore_state(encoder);
         } else {
             if constants.reset() {
-                loaded.uniforms.forget();
+                loaded.uniforms.invalidate();
                 scoped(device, "the cleared histories", || {
                     clear_memory(device, loaded, encoder);
                     Ok::<(), GpuError>(())
                 })?;
             }
-            loaded.keep_state(encoder);
+            loaded.save_state(encoder);
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
             separate_from_old_plan(loaded, encoder);
@@ -501,8 +453,7 @@ impl Executor {
             binder.write_frame(&constants, has_uninitialized, &mut self.staging, encoder)?;
         }
         // Last, because a frame with an error is not submitted.
-        loaded.uniforms.write(device, &mut self.staging, encoder)?;
-        Ok(reached)
+        loaded.uniforms.write(device, &mut self.staging, encoder)
     }
 
     /// Records one pass of a frame and no other, for measurements on devices whose timestamps are not reliable. It
@@ -514,45 +465,25 @@ impl Executor {
         pass: usize,
     ) -> Result<(), GpuError> {
         let levels = self.view_levels(frame)?;
-        let groups = self.bind(&Frame { levels: &levels, ..*frame })?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        let groups = self.host.bind(&self.compiler, loaded, &Frame { levels: &levels, ..*frame })?;
         loaded.uniforms.write(&self.compiler.device, &mut self.staging, encoder)?;
-        loaded.turns.begin(0, None);
+        loaded.due.choose_only(&[pass]);
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
         let commands = FrameCommands {
             loaded,
             groups: &loaded.bind_groups[groups],
-            ring_index: (self.frame_index % loaded.residency.ring_length) as usize,
-            constants: &self.frame_constants,
-            fills_all_tables: true,
-            reached: None,
+            ring_index: (self.frames.index % loaded.residency.ring_length) as usize,
+            constants: &self.frames.constants,
         };
         commands.record(pass..pass + 1, encoder, &mut []);
-        loaded.forget_frame();
+        loaded.set_last_constants(None);
         Ok(())
     }
 
     /// The attachments of a pass that the host fills, by the name of its node; `None` if the plan in use has none.
     pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
         DrawTargets::of(self.plan()?, node)
-    }
-
-    /// The index of the bind groups for this frame's host images: from the cache, or new.
-    fn bind(&mut self, frame: &Frame<'_>) -> Result<usize, GpuError> {
-        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        check_names(&loaded.plan, frame)?;
-        self.passes_bound = 0;
-        let cached = cached_groups(loaded, frame);
-        self.has_last_views = cached.is_some_and(|index| index + 1 == loaded.bind_groups.len());
-        if let Some(index) = cached {
-            loaded.bind_groups.use_again(index);
-        } else {
-            let evicted = loaded.bind_groups.remove_oldest_if_full();
-            let groups = self.compiler.bind_groups(loaded).for_frame(frame, &mut self.formats, evicted)?;
-            self.passes_bound = groups.made;
-            loaded.bind_groups.add(groups);
-        }
-        Ok(loaded.bind_groups.len() - 1)
     }
 }
 

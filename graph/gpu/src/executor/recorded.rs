@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use wgpu::CommandEncoder;
 
-/// What is missing where the commands of frames were dropped.
+/// The work that is lost with dropped commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub(crate) enum Lost {
@@ -33,7 +33,7 @@ impl RecordedFrames {
         encoder.on_submitted_work_done(move || watched.have_run());
     }
 
-    /// What is missing of the frames that were dropped since the last call.
+    /// The work that was lost with frames dropped since the last call.
     pub(crate) fn take_lost(&self) -> Lost {
         match self.0.swap(Lost::Nothing as u8, Ordering::AcqRel) {
             0 => Lost::Nothing,

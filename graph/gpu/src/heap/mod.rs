@@ -11,14 +11,14 @@ use afterimage_graph::image::ImageDesc;
 use afterimage_plan::Requirement;
 
 use crate::store::Stored;
-use asked::MemoryRequirements;
 use backend::Heap;
+use requirements::MemoryRequirements;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 use unplaced as backend;
 #[cfg(not(any(target_vendor = "apple", target_family = "wasm")))]
 use vulkan as backend;
 
-mod asked;
+mod requirements;
 #[cfg(any(target_vendor = "apple", target_family = "wasm"))]
 mod unplaced;
 #[cfg(not(any(target_vendor = "apple", target_family = "wasm")))]
@@ -57,11 +57,12 @@ impl Placed {
     }
 }
 
-/// Where an image of a plan lies.
+/// The place of an image of a plan.
 pub(crate) struct Place<'p> {
     pub(crate) offset: u64,
     pub(crate) desc: ImageDesc,
-    /// What the plan was made with: of another device, or where the driver had no answer, the real one may be larger.
+    /// The requirement that the plan was made with. The real one may be larger: the plan may be of another device, or
+    /// the driver had no answer.
     pub(crate) planned: Requirement,
     pub(crate) label: &'p str,
 }

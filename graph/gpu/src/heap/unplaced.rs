@@ -2,7 +2,7 @@
 
 use afterimage_graph::image::ImageDesc;
 
-use super::asked::MemoryRequirements;
+use super::requirements::MemoryRequirements;
 use crate::store::Stored;
 
 /// No heap exists.

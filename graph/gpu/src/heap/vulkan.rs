@@ -11,7 +11,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use ash::vk;
 use wgpu::hal::api::Vulkan;
 
-use super::asked::MemoryRequirements;
+use super::requirements::MemoryRequirements;
 use crate::store::{self, Stored, usages, view};
 
 /// Memory for the transient images of a plan, and of the plan after it where they fit.
@@ -96,7 +96,7 @@ impl Heap {
     }
 }
 
-/// What the driver states for an image; `None` where the backend is not Vulkan.
+/// The memory requirements of an image by the driver; `None` where the backend is not Vulkan.
 pub(super) fn requirements(device: &wgpu::Device, desc: &ImageDesc) -> Option<MemoryRequirements> {
     // SAFETY: as in `Heap::new`.
     let hal = unsafe { device.as_hal::<Vulkan>() }?;

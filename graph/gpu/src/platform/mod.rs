@@ -1,4 +1,4 @@
-//! What differs between targets that have threads and may wait, and the web, which has neither.
+//! Differences between targets with threads that may wait, and the web, which has neither.
 
 mod memory;
 #[cfg(not(target_family = "wasm"))]

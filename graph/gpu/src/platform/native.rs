@@ -62,7 +62,7 @@ fn with_errors<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> (T, Option
     (made, memory, validation.or(internal))
 }
 
-/// Whether the device gives no memory any more, not even a few bytes.
+/// True if the device gives no memory any more, not even a few bytes.
 fn is_lost(device: &wgpu::Device) -> bool {
     let probe = || {
         let probe = device.create_buffer(&wgpu::BufferDescriptor {

@@ -43,7 +43,7 @@ fn threads(pool: &'static Pool) -> Result<&'static ThreadPool, GpuError> {
 }
 
 thread_local! {
-    /// Whether this thread runs a task of the host's pool.
+    /// True if this thread runs a task of the host's pool.
     static OF_HOST: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -98,7 +98,7 @@ struct Helpers {
 struct HelperState {
     /// Threads that do the work now.
     running: usize,
-    /// Whether the work is over: who comes later does nothing.
+    /// The work is over: later calls do nothing.
     is_over: bool,
     panic: Option<Box<dyn Any + Send>>,
 }

@@ -203,7 +203,7 @@ fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
             nodes: planned.pass.nodes.clone(),
             stage: if planned.stage == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
-            fills_table: plan.fills_table(index),
+            evaluates_lut: plan.evaluates_lut(index),
             bytes,
             share: share(bytes, *ms, copy_gbps),
         });

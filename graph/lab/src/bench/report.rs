@@ -84,7 +84,7 @@ pub struct HostTimes {
 pub struct MemoryFigures {
     /// Images of one frame, which share memory.
     pub transient: u64,
-    /// Outputs, histories, tables and held results, which share none.
+    /// Outputs, histories, baked LUTs and cached results, which share none.
     pub kept: u64,
 }
 
@@ -106,8 +106,8 @@ pub struct PassReport {
     /// `compute` or `fragment`.
     pub stage: &'static str,
     pub ms: f64,
-    /// It fills a table of colors, in frames before which a number in it has changed.
-    pub fills_table: bool,
+    /// True for a pass that evaluates a baked LUT, in frames before which a number in it has changed.
+    pub evaluates_lut: bool,
     /// Bytes that it reads and writes.
     pub bytes: u64,
     /// Its bytes per time, as a share of the copy bandwidth.
@@ -136,7 +136,7 @@ impl BenchReport {
     fn passes(&self) -> Table {
         let row = |pass: &PassReport| {
             let drawn = if pass.stage == "fragment" { " (drawn)" } else { "" };
-            let seldom = if pass.fills_table { " (after a change)" } else { "" };
+            let seldom = if pass.evaluates_lut { " (after a change)" } else { "" };
             vec![
                 format!("{}{drawn}{seldom}", pass.name),
                 format!("{:.4}", pass.ms),
@@ -144,7 +144,7 @@ impl BenchReport {
                 percent(pass.share),
             ]
         };
-        let sum: f64 = self.passes.iter().filter(|pass| !pass.fills_table).map(|pass| pass.ms).sum();
+        let sum: f64 = self.passes.iter().filter(|pass| !pass.evaluates_lut).map(|pass| pass.ms).sum();
         let all = vec!["sum, without overlap".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }
@@ -173,8 +173,8 @@ impl fmt::Display for BenchReport {
         let MemoryFigures { transient, kept } = self.memory;
         writeln!(
             f,
-            "memory                     {} MB of transient images, {} MB kept: outputs, histories, tables, held \
-             results",
+            "memory                     {} MB of transient images, {} MB kept: outputs, histories, baked LUTs, \
+             cached results",
             megabytes(transient),
             megabytes(kept)
         )?;

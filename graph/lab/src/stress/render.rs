@@ -251,7 +251,7 @@ impl Configuration {
     /// cannot be planned.
     pub(crate) fn texels(&mut self, target: &Target, graph: &Graph, size: Size) -> u64 {
         let Ok(plan) = self.plan(target, graph, size) else { return 0 };
-        let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.fills_table(*index));
+        let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.evaluates_lut(*index));
         let tables: Vec<usize> =
             fills.flat_map(|(_, planned)| &planned.pass.results).map(|result| result.image.0 as usize).collect();
         let images = plan.images.iter().enumerate().filter(|(index, _)| !tables.contains(index));

@@ -28,9 +28,9 @@ pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage]) -> Vec<Plann
     let blocks = uniforms::uniform_blocks(&passes, images);
     let mut planned = Vec::with_capacity(passes.len());
     for (scheduled, uniform) in passes.into_iter().zip(blocks) {
-        let ScheduledPass { pass, stage, stores, recorded } = scheduled;
+        let ScheduledPass { pass, stage, stores, recorded, refresh } = scheduled;
         let workgroups = workgroups::workgroups(&pass, images);
-        planned.push(PlannedPass { pass, stage, stores, recorded, workgroups, uniform });
+        planned.push(PlannedPass { pass, stage, stores, recorded, refresh, workgroups, uniform });
     }
     planned
 }

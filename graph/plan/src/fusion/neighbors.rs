@@ -38,9 +38,9 @@ impl Neighbors {
         if recording.image(source).desc.size != recording.image(result).desc.size {
             return None;
         }
-        // What is held is made in other frames than images for later ones.
-        let is_held = graph.function_pass(halving).is_some_and(|(_, image)| recording.is_held(image));
-        let mut squares = if is_held { Vec::new() } else { squares(graph, recording, source) };
+        // Cached images are written in other frames than images for later ones.
+        let is_cached = graph.function_pass(halving).is_some_and(|(_, image)| recording.is_cached(image));
+        let mut squares = if is_cached { Vec::new() } else { squares(graph, recording, source) };
         squares.truncate(caps.max_storage_images as usize - 1);
         let mut joined = squares.clone();
         joined.push(number);

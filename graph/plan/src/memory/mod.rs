@@ -81,7 +81,7 @@ fn kept_bytes(images: &[PlannedImage], builder: &PlanBuilder, request: &PlanRequ
             *count = (*count).max(ring);
         }
     }
-    let own = images.iter().zip(0..).filter(|(image, _)| matches!(image.origin, Origin::Baked | Origin::Held));
+    let own = images.iter().zip(0..).filter(|(image, _)| matches!(image.origin, Origin::Baked | Origin::Cached));
     textures.extend(own.map(|(_, id)| (ImageId(id), 1)));
     let mut bytes = 0;
     for (image, count) in textures {

@@ -95,9 +95,9 @@ impl Plan {
                 needed.extend(planned.pass.reads());
             }
         }
-        let held = self.held_results();
+        let cached = self.cached_results();
         let is_of_the_past = |resource: &Resource| match *resource {
-            _ if held.contains_key(resource) => true,
+            _ if cached.contains_key(resource) => true,
             Resource::Image(image) => self.image(image).origin.previous_of().is_some(),
             Resource::Buffer(buffer) => self.outlives_frames(buffer),
         };

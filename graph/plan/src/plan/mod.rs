@@ -1,29 +1,27 @@
 //! The plan: a value that states everything about a frame, equal for equal inputs.
 
 mod barrier;
-mod held;
 mod image;
 mod metering;
 mod names;
 mod note;
 mod pass;
-mod reached;
+mod refresh;
 mod state;
-mod turn;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
-use afterimage_graph::node::{BlockId, HostBlock, ImageId, Origin, Pass, Resource, VirtualBuffer};
+use afterimage_graph::node::{BlockId, HostBlock, ImageId, Pass, Resource, VirtualBuffer};
 use serde::{Serialize, Serializer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
-pub(crate) use held::made_for;
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
 pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
+pub(crate) use refresh::passes_only_for;
+pub use refresh::{CachedResults, Refresh};
 pub use state::{StateContent, StateItem};
-pub use turn::{Held, Turn};
 
 use crate::options::Options;
 use crate::request::Part;
@@ -57,12 +55,12 @@ pub struct Plan {
     pub fused: Vec<Fused>,
     /// Images that several kernels read together in one pass.
     pub shared_reads: Vec<SharedRead>,
-    /// Runs of nodes that became tables.
+    /// Runs of nodes that became baked LUTs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub baked: Vec<Baked>,
     /// The results of nodes that do not run in every frame.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub held: Vec<Held>,
+    pub cached: Vec<CachedResults>,
     /// Parameters that change while the plan runs, as `node.parameter`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dynamic: Vec<String>,
@@ -173,23 +171,14 @@ impl Plan {
         self.passes.iter().map(|planned| &planned.pass)
     }
 
-    /// Returns whether a pass fills a table: it runs in the first frame, and when its uniforms have changed.
-    pub fn fills_table(&self, pass: usize) -> bool {
-        let image = self.passes[pass].pass.function_result();
-        image.is_some_and(|image| self.image(image).origin == Origin::Baked)
-    }
-
-    /// Bytes that all passes read and write in one frame, each image once a pass; what caches save is not counted, and
-    /// no pass that fills a table. A pass that does not run in every frame counts by its share of frames.
+    /// Bytes that all passes read and write in one frame, each image once a pass, without the evaluation of baked LUTs;
+    /// savings by caches of the device are not counted. A pass that does not run in every frame counts by its share.
     pub fn bytes_moved(&self) -> u64 {
-        let turns = self.turns();
         let of_pass = |pass: usize| {
-            let share: f64 =
-                turns[pass].iter().filter_map(|turn| turn.every()).map(|every| 1.0 / f64::from(every)).sum();
-            let bytes = self.bytes_moved_by(pass);
-            if turns[pass].is_empty() || share >= 1.0 { bytes } else { (share * bytes as f64) as u64 }
+            let (share, bytes) = (self.share_of_frames(pass), self.bytes_moved_by(pass));
+            if share < 1.0 { (share * bytes as f64) as u64 } else { bytes }
         };
-        (0..self.passes.len()).filter(|pass| !self.fills_table(*pass)).map(of_pass).sum()
+        (0..self.passes.len()).map(of_pass).sum()
     }
 
     /// Bytes that one pass reads and writes.

@@ -20,7 +20,7 @@ pub struct Fused {
     pub bytes_saved: u64,
 }
 
-/// A run of nodes that became a table of colors.
+/// A run of nodes that became a baked LUT.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Baked {
     pub nodes: Vec<String>,

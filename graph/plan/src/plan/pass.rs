@@ -1,7 +1,11 @@
 //! Passes of a plan.
 
+use std::collections::BTreeSet;
+
 use afterimage_graph::node::Pass;
 use serde::Serialize;
+
+use super::Refresh;
 
 /// A pass in its place in the order of execution.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +18,8 @@ pub struct ScheduledPass {
     pub stores: Vec<bool>,
     /// Its place in the order of recording, which states what each read must see.
     pub recorded: usize,
+    /// The frames in which it runs: those of each element. Never empty.
+    pub refresh: BTreeSet<Refresh>,
 }
 
 /// A pass with everything that a device needs to run it, but its shader text: see
@@ -29,10 +35,17 @@ pub struct PlannedPass {
     pub stores: Vec<bool>,
     /// Its place in the order of recording, which states what each read must see.
     pub recorded: usize,
+    /// The frames in which it runs: those of each element. Never empty.
+    #[serde(skip_serializing_if = "runs_each_frame")]
+    pub refresh: BTreeSet<Refresh>,
     /// Workgroups across, down and deep, if it does not draw.
     pub workgroups: [u32; 3],
     #[serde(skip)]
     pub uniform: UniformBlock,
+}
+
+fn runs_each_frame(refresh: &BTreeSet<Refresh>) -> bool {
+    refresh.contains(&Refresh::EachFrame)
 }
 
 /// The uniform of a pass, and where it lies in the one uniform buffer of a plan.
@@ -60,7 +73,7 @@ pub enum Stage {
 impl PlannedPass {
     /// The pass without what code generation has added.
     pub fn scheduled(&self) -> ScheduledPass {
-        let Self { pass, stage, stores, recorded, .. } = self.clone();
-        ScheduledPass { pass, stage, stores, recorded }
+        let Self { pass, stage, stores, recorded, refresh, .. } = self.clone();
+        ScheduledPass { pass, stage, stores, recorded, refresh }
     }
 }

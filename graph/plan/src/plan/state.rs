@@ -8,7 +8,7 @@ use afterimage_graph::node::{BufferId, BufferLife, ImageId, Origin, Resource};
 use super::{Plan, PlannedPass};
 
 /// Something that a frame leaves for later frames: a buffer that outlives frames, an image that a later frame reads, or
-/// a result that is held.
+/// a cached result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateItem {
     /// Its name in the plan, `node.port`; unique among the items.
@@ -30,7 +30,7 @@ pub enum StateContent {
         /// Its size in bytes.
         bytes: u64,
     },
-    /// The images of the last frames, or the one that is held.
+    /// The images of the last frames, or the cached one.
     History {
         /// The image that is written in each frame, or in some.
         image: ImageId,
@@ -65,11 +65,11 @@ impl Plan {
     /// every frame depends on its own images only.
     pub fn state(&self) -> Vec<StateItem> {
         let mut items = Vec::new();
-        let held = self.held_results();
-        let held_for = |resource: Resource| held.get(&resource)?.every().map(|every| every - 1);
+        let cached = self.cached_results();
+        let cached_for = |resource: Resource| cached.get(&resource)?.every().map(|every| every - 1);
         for (index, (buffer, name)) in self.buffers.iter().zip(self.buffer_names()).enumerate() {
             let id = BufferId(index as u32);
-            let frames = held_for(Resource::Buffer(id));
+            let frames = cached_for(Resource::Buffer(id));
             if frames.is_some() || buffer.life == BufferLife::Persistent {
                 let content = StateContent::Buffer { buffer: id, bytes: buffer.bytes };
                 let reach = frames.filter(|_| !self.is_made_from_the_past(Resource::Buffer(id)));
@@ -78,7 +78,7 @@ impl Plan {
         }
         for (index, (image, name)) in self.images.iter().zip(self.image_names()).enumerate() {
             let id = ImageId(index as u32);
-            let back = held_for(Resource::Image(id));
+            let back = cached_for(Resource::Image(id));
             let remembered = self.frames_remembered(id);
             if let Some(frames) = remembered.or(back.and(Some(1))) {
                 let content = StateContent::History { image: id, desc: image.desc, frames };
@@ -100,13 +100,13 @@ impl Plan {
         frames.max()
     }
 
-    /// Returns whether something depends on an image of an earlier frame. Buffers that outlive frames, and held
+    /// Returns whether something depends on an image of an earlier frame. Buffers that outlive frames, and cached
     /// results, are items of their own.
     fn is_made_from_the_past(&self, resource: Resource) -> bool {
         let mut needed = BTreeSet::from([resource]);
-        let held = self.held_results();
+        let cached = self.cached_results();
         let is_item = |resource: &Resource| match *resource {
-            _ if held.contains_key(resource) => true,
+            _ if cached.contains_key(resource) => true,
             Resource::Buffer(buffer) => self.buffers[buffer.0 as usize].life == BufferLife::Persistent,
             Resource::Image(_) => false,
         };

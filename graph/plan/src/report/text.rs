@@ -6,7 +6,7 @@ use super::colorimetry::described;
 use super::names::Names;
 use super::units::{count, mebibytes};
 use crate::options::Alias;
-use crate::plan::{Held, Plan, PlannedPass, Turn};
+use crate::plan::{CachedResults, Plan, PlannedPass, Refresh};
 use afterimage_graph::node::Resource;
 
 impl Plan {
@@ -19,18 +19,20 @@ impl Plan {
         let fused = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
         let shared = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
         let baked = self.baked.iter().map(|baked| {
-            let when = if baked.in_every_frame { ", filled in every frame" } else { "" };
+            let when = if baked.in_every_frame { ", evaluated in every frame" } else { "" };
             let size = format!("size {}{when}", baked.size);
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
-        let held = self.held.iter().map(|held| {
-            let Held { node, turn, results } = held;
-            let when = match turn {
-                _ if results.is_empty() => "runs in every frame, because it keeps a state".to_owned(),
-                Turn::First => "runs where a sequence begins, because its state stays".to_owned(),
-                Turn::OneOf { every, phase } => {
-                    format!("runs in one of {every} frames, where the number leaves {phase}")
+        let cached = self.cached.iter().map(|cached| {
+            let CachedResults { node, refresh, results } = cached;
+            let when = match refresh {
+                Refresh::Every { every, phase } if !results.is_empty() => {
+                    format!("runs in one of {every} frames: those with number % {every} == {phase}")
                 }
+                Refresh::Once if !results.is_empty() => {
+                    "runs in the first frame of a sequence, because its state stays".to_owned()
+                }
+                _ => "runs in every frame, because it keeps a state".to_owned(),
             };
             vec![format!("  {node}"), when]
         });
@@ -48,8 +50,8 @@ impl Plan {
             section("outputs", outputs.collect()),
             section("parameters that change without a new plan", dynamic.collect()),
             section("skipped", skipped.collect()),
-            section("tables in the place of nodes", baked.collect()),
-            section("held between the frames in which they are made", held.collect()),
+            section("baked LUTs in place of nodes", baked.collect()),
+            section("cached between the frames that compute them", cached.collect()),
             savings("never stored, because their passes are fused", fused.collect()),
             savings("read once by passes that are joined", shared.collect()),
             section("state that the next frame reads", state.collect()),
@@ -132,7 +134,8 @@ impl Plan {
         let mut text = format!("\nmemory of transient images\n{}", right(&rows, &[1, 2]));
         let _ = writeln!(text, "  {}", self.verdict());
         if memory.kept > 0 {
-            let _ = writeln!(text, "  outputs, histories, tables and held results keep {}", mebibytes(memory.kept));
+            let _ =
+                writeln!(text, "  outputs, histories, baked LUTs and cached results keep {}", mebibytes(memory.kept));
         }
         text
     }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::walk::{Access, Faults, Walk};
-use crate::plan::Turn;
+use crate::plan::Refresh;
 use afterimage_graph::node::{Arg, BufferId, BufferLife, ImageId, Origin, Resource};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
@@ -17,48 +17,58 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     }
     check_histories(walk, faults);
     check_outputs(walk, faults);
-    check_turns(walk, faults);
+    check_refresh(walk, faults);
 }
 
-/// If a pass does not run in every frame, all that it writes is held for as long, or read only by passes that run
-/// in the same frames or fewer.
-fn check_turns(walk: &Walk<'_>, faults: &mut Faults) {
+/// All that a pass writes which does not run in every frame is cached for as long, or read by passes alone that run in
+/// the same frames or fewer.
+fn check_refresh(walk: &Walk<'_>, faults: &mut Faults) {
     let plan = walk.plan;
-    if plan.held.is_empty() {
+    for (at, planned) in plan.passes.iter().enumerate() {
+        let mut written = walk.accesses[at].iter().filter(|access| access.writes);
+        let is_lut = |image| plan.image(image).origin == Origin::Baked;
+        let writes_lut = written.any(|access| access.resource.image().is_some_and(is_lut));
+        if planned.refresh.is_empty() || plan.evaluates_lut(at) != writes_lut {
+            faults.add(format!("pass `{}` does not run in the frames that need its result", walk.passes[at]));
+        }
+    }
+    if plan.cached.is_empty() {
         return;
     }
-    let (turns, held) = (plan.turns(), plan.held_results());
+    let refresh: Vec<&BTreeSet<Refresh>> = plan.passes.iter().map(|planned| &planned.refresh).collect();
+    let runs_always = |pass: usize| refresh[pass].contains(&Refresh::EachFrame);
+    let cached = plan.cached_results();
     let outputs: Vec<Resource> = plan.outputs.iter().map(|output| Resource::Image(output.image)).collect();
     let remembered: Vec<ImageId> = plan.images.iter().filter_map(|image| image.origin.previous_of()).collect();
     let histories = walk.histories();
-    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && !turns[*pass].is_empty()) {
-        let (resource, own) = (access.resource, &turns[pass]);
+    let seldom = |pass: usize| !runs_always(pass) && !plan.evaluates_lut(pass);
+    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && seldom(*pass)) {
+        let (resource, own) = (access.resource, refresh[pass]);
         let lasts = match resource {
             Resource::Image(image) => {
-                let is_new_in_turns = is_read_in_turns(walk, &turns, image, own);
-                outputs.contains(&resource) || remembered.contains(&image) && !is_new_in_turns
+                let is_new_for_readers = is_read_in_frames(walk, &refresh, image, own);
+                outputs.contains(&resource) || remembered.contains(&image) && !is_new_for_readers
             }
             Resource::Buffer(buffer) => {
-                let stays = held.get(&resource) == Some(&Turn::First);
+                let stays = cached.get(&resource) == Some(&Refresh::Once);
                 plan.buffers[buffer.0 as usize].life == BufferLife::Persistent && !stays
             }
         };
-        let is_missed = match held.get(&resource) {
-            Some(turn) => !own.iter().eq([turn]),
-            None => histories[&resource]
-                .iter()
-                .any(|(reader, access)| access.reads && (turns[*reader].is_empty() || !turns[*reader].is_subset(own))),
+        let is_missed = match cached.get(&resource) {
+            Some(refresh) => !own.iter().eq([refresh]),
+            None => {
+                histories[&resource].iter().any(|(reader, access)| access.reads && !refresh[*reader].is_subset(own))
+            }
         };
         if lasts || is_missed {
             let (pass, name) = (&walk.passes[pass], walk.name(resource));
             faults.add(format!("pass `{pass}` writes `{name}` in other frames than those in which it must be new"));
         }
     }
-    // What is held is written in no other frame.
-    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && turns[*pass].is_empty()) {
-        if held.contains_key(&access.resource) {
+    for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && runs_always(*pass)) {
+        if cached.contains_key(&access.resource) {
             let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
-            faults.add(format!("pass `{pass}` writes `{name}` in every frame, though it is held"));
+            faults.add(format!("pass `{pass}` writes `{name}` in every frame, though it is cached"));
         }
     }
 }
@@ -112,7 +122,7 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
             check_fill(walk, *pass, faults);
         }
     }
-    if matches!(origin, Origin::Transient | Origin::Baked | Origin::Held) {
+    if matches!(origin, Origin::Transient | Origin::Baked | Origin::Cached) {
         if let Some((pass, _)) = history.first().filter(|(_, access)| access.reads) {
             faults.add(format!("pass `{}` reads `{name}` before any pass has written it", walk.passes[*pass]));
         }
@@ -121,7 +131,8 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
     }
 }
 
-/// A pass that fills a table reads nothing that changes from frame to frame, since it does not run in all of them.
+/// A pass that evaluates a baked LUT reads nothing that changes from frame to frame, since it does not run in all of
+/// them.
 fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
     let lasts = |resource: Resource| match resource {
         Resource::Image(image) => matches!(walk.plan.image(image).origin, Origin::Constant(_) | Origin::Baked),
@@ -130,27 +141,26 @@ fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
     let mut changing = walk.accesses[pass].iter().filter(|access| access.reads && !lasts(access.resource));
     if let Some(access) = changing.next() {
         let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
-        faults.add(format!("pass `{pass}` fills a table from `{name}`, which may change in every frame"));
+        faults.add(format!("pass `{pass}` evaluates a LUT from `{name}`, which may change in every frame"));
     }
     if walk.plan.passes[pass].pass.args().any(|arg| matches!(arg, Arg::Frame | Arg::Block(_))) {
-        faults.add(format!("pass `{}` fills a table from numbers of the frame", walk.passes[pass]));
+        faults.add(format!("pass `{}` evaluates a LUT from numbers of the frame", walk.passes[pass]));
     }
     let others = walk.accesses[pass].iter().filter(|access| access.writes && !lasts(access.resource));
     for access in others {
         let (pass, name) = (&walk.passes[pass], walk.name(access.resource));
-        faults.add(format!("pass `{pass}` fills a table and writes `{name}`, which is needed in every frame"));
+        faults.add(format!("pass `{pass}` evaluates a LUT and writes `{name}`, which is needed in every frame"));
     }
 }
 
-/// Returns whether an image that is made in one turn is only read in this turn, and what is read was made in an earlier
-/// one.
-fn is_read_in_turns(walk: &Walk<'_>, turns: &[BTreeSet<Turn>], image: ImageId, own: &BTreeSet<Turn>) -> bool {
-    let Some(every) = own.first().filter(|_| own.len() == 1).and_then(|turn| turn.every()) else { return false };
+/// Returns whether later frames read an image only where it is written, and as many frames later as lie between two writes.
+fn is_read_in_frames(walk: &Walk<'_>, refresh: &[&BTreeSet<Refresh>], image: ImageId, own: &BTreeSet<Refresh>) -> bool {
+    let Some(every) = own.first().filter(|_| own.len() == 1).and_then(|refresh| refresh.every()) else { return false };
     let histories = walk.histories();
     walk.plan.images.iter().zip(0..).all(|(past, id)| match past.origin {
         Origin::Previous { of, frames } if of == image => {
             let readers = histories.get(&Resource::Image(ImageId(id))).map_or(&[][..], Vec::as_slice);
-            frames % every == 0 && readers.iter().all(|(reader, _)| turns[*reader] == *own)
+            frames % every == 0 && readers.iter().all(|(reader, _)| refresh[*reader] == own)
         }
         _ => true,
     })

@@ -104,7 +104,7 @@ impl<'p> Executor<'p> {
         let filled = |number| Image::new(size.width as usize, size.height as usize, |_, _| [number; 4]);
         match &planned.origin {
             Origin::Input(_) => self.picture.clone(),
-            Origin::Transient | Origin::Baked | Origin::Held => {
+            Origin::Transient | Origin::Baked | Origin::Cached => {
                 self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN))
             }
             Origin::Previous { of, frames } => {

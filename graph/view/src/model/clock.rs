@@ -71,7 +71,7 @@ impl PlayClock {
 
     /// The moment of the last frame again.
     pub fn again(&self) -> Moment {
-        Moment { kind: FrameKind::Again, ..self.last }
+        Moment { kind: FrameKind::Redraw, ..self.last }
     }
 }
 

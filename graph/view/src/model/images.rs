@@ -172,7 +172,7 @@ impl Scene {
         encoder: &mut wgpu::CommandEncoder,
     ) -> Result<FrameImages, Problem> {
         self.require(inputs)?;
-        if moment.kind == FrameKind::Again && !self.is_stale {
+        if moment.kind == FrameKind::Redraw && !self.is_stale {
             return self.again(inputs);
         }
         let Moment { time, dt, .. } = moment;

@@ -56,9 +56,9 @@ impl Recording {
         &self.images[id.0 as usize]
     }
 
-    /// Returns whether the image is the result of a node that runs in some frames only.
-    pub fn is_held(&self, id: ImageId) -> bool {
-        self.image(id).origin == Origin::Held
+    /// True if the image is the result of a node that runs in some frames only.
+    pub fn is_cached(&self, id: ImageId) -> bool {
+        self.image(id).origin == Origin::Cached
     }
 
     /// The buffer with that id.

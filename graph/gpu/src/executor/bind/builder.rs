@@ -28,7 +28,7 @@ pub(crate) struct BindGroupBuilder<'a> {
     pub(crate) loaded: &'a Loaded,
 }
 
-/// What a pass needs for other views of the host.
+/// The changes of a pass for other views of the host.
 enum Renewal {
     None,
     /// None is in its bind group, but one is an attachment.
@@ -198,7 +198,7 @@ impl BindGroupBuilder<'_> {
         }
     }
 
-    /// Whether bind groups for other views than the last frame's need no call of the device that can fail.
+    /// True if bind groups for other views than the last frame's need no call of the device that can fail.
     fn needs_no_device(&self, groups: &BindGroups, last: &BindGroups) -> bool {
         let mut unbound = (0..self.loaded.passes.len()).filter(|index| self.loaded.bound[*index].is_none());
         unbound.all(|index| match self.renewal(index, &groups.views, last) {

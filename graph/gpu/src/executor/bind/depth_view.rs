@@ -2,7 +2,7 @@
 
 use wgpu::{Device, TextureAspect, TextureFormat, TextureView, TextureViewDescriptor, TextureViewDimension};
 
-/// Whether a texture of the format has a depth and a stencil.
+/// True if a texture of the format has a depth and a stencil.
 pub(crate) fn has_stencil(format: TextureFormat) -> bool {
     format.has_depth_aspect() && format.has_stencil_aspect()
 }
@@ -23,7 +23,7 @@ pub(crate) fn depth_view(device: &Device, view: &TextureView, base_mip_level: u3
     })
 }
 
-/// Whether a shader can read the view. wgpu has no query for its aspect, so it is bound by trial.
+/// True if a shader can read the view. wgpu has no query for its aspect, so it is bound by trial.
 #[cfg(not(target_family = "wasm"))]
 fn is_depth_alone(device: &Device, view: &TextureView) -> bool {
     let bound = crate::platform::watched(device, "a view of a depth", || {

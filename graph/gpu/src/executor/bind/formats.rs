@@ -9,7 +9,7 @@ use crate::platform::{caught, watched};
 /// Kinds of textures whose formats are remembered: a host has few.
 const MAX_KINDS: usize = 16;
 
-/// What the format of a view may depend on. wgpu has no query for it, so it is found by trial.
+/// The key of the format of a view. wgpu has no query for it, so it is found by trial.
 #[derive(Clone, Copy, PartialEq)]
 struct TextureKind {
     format: TextureFormat,

@@ -1,4 +1,4 @@
-//! Whether the host's images fit the plan.
+//! Checks of the host's images against the plan.
 
 use afterimage_base::color::Transfer;
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
@@ -20,7 +20,7 @@ pub(crate) fn check_names(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError
     }
 }
 
-/// Whether an image of that size fits an input.
+/// Checks the size of an image for an input.
 pub(crate) fn check_input(
     plan: &Plan,
     port: &str,
@@ -58,7 +58,7 @@ fn wrong_format(port: &str, texture: &Texture, planned: ImageDesc) -> GpuError {
     }
 }
 
-/// What a shader reads as a multisampled texture must be one.
+/// Refuses textures with another number of samples than the shader reads.
 fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
     let why = match (given, planned) {
         _ if given == planned => return Ok(()),
@@ -68,11 +68,11 @@ fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
     Err(GpuError::UnfitImage { port: port.to_owned(), why })
 }
 
-/// Why a multisampled image does not fit an input that is not declared so.
+/// The reason why a multisampled image does not fit an input that is not declared so.
 pub const MULTISAMPLED: &str = "it is multisampled: give the image that it is resolved into, or declare the \
                                        input as `multisampled: true` and wire it to a `Resolve`";
 
-/// What a shader reads as a volume must be one, as deep as planned.
+/// Refuses textures that are no volume of the planned depth where the shader reads one.
 fn check_dimension(port: &str, texture: &Texture, size: Size, planned: ImageDesc) -> Result<(), GpuError> {
     let depth = size.depth;
     let why = match (texture.dimension() == TextureDimension::D3, planned.volume) {
@@ -85,10 +85,10 @@ fn check_dimension(port: &str, texture: &Texture, size: Size, planned: ImageDesc
     Err(GpuError::UnfitImage { port: port.to_owned(), why })
 }
 
-/// Why a volume does not fit an input that is not declared so.
+/// The reason why a volume does not fit an input that is not declared so.
 pub const VOLUME: &str = "it is a 3-D texture: declare the input as `volume: true`";
 
-/// Whether an image of that size fits an output.
+/// Checks the size of an image for an output.
 pub(crate) fn check_output(plan: &Plan, output: &PlanOutput, view: &TextureView, size: Size) -> Result<(), GpuError> {
     let (texture, port, image) = (view.texture(), output.name.as_str(), output.image);
     let desc = plan.image(image).desc;
@@ -182,13 +182,13 @@ fn check_size(plan: &Plan, port: &str, image: ImageId, size: Size) -> Result<(),
     })
 }
 
-/// Whether frames state a rectangle of the image, which may then have any size.
+/// True if frames state a rectangle of the image, which may then have any size.
 fn has_rectangle(plan: &Plan, image: ImageId) -> bool {
     plan.rectangles.iter().any(|input| input.image == image)
         || plan.outputs.iter().any(|output| output.image == image && output.in_rectangle)
 }
 
-/// Whether passes cannot store to the host's image for an output: it has another format, or is not made for it.
+/// True if passes cannot store to the host's image for an output: it has another format, or is not made for it.
 pub(crate) fn must_be_drawn(plan: &Plan, image: ImageId, texture: &Texture) -> bool {
     texture.format() != texture_format(plan.image(image).desc.format) || !is_storable(texture)
 }
@@ -197,7 +197,7 @@ fn is_storable(texture: &Texture) -> bool {
     texture.usage().contains(TextureUsages::STORAGE_BINDING)
 }
 
-/// Whether kernel functions make the image: only they can be drawn.
+/// True if kernel functions make the image: only they can be drawn.
 fn can_be_drawn(plan: &Plan, image: ImageId) -> bool {
     plan.work().any(|pass| pass.function_result() == Some(image))
 }

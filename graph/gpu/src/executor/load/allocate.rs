@@ -12,7 +12,6 @@ use wgpu::{Buffer, BufferUsages, Device, Queue};
 use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::executor::loaded::residency::{ImageBinding, Residency, ring_place};
-use crate::executor::loaded::shared_tables::{Recipe, SharedTable, SharedTables, filling_pass};
 use crate::heap::Placed;
 use crate::platform::caught;
 use crate::store::{self, Stored};
@@ -21,7 +20,6 @@ use crate::store::{self, Stored};
 pub(crate) struct ResidencyBuilder<'a> {
     pub(crate) device: &'a Device,
     pub(crate) queue: &'a Queue,
-    pub(crate) tables: &'a SharedTables,
     /// The previous plan, which may render meanwhile.
     pub(crate) old: Option<(&'a Plan, &'a Residency)>,
     /// The number of the next frame, where it matters: see [`Residency::keeps_places`].
@@ -33,24 +31,17 @@ pub(crate) struct NewResidency {
     pub(crate) residency: Arc<Residency>,
     /// Memory that no frame has written yet.
     pub(crate) uninitialized: Vec<Resource>,
-    /// Passes that fill a table, and the passes of the previous plan that fill the same texture in the same way.
-    pub(crate) same_tables: Vec<(usize, usize)>,
 }
 
-/// What a plan can reuse, and what is allocated for it.
+/// Memory that a plan can reuse, and that is allocated for it.
 struct Memory<'a> {
     device: &'a Device,
     queue: &'a Queue,
-    shared: &'a SharedTables,
     frame: u32,
-    old: Option<(&'a Plan, &'a Residency)>,
     /// Textures of the old plan that the new one may take.
     spare: Vec<Stored>,
     /// Constant images of both plans.
     constants: Vec<(&'a [u8], Stored)>,
-    /// The tables that other executors may share.
-    tables: Vec<(ImageId, Arc<SharedTable>)>,
-    same_tables: Vec<(usize, usize)>,
     uninitialized: Vec<Resource>,
 }
 
@@ -62,27 +53,15 @@ impl<'a> ResidencyBuilder<'a> {
         placement: HeapPlacement,
         placed: Option<Placed>,
     ) -> Result<NewResidency, GpuError> {
-        let Self { device, queue, tables: shared, old, frame } = self;
-        let mut memory = Memory {
-            device,
-            queue,
-            shared,
-            frame,
-            old,
-            spare: Vec::new(),
-            constants: Vec::new(),
-            tables: Vec::new(),
-            same_tables: Vec::new(),
-            uninitialized: Vec::new(),
-        };
+        let Self { device, queue, old, frame } = self;
+        let mut memory =
+            Memory { device, queue, frame, spare: Vec::new(), constants: Vec::new(), uninitialized: Vec::new() };
         let rings = old.map_or_else(FxHashMap::default, |(plan, old)| memory.retire(plan, old));
         let buffers = memory.buffers(plan, old)?;
         let bindings = memory.bind_images(plan, &placement, placed.as_ref(), rings)?;
         let inputs = plan.inputs.len();
-        let Memory { tables, same_tables, uninitialized, .. } = memory;
-        let residency =
-            Residency { placement, placed, bindings, tables, buffers, ring_length: ring_length(plan), inputs };
-        Ok(NewResidency { residency: Arc::new(residency), uninitialized, same_tables })
+        let residency = Residency { placement, placed, bindings, buffers, ring_length: ring_length(plan), inputs };
+        Ok(NewResidency { residency: Arc::new(residency), uninitialized: memory.uninitialized })
     }
 }
 
@@ -90,10 +69,7 @@ impl<'a> Memory<'a> {
     /// Offers the old plan's textures, and returns those of its histories by the names of their images.
     fn retire(&mut self, plan: &'a Plan, old: &'a Residency) -> FxHashMap<&'a str, &'a [Stored]> {
         let mut rings = FxHashMap::default();
-        let is_kept = |stored: &Stored| {
-            let tables = old.tables.iter().map(|(_, table)| &table.stored.texture);
-            old.heap_textures().chain(tables).any(|texture| *texture == stored.texture)
-        };
+        let is_in_heap = |stored: &Stored| old.heap_textures().any(|texture| *texture == stored.texture);
         for (image, binding) in plan.images.iter().zip(&old.bindings) {
             match (binding, &image.origin) {
                 (ImageBinding::Ring(ring, 0), _) => {
@@ -103,7 +79,7 @@ impl<'a> Memory<'a> {
                 (ImageBinding::Fixed(stored), Origin::Constant(bytes)) => {
                     self.constants.push((bytes, stored.clone()));
                 }
-                (ImageBinding::Fixed(stored), _) if !is_kept(stored) => self.offer(stored),
+                (ImageBinding::Fixed(stored), _) if !is_in_heap(stored) => self.offer(stored),
                 _ => {}
             }
         }
@@ -173,8 +149,7 @@ impl<'a> Memory<'a> {
                     ImageBinding::Ring(self.ring(plan, id, known.unwrap_or_default()), 0)
                 }
                 (None, Some(output)) => ImageBinding::Output(output, self.take(image.desc, &image.label)),
-                (None, None) if image.origin == Origin::Baked => ImageBinding::Fixed(self.table(plan, id)),
-                (None, None) if image.origin == Origin::Held => {
+                (None, None) if matches!(image.origin, Origin::Baked | Origin::Cached) => {
                     ImageBinding::Fixed(self.take(image.desc, &image.label))
                 }
                 (None, None) => {
@@ -199,46 +174,7 @@ impl<'a> Memory<'a> {
                 Some(ImageBinding::Input(input.expect("every input image is listed")))
             }
             Origin::Constant(bytes) => Some(ImageBinding::Fixed(self.constant(image.desc, bytes)?)),
-            Origin::Transient | Origin::Baked | Origin::Held => None,
-        })
-    }
-
-    /// The texture of a table, which the old plan or other executors may have.
-    fn table(&mut self, plan: &Plan, id: ImageId) -> Stored {
-        let (shared, image) = (self.shared, plan.image(id));
-        let known = self.old_table(plan, id);
-        let stored = match shared.get(plan, id, || self.take(image.desc, &image.label)) {
-            Some(table) => {
-                let stored = table.stored.clone();
-                self.tables.push((id, table));
-                stored
-            }
-            None => {
-                let spare = known
-                    .as_ref()
-                    .and_then(|(_, known)| self.spare.iter().position(|spare| spare.texture == known.texture));
-                match spare {
-                    Some(at) => self.spare.swap_remove(at),
-                    None => self.take(image.desc, &image.label),
-                }
-            }
-        };
-        if let Some((old_pass, _)) = known.filter(|(_, known)| known.texture == stored.texture)
-            && let Some(pass) = filling_pass(plan, id)
-        {
-            self.same_tables.push((pass, old_pass));
-        }
-        stored
-    }
-
-    /// The table of the old plan that is filled in the same way: its pass and its texture.
-    fn old_table(&self, plan: &Plan, id: ImageId) -> Option<(usize, Stored)> {
-        let ((old_plan, old), recipe) = (self.old?, Recipe::new(plan, id)?);
-        old_plan.images.iter().zip(&old.bindings).enumerate().find_map(|(index, (image, binding))| {
-            let old_id = ImageId(index as u32);
-            let ImageBinding::Fixed(stored) = binding else { return None };
-            let is_same = image.origin == Origin::Baked && Recipe::new(old_plan, old_id).as_ref() == Some(&recipe);
-            is_same.then_some((filling_pass(old_plan, old_id)?, stored.clone()))
+            Origin::Transient | Origin::Baked | Origin::Cached => None,
         })
     }
 

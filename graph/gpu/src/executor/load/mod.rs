@@ -17,13 +17,11 @@ use crate::executor::bind::builder::BindGroupBuilder;
 use crate::executor::load::allocate::{NewResidency, ResidencyBuilder, ring_length};
 use crate::executor::load::compiled::CompiledPasses;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
+use crate::executor::loaded::due_passes::{DuePasses, WrittenBuffer};
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
-use crate::executor::loaded::repeat::Repeat;
+use crate::executor::loaded::redraw::Redraw;
 use crate::executor::loaded::residency::Residency;
-use crate::executor::loaded::shared_tables::SharedTables;
-use crate::executor::loaded::tables::Tables;
-use crate::executor::loaded::turns::Turns;
 use crate::executor::loaded::uniforms::Uniforms;
 use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
 use crate::heap::{Place, Placed};
@@ -37,7 +35,7 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    /// Whether [`Executor::swap`](crate::Executor::swap) returns without waiting, with the plan or an error.
+    /// True if [`Executor::swap`](crate::Executor::swap) returns without waiting, with the plan or an error.
     pub fn is_ready(&self) -> bool {
         self.worker.is_finished()
     }
@@ -50,7 +48,7 @@ pub struct PreparedPlan {
     pub(crate) memory: PreparedMemory,
 }
 
-/// How far the memory of a plan is prepared.
+/// The progress of preparing the memory of a plan.
 pub(crate) enum PreparedMemory {
     /// The plan takes all of it from this one, from which it differs in values of uniforms only.
     UniformsOnly(Arc<Plan>),
@@ -60,7 +58,7 @@ pub(crate) enum PreparedMemory {
     PassesOnly,
 }
 
-/// Whether another plan renders while one is prepared.
+/// The time at which a plan is prepared.
 #[derive(Clone, Copy)]
 pub(crate) enum Preparing {
     /// The next frame, which has this number, waits for the plan.
@@ -77,10 +75,9 @@ pub(crate) struct PlanCompiler {
     pub(crate) binder: Binder,
     pub(crate) pipelines: Arc<Pipelines>,
     pub(crate) compiled: Arc<CompiledPasses>,
-    pub(crate) tables: Arc<SharedTables>,
     /// The host's threads, if it has a pool.
     pub(crate) pool: Option<TaskPool>,
-    /// Whether passes take the frame constants from immediates.
+    /// True if passes take the frame constants from immediates.
     pub(crate) immediates: bool,
     /// The error of the device when the executor was made, if there was one.
     pub(crate) broken: Option<GpuError>,
@@ -101,9 +98,7 @@ impl PlanCompiler {
         if let Some(error) = &self.broken {
             return Err(error.clone());
         }
-        let can_stay = |(old, residency): &&(Arc<Plan>, Arc<Residency>)| {
-            old.differs_in_uniforms_only(&plan) && self.tables.may_change(&residency.tables, &plan)
-        };
+        let can_stay = |(old, _): &&(Arc<Plan>, Arc<Residency>)| old.differs_in_uniforms_only(&plan);
         if let Some((old, _)) = before.plan.as_ref().filter(can_stay) {
             return Ok(PreparedPlan { plan, uniforms, memory: PreparedMemory::UniformsOnly(old.clone()) });
         }
@@ -147,11 +142,10 @@ impl PlanCompiler {
         let placed = self.place(&plan, &placement, old_heap);
         let same = |old: &Placed| placed.as_ref().is_some_and(|placed| Arc::ptr_eq(&placed.heap, &old.heap));
         let shares_old_heap = old_heap.is_some_and(same);
-        let tables = Tables::new(&plan, uniforms, |pass| plan.fills_table(pass));
-        let turns = Turns::new(&plan, uniforms);
+        let due = DuePasses::new(&plan, uniforms);
         let uniforms = Uniforms::new(&self.device, uniforms)?;
-        let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, tables: &self.tables, old, frame };
-        let NewResidency { residency, uninitialized, same_tables } = builder.allocate(&plan, placement, placed)?;
+        let builder = ResidencyBuilder { device: &self.device, queue: &self.queue, old, frame };
+        let NewResidency { residency, uninitialized } = builder.allocate(&plan, placement, placed)?;
         let is_drawn = passes.iter().map(|pass| {
             pass.built.pipeline.stage() != Stage::Compute || before.format_of(&plan, pass.writes_image).is_some()
         });
@@ -160,7 +154,7 @@ impl PlanCompiler {
         let persistent = buffers_that_live(&plan, &BufferLife::Persistent);
         let mut loaded = Loaded {
             zeroed: buffers_that_live(&plan, &BufferLife::Zeroed),
-            repeat: Repeat::new(&self.device, &plan, &residency.buffers, &persistent),
+            redraw: Redraw::new(&self.device, &plan, &residency.buffers, &persistent),
             persistent,
             host_views: host_views(&plan, &residency),
             in_rings: plan.work().map(|pass| binds_history(pass, &residency)).collect(),
@@ -169,9 +163,7 @@ impl PlanCompiler {
             residency,
             passes,
             uniforms,
-            tables,
-            same_tables,
-            turns,
+            due,
             bound: Vec::new(),
             drawn,
             is_watched: false,
@@ -292,10 +284,10 @@ fn keep_places(plan: Arc<Plan>, before: &PreviousPlan) -> PlacedPlan {
     }
 }
 
-/// The indices of the buffers of this life.
-fn buffers_that_live(plan: &Plan, life: &BufferLife) -> Vec<usize> {
-    let buffers = plan.buffers.iter().enumerate();
-    buffers.filter(|(_, buffer)| buffer.life == *life).map(|(index, _)| index).collect()
+/// The buffers of this life.
+fn buffers_that_live(plan: &Plan, life: &BufferLife) -> Vec<WrittenBuffer> {
+    let buffers = plan.buffers.iter().enumerate().filter(|(_, buffer)| buffer.life == *life);
+    buffers.map(|(index, _)| WrittenBuffer::new(plan, index)).collect()
 }
 
 /// The host images of each pass.
@@ -307,12 +299,12 @@ fn host_views(plan: &Plan, residency: &Residency) -> Vec<HostViews> {
     plan.work().map(|pass| HostViews { read: places(pass.reads()), written: places(pass.writes()) }).collect()
 }
 
-/// Whether a pass binds a history image.
+/// True if a pass binds a history image.
 fn binds_history(pass: &Pass, residency: &Residency) -> bool {
     pass.resources().filter_map(Resource::image).any(|image| residency.is_in_ring(image))
 }
 
-/// Whether a pass can draw its result.
+/// True if a pass can draw its result.
 fn is_drawable(plan: &Plan, pass: usize) -> bool {
     plan.passes[pass].pass.kind.is_drawable()
 }

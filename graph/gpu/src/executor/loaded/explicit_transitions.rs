@@ -16,7 +16,7 @@ use crate::executor::loaded::residency::Residency;
 
 /// The explicit transitions of a plan.
 pub(crate) struct ExplicitTransitions {
-    /// Which passes draw.
+    /// For each pass, whether it draws.
     pub(crate) is_drawn: Vec<bool>,
     /// For each pass the images that change before it, and their new states; none for most.
     of_passes: Vec<Vec<(ImageId, TextureUses)>>,
@@ -65,7 +65,7 @@ fn explicit_transitions(
             images_to_read(plan, batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut before = Vec::new();
         // Barriers of a pass that may not run are none to rely on.
-        let may_not_run = !plan.held.is_empty();
+        let may_not_run = !plan.cached.is_empty();
         if may_not_run || !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(plan, batch).filter(|_| batch.passes.len() > 1);
             before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
@@ -81,21 +81,21 @@ fn explicit_transitions(
     transitions
 }
 
-/// The images that begin to be read in the batch, and their use before. Tables are none of them: most frames do not
-/// fill them, and then no barrier waits.
+/// The images that begin to be read in the batch, and their use before. Baked LUTs are none of them: most frames do
+/// not evaluate them, and then no barrier waits.
 fn images_to_read(plan: &Plan, batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
     let read = batch.transitions.iter().filter(|transition| transition.to == Use::Read);
     let images = read.filter_map(|transition| Some((transition.resource.image()?, transition.from)));
     images.filter(|(image, _)| plan.image(*image).origin != Origin::Baked)
 }
 
-/// Whether one pass reads all of these images: then its own barrier is enough.
+/// True if one pass reads all of these images: then its own barrier is enough.
 fn all_read_by(plan: &Plan, pass: usize, images: &[ImageId]) -> bool {
     let reads = plan.passes[pass].pass.reads();
     images.iter().all(|image| reads.contains(&Resource::Image(*image)))
 }
 
-/// Whether the images that used the memory before were read after they were written: only then is it enough to wait,
+/// True if the images that used the memory before were read after they were written: only then is it enough to wait,
 /// without a barrier for their writes.
 fn were_read(barrier: &AliasingBarrier, finished: &[bool]) -> bool {
     barrier.owners.iter().all(|owner| finished[owner.0 as usize])

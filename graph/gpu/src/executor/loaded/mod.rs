@@ -1,14 +1,12 @@
-//! What a plan runs on.
+//! A loaded plan: its pipelines, memory and bind groups.
 
 pub(crate) mod bind_group_cache;
 pub(crate) mod bind_groups;
+pub(crate) mod due_passes;
 pub(crate) mod explicit_transitions;
 pub(crate) mod previous;
-pub(crate) mod repeat;
+pub(crate) mod redraw;
 pub(crate) mod residency;
-pub(crate) mod shared_tables;
-pub(crate) mod tables;
-pub(crate) mod turns;
 pub(crate) mod uniforms;
 
 use std::sync::Arc;
@@ -21,11 +19,10 @@ use wgpu::{TextureFormat, TextureView};
 use crate::device::texture_format;
 use crate::executor::loaded::bind_group_cache::BindGroupCache;
 use crate::executor::loaded::bind_groups::BoundPass;
+use crate::executor::loaded::due_passes::{DuePasses, WrittenBuffer};
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
-use crate::executor::loaded::repeat::Repeat;
+use crate::executor::loaded::redraw::Redraw;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
-use crate::executor::loaded::tables::Tables;
-use crate::executor::loaded::turns::Turns;
 use crate::executor::loaded::uniforms::Uniforms;
 use crate::executor::rectangle::Rectangle;
 use crate::pipelines::Built;
@@ -37,26 +34,22 @@ pub(crate) struct Loaded {
     pub(crate) residency: Arc<Residency>,
     pub(crate) passes: LoadedPasses,
     pub(crate) uniforms: Uniforms,
-    pub(crate) tables: Tables,
-    /// Passes that fill a table, and the passes of the plan before that fill the same texture in the same way.
-    pub(crate) same_tables: Vec<(usize, usize)>,
-    pub(crate) turns: Turns,
+    pub(crate) due: DuePasses,
     /// The rectangle in the last frame of each output that has one.
     pub(crate) output_rectangles: Vec<Option<Rectangle>>,
     /// The host images of each pass.
     pub(crate) host_views: Vec<HostViews>,
-    /// Whether each pass binds a history image, which rotates every frame.
+    /// True if each pass binds a history image, which rotates every frame.
     pub(crate) in_rings: Vec<bool>,
-    pub(crate) zeroed: Vec<usize>,
-    pub(crate) persistent: Vec<usize>,
-    /// What it takes to repeat the last frame in part, if the plan is to be repeated.
-    pub(crate) repeat: Option<Repeat>,
+    pub(crate) zeroed: Vec<WrittenBuffer>,
+    pub(crate) persistent: Vec<WrittenBuffer>,
+    pub(crate) redraw: Option<Redraw>,
     /// The passes that bind no image of the host.
     pub(crate) bound: Vec<Option<Arc<BoundPass>>>,
     /// Passes that draw into the host's images, with the formats that those had when the plan was prepared, and the
     /// pipelines for them.
     pub(crate) drawn: Vec<(usize, TextureFormat, Built)>,
-    /// Whether the device was checked for errors when the plan was prepared in the background.
+    /// True if the device was checked for errors when the plan was prepared in the background.
     pub(crate) is_watched: bool,
     /// The explicit transitions for these formats.
     pub(crate) explicit_transitions: Arc<ExplicitTransitions>,
@@ -68,7 +61,7 @@ pub(crate) struct Loaded {
     pub(crate) frame_offsets: [u32; 2],
     /// Memory that no frame has written yet: the passes that use it reset in the first frame.
     pub(crate) uninitialized: Vec<Resource>,
-    /// Whether the previous plan used the same heap.
+    /// True if the previous plan used the same heap.
     pub(crate) shares_old_heap: bool,
 }
 
@@ -78,15 +71,15 @@ pub(crate) type NamedView = (String, TextureView);
 /// The passes of one plan, which every executor that runs it shares.
 pub(crate) type LoadedPasses = Arc<[LoadedPass]>;
 
-/// What one draw or dispatch needs.
+/// One draw or dispatch.
 pub(crate) struct LoadedPass {
     pub(crate) composed: Composed,
     pub(crate) workgroups: [u32; 3],
     /// The first image that the pass writes.
     pub(crate) writes_image: Option<ImageId>,
-    /// Whether it takes the frame constants from immediates.
+    /// True if it takes the frame constants from immediates.
     pub(crate) immediate: bool,
-    /// Whether it has the frame constants in its bind group, at a dynamic offset.
+    /// True if it has the frame constants in its bind group, at a dynamic offset.
     pub(crate) binds_frame: bool,
     /// Its pipeline, unless the result is drawn into the host's image in another format.
     pub(crate) built: Built,
@@ -115,27 +108,30 @@ impl HostViews {
 }
 
 impl Loaded {
-    /// The commands of frames that are recorded may never run: the next frame records all again that later ones rely
-    /// on, but for histories and state.
-    pub(crate) fn forget_recorded(&mut self) {
-        self.uniforms.forget();
-        self.tables.forget();
-        self.turns.made.forget();
+    /// Recorded commands may never run: the next frame records everything that later ones depend on, except histories
+    /// and state.
+    pub(crate) fn invalidate(&mut self) {
+        self.uniforms.invalidate();
+        self.due.invalidate();
         self.shares_old_heap |= self.residency.placed.is_some();
-        self.forget_frame();
+        self.set_last_constants(None);
     }
 
-    /// Whether later frames rely on what the next one records, besides histories, state, and values of parameters: a
-    /// cut, as the first frame after a dropped one is, copies all values.
-    pub(crate) fn must_run(&self) -> bool {
-        self.tables.are_stale() || self.turns.made.are_stale() || self.shares_old_heap
+    /// True if later frames depend on the next one, besides histories, state and values of parameters. A cut, as the
+    /// first frame after a dropped one is, copies all values.
+    pub(crate) fn is_needed_later(&self) -> bool {
+        self.due.renews_results(&self.plan, self.uniforms.bytes()) || self.shares_old_heap
     }
 
-    /// Changes bytes of the uniforms from the next frame on. What is made from other ones than before is made anew.
-    pub(crate) fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
-        self.tables.write(offset, bytes);
-        self.turns.made.write(offset, bytes);
-        self.uniforms.set(offset, bytes);
+    /// Chooses the passes of a frame of that number, after one of the number `before`. Without one, all cached results
+    /// are recomputed.
+    pub(crate) fn choose_passes(&mut self, number: u32, before: Option<u32>) {
+        self.due.choose(&self.plan, self.uniforms.bytes(), number, before);
+    }
+
+    /// Chooses the passes that depend on changed values, to draw the last frame again; `false` if all of them must run.
+    pub(crate) fn choose_dependents(&mut self) -> bool {
+        self.due.choose_dependents(&self.plan, self.uniforms.bytes())
     }
 
     /// The name of a pass, if passes are labeled.
@@ -178,7 +174,7 @@ impl Loaded {
         }
     }
 
-    /// Whether the pass uses memory that no frame has written yet.
+    /// True if the pass uses memory that no frame has written yet.
     pub(crate) fn uses_uninitialized(&self, pass: usize) -> bool {
         let begins = |resource: &Resource| self.uninitialized.contains(resource);
         let pass = &self.plan.passes[pass].pass;

@@ -9,7 +9,7 @@ use wgpu::TextureFormat;
 use crate::executor::loaded::NamedView;
 use crate::executor::loaded::residency::Residency;
 
-/// What the next plan can reuse of the plan in use.
+/// The parts of the plan in use that the next plan can reuse.
 #[derive(Clone, Default)]
 pub(crate) struct PreviousPlan {
     pub(crate) plan: Option<(Arc<Plan>, Arc<Residency>)>,

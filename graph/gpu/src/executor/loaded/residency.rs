@@ -1,12 +1,9 @@
 //! Residency: the textures and buffers that a plan runs on.
 
-use std::sync::Arc;
-
 use afterimage_graph::node::ImageId;
 use afterimage_plan::HeapPlacement;
 use wgpu::{Buffer, TextureView};
 
-use crate::executor::loaded::shared_tables::SharedTable;
 use crate::heap::Placed;
 use crate::store::Stored;
 
@@ -32,8 +29,6 @@ pub struct Residency {
     /// The images in the heap, if the device can place them.
     pub(crate) placed: Option<Placed>,
     pub(crate) bindings: Vec<ImageBinding>,
-    /// The tables among them that other executors may share.
-    pub(crate) tables: Vec<(ImageId, Arc<SharedTable>)>,
     pub(crate) buffers: Vec<Buffer>,
     /// Textures in each ring: one for this frame and one for each that is remembered. It is the same for all rings, so
     /// that one ring index is valid for all.
@@ -64,12 +59,12 @@ impl Residency {
         }
     }
 
-    /// Whether the image is a history image, whose texture rotates every frame.
+    /// True if the image is a history image, whose texture rotates every frame.
     pub(crate) fn is_in_ring(&self, image: ImageId) -> bool {
         matches!(self.bindings[image.0 as usize], ImageBinding::Ring(..))
     }
 
-    /// Whether the textures of rings of this length keep their ring indices, whichever frame is next.
+    /// True if the textures of rings of this length keep their ring indices, whichever frame is next.
     pub(crate) fn keeps_places(&self, ring_length: u32) -> bool {
         self.ring_length == ring_length || self.ring_length == 1 || ring_length == 1
     }

@@ -13,9 +13,9 @@ use crate::platform::{caught, without_memory};
 /// were recorded before, also if these are not submitted yet.
 pub(crate) struct Uniforms {
     pub(crate) buffer: wgpu::Buffer,
-    /// What the next frame sees.
+    /// The values of the next frame.
     bytes: Vec<u8>,
-    /// What the frames that are recorded have not copied.
+    /// The range that no recorded frame has copied.
     unwritten: Option<Range<usize>>,
 }
 
@@ -36,13 +36,13 @@ impl Uniforms {
         }
     }
 
-    /// What the next frame sees.
+    /// The values of the next frame.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
     /// Has the next frame copy all bytes: one that was recorded may not run.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn invalidate(&mut self) {
         self.unwritten = Some(0..self.bytes.len());
     }
 

@@ -18,8 +18,8 @@ use crate::timing::Timing;
 
 /// Histories and adaptation as they are before a first frame: zero.
 pub(crate) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut CommandEncoder) {
-    for &buffer in &loaded.persistent {
-        encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
+    for buffer in &loaded.persistent {
+        encoder.clear_buffer(&loaded.residency.buffers[buffer.index], 0, None);
     }
     for binding in &loaded.residency.bindings {
         let ImageBinding::Ring(ring, 0) = binding else { continue };
@@ -45,20 +45,14 @@ pub(crate) struct FrameCommands<'a> {
     /// The position of this frame's images in the rings of histories.
     pub(crate) ring_index: usize,
     pub(crate) constants: &'a FrameConstants,
-    /// Whether all passes that fill tables run; otherwise those run whose tables are stale.
-    pub(crate) fills_all_tables: bool,
-    /// Whether each pass runs, where a frame is repeated in part.
-    pub(crate) reached: Option<&'a [bool]>,
 }
 
 impl FrameCommands<'_> {
-    /// Clears the buffers that begin with zeros.
+    /// Clears the buffers that begin with zeros and that passes of the frame write.
     pub(crate) fn clear_zeroed(&self, encoder: &mut CommandEncoder) {
         let loaded = self.loaded;
-        for &buffer in loaded.zeroed.iter().filter(|buffer| loaded.turns.clears(**buffer)) {
-            if loaded.is_written(buffer, self.reached) {
-                encoder.clear_buffer(&loaded.residency.buffers[buffer], 0, None);
-            }
+        for buffer in loaded.zeroed.iter().filter(|buffer| loaded.due.writes(buffer)) {
+            encoder.clear_buffer(&loaded.residency.buffers[buffer.index], 0, None);
         }
     }
 
@@ -73,7 +67,7 @@ impl FrameCommands<'_> {
             transition_for_draw(self.transitions_before(index), encoder);
             self.write_timestamp(index, encoder);
             match &self.groups.passes[index].built.pipeline {
-                _ if !self.runs(index) => {}
+                _ if !self.loaded.due.runs(index) => {}
                 Pipeline::Render(pipeline) => self.record_full_screen(pipeline, index, encoder),
                 _ => self.record_drawing(index, encoder, draws),
             }
@@ -101,7 +95,7 @@ impl FrameCommands<'_> {
                     transitions.map(|(texture, state)| wgpu::TextureTransition { texture, selector: None, state });
                 pass.transition_resources(std::iter::empty(), textures);
             }
-            if self.runs(index) {
+            if loaded.due.runs(index) {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, bound.group(self.ring_index), loaded.frame_offset(index));
                 if loaded.passes[index].immediate {
@@ -125,13 +119,6 @@ impl FrameCommands<'_> {
 
     fn timing(&self) -> Option<&Timing> {
         self.loaded.timing.as_ref()
-    }
-
-    /// Whether a pass runs in this frame.
-    fn runs(&self, pass: usize) -> bool {
-        let Loaded { plan, tables, turns, .. } = self.loaded;
-        let is_reached = self.reached.is_none_or(|reached| reached[pass]);
-        is_reached && turns.runs(pass) && (self.fills_all_tables || !plan.fills_table(pass) || tables.is_stale(pass))
     }
 
     /// The explicit transitions before a pass: views of images, and their new states.

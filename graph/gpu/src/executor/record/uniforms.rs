@@ -9,8 +9,13 @@ use crate::executor::loaded::Loaded;
 use crate::executor::rectangle::Rectangle;
 
 impl Loaded {
-    /// Sets the blocks of a frame.
-    pub(crate) fn set_blocks(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
+    /// Sets the blocks, rectangles and factors of a frame.
+    pub(crate) fn set_host_uniforms(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
+        self.set_blocks(frame)?;
+        self.set_rectangles(frame)
+    }
+
+    fn set_blocks(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
         for planned in &self.plan.blocks {
             let (port, declared) = (&planned.name, planned.block);
             let given = frame.blocks.iter().find(|(name, _)| name == port).map(|(_, data)| *data);
@@ -24,14 +29,14 @@ impl Loaded {
         Ok(())
     }
 
-    /// Sets the rectangles and factors of a frame.
-    pub(crate) fn set_rectangles(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
+    fn set_rectangles(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
         let plan = &self.plan;
         check_stated(plan, frame)?;
         for input in &plan.rectangles {
             let uniform = input_uniform(plan, input, frame)?;
             for offset in &input.places {
                 self.uniforms.set(*offset, &uniform);
+                self.due.ignore_change(*offset, &uniform);
             }
         }
         for (output, known) in plan.outputs.iter().zip(&mut self.output_rectangles) {
@@ -49,7 +54,7 @@ impl Loaded {
     }
 }
 
-/// What the plan has no uniform for would have no effect.
+/// Refuses values that the plan has no uniform for.
 fn check_stated(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
     let stated = frame.rectangles.iter().map(|(name, _)| *name).chain(frame.factors.iter().map(|(name, _)| *name));
     for port in stated {

@@ -1,4 +1,4 @@
-//! What a driver states about the memory of an image.
+//! Memory requirements of an image by the driver.
 
 /// The memory that a driver asks for an image.
 pub(super) struct MemoryRequirements {

@@ -23,7 +23,7 @@ impl Executor {
         let loaded = self.loaded.as_ref()?;
         let by_label = loaded.plan.images.iter().position(|image| image.label == name);
         let index = by_label.or_else(|| loaded.plan.image_names().iter().position(|known| known == name))?;
-        let last_frame = self.frame_index.wrapping_sub(1);
+        let last_frame = self.frames.index.wrapping_sub(1);
         Some(match &loaded.residency.bindings[index] {
             ImageBinding::Output(_, stored) | ImageBinding::Fixed(stored) => &stored.texture,
             ImageBinding::Ring(ring, behind) => &ring[ring_place(ring.len(), last_frame, *behind)].texture,

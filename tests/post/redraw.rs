@@ -1,5 +1,4 @@
-//! A frame once more with other values of parameters has the bits of a frame that had them from the start, whichever
-//! passes run.
+//! A redraw with other values of parameters has the bits of a frame that had them from the start, whichever passes run.
 
 use afterimage::Post;
 use afterimage::offline::Session;
@@ -22,15 +21,15 @@ const STEPS: [FrameStep; 3] = [
     FrameStep { time: 0.3, dt: 0.2, kind: FrameKind::Next },
 ];
 
-fn again(step: FrameStep) -> FrameStep {
-    FrameStep { kind: FrameKind::Again, ..step }
+fn redraw(step: FrameStep) -> FrameStep {
+    FrameStep { kind: FrameKind::Redraw, ..step }
 }
 
 fn options(repeatable: bool) -> Options {
     Options { repeatable, ..Options::default() }
 }
 
-/// A pipeline whose frames can be repeated in part, or not.
+/// A pipeline whose frames can be redrawn in part, or not.
 struct Film {
     session: Session,
     images: Vec<InputImage>,
@@ -82,7 +81,7 @@ fn changeable(graph: &Graph) -> Vec<(String, [Value; 2])> {
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
+fn a_redraw_has_the_bits_of_a_whole_frame_and_runs_what_depends_on_a_value() {
     let named = ["lynx.ron", "tsushima.ron", "hdr.ron", "cinematic.ron", "matinee.ron"];
     let random = (1..3).map(|seed| Recipe { seed, nodes: 14, histories: 3, off: 8 }.graph());
     let graphs = named.map(|name| built_in(name, None)).into_iter().chain(random);
@@ -101,11 +100,11 @@ fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
             kept.frame(STEPS[1]);
             let before = kept.shown();
             kept.set(name, new);
-            kept.frame(again(STEPS[1]));
+            kept.frame(redraw(STEPS[1]));
             let shown = kept.shown();
             assert!(shown == whole.shown(), "{name} at {new:?}");
             let passes = kept.session.plan().passes.len();
-            let is_partial = kept.session.executor().passes_repeated().is_some_and(|run| run < passes);
+            let is_partial = kept.session.executor().passes_redrawn().is_some_and(|run| run < passes);
             telling += usize::from(is_partial && shown != before);
             // The next frame begins with the state of this one.
             for film in [&mut kept, &mut whole] {
@@ -118,10 +117,10 @@ fn a_frame_again_has_the_bits_of_a_whole_frame_and_runs_what_a_value_reaches() {
     assert!(telling >= 10, "{telling} frames differ from those before and were made in part");
 }
 
-/// A cut is one again, also where all of it runs.
+/// A redraw of a cut resets, also where all passes run.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_cut_again_has_the_bits_of_a_cut() {
+fn a_redraw_of_a_cut_has_the_bits_of_a_cut() {
     let graph = built_in("tsushima.ron", None);
     // The exposure adapts to it in time, and at once in a cut.
     let parameter = "metered.compensation";
@@ -132,36 +131,36 @@ fn a_cut_again_has_the_bits_of_a_cut() {
         for film in [&mut film, &mut changed] {
             film.set(parameter, &value);
         }
-        film.frame(again(STEPS[0]));
+        film.frame(redraw(STEPS[0]));
         changed.frame(STEPS[0]);
         assert!(film.shown() == changed.shown(), "repeatable: {repeatable}");
     }
 }
 
-/// What the host changes otherwise needs a whole frame, and so does a plan that is not to be repeated.
+/// What the host changes otherwise needs a whole frame, and so does a plan that is not repeatable.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
-fn a_frame_again_is_whole_where_more_than_values_has_changed() {
+fn a_redraw_is_whole_where_more_than_values_has_changed() {
     let graph = built_in("lynx.ron", None);
     let strength = "lit.strength";
-    let repeated = |options, change: &dyn Fn(&mut Film)| {
+    let redrawn = |options, change: &dyn Fn(&mut Film)| {
         let mut film = Film::new(&graph, [strength], options);
         film.frame(STEPS[0]);
         film.frame(STEPS[1]);
         change(&mut film);
-        film.frame(again(STEPS[1]));
-        film.session.executor().passes_repeated()
+        film.frame(redraw(STEPS[1]));
+        film.session.executor().passes_redrawn()
     };
-    assert_eq!(repeated(options(true), &|_| {}), Some(0), "nothing has changed");
-    assert_eq!(repeated(options(false), &|_| {}), None);
+    assert_eq!(redrawn(options(true), &|_| {}), Some(0), "nothing has changed");
+    assert_eq!(redrawn(options(false), &|_| {}), None);
     let unshared = Options { alias: Alias::None, ..options(false) };
-    assert_eq!(repeated(unshared, &|_| {}), None, "nothing is kept for a host that has not asked for it");
+    assert_eq!(redrawn(unshared, &|_| {}), None, "nothing is kept for a host that has not asked for it");
     let other_image = |film: &mut Film| {
         let gpu = gpu();
         let texels = scene_texels(SIZE);
         let view = upload(&gpu.device, &gpu.queue, &texels).expect("it fits");
         film.images[0].view = view.create_view(&Default::default());
     };
-    assert_eq!(repeated(options(true), &other_image), None);
-    assert_eq!(repeated(options(true), &|film| film.session.executor().reset()), None);
+    assert_eq!(redrawn(options(true), &other_image), None);
+    assert_eq!(redrawn(options(true), &|film| film.session.executor().reset()), None);
 }
