@@ -5,11 +5,11 @@ use std::path::Path;
 use afterimage_graph::check::{Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::image::ColorState;
-use afterimage_media::Alpha;
+use afterimage_media::{Alpha, Encoding, ImageFormat};
 
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
-use crate::save::{FileFormat, SaveOptions, is_light};
+use crate::save::{SaveOptions, is_light};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
@@ -17,7 +17,7 @@ pub(super) struct Target {
     pub(super) output: String,
     /// The file, with a placeholder for a sequence.
     pub(super) file: String,
-    /// How it is written.
+    /// Properties of the file.
     pub(super) saving: SaveOptions,
 }
 
@@ -42,7 +42,7 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
     different(&all)?;
     let targets: Vec<Target> =
         all.into_iter().map(|(output, file)| target(args, graph, output.as_deref(), file)).collect::<Result<_, _>>()?;
-    let is_idle = !targets.iter().any(|target| target.saving.format == FileFormat::Exr);
+    let is_idle = !targets.iter().any(|target| target.saving.encoding.format == ImageFormat::Exr);
     match args.exr.given().filter(|_| is_idle) {
         Some(option) => {
             Err(Failure::user(format!("`{option}` is for EXR files, and none is written")).hint("leave it out"))
@@ -52,7 +52,7 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
 }
 
 fn no_file(output: &str) -> Failure {
-    Failure::user(format!("no file is named for the output `{output}`")).hint(match FileFormat::of(output) {
+    Failure::user(format!("no file is named for the output `{output}`")).hint(match written_format(output) {
         Some(_) => format!("`-o {output}` names the file; `--output` names an output of the pipeline"),
         None => format!("write `--output {output}=FILE` for each output"),
     })
@@ -71,27 +71,29 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 }
 
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
-    let format = FileFormat::of(&file).ok_or_else(|| unknown_format(&file))?;
+    let format = written_format(&file).ok_or_else(|| unknown_format(&file))?;
     let output = choose_output(graph, output, format.is_encoded())?;
     let space = args.exr.output_space.filter(|_| is_light(output.state));
-    if format == FileFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
+    if format == ImageFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
         return Err(no_light(output));
     }
     let color = graph.colors().at(output.source);
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
-    let saving = SaveOptions {
-        bits: bits(format, args.exr.bits().filter(|_| format == FileFormat::Exr).or(args.depth), is_hdr)?,
-        dither: !args.no_dither && args.captured.is_none(),
+    let mut saving = SaveOptions::plain(format);
+    saving.encoding = Encoding {
+        bits: bits(format, args.exr.bits().filter(|_| format == ImageFormat::Exr).or(args.depth), is_hdr)?,
+        dither: saving.encoding.dither.filter(|_| !args.no_dither && args.captured.is_none()),
         alpha: match args.alpha {
+            _ if format == ImageFormat::Exr => Alpha::Keep,
             AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
             AlphaChoice::Keep => Alpha::Keep,
             AlphaChoice::Auto | AlphaChoice::Drop => Alpha::Drop,
         },
         premultiplied: output.has_coverage || !graph.inputs.iter().any(|input| input.needs_alpha),
-        quality: args.quality,
+        quality: args.quality.unwrap_or(saving.encoding.quality),
         compression: args.exr.compression.unwrap_or_default(),
-        space,
-        ..SaveOptions::plain(format)
+        primaries: space.map(|space| space.primaries),
+        ..saving.encoding
     };
     Ok(Target { output: output.name.clone(), file, saving })
 }
@@ -153,18 +155,20 @@ fn unknown_format(name: &str) -> Failure {
         .hint("`.png` and `.jpg` take an encoded output, `.exr` a linear one")
 }
 
+/// The format by the ending of a name; `None` if it is not written.
+fn written_format(name: &str) -> Option<ImageFormat> {
+    ImageFormat::of_name(name).filter(|format| !format.depths().is_empty())
+}
+
 /// The bits of a channel. PQ and HLG need more than eight.
-fn bits(format: FileFormat, asked: Option<u8>, is_hdr: bool) -> Result<u32, Failure> {
-    let (name, known): (&str, &[u8]) = match format {
-        FileFormat::Png => ("a PNG", &[8, 16]),
-        FileFormat::Jpeg => ("a JPEG", &[8]),
-        FileFormat::Exr => ("an EXR", &[16, 32]),
-    };
+fn bits(format: ImageFormat, asked: Option<u8>, is_hdr: bool) -> Result<u32, Failure> {
+    let known = format.depths();
     let default = if is_hdr { known[known.len() - 1] } else { known[0] };
-    let bits = asked.unwrap_or(default);
+    let bits = asked.map_or(default, u32::from);
     if known.contains(&bits) {
-        return Ok(bits.into());
+        return Ok(bits);
     }
-    let known: Vec<String> = known.iter().map(u8::to_string).collect();
-    Err(Failure::user(format!("{name} has {} bits, not {bits}", known.join(" or "))))
+    let known: Vec<String> = known.iter().map(u32::to_string).collect();
+    let article = if format == ImageFormat::Exr { "an" } else { "a" };
+    Err(Failure::user(format!("{article} {} has {} bits, not {bits}", format.name(), known.join(" or "))))
 }
