@@ -41,7 +41,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{Encoding, Picture, Pixels, write_image};
 
 use crate::support::command::program;
 
@@ -165,13 +165,13 @@ fn room(width: u32, height: u32) -> Picture {
 }
 
 fn save(path: &Path, picture: &Picture) {
-    write_exr(path, picture, &ExrOptions::default()).expect("a picture of a test can be written");
+    write_image(path, picture, &Encoding::EXR).expect("a picture of a test can be written");
 }
 
 /// In 32-bit floats.
 fn save_exact(path: &Path, picture: &Picture) {
-    let options = ExrOptions { float: true, ..ExrOptions::default() };
-    write_exr(path, picture, &options).expect("a picture of a test can be written");
+    let options = Encoding { bits: 32, ..Encoding::EXR };
+    write_image(path, picture, &options).expect("a picture of a test can be written");
 }
 
 #[test]

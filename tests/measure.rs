@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use afterimage_graph::check::Facts;
 use afterimage_lab::measure::{MeasureOptions, SequenceOptions};
 use afterimage_lab::tune::{Goal, MARGIN, TunePipeline, TuneTarget, tune};
-use afterimage_media::{Budget, ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{Budget, Encoding, Picture, Pixels, write_image};
 use afterimage_plan::Options;
 use serde_json::Value;
 
@@ -61,8 +61,7 @@ impl Folder {
             [0.02 * x as f32 + lamp, 0.01 * y as f32 + lamp, 0.1 + 0.5 * lamp, 1.0]
         };
         let pixels = (0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(x, y))).collect();
-        write_exr(&self.file(name), &Picture::new(width, height, Pixels::Float(pixels)), &ExrOptions::default())
-            .unwrap();
+        write_image(&self.file(name), &Picture::new(width, height, Pixels::Float(pixels)), &Encoding::EXR).unwrap();
     }
 }
 

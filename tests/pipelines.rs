@@ -102,8 +102,8 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
     }
 }
 
-/// How far a pixel may be off where rounding decides whether, and how far, an edge is smoothed. On an NVIDIA H200 one is
-/// off by 17 codes.
+/// How far a pixel may be off where rounding decides whether, and how far, an edge is smoothed. On an NVIDIA H200 one
+/// is off by 17 codes.
 const DECIDED: f32 = 24.0 * ONE_CODE;
 
 /// Whether a pipeline has a node that treats nearly equal pixels in different ways.
@@ -268,8 +268,8 @@ fn small_limits_make_the_same_pictures() {
     let pixels = picture.pixels.as_flattened().to_vec();
     let source = folder.join("scene.exr");
     let exr = afterimage_media::Picture::new(96, 54, afterimage_media::Pixels::Float(pixels));
-    let options = afterimage_media::ExrOptions { float: true, ..Default::default() };
-    afterimage_media::write_exr(&source, &exr, &options).expect("a temporary file");
+    let options = afterimage_media::Encoding { bits: 32, ..afterimage_media::Encoding::EXR };
+    afterimage_media::write_image(&source, &exr, &options).expect("a temporary file");
     for name in sweep::some(files(), 3) {
         let render = |driver: Option<&str>, out: &str| {
             let mut command = crate::support::command::program(&folder);

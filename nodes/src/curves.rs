@@ -7,13 +7,8 @@ use glam::{DMat3, DVec3, dvec3};
 use crate::tone_map::{AgxLook, Curve, MiddleGray, Sigmoid, ToneMap};
 use afterimage_color::adaptation::LUMINANCE;
 use afterimage_color::bisection::bisected;
-use afterimage_color::curve_constants::{Agx, GT7_WHITE, Gt7, Shoulder, pq_encode};
-
-/// PQ (SMPTE ST 2084) to cd/m².
-fn pq_decode(v: f64) -> f64 {
-    let root = v.max(0.0).powf(1.0 / 78.84375);
-    10000.0 * ((root - 0.8359375).max(0.0) / (18.8515625 - 18.6875 * root)).powf(16384.0 / 2610.0)
-}
+use afterimage_color::curve_constants::{Agx, GT7_WHITE, Gt7, Shoulder};
+use afterimage_color::process::transfer::{pq_decode, pq_encode};
 
 impl ToneMap {
     /// The factor of exposed light before the curve.

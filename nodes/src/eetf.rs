@@ -4,9 +4,9 @@ use afterimage_graph::color::Colorimetry;
 use afterimage_graph::prelude::*;
 
 use afterimage_color::adaptation::rows;
-use afterimage_color::curve_constants::pq_encode;
 use afterimage_color::display_range::DisplayRange;
 use afterimage_color::oklab;
+use afterimage_color::process::transfer::pq_encode;
 
 static SHADER: Shader = shader!("eetf");
 

@@ -1,6 +1,6 @@
 //! Pictures that are larger than the device, or than the memory for them.
 
-use afterimage_media::{ExrOptions, Source, read, write_exr};
+use afterimage_media::{Encoding, Source, read, write_image};
 
 use super::{Folder, room};
 
@@ -8,9 +8,9 @@ use super::{Folder, room};
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_share_of_the_size_is_the_picture_of_scaled_images() {
     let folder = Folder::new("scale");
-    write_exr(&folder.file("in.exr"), &room(91, 50), &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("in.exr"), &room(91, 50), &Encoding::EXR).expect("it can be written");
     let picture = read(&Source::file(folder.file("in.exr"))).expect("it is a picture");
-    write_exr(&folder.file("small.exr"), &picture.scaled(23, 13), &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("small.exr"), &picture.scaled(23, 13), &Encoding::EXR).expect("it can be written");
     folder.run("render tsushima in.exr -o share.png --scale 25%").good();
     folder.run("render tsushima small.exr -o small.png").good();
     let bytes = |name: &str| std::fs::read(folder.file(name)).expect("it is written");
@@ -22,7 +22,7 @@ fn a_share_of_the_size_is_the_picture_of_scaled_images() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_picture_has_the_same_pixels_in_bands() {
     let folder = Folder::new("bands");
-    write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("tall.exr"), &room(203, 3001), &Encoding::EXR).expect("it can be written");
     let light = "Pipeline(inputs: { \"scene\": Color }, outputs: { \"light\": \"lit\" }, nodes: { \
                  \"wide\": Gaussian(source: \"scene\", sigma: 9.0), \
                  \"lit\": Composite(base: \"scene\", bloom: \"wide\", blend: Mix, strength: 0.3) })";
@@ -31,7 +31,7 @@ fn a_picture_has_the_same_pixels_in_bands() {
     let picture = |name: &str| read(&Source::file(folder.file(name))).expect("it is a picture").pixels;
     folder.run("render tsushima tall.exr -o whole.png").good();
     let notes = folder.run("render tsushima tall.exr -o banded.png --gpu-memory 40M").notes();
-    assert!(notes.contains("it is made in") && notes.contains("bands of 3 sweeps"), "{notes}");
+    assert!(notes.contains("image exceeds the memory limit") && notes.contains("bands in 3 sweeps"), "{notes}");
     assert_eq!(picture("banded.png"), picture("whole.png"));
     // Neither the file nor the picture fits: both are read and written row by row.
     let line = "render tsushima tall.exr -o streamed.png --gpu-memory 40M --memory 50M --json report.json";
@@ -64,12 +64,12 @@ fn a_picture_has_the_same_pixels_in_bands() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn the_memory_of_the_host_bounds_the_rows_of_bands() {
     let folder = Folder::new("host");
-    write_exr(&folder.file("tall.exr"), &room(203, 3001), &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("tall.exr"), &room(203, 3001), &Encoding::EXR).expect("it can be written");
     let picture = |name: &str| read(&Source::file(folder.file(name))).expect("it is a picture").pixels;
     folder.run("render tsushima tall.exr -o whole.png").good();
     // The decoder has 48 MiB for itself. Two are left for rows of the file, which has 4.6; the device has enough.
     let notes = folder.run("render tsushima tall.exr -o rows.png --memory 50M").notes();
-    assert!(notes.contains("bands of 3 sweeps"), "{notes}");
+    assert!(notes.contains("bands in 3 sweeps"), "{notes}");
     assert_eq!(picture("rows.png"), picture("whole.png"));
     let refused = folder.run("render tsushima tall.exr -o rows.png --memory 49216K");
     refused

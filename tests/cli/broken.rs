@@ -1,19 +1,19 @@
 //! Files that are broken or lie, made from whole ones.
 
-use afterimage_media::{EncodedPixels, ExrOptions, PngOptions, encode_exr, encode_png};
+use afterimage_media::{Encoding, Samples, encode};
 
 use super::room;
 
 /// An EXR of two blocks.
 pub(super) fn exr() -> Vec<u8> {
-    let options = ExrOptions::default();
-    encode_exr(&room(33, 17), &options).expect("a picture of a test can be encoded")
+    let options = Encoding::EXR;
+    encode(&room(33, 17), &options).expect("a picture of a test can be encoded")
 }
 
 pub(super) fn png() -> Vec<u8> {
     let codes: Vec<u8> = (0..16 * 9 * 4).map(|i| (i * 37 % 251) as u8).collect();
-    let options = PngOptions::default();
-    encode_png((16, 9), EncodedPixels::Byte(&codes), &options).expect("a picture can be encoded")
+    let options = Encoding::PNG;
+    encode(((16, 9), Samples::Byte(&codes)), &options).expect("a picture can be encoded")
 }
 
 pub(super) fn hdr(width: u32, height: u32, bytes: usize) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{Encoding, Picture, Pixels, write_image};
 
 use super::{Folder, save};
 
@@ -25,9 +25,9 @@ pub(super) fn shot(test: &str) -> Folder {
             }
         }
         save(&folder.file(&format!("shot.{frame}.exr")), &Picture::new(width, height, Pixels::Float(light)));
-        let exact = ExrOptions { float: true, ..ExrOptions::default() };
+        let exact = Encoding { bits: 32, ..Encoding::EXR };
         let picture = Picture::new(width, height, Pixels::Float(depth));
-        write_exr(&folder.file(&format!("depth.{frame}.exr")), &picture, &exact).expect("it can be written");
+        write_image(&folder.file(&format!("depth.{frame}.exr")), &picture, &exact).expect("it can be written");
         let (side, jitter) = (0.02 * frame as f32, 0.25 * (frame % 3) as f32 - 0.25);
         let camera = format!(
             "{{ \"view\": [[1, 0, 0, {side}], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], \"projection\": [[1.2, 0, 0, \

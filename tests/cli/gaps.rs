@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use afterimage_media::{EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, Source, encode_exr, encode_png, read};
+use afterimage_media::{Encoding, Picture, Pixels, Samples, Source, encode, read};
 
 use super::{Folder, room, save};
 
@@ -112,12 +112,11 @@ fn only_whole_files_of_the_picture_are_left_as_they_are() {
         (frame, ending.to_owned(), whole[..whole.len() - less].to_vec())
     };
     let half = |frame: u32, ending: &str| cut(frame, ending, bytes(frame, ending).len() / 2);
-    let exr = |size: (u32, u32), float: bool| {
+    let exr = |size: (u32, u32), bits: u32| {
         let pixels = Pixels::Float(vec![1.0; (4 * size.0 * size.1) as usize]);
-        encode_exr(&Picture::new(size.0, size.1, pixels), &ExrOptions { float, ..ExrOptions::default() })
-            .expect("a file")
+        encode(&Picture::new(size.0, size.1, pixels), &Encoding { bits, ..Encoding::EXR }).expect("a file")
     };
-    let small = encode_png((5, 4), EncodedPixels::Byte(&[9; 80]), &PngOptions::default()).expect("a file");
+    let small = encode(((5, 4), Samples::Byte(&[9; 80])), &Encoding::PNG).expect("a file");
     let damaged = [
         half(1, "jpg"),
         cut(2, "jpg", 2),
@@ -129,8 +128,8 @@ fn only_whole_files_of_the_picture_are_left_as_they_are() {
         (8, "png".to_owned(), small),
         half(9, "exr"),
         cut(10, "exr", 1),
-        (11, "exr".to_owned(), exr((6, 5), false)),
-        (12, "exr".to_owned(), exr((6, 4), true)),
+        (11, "exr".to_owned(), exr((6, 5), 16)),
+        (12, "exr".to_owned(), exr((6, 4), 32)),
     ];
     for (frame, ending, bytes) in damaged {
         folder.with(&name(frame, &ending), &bytes);

@@ -1,6 +1,6 @@
 //! Images that are broken or lie: each is refused in its own words, soon, and nothing is written.
 
-use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{Encoding, Picture, Pixels, write_image};
 
 use super::Folder;
 use super::broken::{
@@ -72,7 +72,7 @@ fn an_image_larger_than_the_device_names_the_limit() {
     let folder = Folder::new("large");
     let width = 65_000;
     let picture = Picture::new(width, 1, Pixels::Float(vec![0.5; width as usize * 4]));
-    write_exr(&folder.file("long.exr"), &picture, &ExrOptions::default()).expect("a picture of a test can be written");
+    write_image(&folder.file("long.exr"), &picture, &Encoding::EXR).expect("a picture of a test can be written");
     let outcome = folder.run("render {glare} long.exr -o out.png");
     outcome.fails_saying(1, &[".exr: the image is 65000x1, but `", "pixels a side", "hint: scale it down"]);
     // Larger than memory, too: its rows would be read one after another.

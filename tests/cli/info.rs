@@ -1,7 +1,7 @@
 //! What the program says about files.
 
 use afterimage_graph::color::{Chromaticities, Colorimetry};
-use afterimage_media::{ExrOptions, write_exr};
+use afterimage_media::{Encoding, write_image};
 use serde_json::Value;
 
 use super::{Folder, room, save};
@@ -41,8 +41,8 @@ fn the_range_of_each_channel_is_told_on_request() {
     assert_eq!((&red["name"], &red["nan"], &red["infinite"]), (&"R".into(), &1.into(), &1.into()));
     assert_eq!(red["range"], serde_json::json!([-3.5, 0.5]));
     assert!(!folder.run("info odd.exr").good().contains("NaN"));
-    let codes = afterimage_media::EncodedPixels::Byte(&[0, 51, 255, 255]);
-    let png = afterimage_media::encode_png((1, 1), codes, &afterimage_media::PngOptions::default());
+    let codes = afterimage_media::Samples::Byte(&[0, 51, 255, 255]);
+    let png = afterimage_media::encode(((1, 1), codes), &Encoding::PNG);
     folder.with("codes.png", &png.expect("it can be written"));
     let text = folder.run("info codes.png --pixels").good();
     assert!(text.contains("    R: 0 to 0\n") && text.contains("    B: 1 to 1\n"), "{text}");
@@ -51,10 +51,9 @@ fn the_range_of_each_channel_is_told_on_request() {
 #[test]
 fn a_list_of_files_is_json_and_a_bad_one_is_reported() {
     let folder = Folder::new("info-json");
-    let wide =
-        ExrOptions { float: true, color: Some(Colorimetry::linear(Chromaticities::ACES_CG)), ..ExrOptions::default() };
-    write_exr(&folder.file("wide.1.exr"), &room(6, 4), &wide).expect("it can be written");
-    write_exr(&folder.file("wide.2.exr"), &room(6, 4), &wide).expect("it can be written");
+    let wide = Encoding { bits: 32, color: Some(Colorimetry::linear(Chromaticities::ACES_CG)), ..Encoding::EXR };
+    write_image(&folder.file("wide.1.exr"), &room(6, 4), &wide).expect("it can be written");
+    write_image(&folder.file("wide.2.exr"), &room(6, 4), &wide).expect("it can be written");
     let list: Vec<Value> = serde_json::from_str(&folder.run("info wide.#.exr --json").good()).expect("it is JSON");
     assert_eq!(list.len(), 2);
     let (color, part) = (&list[1]["color"], &list[1]["parts"][0]);

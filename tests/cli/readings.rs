@@ -1,6 +1,6 @@
 //! What `render` reports: the exposure, repaired pixels, inputs without a mask; and cuts.
 
-use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
+use afterimage_media::{Encoding, Picture, Pixels, write_image};
 use serde_json::Value;
 
 use super::{Folder, save};
@@ -78,8 +78,8 @@ fn an_image_without_the_mask_that_a_pipeline_needs_gets_a_warning() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_factor_brings_brighter_light_into_range() {
     let folder = Folder::new("factor");
-    let float = ExrOptions { float: true, ..ExrOptions::default() };
-    write_exr(&folder.file("sun.exr"), &gray(4.0, &[[1e7, 2e6, -5.0, 0.5]]), &float).expect("it can be written");
+    let float = Encoding { bits: 32, ..Encoding::EXR };
+    write_image(&folder.file("sun.exr"), &gray(4.0, &[[1e7, 2e6, -5.0, 0.5]]), &float).expect("it can be written");
     let pipeline = "Pipeline(inputs: { \"scene\": Color(scale: 0.001) }, nodes: {}, outputs: { \"light\": \"scene\" })";
     folder.with("scaled.ron", pipeline.as_bytes());
     folder.run("render scaled.ron sun.exr -o out.exr --depth 32").good();

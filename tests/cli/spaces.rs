@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage_media::{EncodedPixels, Picture, Pixels, PngOptions, write_png};
+use afterimage_media::{Encoding, Picture, Pixels, Samples, write_image};
 use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
 
 use super::{Folder, save_exact};
@@ -71,8 +71,8 @@ fn an_input_has_the_space_that_is_named() {
     assert_near(stored(&folder.file("out.exr")).0, [3.410102, -0.260513, -0.048007]);
     folder.run(&format!("render twice.ron in.exr {run} Rec2020 --input-space scene=rec709")).good();
     assert_near(stored(&folder.file("out.exr")).0, [2.0, 0.0, 0.0]);
-    let half = EncodedPixels::Byte(&[51, 51, 51, 255]);
-    write_png(&folder.file("in.png"), (1, 1), half, &PngOptions::default()).expect("it can be written");
+    let half = Samples::Byte(&[51, 51, 51, 255]);
+    write_image(&folder.file("in.png"), ((1, 1), half), &Encoding::PNG).expect("it can be written");
     folder.run(&format!("render twice.ron in.png {run} Rec709")).good();
     assert!((stored(&folder.file("out.exr")).0[0] - 0.4).abs() < 1e-3);
     folder.run(&format!("render twice.ron in.exr {run} sRGB")).fails_saying(1, &["holds linear light, and not sRGB"]);

@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-use afterimage_media::{ExrOptions, Picture, write_exr};
+use afterimage_media::{Encoding, Picture, write_image};
 
 use super::{Folder, room};
 
@@ -52,7 +52,7 @@ fn write_look(folder: &Folder, ev: &str) {
 }
 
 fn save(folder: &Folder, picture: &Picture) {
-    write_exr(&folder.file("in.exr"), picture, &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("in.exr"), picture, &Encoding::EXR).expect("it can be written");
 }
 
 #[test]

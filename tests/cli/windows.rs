@@ -1,6 +1,6 @@
 //! `--window`: pictures whose data window is not the display window.
 
-use afterimage_media::{Budget, ExrOptions, ReadOptions, Source, read_within, write_exr};
+use afterimage_media::{Budget, Encoding, ReadOptions, Source, read_within, write_image};
 
 use super::{Folder, room};
 
@@ -14,7 +14,7 @@ fn overscan_is_kept_from_file_to_file() {
     picture.meta.layer.layer_position.0 = -2;
     picture.meta.layer.layer_position.1 = -2;
     picture.meta.data_size = Some((24, 16));
-    write_exr(&folder.file("over.exr"), &picture, &ExrOptions::default()).expect("it can be written");
+    write_image(&folder.file("over.exr"), &picture, &Encoding::EXR).expect("it can be written");
     let light = "Pipeline(inputs: { \"scene\": Color }, nodes: { \"e\": Exposure(source: \"scene\", stops: 1.0) }, \
                  outputs: { \"light\": \"e\" })";
     folder.with("light.ron", light.as_bytes());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use afterimage_media::{EncodedPixels, JpegOptions, write_jpeg};
+use afterimage_media::{Encoding, Samples, write_image};
 
 use super::gpu::Picture;
 
@@ -24,13 +24,13 @@ pub fn write_panels(name: &str, columns: u32, panels: &[Picture]) {
         panels[(y / height * columns + x / width) as usize].at(x % width, y % height)
     });
     if are_written() {
-        write(name, &all, &JpegOptions::default());
+        write(name, &all, &Encoding::JPEG);
     }
 }
 
 /// Writes an encoded picture.
-pub fn write(name: &str, picture: &Picture, options: &JpegOptions) {
-    let pixels = EncodedPixels::Float(picture.pixels.as_flattened());
-    let written = write_jpeg(&path(name), (picture.width, picture.height), pixels, options);
+pub fn write(name: &str, picture: &Picture, options: &Encoding) {
+    let pixels = Samples::Float(picture.pixels.as_flattened());
+    let written = write_image(&path(name), ((picture.width, picture.height), pixels), options);
     written.unwrap_or_else(|error| panic!("{error}"));
 }

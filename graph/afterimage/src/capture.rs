@@ -7,7 +7,7 @@ use afterimage_gpu::{Frame, Gpu, download, wgpu};
 use afterimage_graph::check::{Fact, GraphInput};
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::node::{BlockData, CAMERA};
-use afterimage_media::{ExrOptions, FileError, Picture, Pixels, write_atomic, write_exr};
+use afterimage_media::{Encoding, FileError, Picture, Pixels, write_atomic, write_image};
 
 use crate::error::Error;
 use crate::post::Post;
@@ -167,8 +167,8 @@ impl Capture<'_> {
             false => Pixels::Float(floats.into_flattened()),
         };
         let file = format!("{}.exr", file_name(name));
-        let options = ExrOptions { float: !is_half, alpha: true, ..ExrOptions::default() };
-        write_exr(&self.folder.join(&file), &Picture::new(size.0, size.1, pixels), &options).map_err(unwritable)?;
+        let options = Encoding { bits: if is_half { 16 } else { 32 }, ..Encoding::EXR };
+        write_image(&self.folder.join(&file), &Picture::new(size.0, size.1, pixels), &options).map_err(unwritable)?;
         self.word("--input", format!("{name}={file}"));
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What to do about words that the command line does not have.
+//! Advice about words that the command line does not have.
 
 use std::path::Path;
 

@@ -10,7 +10,7 @@ use afterimage_pipelines::PIPELINES;
 /// The most bytes of a pipeline, a declaration or a shader.
 pub(crate) const MAX_TEXT: u64 = 16 << 20;
 
-/// Whether a word of the command line names a pipeline: a built-in one, or a file of that ending or with such a text.
+/// True if a word of the command line names a pipeline: a built-in one, or a file of that ending or with such a text.
 pub(crate) fn is_pipeline(path: &Path) -> bool {
     let has_text = || read_text(path, MAX_TEXT).is_ok_and(|text| text.contains("Pipeline("));
     path.extension().is_some_and(|ending| ending == "ron") || built_in(path).is_some() || has_text()

@@ -80,12 +80,12 @@ fn columns(rows: Matrix) -> Matrix {
     std::array::from_fn(|column| rows.map(|row| row[column]))
 }
 
-/// Whether an input takes a camera.
+/// True if an input takes a camera.
 pub(crate) fn is_camera(input: &GraphInput) -> bool {
     input.block.is_some_and(|block| *block == CAMERA)
 }
 
-/// Whether an input gets the camera of the built-in scene if no file gives another: the eye's, and not a light's.
+/// True if an input gets the camera of the built-in scene if no file gives another: the eye's, and not a light's.
 pub(crate) fn is_eye(input: &GraphInput) -> bool {
     is_camera(input) && input.name == EYE
 }

@@ -1,4 +1,4 @@
-//! Why a command fails, and with which exit status.
+//! Errors of commands, with their exit status.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -19,9 +19,9 @@ pub(crate) enum Failure {
     Error {
         /// The stable name of the error in JSON.
         code: &'static str,
-        /// What is wrong: lower case, no full stop, and [`shown`].
+        /// The error: lower case, no full stop, and [`shown`].
         message: String,
-        /// What the user can do, if that is known.
+        /// A hint for the user.
         hint: Option<String>,
         /// 1 for an error of the input, 2 for an error of the machine.
         status: u8,
@@ -97,7 +97,7 @@ impl Failure {
         diagnostics
     }
 
-    /// What is wrong, without a hint.
+    /// The error without its hint.
     pub(crate) fn message(&self) -> String {
         match self {
             Self::Error { message, .. } => message.clone(),

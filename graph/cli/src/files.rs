@@ -1,6 +1,7 @@
 //! Reads pipelines, folders of node kinds, and the files that pipelines name.
 
 use std::cell::Cell;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,7 +9,9 @@ use afterimage::host::{KindFiles, built_in, kinds_in};
 use afterimage_graph::check::Loader;
 use afterimage_graph::document::{Document, parse};
 use afterimage_graph::node::{NodeKind, Registry};
-use afterimage_media::{FileError, Permit, read_permitted, read_permitted_text, read_text, real_path, run_files};
+use afterimage_media::{
+    FileError, ImageFormat, Permit, read_permitted, read_permitted_text, read_text, real_path, run_files,
+};
 use afterimage_pipelines::BuiltIn;
 
 use crate::args::KindOptions;
@@ -37,15 +40,15 @@ impl FileLoader for BuiltIn {
 
 /// Reads the files that a stranger's file may name: those of its folder and below, and of the folders of `--allow`.
 pub(crate) struct Files {
-    /// What the first of the folders is, for errors.
+    /// The description of the first of the folders, for errors.
     own: &'static str,
     /// The folders, without links.
     folders: Vec<PathBuf>,
-    /// How many bytes may still be read.
+    /// The number of bytes that may still be read.
     left: Cell<u64>,
-    /// What a file is in the list of the run.
+    /// The description of a file in the list of the run.
     what: &'static str,
-    /// Whether the pipeline is a built-in one: the files that it names are built in, too.
+    /// True if the pipeline is a built-in one: the files that it names are built in, too.
     built_in: bool,
 }
 
@@ -68,7 +71,7 @@ impl Files {
         Self { own, folders, left: Cell::new(MAX_BYTES), what, built_in: false }
     }
 
-    /// Whether a file may be read, by its path without links, or why not.
+    /// True if a file may be read, by its path without links, or why not.
     fn permit(&self, real: &Path) -> Result<(), String> {
         if self.folders.iter().any(|folder| real.starts_with(folder)) {
             return Ok(());
@@ -192,17 +195,15 @@ pub(crate) fn read_document(path: &Path) -> Result<Document, Failure> {
     document.map_err(|failure| if path.is_file() { other_file(path).unwrap_or(failure) } else { failure })
 }
 
-/// Endings of the names of images, also of some that are not read.
-const IMAGES: [&str; 10] = ["exr", "hdr", "png", "jpg", "jpeg", "tif", "tiff", "dpx", "webp", "avif"];
-
-/// Whether a file is an image, by its name.
+/// True if a file is an image, by its name, also of a format that is not read.
 pub(crate) fn is_image_name(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| IMAGES.contains(&&*ending.to_string_lossy().to_lowercase()))
+    const OTHERS: [&str; 5] = ["tif", "tiff", "dpx", "webp", "avif"];
+    let is_other = |ending: &OsStr| OTHERS.contains(&&*ending.to_string_lossy().to_lowercase());
+    ImageFormat::of_name(path).is_some() || path.extension().is_some_and(is_other)
 }
 
-/// What a file is instead of a pipeline, by the ending of its name.
-const OTHER_FILES: [(&[&str], &str, &str); 5] = [
-    (&IMAGES, "an image", "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`"),
+/// Descriptions of files that are no pipelines, by the endings of their names.
+const OTHER_FILES: [(&[&str], &str, &str); 4] = [
     (
         &["cube", "spi1d", "spi3d", "clf", "ctf", "3dl", "csp", "vf", "cdl", "cc", "ccc"],
         "a color file",
@@ -220,6 +221,10 @@ const OTHER_FILES: [(&[&str], &str, &str); 5] = [
 /// The error of a file that is something else than a pipeline.
 fn other_file(path: &Path) -> Option<Failure> {
     let ending = path.extension()?.to_string_lossy().to_lowercase();
-    let (_, what, hint) = OTHER_FILES.iter().find(|(endings, ..)| endings.contains(&ending.as_str()))?;
+    let image = ("an image", "the pipeline comes first: `afterimage render PIPELINE.ron IMAGE -o out.png`");
+    let (what, hint) = match OTHER_FILES.iter().find(|(endings, ..)| endings.contains(&ending.as_str())) {
+        Some((_, what, hint)) => (*what, *hint),
+        None => is_image_name(path).then_some(image)?,
+    };
     Some(Failure::user(format!("`{}` is {what}, not a pipeline", path.display())).hint(hint))
 }

@@ -164,7 +164,7 @@ fn values(matches: &ArgMatches, id: &str) -> Result<Vec<String>, Failure> {
     matches.get_raw(id).into_iter().flatten().map(in_utf8).collect()
 }
 
-/// Whether a text stands for itself in a template.
+/// True if a text stands for itself in a template.
 fn is_plain(text: &str) -> bool {
     !text.contains("{{") && !text.contains("}}") && !text.contains(char::is_control)
 }
@@ -271,7 +271,7 @@ fn shots(sequence: &Sequence, matches: &ArgMatches, parameters: &mut Parameters)
     Ok(json!({ "name": "Render", "parameterSpace": { "taskParameterDefinitions": [frames] }, "script": script }))
 }
 
-/// What a task runs: a command of the program with these words, and those of its own.
+/// The command line of a task: a command of the program with these words, and those of its own.
 fn script(words: &Words, own: &[String], parameters: &mut Parameters) -> Result<Value, Failure> {
     let first = ["-C", "{{Param.Folder}}", words.command, "--openjd", "--frames={{Task.Param.Frames}}"];
     let mut args: Vec<String> = first.map(str::to_owned).to_vec();

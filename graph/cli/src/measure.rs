@@ -31,7 +31,7 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     write(args, &report)
 }
 
-/// How a pipeline is measured, as the arguments of `measure` and `tune` state it.
+/// Options of a measurement from the arguments of `measure` and `tune`.
 pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure> {
     let inputs = assignments(&args.inputs, "--input")?;
     let clips = SequenceOptions {

@@ -1,4 +1,4 @@
-//! What this process asks of the system: signals, variables of drivers, and threads.
+//! Signals, variables of drivers, and threads of this process.
 
 use std::error::Error as _;
 use std::thread::{Builder, Scope, ScopedJoinHandle};
@@ -71,7 +71,7 @@ mod signals {
 
     use afterimage_media::memory_limit;
 
-    /// What is said where memory is limited and the process cannot go on.
+    /// The message where memory is limited and the process cannot go on.
     static OUT_OF_MEMORY: OnceLock<String> = OnceLock::new();
 
     /// A file that becomes too large is an error of writing, not the end of the process. Where memory is limited, a

@@ -16,14 +16,14 @@ const PAUSE: Duration = Duration::from_secs(5);
 /// A bar on standard error; it disappears when it is dropped.
 pub(crate) struct Bar {
     bar: ProgressBar,
-    /// What the steps are.
+    /// The name of the steps.
     what: &'static str,
     /// Stands before the number of all steps and before the time that is left, if they may become less.
     most: &'static str,
     start: Instant,
-    /// When the last line was written; `None` on a terminal.
+    /// The time of the last line; `None` on a terminal.
     written: Option<Mutex<Instant>>,
-    /// Whether each step is a line of Open Job Description on standard output.
+    /// True if each step is a line of Open Job Description on standard output.
     openjd: bool,
 }
 

@@ -13,7 +13,7 @@ use crate::args::{PipelineOptions, RenderArgs};
 use crate::failure::Failure;
 use crate::files::{FileLoader, Files, begin_run, read_document, registry};
 use crate::pipeline::PipelineFile;
-use crate::render::{self, Kept};
+use crate::render::{self, WatchCache};
 use crate::terminal::note;
 
 /// `afterimage render`: once, or with `--watch` again after each change.
@@ -24,21 +24,21 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<(), Failu
 /// Renders, and renders again after each change. Prints errors and waits for the next change. Never returns.
 fn watch(args: &RenderArgs, tables: &[&[NodeKind]]) -> ! {
     let mut files = FileWatch::new(|| {});
-    let (mut kept, mut changed) = (None::<Kept>, BTreeSet::new());
+    let (mut cache, mut changed) = (None::<WatchCache>, BTreeSet::new());
     loop {
         // A change during rendering counts: it may not be in the result.
         changed.extend(files.look());
-        if let Some(kept) = &mut kept {
-            kept.forget(&changed);
+        if let Some(cache) = &mut cache {
+            cache.forget(&changed);
         }
         #[cfg(feature = "ocio")]
         if crate::ocio::forget(&changed) {
-            kept = None;
+            cache = None;
         }
         begin_run();
         // While a file has errors, the files that it named before may be the ones to be corrected.
         files.extend(places(args, tables));
-        match render::run(args, tables, Some(&mut kept)) {
+        match render::run(args, tables, Some(&mut cache)) {
             Ok(()) => note(&format!("wrote {}; waiting for changes, Ctrl-C ends it", written(args))),
             Err(failure) => {
                 failure.report();

@@ -4,8 +4,8 @@ use afterimage_graph::color::{self, Chromaticities, Xy};
 use afterimage_graph::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 
-/// Luminance weights of linear Rec.709, with the four digits of the recommendation. Their sum is exactly 1.
-pub const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+/// Luminance weights of linear Rec.709.
+pub const LUMINANCE: DVec3 = DVec3::from_array(color::LUMINANCE_REC709);
 
 /// ARRI Wide Gamut 3 (ARRI, "ALEXA Log C Curve", 2012).
 pub const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {

@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
+use crate::process::transfer::pq_encode;
+
 /// The luminance that GT7's curve shows on SDR displays as white, in units of 100 cd/m².
 pub const GT7_WHITE: f64 = 2.5;
 
@@ -42,14 +44,14 @@ pub struct AgxHdr {
     pub slope: f64,
     /// From middle gray to the peak.
     pub rise: f64,
-    /// What makes the shoulder end at the peak.
+    /// The factor that makes the shoulder end at the peak.
     pub white: f64,
 }
 
 /// The contrast of AgX's curve for HDR displays.
 const AGX_CONTRAST: f64 = 1.25;
 
-/// Where the toe of AgX's curve for HDR displays ends.
+/// The end of the toe of AgX's curve for HDR displays.
 const AGX_GRAY: f64 = 0.18;
 
 impl AgxHdr {
@@ -76,9 +78,9 @@ impl AgxHdr {
 /// The constants of Uchimura's curve that follow from its parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Shoulder {
-    /// Where the linear part begins; above 0.
+    /// The beginning of the linear part; above 0.
     pub line_from: f64,
-    /// Where the shoulder begins.
+    /// The beginning of the shoulder.
     pub from: f64,
     /// The limit of the curve for bright light.
     pub limit: f64,
@@ -137,12 +139,6 @@ impl Gt7 {
             intensity: pq_encode(100.0 * peak),
         }
     }
-}
-
-/// cd/m² to PQ (SMPTE ST 2084).
-pub fn pq_encode(nits: f64) -> f64 {
-    let y = (nits.max(0.0) / 10000.0).powf(2610.0 / 16384.0);
-    ((0.8359375 + 18.8515625 * y) / (1.0 + 18.6875 * y)).powf(78.84375)
 }
 
 /// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).

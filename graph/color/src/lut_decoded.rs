@@ -1,5 +1,5 @@
-//! What a `ColorLut` makes of its file. It is kept with the file's bytes: hosts set the node's parameters in every
-//! frame.
+//! The content of the file of a `ColorLut`, with its textures. It is kept with the file's bytes: hosts set the node's
+//! parameters in every frame.
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
@@ -11,9 +11,9 @@ use crate::lut_file::{LutFile, parse_lut_file};
 /// The content of a file, and its textures.
 pub struct Decoded {
     layout: PngLayout,
-    /// What the file holds, or why it cannot be read.
+    /// The content of the file, or the error of reading it.
     pub content: Result<LutFile, LutError>,
-    /// Whether the content changes nothing.
+    /// True if the content changes nothing.
     pub is_identity: bool,
     /// The textures of a table in 32 bits, and in half floats, once they are requested.
     images: [OnceLock<Vec<TableImage>>; 2],

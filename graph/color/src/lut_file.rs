@@ -27,8 +27,8 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
     }
     if let Some(what) = foreign(bytes) {
         let message = format!(
-            "the file is {what}: `OcioTransform` of a program with the feature `ocio` reads it, or convert it to .cube, \
-             as `ociobakelut` does"
+            "the file is {what}: `OcioTransform` of a program with the feature `ocio` reads it, or convert it to \
+             .cube, as `ociobakelut` does"
         );
         return Err(LutError::new(0, message));
     }
@@ -40,7 +40,7 @@ pub fn parse_lut_file(bytes: &[u8], layout: PngLayout) -> Result<LutFile, LutErr
     }
 }
 
-/// What a color file of a format that is not read is, by its first words.
+/// The name of a format that is not read, by the first words of a file.
 fn foreign(bytes: &[u8]) -> Option<&'static str> {
     if bytes.get(36..40) == Some(b"acsp") {
         return Some("an ICC profile");

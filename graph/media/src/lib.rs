@@ -15,16 +15,16 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, EncodedPixels,
-    ErrorKind, ExrCompression, ExrOptions, ExrRows, JpegOptions, JpegRows, Metadata, PartDescription, Picture,
-    PictureChannels, Pixels, PngDepth, PngOptions, PngRows, ReadOptions, StatedCamera, Window, catch_panic, encode_exr,
-    encode_exr_beside, encode_jpeg, encode_png, exr_left_out, limits, png_codes, png_left_out,
+    Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, Encoding, ErrorKind,
+    ExrCompression, Image, ImageFormat, Metadata, PartDescription, Picture, PictureChannels, Pixels, ReadOptions,
+    RowWriter, Samples, Sink, StatedCamera, Window, catch_panic, encode, encode_beside, exr_left_out, limits,
+    png_codes, row_writer,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use files::FileWatch;
 pub use files::{
-    AtomicFile, FileError, Permit, RowsFile, RowsOptions, Source, default_budget, images_in, left_out, memory_limit,
-    read, read_bytes, read_camera, read_description, read_permitted, read_permitted_text, read_statistics, read_text,
-    read_whole, read_within, real_output_path, real_path, rewrite, run_files, sequence, write_atomic, write_exr,
-    write_exr_beside, write_jpeg, write_new, write_png,
+    AtomicFile, FileError, ImageFile, Permit, Source, default_budget, images_in, left_out, memory_limit, read,
+    read_bytes, read_camera, read_description, read_permitted, read_permitted_text, read_statistics, read_text,
+    read_whole, read_within, real_output_path, real_path, rewrite, run_files, sequence, write_atomic, write_beside,
+    write_image, write_new,
 };

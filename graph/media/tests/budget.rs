@@ -8,10 +8,10 @@ fn hdr(lines: &str, (width, height): (u32, u32)) -> Vec<u8> {
     [header.into_bytes(), [77, 78, 79, 130].repeat((width * height) as usize)].concat()
 }
 
-fn png(depth: PngDepth) -> Vec<u8> {
+fn png(bits: u32) -> Vec<u8> {
     let codes: Vec<u8> = (0..16 * 9 * 4).map(|i| (i * 37 % 251) as u8).collect();
-    let options = PngOptions { depth, alpha: Alpha::Keep, ..PngOptions::default() };
-    encode_png((16, 9), EncodedPixels::Byte(&codes), &options).unwrap()
+    let options = Encoding { bits, alpha: Alpha::Keep, ..Encoding::PNG };
+    encode(((16, 9), Samples::Byte(&codes)), &options).unwrap()
 }
 
 /// The pixels, and what the decoder has besides them: all codes of a PNG, three floats a pixel of a Radiance file,
@@ -19,11 +19,11 @@ fn png(depth: PngDepth) -> Vec<u8> {
 #[test]
 fn each_format_needs_what_its_header_says() {
     let folder = Folder::new("budget");
-    let exr = encode_exr(&picture(33, 17), &ExrOptions::default()).unwrap();
-    let exact = encode_exr(&picture(33, 17), &ExrOptions { float: true, ..ExrOptions::default() }).unwrap();
+    let exr = encode(&picture(33, 17), &Encoding::EXR).unwrap();
+    let exact = encode(&picture(33, 17), &Encoding { bits: 32, ..Encoding::EXR }).unwrap();
     for (name, file, needed) in [
-        ("8 bits", png(PngDepth::Eight), 16 * 9 * (8 + 4)),
-        ("16 bits", png(PngDepth::Sixteen), 16 * 9 * (16 + 8)),
+        ("8 bits", png(8), 16 * 9 * (8 + 4)),
+        ("16 bits", png(16), 16 * 9 * (16 + 8)),
         ("hdr", hdr("", (7, 40)), 7 * 40 * (16 + 12)),
         ("half", exr, 33 * 17 * 8 + (48 << 20)),
         ("float", exact, 33 * 17 * 16 + (48 << 20)),
@@ -43,7 +43,7 @@ fn headers_without_an_end_are_refused() {
     assert!(folder.read(&usual).is_ok());
     let long_line = hdr(&format!("{}\n", "A".repeat(64 << 10)), (7, 40));
     let many_lines = hdr(&"A=1\n".repeat(16 << 10), (7, 40));
-    let mut exr = encode_exr(&picture(33, 17), &ExrOptions::default()).unwrap();
+    let mut exr = encode(&picture(33, 17), &Encoding::EXR).unwrap();
     let attribute = [b"note\0string\0".as_slice(), &(33_u32 << 20).to_le_bytes(), &vec![b'a'; 33 << 20]].concat();
     exr.splice(8..8, attribute);
     for (name, file) in [("a line", long_line), ("lines", many_lines), ("an attribute", exr)] {

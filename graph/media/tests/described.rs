@@ -1,6 +1,6 @@
 //! What headers state, of every format: parts, windows, channels, packing, colors and what states them.
 
-use ::exr::image::{Blocks, Encoding};
+use ::exr::image::{Blocks, Encoding as Layout};
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::{AttributeValue, Compression, IntegerBounds, LineOrder, Text};
 use ::png::{BitDepth, ColorType, Encoder};
@@ -28,14 +28,14 @@ fn an_exr_is_described_part_by_part() {
     let folder = Folder::new("described-exr");
     let display = IntegerBounds::new((-2, 3), (6, 3));
     let mut depth = part("depth", (1, 5), &[("Z", 5.0, FLOAT), ("id", 1.0, UINT)]);
-    depth.encoding = Encoding {
+    depth.encoding = Layout {
         compression: Compression::ZIP1,
         blocks: Blocks::Tiles(Vec2(16, 8)),
         line_order: LineOrder::Increasing,
     };
     let mut beauty = part("beauty", (-4, 4), &[("R", 1.0, HALF), ("G", 2.0, HALF), ("B", 3.0, HALF), ("A", 0.0, HALF)]);
     beauty.encoding =
-        Encoding { compression: Compression::PIZ, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+        Layout { compression: Compression::PIZ, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let path = write(&folder, display, vec![depth, beauty]);
     let layer = |layer: &str| read_description(&Source { path: path.clone(), layer: Some(layer.to_owned()) });
     let found = read_description(&Source::file(&path)).unwrap();
@@ -87,7 +87,7 @@ fn an_exr_without_a_picture_is_described_too() {
 fn packings_have_the_names_of_openexr() {
     let folder = Folder::new("described-packings");
     let names = ["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"];
-    let file = encode_exr(&super::picture(4, 1), &ExrOptions::default()).unwrap();
+    let file = encode(&super::picture(4, 1), &Encoding::EXR).unwrap();
     let head = b"compression\0compression\0\x01\0\0\0";
     let at = file.windows(head.len()).position(|bytes| bytes == head).unwrap() + head.len();
     for (code, name) in (0..).zip(names) {
@@ -103,12 +103,12 @@ fn what_states_the_colors_of_an_exr_is_named() {
     let white = Xy::new(0.34, 0.35);
     let color = Colorimetry { adopted_white: Some(white), ..Colorimetry::linear(Chromaticities::REC2020) };
     let color = Colorimetry { white_nits: Some(Decimal::new(100.0)), ..color };
-    let file = encode_exr(&super::picture(2, 1), &ExrOptions { color: Some(color), ..ExrOptions::default() }).unwrap();
+    let file = encode(&super::picture(2, 1), &Encoding { color: Some(color), ..Encoding::EXR }).unwrap();
     let found = described(&folder, &file);
     assert_eq!((found.color, found.stated_by), (Some(color), Some("chromaticities")));
     let mut bare = super::picture(1, 1);
     bare.meta.layer.other.insert(Text::from("unused"), AttributeValue::I32(0));
-    let bare = encode_exr(&bare, &ExrOptions { color: None, ..ExrOptions::default() }).unwrap();
+    let bare = encode(&bare, &Encoding { color: None, ..Encoding::EXR }).unwrap();
     let id = |id: &str| AttributeValue::Text(id.into());
     let table = [
         ("colorInteropID", id("lin_ap1_scene"), Some("colorInteropID"), Chromaticities::ACES_CG),
@@ -190,8 +190,8 @@ fn the_chunk_of_the_highest_priority_is_named() {
         (p3, &["cICP", "iCCP"]),
     ];
     for (color, chunks) in table {
-        let options = PngOptions { color: Some(color), ..PngOptions::default() };
-        let mut file = encode_png((1, 1), EncodedPixels::Byte(&[9, 9, 9, 255]), &options).unwrap();
+        let options = Encoding { color: Some(color), ..Encoding::PNG };
+        let mut file = encode(((1, 1), Samples::Byte(&[9, 9, 9, 255])), &options).unwrap();
         for chunk in chunks {
             let found = described(&folder, &file);
             assert_eq!(found.stated_by, Some(*chunk), "{color:?}");
@@ -209,7 +209,7 @@ fn the_chunk_of_the_highest_priority_is_named() {
 #[test]
 fn only_files_with_layers_have_layers_and_cameras() {
     let folder = Folder::new("described-layers");
-    let png = encode_png((1, 1), EncodedPixels::Byte(&[9, 9, 9, 255]), &PngOptions::default()).unwrap();
+    let png = encode(((1, 1), Samples::Byte(&[9, 9, 9, 255])), &Encoding::PNG).unwrap();
     let hdr = b"#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\0\0\0\0".to_vec();
     for file in [png, hdr] {
         let source = Source { path: folder.with("flat", &file), layer: Some("Z".to_owned()) };

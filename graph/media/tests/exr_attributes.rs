@@ -116,16 +116,15 @@ fn every_type() -> Vec<Raw> {
 /// A file that is read and written: the new file, and the sentences about it.
 fn rewritten(folder: &Folder, file: &[u8], way: usize) -> (Vec<u8>, Vec<String>) {
     let source = Source::file(folder.with("original.exr", file));
-    let (read, out, options) = (read(&source).unwrap(), folder.file("out.exr"), ExrOptions::default());
+    let (read, out, options) = (read(&source).unwrap(), folder.file("out.exr"), Encoding::EXR);
     let picture = Picture { meta: read.meta, ..picture(3, 2) };
     let notes = match way {
-        0 => write_exr(&out, &picture, &options).unwrap(),
-        1 => write_exr_beside(&out, &picture, &options, &source, &Budget(1 << 30).into()).unwrap(),
+        0 => write_image(&out, &picture, &options).unwrap(),
+        1 => write_beside(&out, &picture, &options, &source, &Budget(1 << 30).into()).unwrap(),
         _ => {
-            let options = RowsOptions::Exr(options, Box::new(picture.meta.clone()));
-            let mut rows = RowsFile::begin(&out, (3, 2), &options).unwrap();
+            let mut rows = ImageFile::begin(&out, (3, 2), &options, Some(&picture.meta)).unwrap();
             let notes = rows.notes().to_vec();
-            rows.write_light(picture.pixels).unwrap();
+            rows.write(Samples::from(&picture.pixels)).unwrap();
             rows.finish().unwrap();
             notes
         }
@@ -213,7 +212,7 @@ fn a_key_code_of_a_host_has_all_of_its_numbers() {
         perforations_per_frame: 6,
         perforations_per_count: 7,
     });
-    let file = encode_exr(&source, &ExrOptions::default()).unwrap();
+    let file = encode(&source, &Encoding::EXR).unwrap();
     let (kind, value) = &attributes(&file)["keyCode"];
     let numbers: Vec<i32> = value.as_chunks::<4>().0.iter().map(|bytes| i32::from_le_bytes(*bytes)).collect();
     assert_eq!((kind.as_str(), numbers), ("keycode", vec![1, 2, 3, 4, 5, 6, 7]));
@@ -286,10 +285,10 @@ fn every_size_can_be_written_with_every_compression() {
     for compression in ExrCompression::ALL {
         let is_b44 = matches!(compression, B44 | B44a);
         for (width, height) in sizes.into_iter().take(if is_b44 { 8 } else { 2 }) {
-            for float in [false, true] {
+            for bits in [16, 32] {
                 let source = picture(width, height);
-                let options = ExrOptions { compression, float, ..ExrOptions::default() };
-                let whole = encode_exr(&source, &options).unwrap();
+                let options = Encoding { compression, bits, ..Encoding::EXR };
+                let whole = encode(&source, &options).unwrap();
                 let back = folder.read(&whole).unwrap();
                 assert_eq!((back.width, back.height), (width, height), "{compression:?}");
             }

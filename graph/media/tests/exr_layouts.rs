@@ -1,6 +1,6 @@
 //! Which samples of an EXR file become which pixels: channels, windows, tiles, packings; and the written bytes.
 
-use ::exr::image::{Blocks, Encoding, Image};
+use ::exr::image::{Blocks, Encoding as Layout, Image};
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::{AttributeValue, Chromaticities as Stated, Compression, IntegerBounds, LineOrder, Text};
 use ::exr::meta::header::ImageAttributes;
@@ -165,7 +165,7 @@ fn every_arrangement_of_windows_and_blocks_puts_samples_in_their_places() {
         for compression in [Compression::Uncompressed, Compression::ZIP1, Compression::ZIP16] {
             for at in [(0, 0), (-3, 1), (4, -2), (1, 2), (-20, 0)] {
                 let mut layer = part("", at, &[("R", 1.0, HALF), ("G", 101.0, FLOAT), ("B", 201.0, HALF)]);
-                layer.encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+                layer.encoding = Layout { compression, blocks, line_order: LineOrder::Increasing };
                 let display = IntegerBounds::new((-1, -1), display_size);
                 let found = read(&Source::file(write(&folder, display, vec![layer]))).unwrap();
                 assert_eq!((found.width, found.height), (6, 3));
@@ -232,8 +232,13 @@ fn rows_are_written_channel_after_channel() {
     let of_halves = Pixels::Half(values.iter().map(|v| f16::from_f32(*v)).collect());
     for pixels in [Pixels::Float(values.to_vec()), of_halves] {
         for (float, alpha) in [(false, true), (false, false), (true, true), (true, false)] {
-            let options = ExrOptions { float, alpha, compression: ExrCompression::None, ..ExrOptions::default() };
-            let file = encode_exr(&Picture::new(2, 1, pixels.clone()), &options).unwrap();
+            let options = Encoding {
+                bits: if float { 32 } else { 16 },
+                alpha: if alpha { Alpha::Keep } else { Alpha::Drop },
+                compression: ExrCompression::None,
+                ..Encoding::EXR
+            };
+            let file = encode(&Picture::new(2, 1, pixels.clone()), &options).unwrap();
             let written = planes[usize::from(!alpha)..].concat();
             let data = if float { floats(&written) } else { halves(&written) };
             let start = header_length(&file);
@@ -263,7 +268,7 @@ fn attributes_are_sorted_and_state_what_the_options_say() {
     source.meta.layer.view_name = Text::new_or_none("left");
     source.meta.image.other.insert(Text::from("both"), AttributeValue::I32(1));
     source.meta.layer.other.insert(Text::from("both"), AttributeValue::I32(2));
-    let with = |color| encode_exr(&source, &ExrOptions { color, ..ExrOptions::default() }).unwrap();
+    let with = |color| encode(&source, &Encoding { color, ..Encoding::EXR }).unwrap();
     let data = with(None);
     let of = |file: &[u8]| floats(attribute(file, "chromaticities", "chromaticities"));
     let numbers = |primaries: &Chromaticities| {
@@ -298,7 +303,7 @@ fn attributes_are_sorted_and_state_what_the_options_say() {
     }
     for aspect in [0.0, -1.0, 1e-7, 1e7, f32::INFINITY] {
         source.meta.image.pixel_aspect = aspect;
-        let file = encode_exr(&source, &ExrOptions::default()).unwrap();
+        let file = encode(&source, &Encoding::EXR).unwrap();
         assert_eq!(floats(attribute(&file, "pixelAspectRatio", "float")), [1.0], "{aspect}");
     }
 }

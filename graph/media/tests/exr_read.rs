@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ::exr::block::samples::IntoNativeSample;
-use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Image, Layer, Levels};
+use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding as Layout, FlatSamples, Image, Layer, Levels};
 use ::exr::math::{RoundingMode, Vec2};
 use ::exr::meta::attribute::{Chromaticities, Compression, IntegerBounds, LineOrder, SampleType, Text};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -39,7 +39,7 @@ pub(super) fn part(name: &str, at: (i32, i32), channels: &[(&str, f32, SampleTyp
         _ => LayerAttributes::named(name),
     };
     let attributes = attributes.with_position(Vec2(at.0, at.1));
-    Layer::new(SIZE, attributes, Encoding::FAST_LOSSLESS, AnyChannels::sort(list))
+    Layer::new(SIZE, attributes, Layout::FAST_LOSSLESS, AnyChannels::sort(list))
 }
 
 pub(super) fn write(folder: &Folder, display: IntegerBounds, parts: Vec<Part>) -> PathBuf {
@@ -194,7 +194,7 @@ fn tiles_and_levels_give_the_largest_level() {
     let level = |factor: usize| (width >> factor).max(1) * (height >> factor).max(1);
     let maps = (0..6).map(|i| counted(1000.0 * i as f32, FLOAT, level(i))).collect();
     let channel = AnyChannel::new("Y", Levels::Mip { rounding_mode: RoundingMode::Down, level_data: maps });
-    let encoding = Encoding {
+    let encoding = Layout {
         compression: Compression::ZIP16,
         blocks: Blocks::Tiles(Vec2(16, 8)),
         line_order: LineOrder::Unspecified,
@@ -225,7 +225,7 @@ fn every_packing_of_the_decoder_is_read() {
     for compression in packings {
         let rgb = [("R", 10.0, HALF), ("G", 20.0, HALF), ("B", 30.0, HALF)];
         let mut layer = part("", (0, 0), &rgb);
-        layer.encoding = Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+        layer.encoding = Layout { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
         let path = write(&folder, plain(), vec![layer]);
         let [r, g, b, a] = read(&Source::file(path)).unwrap().pixel(4, 3);
         let off = (r - 29.0).abs().max((g - 39.0).abs()).max((b - 49.0).abs());

@@ -10,8 +10,8 @@ use afterimage_media::*;
 const ALL: [ExrCompression; 5] =
     [ExrCompression::None, ExrCompression::Rle, ExrCompression::Zip, ExrCompression::Zips, ExrCompression::Piz];
 
-fn encoded(picture: &Picture, options: &ExrOptions) -> Vec<u8> {
-    encode_exr(picture, options).unwrap()
+fn encoded(picture: &Picture, options: &Encoding) -> Vec<u8> {
+    encode(picture, options).unwrap()
 }
 
 /// The bytes of an attribute of the header.
@@ -27,7 +27,7 @@ pub(super) fn attribute<'f>(file: &'f [u8], name: &str, ty: &str) -> &'f [u8] {
 fn the_header_names_the_compression_and_the_window() {
     let picture = Picture::new(3, 2, Pixels::Float(vec![0.5; 24]));
     for (compression, code) in ExrCompression::ALL.into_iter().zip(0..) {
-        let file = encoded(&picture, &ExrOptions { compression, ..ExrOptions::default() });
+        let file = encoded(&picture, &Encoding { compression, ..Encoding::EXR });
         assert_eq!(attribute(&file, "compression", "compression"), [code], "{compression:?}");
         for window in ["dataWindow", "displayWindow"] {
             let sides = [0_i32, 0, 2, 1].map(i32::to_le_bytes);
@@ -45,8 +45,8 @@ fn compressions_with_losses_keep_the_picture() {
     let values = (0..61 * 37 * 4).map(|i| if i % 4 == 3 { 1.0 } else { light(i) }).collect();
     let smooth = Picture::new(61, 37, Pixels::Float(values));
     for (compression, most) in [(Pxr24, 1e-5), (B44, 5e-3), (B44a, 5e-3), (Dwaa, 5e-2), (Dwab, 5e-2)] {
-        let float = compression == Pxr24;
-        let back = folder.read(&encoded(&smooth, &ExrOptions { compression, float, ..ExrOptions::default() })).unwrap();
+        let bits = if compression == Pxr24 { 32 } else { 16 };
+        let back = folder.read(&encoded(&smooth, &Encoding { compression, bits, ..Encoding::EXR })).unwrap();
         let (back, there) = (back.pixels.to_f32(), smooth.pixels.to_f32());
         let off = back.iter().zip(&there).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < most && off > 0.0, "{compression:?}: {off}");
@@ -72,9 +72,9 @@ fn half_and_float_come_back_bit_for_bit() {
         let half = values.iter().map(|v| f16::from_f32(*v)).collect();
         for pixels in [Pixels::Half(half), Pixels::Float(values)] {
             let picture = Picture::new(width, height, pixels);
-            let float = picture.pixels.bytes_per_channel() == 4;
+            let depth = 8 * picture.pixels.bytes_per_channel() as u32;
             for compression in ALL {
-                let options = ExrOptions { float, compression, ..ExrOptions::default() };
+                let options = Encoding { bits: depth, compression, ..Encoding::EXR };
                 let back = folder.read(&encoded(&picture, &options)).unwrap();
                 assert_eq!((back.width, back.height), (width, height));
                 assert_eq!(bits(&back.pixels), bits(&picture.pixels), "{compression:?}");
@@ -87,7 +87,7 @@ fn half_and_float_come_back_bit_for_bit() {
 fn floats_beyond_half_stay_finite_and_alpha_can_be_left_out() {
     let values = vec![1e9, -1e9, f32::INFINITY, 0.25];
     let picture = Picture::new(1, 1, Pixels::Float(values));
-    let options = ExrOptions { alpha: false, ..ExrOptions::default() };
+    let options = Encoding { alpha: Alpha::Drop, ..Encoding::EXR };
     let back = Folder::new("beyond").read(&encoded(&picture, &options)).unwrap();
     assert_eq!(back.pixel(0, 0), [65504.0, -65504.0, f32::INFINITY, 1.0]);
     assert_eq!(back.pixels.bytes_per_channel(), 2);
@@ -99,7 +99,7 @@ fn equal_pictures_give_equal_bytes() {
     let make = || {
         let mut picture = picture(40, 40);
         (0..12).for_each(|i| picture.meta.set_number(&format!("number{i}"), i as f32));
-        encoded(&picture, &ExrOptions::default())
+        encoded(&picture, &Encoding::EXR)
     };
     let first = make();
     assert!((0..4).all(|_| make() == first));
@@ -114,7 +114,7 @@ fn attributes_and_windows_survive() {
     picture.meta.layer.multi_view_names = Some(vec!["left".into(), "right".into()]);
     picture.meta.image.pixel_aspect = 2.0;
     picture.meta.image.display_window = IntegerBounds::new((-7, 9), (6, 4));
-    let back = Folder::new("attributes").read(&encoded(&picture, &ExrOptions::default())).unwrap();
+    let back = Folder::new("attributes").read(&encoded(&picture, &Encoding::EXR)).unwrap();
     let custom = |name: &str| back.meta.layer.other.get(&Text::new_or_none(name).unwrap()).cloned();
     assert_eq!(custom("lens"), Some(AttributeValue::Text("50 mm ?".into())));
     assert_eq!(custom("gain"), Some(AttributeValue::F32(2.5)));
@@ -130,7 +130,7 @@ fn attributes_and_windows_survive() {
 fn a_picture_of_another_size_gets_a_window_of_its_own() {
     let mut small = picture(3, 2);
     small.meta.image.display_window = IntegerBounds::new((5, 5), (100, 100));
-    let back = Folder::new("resized").read(&encoded(&small, &ExrOptions::default())).unwrap();
+    let back = Folder::new("resized").read(&encoded(&small, &Encoding::EXR)).unwrap();
     assert_eq!(back.meta.image.display_window, IntegerBounds::new((0, 0), (3, 2)));
 }
 
@@ -144,7 +144,7 @@ fn attributes_without_an_end_are_left_out() {
         [("empty", ""), ("zero", "\0"), ("inside", "a\0b"), ("", "kind"), ("a\0b", "kind"), ("kept", "kind")];
     odd.meta.layer.other.extend(attributes.map(|(name, kind)| (text(name), custom(kind))));
     odd.meta.image.other.extend([(text("sc"), custom("\0")), (text("shared"), custom("kind"))]);
-    let back = Folder::new("endless-attributes").read(&encoded(&odd, &ExrOptions::default())).unwrap();
+    let back = Folder::new("endless-attributes").read(&encoded(&odd, &Encoding::EXR)).unwrap();
     let names =
         |name: &str| back.meta.layer.other.contains_key(&text(name)) || back.meta.image.other.contains_key(&text(name));
     assert_eq!(["empty", "zero", "inside", "a", "sc"].map(names), [false; 5]);
@@ -157,7 +157,7 @@ fn attributes_that_would_contradict_the_file_are_left_out() {
     let mut odd = picture(2, 2);
     odd.meta.set_number("compression", 1.0);
     odd.meta.image.pixel_aspect = f32::NAN;
-    let back = Folder::new("odd-attributes").read(&encoded(&odd, &ExrOptions::default())).unwrap();
+    let back = Folder::new("odd-attributes").read(&encoded(&odd, &Encoding::EXR)).unwrap();
     assert_eq!(back.meta.image.pixel_aspect, 1.0);
     assert_eq!(back.pixel(1, 1)[0], f16::from_f32(odd.pixel(1, 1)[0]).to_f32());
 }
@@ -168,7 +168,7 @@ fn no_screen_window_has_a_negative_width() {
     for (width, written) in [(-2.0, 0.0), (f32::NAN, 0.0), (0.0, 0.0), (1.5, 1.5)] {
         let mut picture = picture(2, 2);
         picture.meta.layer.screen_window_width = width;
-        let back = Folder::new("screen-window").read(&encoded(&picture, &ExrOptions::default())).unwrap();
+        let back = Folder::new("screen-window").read(&encoded(&picture, &Encoding::EXR)).unwrap();
         assert_eq!(back.meta.layer.screen_window_width, written, "{width}");
     }
 }
@@ -183,7 +183,7 @@ fn what_describes_the_pixels_of_the_input_is_not_copied() {
         aces.meta.set_text(name, "lin_ap0_scene");
         aces.meta.image.other.insert(Text::new_or_none(name).unwrap(), AttributeValue::I32(1));
     }
-    let back = Folder::new("old-pixels").read(&encoded(&aces, &ExrOptions::default())).unwrap();
+    let back = Folder::new("old-pixels").read(&encoded(&aces, &Encoding::EXR)).unwrap();
     let names: Vec<String> =
         back.meta.layer.other.keys().chain(back.meta.image.other.keys()).map(Text::to_string).collect();
     assert_eq!(names, ["gain"]);
@@ -191,7 +191,7 @@ fn what_describes_the_pixels_of_the_input_is_not_copied() {
 
 #[test]
 fn primaries_that_only_a_name_states_are_converted() {
-    let unlabeled = ExrOptions { color: None, float: true, ..ExrOptions::default() };
+    let unlabeled = Encoding { color: None, bits: 32, ..Encoding::EXR };
     let flag = ("acesImageContainerFlag", AttributeValue::I32(1), Chromaticities::ACES_AP0);
     let id = |id: &str| AttributeValue::Text(id.into());
     let named = [
@@ -250,6 +250,7 @@ pub(super) fn header_length(file: &[u8]) -> usize {
 
 #[test]
 fn rows_give_the_bytes_of_the_whole() {
+    let folder = Folder::new("exr-rows");
     let (width, height) = (37, 301);
     let mut values = numbers(width, height);
     (values[0], values[5]) = (f32::NAN, f32::INFINITY);
@@ -260,19 +261,23 @@ fn rows_give_the_bytes_of_the_whole() {
         picture.meta.image.other.insert(Text::from("zebra"), AttributeValue::I32(7));
         picture.meta.layer.other.insert(Text::from("ape"), AttributeValue::F32(0.5));
         let part = |first: usize, end: usize| match &picture.pixels {
-            Pixels::Half(values) => Pixels::Half(values[first * row..end * row].to_vec()),
-            Pixels::Float(values) => Pixels::Float(values[first * row..end * row].to_vec()),
+            Pixels::Half(values) => Samples::Half(&values[first * row..end * row]),
+            Pixels::Float(values) => Samples::Float(&values[first * row..end * row]),
         };
         for (compression, step) in ExrCompression::ALL.into_iter().zip(steps.into_iter().cycle()) {
-            for (float, alpha, primaries) in [(false, true, None), (true, false, Some(Chromaticities::REC2020))] {
-                let options = ExrOptions { compression, float, alpha, primaries, scene: true, ..ExrOptions::default() };
-                let mut file = std::io::Cursor::new(Vec::new());
-                let mut rows = ExrRows::new(&mut file, (width, height), &picture.meta, &options).unwrap();
+            for (bits, alpha, primaries) in [(16, Alpha::Keep, None), (32, Alpha::Drop, Some(Chromaticities::REC2020))]
+            {
+                let options = Encoding { compression, bits, alpha, primaries, scene: true, ..Encoding::EXR };
+                let path = folder.file("rows.exr");
+                let mut rows = ImageFile::begin(&path, (width, height), &options, Some(&picture.meta)).unwrap();
                 for first in (0..height as usize).step_by(step) {
                     rows.write(part(first, (first + step).min(height as usize))).unwrap();
                 }
                 rows.finish().unwrap();
-                assert!(file.into_inner() == encoded(&picture, &options), "{options:?}, {step} rows at a time");
+                assert!(
+                    std::fs::read(path).unwrap() == encoded(&picture, &options),
+                    "{options:?}, {step} rows at a time"
+                );
             }
         }
     }
@@ -284,21 +289,16 @@ fn rows_of_a_jpeg_give_the_bytes_of_the_whole() {
     let (width, height) = (37, 301);
     let values = numbers(width, height);
     for (quality, dither, step) in [(92, Some(3), 1), (60, None, 100), (100, Some(0), 301)] {
-        let options = JpegOptions { quality, dither, ..JpegOptions::default() };
+        let options = Encoding { quality, dither, ..Encoding::JPEG };
         let path = folder.file("rows.jpg");
-        let mut rows = RowsFile::begin(&path, (width, height), &RowsOptions::Jpeg(options)).unwrap();
+        let mut rows = ImageFile::begin(&path, (width, height), &options, None).unwrap();
         for part in values.chunks(4 * width as usize * step) {
-            rows.write_encoded(EncodedPixels::Float(part)).unwrap();
+            rows.write(Samples::Float(part)).unwrap();
         }
         rows.finish().unwrap();
-        let whole = encode_jpeg((width, height), EncodedPixels::Float(&values), &options).unwrap();
+        let whole = encode(((width, height), Samples::Float(&values)), &options).unwrap();
         assert!(std::fs::read(path).unwrap() == whole, "{step} rows at a time");
     }
-    let refused = JpegRows::new(Full(10), (9, 40), &JpegOptions::default()).and_then(|mut rows| {
-        rows.write(EncodedPixels::Float(&[0.25; 9 * 40 * 4]))?;
-        rows.finish()
-    });
-    assert!(refused.is_err_and(|error| error.message == "the disk is full"));
 }
 
 /// A disk with room for so many bytes.
@@ -323,11 +323,12 @@ impl std::io::Seek for Full {
 
 #[test]
 fn rows_of_a_full_disk_are_an_error() {
-    let picture = Picture::new(9, 40, Pixels::Float(vec![0.25; 9 * 40 * 4]));
-    for room in [0, 200, 700] {
-        let options = ExrOptions { compression: ExrCompression::None, ..ExrOptions::default() };
-        let written = ExrRows::new(Full(room), (9, 40), &picture.meta, &options).and_then(|mut rows| {
-            rows.write(picture.pixels.clone())?;
+    let size = (9, 40);
+    let samples = [0.25; 9 * 40 * 4];
+    let stored = Encoding { compression: ExrCompression::None, ..Encoding::EXR };
+    for (room, encoding) in [(0, stored), (200, stored), (700, stored), (10, Encoding::JPEG), (10, Encoding::PNG)] {
+        let written = row_writer(Box::new(Full(room)), size, &encoding, None).and_then(|(mut rows, _)| {
+            rows.write(Samples::Float(&samples))?;
             rows.finish()
         });
         assert!(written.is_err_and(|error| error.message == "the disk is full"), "{room}");

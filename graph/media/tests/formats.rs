@@ -12,7 +12,7 @@ fn hdr(lines: &str, pixels: &[u8]) -> Vec<u8> {
 #[test]
 fn a_wrong_extension_does_not_matter() {
     let folder = Folder::new("extension");
-    let bytes = encode_exr(&picture(3, 5), &ExrOptions::default()).unwrap();
+    let bytes = encode(&picture(3, 5), &Encoding::EXR).unwrap();
     let path = folder.with("actually-exr.png", &bytes);
     assert_eq!(read(&Source::file(path)).unwrap().height, 5);
 }

@@ -13,7 +13,7 @@ use super::{Folder, message_and_hint, picture};
 use afterimage_media::*;
 
 fn small_exr() -> Vec<u8> {
-    encode_exr(&picture(33, 17), &ExrOptions::default()).unwrap()
+    encode(&picture(33, 17), &Encoding::EXR).unwrap()
 }
 
 /// Where the value of an attribute begins: after name, type and length.
@@ -104,8 +104,7 @@ fn subsampled_and_deep_files_say_so() {
 fn a_file_cut_anywhere_is_an_error() {
     let folder = Folder::new("cut");
     let pixels = numbers_as_bytes();
-    let png =
-        encode_png((16, 9), EncodedPixels::Byte(&pixels), &PngOptions { alpha: Alpha::Keep, ..PngOptions::default() });
+    let png = encode(((16, 9), Samples::Byte(&pixels)), &Encoding { alpha: Alpha::Keep, ..Encoding::PNG });
     let tiny_hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40 +X 7\n".to_vec();
     let hdr = [tiny_hdr, vec![77; 40 * 7 * 4]].concat();
     for (file, step) in [(small_exr(), 97), (png.unwrap(), 7), (hdr, 31)] {
@@ -213,7 +212,7 @@ fn dwa_exr(blocks: BlockDescription) -> Vec<u8> {
 fn other_formats_are_held_to_the_same_size() {
     let folder = Folder::new("sizes");
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n".to_vec();
-    let mut png = encode_png((16, 9), EncodedPixels::Byte(&numbers_as_bytes()), &PngOptions::default()).unwrap();
+    let mut png = encode(((16, 9), Samples::Byte(&numbers_as_bytes())), &Encoding::PNG).unwrap();
     png[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
     // The checksum of the header chunk, CRC-32 of its type and the changed body.
     let crc = crc32(&png[12..29]);

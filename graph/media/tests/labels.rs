@@ -45,8 +45,8 @@ fn color(primaries: Chromaticities, transfer: Transfer) -> Colorimetry {
 
 /// 16-bit file of one row.
 fn file(color: Colorimetry, values: &[f32]) -> Vec<u8> {
-    let options = PngOptions { depth: PngDepth::Sixteen, color: Some(color), ..PngOptions::default() };
-    encode_png(((values.len() / 4) as u32, 1), EncodedPixels::Float(values), &options).unwrap()
+    let options = Encoding { bits: 16, color: Some(color), ..Encoding::PNG };
+    encode((((values.len() / 4) as u32, 1), Samples::Float(values)), &options).unwrap()
 }
 
 #[test]
@@ -81,11 +81,11 @@ fn gamma_and_chromaticities_are_in_hundred_thousandths() {
     assert_eq!(words(&chunk(&file, "cHRM").unwrap()), white_first);
     let linear = self::file(color(Chromaticities::REC709, Transfer::Linear), &[0.5; 4]);
     assert_eq!(words(&chunk(&linear, "gAMA").unwrap()), [100_000]);
-    let srgb = encode_png((1, 1), EncodedPixels::Byte(&[1, 2, 3, 255]), &PngOptions::default()).unwrap();
+    let srgb = encode(((1, 1), Samples::Byte(&[1, 2, 3, 255])), &Encoding::PNG).unwrap();
     assert_eq!(chunk(&srgb, "sRGB"), Some(vec![0]));
     assert_eq!(words(&chunk(&srgb, "gAMA").unwrap()), [45455]);
-    let unstated = PngOptions { color: None, ..PngOptions::default() };
-    let unstated = encode_png((1, 1), EncodedPixels::Byte(&[1, 2, 3, 255]), &unstated).unwrap();
+    let unstated = Encoding { color: None, ..Encoding::PNG };
+    let unstated = encode(((1, 1), Samples::Byte(&[1, 2, 3, 255])), &unstated).unwrap();
     assert_eq!(chunks(&unstated).len(), 3, "IHDR, IDAT and IEND");
 }
 
@@ -115,9 +115,8 @@ fn alpha_does_not_change_the_light_level() {
     let values = [pair; 6].concat();
     for alpha in [Alpha::Keep, Alpha::Drop] {
         let color = Some(color(Chromaticities::REC2020, Transfer::Pq));
-        let options =
-            PngOptions { depth: PngDepth::Sixteen, alpha, premultiplied: false, color, ..PngOptions::default() };
-        let file = encode_png((12, 1), EncodedPixels::Float(&values), &options).unwrap();
+        let options = Encoding { bits: 16, alpha, premultiplied: false, color, ..Encoding::PNG };
+        let file = encode(((12, 1), Samples::Float(&values)), &options).unwrap();
         let level: Vec<f64> = words(&chunk(&file, "cLLI").unwrap()).iter().map(|word| f64::from(*word) / 1e4).collect();
         assert!((level[0] - 600.0).abs() < 0.2 && (level[1] - 400.0).abs() < 0.2, "{alpha:?}: {level:?}");
     }
@@ -231,8 +230,8 @@ pub(super) fn crc(bytes: &[u8]) -> u32 {
 #[test]
 fn colors_that_no_chunk_states_are_refused() {
     let acescg = |transfer| {
-        let options = PngOptions { color: Some(color(Chromaticities::ACES_CG, transfer)), ..PngOptions::default() };
-        encode_png((1, 1), EncodedPixels::Float(&[0.5; 4]), &options)
+        let options = Encoding { color: Some(color(Chromaticities::ACES_CG, transfer)), ..Encoding::PNG };
+        encode(((1, 1), Samples::Float(&[0.5; 4])), &options)
     };
     assert_eq!(acescg(Transfer::Pq).unwrap_err().kind, ErrorKind::Unsupported);
     assert!(chunk(&acescg(Transfer::Linear).unwrap(), "cHRM").is_some());
@@ -257,9 +256,9 @@ fn an_exr_states_its_primaries_and_luminance() {
     let neutral = Xy::new(0.34, 0.35);
     for (primaries, _) in SPACES {
         let color = Colorimetry { adopted_white: Some(neutral), ..Colorimetry::linear(primaries).nits(203.0, 1000.0) };
-        let options = ExrOptions { color: Some(color), float: true, ..ExrOptions::default() };
+        let options = Encoding { color: Some(color), bits: 32, ..Encoding::EXR };
         let source = picture(3, 2);
-        let bytes = encode_exr(&source, &options).unwrap();
+        let bytes = encode(&source, &options).unwrap();
         for name in [&b"chromaticities\0chromaticities\0"[..], b"whiteLuminance\0float\0", b"adoptedNeutral\0v2f\0"] {
             assert!(bytes.windows(name.len()).any(|window| window == name), "{}", String::from_utf8_lossy(name));
         }
@@ -280,8 +279,8 @@ fn an_exr_states_its_primaries_and_luminance() {
 fn an_adopted_neutral_is_adapted_with_the_pixels() {
     let white = Chromaticities::ACES_CG.white;
     let color = Colorimetry { adopted_white: Some(white), ..Colorimetry::linear(Chromaticities::ACES_CG) };
-    let options = ExrOptions { color: Some(color), ..ExrOptions::default() };
-    let back = Folder::new("labels-neutral").read(&encode_exr(&picture(2, 2), &options).unwrap()).unwrap();
+    let options = Encoding { color: Some(color), ..Encoding::EXR };
+    let back = Folder::new("labels-neutral").read(&encode(&picture(2, 2), &options).unwrap()).unwrap();
     let found = back.meta.layer.adopted_neutral.unwrap();
     assert!((found.0 - 0.3127).abs() < 1e-5 && (found.1 - 0.3290).abs() < 1e-5, "{found:?}");
     assert_eq!(back.stated.unwrap().adopted_white, Some(white), "what the file states is kept");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, FlatImage, FlatSamples, Image, Layer};
+use ::exr::image::{AnyChannel, AnyChannels, Blocks, Encoding as Layout, FlatImage, FlatSamples, Image, Layer};
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::{AttributeValue, Chromaticities as Stated, IntegerBounds, LineOrder, Text};
 use ::exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -29,7 +29,7 @@ fn odd(kind: char) -> FlatSamples {
 }
 
 /// A part whose channels are named with the kind of their samples: `Z:f`.
-fn part(name: &str, channels: &str, encoding: Encoding) -> Part {
+fn part(name: &str, channels: &str, encoding: Layout) -> Part {
     let list: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels
         .split(' ')
         .map(|word| {
@@ -44,8 +44,8 @@ fn part(name: &str, channels: &str, encoding: Encoding) -> Part {
     Layer::new(SIZE, attributes, encoding, AnyChannels::sort(list))
 }
 
-fn tiles() -> Encoding {
-    Encoding { compression: Compression::PIZ, blocks: Blocks::Tiles(Vec2(8, 4)), line_order: LineOrder::Unspecified }
+fn tiles() -> Layout {
+    Layout { compression: Compression::PIZ, blocks: Blocks::Tiles(Vec2(8, 4)), line_order: LineOrder::Unspecified }
 }
 
 fn wide() -> ImageAttributes {
@@ -70,10 +70,10 @@ fn new_picture() -> Picture {
 }
 
 /// The written file, and what was left out.
-fn beside(folder: &Folder, path: &Path, layer: Option<&str>, options: &ExrOptions) -> (FlatImage, Vec<String>) {
+fn beside(folder: &Folder, path: &Path, layer: Option<&str>, options: &Encoding) -> (FlatImage, Vec<String>) {
     let source = Source { path: path.into(), layer: layer.map(str::to_owned) };
     let out = folder.file("out.exr");
-    let notes = write_exr_beside(&out, &new_picture(), options, &source, &Budget(1 << 30).into()).unwrap();
+    let notes = write_beside(&out, &new_picture(), options, &source, &Budget(1 << 30).into()).unwrap();
     (read_all_flat_layers_from_file(&out).unwrap(), notes)
 }
 
@@ -107,10 +107,10 @@ const PICTURE: [&str; 4] = ["R", "G", "B", "A"];
 fn channels_are_kept_bit_for_bit_whatever_the_blocks() {
     use ExrCompression::{None as Unpacked, Piz, Rle, Zip, Zips};
     let folder = Folder::new("layers-channels");
-    for encoding in [Encoding::FAST_LOSSLESS, Encoding::SMALL_LOSSLESS, tiles()] {
+    for encoding in [Layout::FAST_LOSSLESS, Layout::SMALL_LOSSLESS, tiles()] {
         let path = write(&folder, wide(), vec![part("", CROWDED, encoding)]);
         for compression in [Unpacked, Rle, Zip, Zips, Piz] {
-            let options = ExrOptions { compression, ..ExrOptions::default() };
+            let options = Encoding { compression, ..Encoding::EXR };
             let (image, notes) = beside(&folder, &path, None, &options);
             let mut expected: Vec<&str> = CROWDED.split(' ').filter_map(|word| Some(word.split_once(':')?.0)).collect();
             expected.push("A");
@@ -136,12 +136,12 @@ fn parts_are_kept_as_they_are_stored() {
     let parts = || {
         vec![
             part("depth", "Z:f", tiles()),
-            part("beauty", "R:h G:h B:h A:h near:f", Encoding::FAST_LOSSLESS),
-            part("ids", "id:u object00.R:f object00.G:f object00.B:f", Encoding::SMALL_LOSSLESS),
+            part("beauty", "R:h G:h B:h A:h near:f", Layout::FAST_LOSSLESS),
+            part("ids", "id:u object00.R:f object00.G:f object00.B:f", Layout::SMALL_LOSSLESS),
         ]
     };
     let path = write(&folder, ImageAttributes::new(IntegerBounds::from_dimensions(SIZE)), parts());
-    let (image, notes) = beside(&folder, &path, None, &ExrOptions::default());
+    let (image, notes) = beside(&folder, &path, None, &Encoding::EXR);
     assert_eq!(notes, Vec::<String>::new());
     let titles: Vec<_> = image.layer_data.iter().map(|part| part.attributes.layer_name.clone().unwrap()).collect();
     assert_eq!(titles, ["depth", "beauty", "ids"].map(Text::from));
@@ -151,21 +151,21 @@ fn parts_are_kept_as_they_are_stored() {
     assert_eq!(image.layer_data[0].encoding, tiles());
     let bytes = || std::fs::read(folder.file("out.exr")).unwrap();
     let first = bytes();
-    beside(&folder, &path, None, &ExrOptions::default());
+    beside(&folder, &path, None, &Encoding::EXR);
     assert!(first == bytes(), "equal files give equal bytes");
 }
 
 #[test]
 fn a_layer_is_replaced_under_its_own_names() {
     let folder = Folder::new("layers-named");
-    let path = write(&folder, wide(), vec![part("", CROWDED, Encoding::FAST_LOSSLESS)]);
-    let (image, notes) = beside(&folder, &path, Some("albedo"), &ExrOptions::default());
+    let path = write(&folder, wide(), vec![part("", CROWDED, Layout::FAST_LOSSLESS)]);
+    let (image, notes) = beside(&folder, &path, Some("albedo"), &Encoding::EXR);
     let replaced = ["albedo.R", "albedo.G", "albedo.B", "albedo.A"];
     let found = names(&image, 0, &replaced);
     assert!(["R", "G", "B", "Z", "albedo.A"].iter().all(|name| found.contains(&(*name).to_owned())), "{found:?}");
     assert_eq!(notes, Vec::<String>::new());
     // Depth is read and not replaced; the picture takes the names of another.
-    let (image, notes) = beside(&folder, &path, Some("Z"), &ExrOptions::default());
+    let (image, notes) = beside(&folder, &path, Some("Z"), &Encoding::EXR);
     assert!(names(&image, 0, &PICTURE).contains(&"Z".to_owned()));
     assert_eq!(notes, ["left out: `B`, `G`, `R`; the picture has channels of that name"]);
 }
@@ -173,47 +173,47 @@ fn a_layer_is_replaced_under_its_own_names() {
 #[test]
 fn what_cannot_be_kept_is_said() {
     let folder = Folder::new("layers-left");
-    let path = write(&folder, wide(), vec![part("", CROWDED, Encoding::FAST_LOSSLESS)]);
-    let rec2020 = ExrOptions { primaries: Some(Chromaticities::REC2020), ..ExrOptions::default() };
+    let path = write(&folder, wide(), vec![part("", CROWDED, Layout::FAST_LOSSLESS)]);
+    let rec2020 = Encoding { primaries: Some(Chromaticities::REC2020), ..Encoding::EXR };
     let (image, notes) = beside(&folder, &path, None, &rec2020);
     let why = "they are light in the primaries of the input, and the output has others";
     assert_eq!(notes, [format!("left out: `albedo.B`, `albedo.G`, `albedo.R`; {why}")]);
     let left = ["A", "B", "G", "R", "Z", "id", "object00.B", "object00.G", "object00.R"];
     assert_eq!(names(&image, 0, &PICTURE), left);
-    let lossy = ExrOptions { compression: ExrCompression::Pxr24, ..ExrOptions::default() };
+    let lossy = Encoding { compression: ExrCompression::Pxr24, ..Encoding::EXR };
     let (_, notes) = beside(&folder, &path, None, &lossy);
     assert_eq!(notes, ["the compression pxr24 changes channels that are kept"]);
-    let mut overscan = part("", "R:h G:h B:h Z:f", Encoding::FAST_LOSSLESS);
+    let mut overscan = part("", "R:h G:h B:h Z:f", Layout::FAST_LOSSLESS);
     overscan.attributes.layer_position = Vec2(-1, 0);
-    let (image, notes) = beside(&folder, &write(&folder, wide(), vec![overscan]), None, &ExrOptions::default());
+    let (image, notes) = beside(&folder, &write(&folder, wide(), vec![overscan]), None, &Encoding::EXR);
     assert_eq!(notes, ["left out: `Z`; the file has pixels of a part of its window only, or beside it"]);
     assert_eq!(names(&image, 0, &PICTURE), ["A", "B", "G", "R"]);
     // A container of ACES has no other channels.
-    let container = ExrOptions {
+    let container = Encoding {
         primaries: Some(Chromaticities::ACES_AP0),
         scene: true,
         compression: ExrCompression::None,
-        ..ExrOptions::default()
+        ..Encoding::EXR
     };
-    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h Z:f", Encoding::FAST_LOSSLESS)]);
+    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h Z:f", Layout::FAST_LOSSLESS)]);
     let (image, _) = beside(&folder, &path, None, &container);
     assert!(!image.layer_data[0].attributes.other.contains_key(&Text::from("acesImageContainerFlag")));
     // A file without layers, and one of another format.
-    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h", Encoding::FAST_LOSSLESS)]);
-    assert_eq!(beside(&folder, &path, None, &ExrOptions::default()).1, Vec::<String>::new());
-    let codes = EncodedPixels::Byte(&[0; 4]);
-    write_png(&folder.file("a.png"), (1, 1), codes, &PngOptions::default()).unwrap();
-    assert_eq!(beside(&folder, &folder.file("a.png"), None, &ExrOptions::default()).1, Vec::<String>::new());
+    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h", Layout::FAST_LOSSLESS)]);
+    assert_eq!(beside(&folder, &path, None, &Encoding::EXR).1, Vec::<String>::new());
+    let codes = Samples::Byte(&[0; 4]);
+    write_image(&folder.file("a.png"), ((1, 1), codes), &Encoding::PNG).unwrap();
+    assert_eq!(beside(&folder, &folder.file("a.png"), None, &Encoding::EXR).1, Vec::<String>::new());
 }
 
 #[test]
 fn a_damaged_original_is_an_error_and_too_much_is_not_read() {
     let folder = Folder::new("layers-damaged");
-    let path = write(&folder, wide(), vec![part("", CROWDED, Encoding::FAST_LOSSLESS)]);
+    let path = write(&folder, wide(), vec![part("", CROWDED, Layout::FAST_LOSSLESS)]);
     let bytes = std::fs::read(&path).unwrap();
     let write = |bytes: &[u8], budget: u64| {
         let source = Source::file(folder.with("damaged.exr", bytes));
-        write_exr_beside(&folder.file("o.exr"), &new_picture(), &ExrOptions::default(), &source, &Budget(budget).into())
+        write_beside(&folder.file("o.exr"), &new_picture(), &Encoding::EXR, &source, &Budget(budget).into())
     };
     assert!(write(&bytes, 1 << 20).is_ok());
     assert_eq!(write(&bytes, 1 << 12).unwrap_err().kind, ErrorKind::TooLarge);
@@ -230,16 +230,16 @@ fn what_a_file_has_besides_its_picture_is_named() {
     let named = |path: PathBuf, layer: Option<&str>| {
         left_out(&Source { path, layer: layer.map(str::to_owned) }, "rows come and go").unwrap()
     };
-    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h Z:f id:u", Encoding::FAST_LOSSLESS)]);
+    let path = write(&folder, wide(), vec![part("", "R:h G:h B:h Z:f id:u", Layout::FAST_LOSSLESS)]);
     assert_eq!(named(path.clone(), None), ["left out: `Z`, `id`; rows come and go"]);
     // Depth is read and not replaced.
     assert_eq!(named(path, Some("Z")), ["left out: `B`, `G`, `R`, `Z`, `id`; rows come and go"]);
     let parts = vec![part("beauty", "R:h G:h B:h", tiles()), part("depth", "Z:f", tiles())];
     assert_eq!(named(write(&folder, wide(), parts), None), ["left out: part `depth`; rows come and go"]);
-    write_exr(&folder.file("plain.exr"), &new_picture(), &ExrOptions::default()).unwrap();
+    write_image(&folder.file("plain.exr"), &new_picture(), &Encoding::EXR).unwrap();
     assert_eq!(named(folder.file("plain.exr"), None), Vec::<String>::new());
     let png = (SIZE.0 as u32, SIZE.1 as u32);
     let values = new_picture().pixels.to_f32();
-    write_png(&folder.file("plain.png"), png, EncodedPixels::Float(&values), &PngOptions::default()).unwrap();
+    write_image(&folder.file("plain.png"), (png, Samples::Float(&values)), &Encoding::PNG).unwrap();
     assert_eq!(named(folder.file("plain.png"), None), Vec::<String>::new());
 }

@@ -198,16 +198,16 @@ fn every_known_signature_is_named() {
 fn written_files_are_the_encoded_ones() {
     let folder = Folder::new("names-written");
     let bytes = [1, 2, 3, 255];
-    let pixels = EncodedPixels::Byte(&bytes);
-    let (png, jpeg) = (PngOptions::default(), JpegOptions::default());
-    write_png(&folder.file("a.png"), (1, 1), pixels, &png).unwrap();
-    write_jpeg(&folder.file("a.jpg"), (1, 1), pixels, &jpeg).unwrap();
-    let (picture, exr) = (super::picture(2, 2), ExrOptions::default());
-    write_exr(&folder.file("a.exr"), &picture, &exr).unwrap();
-    assert_eq!(std::fs::read(folder.file("a.png")).unwrap(), encode_png((1, 1), pixels, &png).unwrap());
-    assert_eq!(std::fs::read(folder.file("a.jpg")).unwrap(), encode_jpeg((1, 1), pixels, &jpeg).unwrap());
-    assert_eq!(std::fs::read(folder.file("a.exr")).unwrap(), encode_exr(&picture, &exr).unwrap());
+    let pixels = Samples::Byte(&bytes);
+    let (png, jpeg) = (Encoding::PNG, Encoding::JPEG);
+    write_image(&folder.file("a.png"), ((1, 1), pixels), &png).unwrap();
+    write_image(&folder.file("a.jpg"), ((1, 1), pixels), &jpeg).unwrap();
+    let (picture, exr) = (super::picture(2, 2), Encoding::EXR);
+    write_image(&folder.file("a.exr"), &picture, &exr).unwrap();
+    assert_eq!(std::fs::read(folder.file("a.png")).unwrap(), encode(((1, 1), pixels), &png).unwrap());
+    assert_eq!(std::fs::read(folder.file("a.jpg")).unwrap(), encode(((1, 1), pixels), &jpeg).unwrap());
+    assert_eq!(std::fs::read(folder.file("a.exr")).unwrap(), encode(&picture, &exr).unwrap());
     let nowhere = folder.file("no/a.png");
-    let wide = write_png(&nowhere, (70_000, 1), pixels, &png).unwrap_err();
+    let wide = write_image(&nowhere, ((70_000, 1), pixels), &png).unwrap_err();
     assert_eq!((wide.kind, wide.path), (ErrorKind::TooLarge, nowhere), "the path is that of the file");
 }

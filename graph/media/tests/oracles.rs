@@ -38,30 +38,27 @@ fn files(codes: &[u8]) -> Vec<Made> {
         for (curve, transfer) in TRANSFERS {
             let color = Colorimetry::new(primaries, transfer);
             let color = Some(if color.is_hdr() { color.nits(203.0, 1000.0) } else { color });
-            for (bits, depth) in [(8, PngDepth::Eight), (16, PngDepth::Sixteen)] {
-                let options = PngOptions { depth, alpha: Alpha::Drop, premultiplied: false, dither: None, color };
-                let bytes = encode_png(size, EncodedPixels::Float(&numbers), &options).ok();
+            for bits in [8, 16] {
+                let options =
+                    Encoding { bits, alpha: Alpha::Drop, premultiplied: false, dither: None, color, ..Encoding::PNG };
+                let bytes = encode((size, Samples::Float(&numbers)), &options).ok();
                 made.push((format!("{space}-{curve}-{bits}.png"), bytes));
             }
-            let options = JpegOptions { quality: 100, dither: None, color };
-            made.push((
-                format!("{space}-{curve}.jpg"),
-                encode_jpeg(size, EncodedPixels::Float(&numbers), &options).ok(),
-            ));
+            let options = Encoding { quality: 100, dither: None, color, ..Encoding::JPEG };
+            made.push((format!("{space}-{curve}.jpg"), encode((size, Samples::Float(&numbers)), &options).ok()));
         }
         // Codes of Rec.709, converted.
         let color = Some(Colorimetry::linear(Chromaticities::REC709).nits(203.0, 1000.0));
-        let options =
-            ExrOptions { float: true, color, primaries: Some(primaries), scene: true, ..ExrOptions::default() };
+        let options = Encoding { bits: 32, color, primaries: Some(primaries), scene: true, ..Encoding::EXR };
         let picture = Picture::new(size.0, 1, Pixels::Float(numbers.clone()));
-        made.push((format!("{space}-Converted.exr"), encode_exr(&picture, &options).ok()));
-        for float in [false, true] {
+        made.push((format!("{space}-Converted.exr"), encode(&picture, &options).ok()));
+        for (bits, name) in [(16, "half"), (32, "float")] {
             let color = Some(Colorimetry::linear(primaries).nits(203.0, 1000.0));
             let mut picture = Picture::new(size.0, 1, Pixels::Float(numbers.clone()));
             picture.meta.layer.screen_window_width = -1.0;
-            let options = ExrOptions { float, color, ..ExrOptions::default() };
-            let name = format!("{space}-{}.exr", if float { "float" } else { "half" });
-            made.push((name, encode_exr(&picture, &options).ok()));
+            let options = Encoding { bits, color, ..Encoding::EXR };
+            let name = format!("{space}-{name}.exr");
+            made.push((name, encode(&picture, &options).ok()));
         }
     }
     made

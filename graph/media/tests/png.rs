@@ -7,16 +7,17 @@ use half::f16;
 use super::{Folder, ODD_SIZES};
 use afterimage_media::*;
 
-const PLAIN: PngOptions = PngOptions {
-    depth: PngDepth::Eight,
+const PLAIN: Encoding = Encoding {
+    bits: 8,
     alpha: Alpha::Keep,
     premultiplied: false,
     dither: None,
     color: Some(Colorimetry::SRGB),
+    ..Encoding::PNG
 };
 
-fn encoded(size: (u32, u32), pixels: EncodedPixels<'_>, options: &PngOptions) -> Vec<u8> {
-    encode_png(size, pixels, options).unwrap()
+fn encoded(size: (u32, u32), pixels: Samples<'_>, options: &Encoding) -> Vec<u8> {
+    encode((size, pixels), options).unwrap()
 }
 
 /// Codes as another reader sees them.
@@ -37,11 +38,11 @@ fn codes_without_dither_are_the_nearest() {
         let bytes: Vec<u8> = (0..count).map(|i| (i * 7 % 256) as u8).collect();
         let floats: Vec<f32> = bytes.iter().map(|b| f32::from(*b) / 255.0 + 0.0015).collect();
         let halves: Vec<f16> = bytes.iter().map(|b| f16::from_f32(f32::from(*b) / 255.0)).collect();
-        let inputs = [EncodedPixels::Byte(&bytes), EncodedPixels::Float(&floats), EncodedPixels::Half(&halves)];
+        let inputs = [Samples::Byte(&bytes), Samples::Float(&floats), Samples::Half(&halves)];
         for input in inputs {
             let file = encoded((width, height), input, &PLAIN);
             assert_eq!(codes(&file), (ColorType::Rgba, BitDepth::Eight, bytes.clone()));
-            let file = encoded((width, height), input, &PngOptions { alpha: Alpha::Drop, ..PLAIN });
+            let file = encoded((width, height), input, &Encoding { alpha: Alpha::Drop, ..PLAIN });
             let rgb: Vec<u8> = bytes.chunks(4).flat_map(|p| p[..3].to_vec()).collect();
             assert_eq!(codes(&file), (ColorType::Rgb, BitDepth::Eight, rgb));
         }
@@ -51,21 +52,21 @@ fn codes_without_dither_are_the_nearest() {
 #[test]
 fn sixteen_bits_are_exact_and_never_dithered() {
     let values = [0.0, 1.0, 0.5, f32::NAN, 2.0, -1.0, 1.0 / 65535.0, 12345.0 / 65535.0];
-    let options = PngOptions { depth: PngDepth::Sixteen, dither: Some(3), ..PLAIN };
-    let file = encoded((2, 1), EncodedPixels::Float(&values), &options);
+    let options = Encoding { bits: 16, dither: Some(3), ..PLAIN };
+    let file = encoded((2, 1), Samples::Float(&values), &options);
     let (_, depth, bytes) = codes(&file);
     let words: Vec<u16> = bytes.chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect();
     assert_eq!(depth, BitDepth::Sixteen);
     assert_eq!(words, [0, 65535, 32768, 0, 65535, 0, 1, 12345]);
-    let file = encoded((1, 1), EncodedPixels::Byte(&[0, 255, 128, 1]), &options);
+    let file = encoded((1, 1), Samples::Byte(&[0, 255, 128, 1]), &options);
     assert_eq!(codes(&file).2, [0, 0, 255, 255, 128, 128, 1, 1]);
 }
 
 #[test]
 fn dither_keeps_the_mean_and_leaves_the_ends_solid() {
-    let options = PngOptions { dither: Some(1), ..PLAIN };
+    let options = Encoding { dither: Some(1), ..PLAIN };
     for value in [0.3007_f32, 0.0701, 0.9003] {
-        let file = encoded((256, 256), EncodedPixels::Float(&[value; 256 * 256 * 4]), &options);
+        let file = encoded((256, 256), Samples::Float(&[value; 256 * 256 * 4]), &options);
         let (_, _, bytes) = codes(&file);
         for channel in 0..3 {
             let all = bytes[channel..].iter().step_by(4).map(|code| f64::from(*code));
@@ -79,63 +80,48 @@ fn dither_keeps_the_mean_and_leaves_the_ends_solid() {
         assert!(bytes.chunks(4).all(|pixel| pixel[3] == alpha));
     }
     for (value, code) in [(0.0, 0), (1.0, 255)] {
-        let file = encoded((64, 64), EncodedPixels::Float(&[value; 64 * 64 * 4]), &options);
+        let file = encoded((64, 64), Samples::Float(&[value; 64 * 64 * 4]), &options);
         assert!(codes(&file).2.iter().all(|c| *c == code));
-    }
-}
-
-/// A file that is read while it is written.
-#[derive(Clone, Default)]
-struct Shared(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
-
-impl std::io::Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.0.lock().unwrap().write(bytes)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
     }
 }
 
 #[test]
 fn rows_in_pieces_have_the_codes_of_the_whole() {
+    let folder = Folder::new("png-rows");
     // Several strips, and one that is not full; the noise of sixteen bits cannot be packed.
     let (width, height) = (3001, 160);
     let noise = |i: u32| f32::from((i.wrapping_mul(2_654_435_761) >> 16) as u16) / 65535.0;
     let values: Vec<f32> = (0..4 * width as u32 * height).map(noise).collect();
     let smooth: Vec<f32> = (0..4 * width as u32 * height).map(|i| (i / 997 % 256) as f32 / 255.0).collect();
-    for (depth, alpha, values) in [(PngDepth::Eight, Alpha::Drop, smooth), (PngDepth::Sixteen, Alpha::Keep, values)] {
-        let options = PngOptions { depth, alpha, dither: Some(5), ..PngOptions::default() };
-        assert!(PngRows::<Shared>::can_write(&options));
-        let file = Shared::default();
-        let size = (width as u32, height);
-        let mut rows = PngRows::new(file.clone(), size, &options).unwrap();
+    for (bits, alpha, values) in [(8, Alpha::Drop, smooth), (16, Alpha::Keep, values)] {
+        let options = Encoding { bits, alpha, dither: Some(5), ..Encoding::PNG };
+        let (size, path) = ((width as u32, height), folder.file("rows.png"));
+        let mut rows = ImageFile::begin(&path, size, &options, None).unwrap();
         for piece in [0..7, 7..8, 8..133, 133..160] {
-            rows.write(EncodedPixels::Float(&values[4 * width * piece.start..4 * width * piece.end])).unwrap();
+            rows.write(Samples::Float(&values[4 * width * piece.start..4 * width * piece.end])).unwrap();
         }
         rows.finish().unwrap();
-        let whole = encoded(size, EncodedPixels::Float(&values), &options);
-        assert!(*file.0.lock().unwrap() == whole, "{depth:?}: the bytes are those of the whole");
-        let (codes, channels) = png_codes(size, EncodedPixels::Float(&values), &options).unwrap();
+        let whole = encoded(size, Samples::Float(&values), &options);
+        assert!(std::fs::read(path).unwrap() == whole, "{bits}: the bytes are those of the whole");
+        let (codes, channels) = png_codes(size, Samples::Float(&values), &options).unwrap();
         let (_, _, bytes) = self::codes(&whole);
-        let raw = channels * width * height as usize * if depth == PngDepth::Eight { 1 } else { 2 };
-        assert!(whole.len() < raw * 1002 / 1000, "{depth:?}: {} of {raw} bytes", whole.len());
-        let read: Vec<u16> = match depth {
-            PngDepth::Eight => bytes.iter().map(|code| u16::from(*code)).collect(),
-            PngDepth::Sixteen => bytes.as_chunks().0.iter().map(|code| u16::from_be_bytes(*code)).collect(),
+        let raw = channels * width * height as usize * if bits == 8 { 1 } else { 2 };
+        assert!(whole.len() < raw * 1002 / 1000, "{bits}: {} of {raw} bytes", whole.len());
+        let read: Vec<u16> = match bits {
+            8 => bytes.iter().map(|code| u16::from(*code)).collect(),
+            _ => bytes.as_chunks().0.iter().map(|code| u16::from_be_bytes(*code)).collect(),
         };
-        assert!(read == codes, "{depth:?}: the codes are those that were written");
+        assert!(read == codes, "{bits}: the codes are those that were written");
     }
-    assert!(!PngRows::<Shared>::can_write(&PngOptions { alpha: Alpha::WhereNeeded, ..PngOptions::default() }));
+    assert!(Encoding { alpha: Alpha::WhereNeeded, ..Encoding::PNG }.needs_all_rows());
 }
 
 #[test]
 fn a_seed_decides_the_noise() {
     let gray = [0.5_f32; 64 * 64 * 4];
     let with = |seed| {
-        let options = PngOptions { dither: Some(seed), ..PLAIN };
-        encoded((64, 64), EncodedPixels::Float(&gray), &options)
+        let options = Encoding { dither: Some(seed), ..PLAIN };
+        encoded((64, 64), Samples::Float(&gray), &options)
     };
     assert_eq!(with(5), with(5));
     assert_ne!(codes(&with(5)).2, codes(&with(6)).2);
@@ -146,8 +132,8 @@ fn a_seed_decides_the_noise() {
 #[test]
 fn alpha_is_written_where_it_is_not_one() {
     let kinds = |alpha: Alpha, values: &[f32; 8]| {
-        let pixels = EncodedPixels::Float(values);
-        codes(&encoded((2, 1), pixels, &PngOptions { alpha, ..PLAIN })).0
+        let pixels = Samples::Float(values);
+        codes(&encoded((2, 1), pixels, &Encoding { alpha, ..PLAIN })).0
     };
     let (opaque, clear) = ([0.5, 0.5, 0.5, 1.0, 0.25, 0.25, 0.25, 0.999], [0.5, 0.5, 0.5, 1.0, 0.25, 0.25, 0.25, 0.9]);
     assert_eq!(kinds(Alpha::WhereNeeded, &opaque), ColorType::Rgb, "0.999 is code 255");
@@ -170,8 +156,8 @@ fn the_error_has_the_variance_of_one_quantization() {
     let values: Vec<f32> = (0..width * height).flat_map(|pixel| [at(pixel), at(pixel), at(pixel), 1.0]).collect();
     let colors: Vec<f32> = values.chunks(4).flat_map(|pixel| pixel[..3].to_vec()).collect();
     for (dither, variance) in [(Some(9), 0.25), (None, 1.0 / 12.0)] {
-        let options = PngOptions { dither, alpha: Alpha::WhereNeeded, ..PLAIN };
-        let (_, _, found) = codes(&encoded((width, height), EncodedPixels::Float(&values), &options));
+        let options = Encoding { dither, alpha: Alpha::WhereNeeded, ..PLAIN };
+        let (_, _, found) = codes(&encoded((width, height), Samples::Float(&values), &options));
         let (mean, found) = error(&colors, &found);
         assert!(mean.abs() < 0.005 && (found - variance).abs() < 0.004, "{dither:?}: mean {mean}, variance {found}");
     }
@@ -181,7 +167,7 @@ fn the_error_has_the_variance_of_one_quantization() {
 fn codes_are_read_as_linear_light() {
     let folder = Folder::new("png-light");
     let bytes = [0, 10, 11, 128, 188, 255, 64, 255];
-    let picture = folder.read(&encoded((2, 1), EncodedPixels::Byte(&bytes), &PLAIN)).unwrap();
+    let picture = folder.read(&encoded((2, 1), Samples::Byte(&bytes), &PLAIN)).unwrap();
     assert_eq!(picture.pixels.bytes_per_channel(), 2);
     let [r, g, b, a] = picture.pixel(0, 0);
     // IEC 61966-2-1: 10/255 lies on the line, 11/255 on the curve.
@@ -190,9 +176,9 @@ fn codes_are_read_as_linear_light() {
     }
     assert!((picture.pixel(1, 0)[0] - 0.502886).abs() < 3e-4);
     assert_eq!(picture.pixel(1, 0)[1], 1.0);
-    let options = PngOptions { depth: PngDepth::Sixteen, ..PLAIN };
+    let options = Encoding { bits: 16, ..PLAIN };
     let values = [0.5, 0.04, 1.0, 0.25];
-    let picture = folder.read(&encoded((1, 1), EncodedPixels::Float(&values), &options)).unwrap();
+    let picture = folder.read(&encoded((1, 1), Samples::Float(&values), &options)).unwrap();
     assert_eq!(picture.pixels.bytes_per_channel(), 4);
     assert!((picture.pixel(0, 0)[0] - 0.25 * 0.214041).abs() < 1e-5);
 }

@@ -78,9 +78,10 @@ fn pixels_of_both_depths_lie_in_their_places_and_are_converted_alike() {
     let bytes: Vec<u8> = (0..3 * 2).flat_map(|at| [200 - at * 10, 40 + at * 20, 90, 255 - at]).collect();
     for primaries in [Chromaticities::REC709, Chromaticities::REC2020] {
         let color = Some(Colorimetry::new(primaries, Transfer::Srgb));
-        for depth in [PngDepth::Eight, PngDepth::Sixteen] {
-            let options = PngOptions { depth, alpha: Alpha::Keep, premultiplied: false, dither: None, color };
-            let picture = folder.read(&encode_png((3, 2), EncodedPixels::Byte(&bytes), &options).unwrap()).unwrap();
+        for bits in [8, 16] {
+            let options =
+                Encoding { bits, alpha: Alpha::Keep, premultiplied: false, dither: None, color, ..Encoding::PNG };
+            let picture = folder.read(&encode(((3, 2), Samples::Byte(&bytes)), &options).unwrap()).unwrap();
             assert_eq!((picture.width, picture.height), (3, 2));
             for (at, code) in bytes.as_chunks::<4>().0.iter().enumerate() {
                 let [r, g, b] = [0, 1, 2].map(|channel| f64::from(srgb(code[channel].into(), 255)));
@@ -102,8 +103,8 @@ fn with(file: &[u8], name: &[u8; 4], data: &[u8]) -> Vec<u8> {
 }
 
 fn gray(code: u8) -> Vec<u8> {
-    let options = PngOptions { color: None, ..PngOptions::default() };
-    encode_png((1, 1), EncodedPixels::Byte(&[code, code, code, 255]), &options).unwrap()
+    let options = Encoding { color: None, ..Encoding::PNG };
+    encode(((1, 1), Samples::Byte(&[code, code, code, 255])), &options).unwrap()
 }
 
 #[test]
@@ -180,9 +181,9 @@ fn a_peak_that_no_display_has_is_ignored() {
 fn hlg_is_shown_by_luminance() {
     let folder = Folder::new("layouts-hlg");
     let color = Colorimetry::new(Chromaticities::REC2020, Transfer::Hlg).nits(203.0, 1000.0);
-    let options = PngOptions { depth: PngDepth::Sixteen, color: Some(color), ..PngOptions::default() };
+    let options = Encoding { bits: 16, color: Some(color), ..Encoding::PNG };
     let pixels = [0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
-    let file = encode_png((3, 1), EncodedPixels::Float(&pixels), &options).unwrap();
+    let file = encode(((3, 1), Samples::Float(&pixels)), &options).unwrap();
     let picture = folder.read(&file).unwrap();
     assert_eq!(picture.pixel(0, 0), [0.0, 0.0, 0.0, 1.0]);
     // Luminance of the primaries of Rec.2020, and the first two columns of ITU-R BT.2087's matrix to Rec.709.
@@ -208,34 +209,34 @@ fn hlg_is_shown_by_luminance() {
 
 #[test]
 fn alpha_is_looked_at_in_every_kind_of_pixels() {
-    let kind = |pixels: EncodedPixels<'_>, depth| {
-        let options = PngOptions { depth, alpha: Alpha::WhereNeeded, ..PngOptions::default() };
-        encode_png((2, 1), pixels, &options).unwrap()[25]
+    let kind = |pixels: Samples<'_>, bits| {
+        let options = Encoding { bits, alpha: Alpha::WhereNeeded, ..Encoding::PNG };
+        encode(((2, 1), pixels), &options).unwrap()[25]
     };
     for (alpha, byte, eight, sixteen) in [(1.0, 255, 2, 2), (0.9995, 254, 2, 6), (0.5, 128, 6, 6)] {
         let floats = [0.5, 0.5, 0.5, 1.0, 0.5, 0.5, 0.5, alpha];
         let halves = floats.map(f16::from_f32);
-        for (depth, expected) in [(PngDepth::Eight, eight), (PngDepth::Sixteen, sixteen)] {
-            assert_eq!(kind(EncodedPixels::Float(&floats), depth), expected, "{alpha} {depth:?}");
-            assert_eq!(kind(EncodedPixels::Half(&halves), depth), expected, "{alpha} {depth:?}");
+        for (bits, expected) in [(8, eight), (16, sixteen)] {
+            assert_eq!(kind(Samples::Float(&floats), bits), expected, "{alpha} {bits}");
+            assert_eq!(kind(Samples::Half(&halves), bits), expected, "{alpha} {bits}");
         }
         let bytes = [9, 9, 9, 255, 9, 9, 9, byte];
-        assert_eq!(kind(EncodedPixels::Byte(&bytes), PngDepth::Eight), if byte == 255 { 2 } else { 6 }, "{byte}");
+        assert_eq!(kind(Samples::Byte(&bytes), 8), if byte == 255 { 2 } else { 6 }, "{byte}");
     }
 }
 
 /// Widths and heights of PNG and JPEG are not exchanged, and defaults are those that the manual states.
 #[test]
 fn sizes_and_defaults_are_written() {
-    let file = encode_png((3, 2), EncodedPixels::Byte(&[255; 24]), &PngOptions::default()).unwrap();
+    let file = encode(((3, 2), Samples::Byte(&[255; 24])), &Encoding::PNG).unwrap();
     let header = [0, 0, 0, 3, 0, 0, 0, 2, 8, 2, 0, 0, 0];
     assert_eq!(chunk(&file, "IHDR").unwrap(), header, "eight bits, RGB, not interlaced");
-    let options = PngOptions::default();
+    let options = Encoding::PNG;
     assert_eq!((options.dither, options.color, options.alpha), (Some(0), Some(Colorimetry::SRGB), Alpha::Drop));
-    let options = JpegOptions::default();
+    let options = Encoding::JPEG;
     assert_eq!((options.quality, options.dither, options.color), (92, Some(0), Some(Colorimetry::SRGB)));
-    let options = ExrOptions::default();
-    assert_eq!((options.float, options.alpha, options.compression), (false, true, ExrCompression::Zip));
+    let options = Encoding::EXR;
+    assert_eq!((options.bits, options.alpha, options.compression), (16, Alpha::Keep, ExrCompression::Zip));
     assert_eq!(options.color, Some(Colorimetry::linear(Chromaticities::REC709)));
     let bare = without(&file, "cICP");
     assert!(chunk(&bare, "cICP").is_none() && bare.len() == file.len() - 16);

@@ -14,14 +14,14 @@ fn lights() -> Picture {
     Picture::new(2, 1, Pixels::Float(LIGHTS.to_vec()))
 }
 
-fn scene_light(space: &str) -> ExrOptions {
+fn scene_light(space: &str) -> Encoding {
     let primaries = ColorSpace::named(space).map(|space| space.primaries);
-    ExrOptions { float: true, scene: true, primaries, ..ExrOptions::default() }
+    Encoding { bits: 32, scene: true, primaries, ..Encoding::EXR }
 }
 
 /// What another reader finds in a file: red and white as B, G, R, and the attributes that name a space.
-fn stored(folder: &Folder, options: &ExrOptions) -> ([[f32; 2]; 3], [Option<String>; 2]) {
-    let path = folder.with("stored.exr", &encode_exr(&lights(), options).unwrap());
+fn stored(folder: &Folder, options: &Encoding) -> ([[f32; 2]; 3], [Option<String>; 2]) {
+    let path = folder.with("stored.exr", &encode(&lights(), options).unwrap());
     let layer = read_first_flat_layer_from_file(path).unwrap().layer_data;
     let channels: Vec<[f32; 2]> = layer.channel_data.list[1..]
         .iter()
@@ -72,14 +72,14 @@ fn pixels_are_converted_to_the_space_that_is_named() {
 #[test]
 fn only_an_aces_container_is_called_one() {
     let folder = Folder::new("spaces-container");
-    let plain = ExrOptions { float: false, compression: ExrCompression::None, ..scene_light("ACES2065-1") };
+    let plain = Encoding { bits: 16, compression: ExrCompression::None, ..scene_light("ACES2065-1") };
     let table = [
         (plain, Some("lin_ap0_scene"), Some("1")),
-        (ExrOptions { float: true, ..plain }, Some("lin_ap0_scene"), None),
-        (ExrOptions { compression: ExrCompression::Zip, ..plain }, Some("lin_ap0_scene"), None),
-        (ExrOptions { primaries: Some(Chromaticities::ACES_CG), ..plain }, Some("lin_ap1_scene"), None),
-        (ExrOptions { scene: false, ..plain }, None, None),
-        (ExrOptions { color: None, ..plain }, None, None),
+        (Encoding { bits: 32, ..plain }, Some("lin_ap0_scene"), None),
+        (Encoding { compression: ExrCompression::Zip, ..plain }, Some("lin_ap0_scene"), None),
+        (Encoding { primaries: Some(Chromaticities::ACES_CG), ..plain }, Some("lin_ap1_scene"), None),
+        (Encoding { scene: false, ..plain }, None, None),
+        (Encoding { color: None, ..plain }, None, None),
     ];
     for (options, id, flag) in table {
         let (_, [named, flagged]) = stored(&folder, &options);
@@ -94,7 +94,7 @@ fn the_adopted_neutral_is_carried_to_the_white_of_the_file() {
         let mut picture = lights();
         // The white of Rec.709, in which the picture is.
         picture.meta.layer.adopted_neutral = Some((0.3127, 0.3290).into());
-        let path = folder.with("neutral.exr", &encode_exr(&picture, &scene_light(space)).unwrap());
+        let path = folder.with("neutral.exr", &encode(&picture, &scene_light(space)).unwrap());
         let stated = read_first_flat_layer_from_file(path).unwrap().layer_data.attributes.adopted_neutral.unwrap();
         assert!((stated.0 - white.0).abs() < 1e-5 && (stated.1 - white.1).abs() < 1e-5, "{space}: {stated:?}");
     }
@@ -108,7 +108,7 @@ fn what_a_file_states_can_be_overruled() {
         read_within(&Source::file(folder.with("lies", bytes)), options)
     };
     // Numbers of ACEScg in a file that says Rec.709.
-    let lies = encode_exr(&lights(), &scene_light("Rec709")).unwrap();
+    let lies = encode(&lights(), &scene_light("Rec709")).unwrap();
     let picture = as_space(&lies, "acescg").unwrap();
     for (value, expected) in picture.pixel(0, 0).into_iter().zip([1.705051, -0.130256, -0.024003, 1.0]) {
         assert!((value - expected).abs() < 2e-6, "{value} is not {expected}");
@@ -118,7 +118,7 @@ fn what_a_file_states_can_be_overruled() {
     assert_eq!(error.message, "this file holds linear light, and not sRGB");
     // Code 128 of a PNG that says sRGB.
     let codes = [0.501_960_8; 4];
-    let png = encode_png((1, 1), EncodedPixels::Float(&codes), &PngOptions { dither: None, ..PngOptions::default() });
+    let png = encode(((1, 1), Samples::Float(&codes)), &Encoding { dither: None, ..Encoding::PNG });
     let png = png.unwrap();
     for (space, light) in [("sRGB", 0.215_861), ("Rec709", 0.501_961), ("Rec2100-PQ", 0.463_42)] {
         let [r, g, b, _] = as_space(&png, space).unwrap().pixel(0, 0);
@@ -131,7 +131,7 @@ fn named(folder: &Folder, id: &str, primaries: Option<Chromaticities>) -> std::p
     let mut source = Picture::new(1, 1, Pixels::Float(vec![0.25, 0.5, 0.75, 1.0]));
     source.meta.set_text("other", id);
     let color = Some(Colorimetry::linear(primaries.unwrap_or(Chromaticities::REC709)));
-    let bytes = encode_exr(&source, &ExrOptions { float: true, color, ..ExrOptions::default() }).unwrap();
+    let bytes = encode(&source, &Encoding { bits: 32, color, ..Encoding::EXR }).unwrap();
     // The name of the attribute has as many letters as that of another one, to stay in its place.
     let renamed = |bytes: &[u8], from: &str, to: &str| {
         let at = bytes.windows(from.len()).position(|window| window == from.as_bytes()).unwrap();
@@ -195,8 +195,8 @@ fn a_name_that_is_not_known_is_told_and_nothing_else_is_claimed() {
         for id in ["unknown", "studio:log_scene", "lin_rec709", "g26_xyzd65_display"] {
             let back = read(&Source::file(named(&folder, id, primaries))).unwrap();
             assert!(matches!(&back.notes[..], [note] if note.contains(&format!("`{id}`"))), "{:?}", back.notes);
-            let options = ExrOptions { scene: true, ..ExrOptions::default() };
-            let written = encode_exr(&back, &options).unwrap();
+            let options = Encoding { scene: true, ..Encoding::EXR };
+            let written = encode(&back, &options).unwrap();
             let states = |name: &str| written.windows(name.len()).any(|window| window == name.as_bytes());
             let found = [states("colorInteropID"), states("\0chromaticities\0chromaticities\0")];
             assert_eq!(found, [false, has_chromaticities], "{id}");
@@ -214,8 +214,8 @@ fn tristimulus_values_come_back_as_they_were() {
     let third = 1.0 / 3.0;
     let xyz = Chromaticities::from_numbers([1.0, 0.0, 0.0, 1.0, 0.0, 0.0, third, third]).unwrap();
     let folder = Folder::new("spaces-xyz");
-    let options = ExrOptions { float: true, scene: true, primaries: Some(xyz), ..ExrOptions::default() };
-    let back = folder.read(&encode_exr(&lights(), &options).unwrap()).unwrap();
+    let options = Encoding { bits: 32, scene: true, primaries: Some(xyz), ..Encoding::EXR };
+    let back = folder.read(&encode(&lights(), &options).unwrap()).unwrap();
     for (value, expected) in back.pixels.to_f32().iter().zip(LIGHTS) {
         assert!((value - expected).abs() < 1e-5, "{value} is not {expected}");
     }

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use afterimage_graph::image::ColorState;
-use afterimage_media::{
-    Alpha, EncodedPixels, ExrOptions, Picture, Pixels, PngDepth, PngOptions, encode_png, write_atomic,
-};
+use afterimage_media::{Alpha, Encoding, Picture, Pixels, Samples, encode, write_atomic};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -49,16 +47,16 @@ pub(crate) fn write_exr(
         _ => Pixels::Float(bytemuck::pod_collect_to_vec(bytes)),
     };
     let state = ColorState::named(state).unwrap_or(ColorState::Scene);
-    let color = color.map_or(ExrOptions::default().color, |color| Some(color.colorimetry));
-    let options = ExrOptions {
-        float: ty != "float16",
+    let color = color.map_or(Encoding::EXR.color, |color| Some(color.colorimetry));
+    let options = Encoding {
+        bits: if ty == "float16" { 16 } else { 32 },
         color: color.filter(|_| !matches!(state, ColorState::Data | ColorState::LogLuminance)),
         scene: matches!(state, ColorState::Scene | ColorState::Exposed),
-        ..ExrOptions::default()
+        ..Encoding::EXR
     };
     let picture = Picture::new(size.0, size.1, pixels);
     // A picture of numbers has no attributes that could be left out.
-    py.detach(|| afterimage_media::write_exr(&path, &picture, &options)).map_err(Failure::from)?;
+    py.detach(|| afterimage_media::write_image(&path, &picture, &options)).map_err(Failure::from)?;
     Ok(())
 }
 
@@ -82,15 +80,16 @@ pub(crate) fn write_png<'py>(
         for pixel in codes.chunks_exact(channels) {
             pixels.extend((0..4).map(|channel| pixel.get(channel).map_or(1.0, |code| f32::from(*code) / last)));
         }
-        let options = PngOptions {
-            depth: if bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight },
+        let options = Encoding {
+            bits,
             alpha: if channels == 4 { Alpha::Keep } else { Alpha::Drop },
             // The codes of an image are those of a PNG.
             premultiplied: false,
             dither: None,
-            color: color.or(PngOptions::default().color),
+            color: color.or(Encoding::PNG.color),
+            ..Encoding::PNG
         };
-        let file = encode_png(size, EncodedPixels::Float(&pixels), &options)?;
+        let file = encode((size, Samples::Float(&pixels)), &options)?;
         if let Some(path) = &path {
             write_atomic(path, &file)?;
         }

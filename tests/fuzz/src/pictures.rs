@@ -1,8 +1,6 @@
 //! Small images in every form that is read.
 
-use afterimage_media::{
-    Alpha, EncodedPixels, ExrOptions, JpegOptions, Picture, Pixels, PngOptions, encode_exr, encode_jpeg, encode_png,
-};
+use afterimage_media::{Alpha, Encoding, Picture, Pixels, Samples, encode};
 use exr::block::UncompressedBlock;
 use exr::block::writer::ChunksWriter;
 use exr::math::{RoundingMode, Vec2};
@@ -28,7 +26,7 @@ const COMPRESSIONS: [Compression; 10] = [
 pub(crate) fn pictures() -> Vec<Vec<u8>> {
     let scanlines = COMPRESSIONS.map(|compression| exr_of(compression, BlockDescription::ScanLines));
     let tiles = COMPRESSIONS.map(|compression| exr_of(compression, in_tiles()));
-    let own = encode_exr(&picture(), &ExrOptions::default()).expect("a picture can be encoded");
+    let own = encode(&picture(), &Encoding::EXR).expect("a picture can be encoded");
     scanlines.into_iter().chain(tiles).chain([own, runs(), flat_radiance()]).chain(pngs()).chain([jpeg()]).collect()
 }
 
@@ -39,7 +37,7 @@ fn picture() -> Picture {
 
 fn jpeg() -> Vec<u8> {
     let codes: Vec<u8> = (0..17 * 11 * 4).map(|i| (i * 37 % 251) as u8).collect();
-    encode_jpeg((17, 11), EncodedPixels::Byte(&codes), &JpegOptions::default()).expect("a picture can be encoded")
+    encode(((17, 11), Samples::Byte(&codes)), &Encoding::JPEG).expect("a picture can be encoded")
 }
 
 fn in_tiles() -> BlockDescription {
@@ -84,8 +82,8 @@ fn flat_radiance() -> Vec<u8> {
 fn pngs() -> Vec<Vec<u8>> {
     use png::{BitDepth, ColorType};
     let codes: Vec<u8> = (0..16 * 9 * 4).map(|i| (i * 37 % 251) as u8).collect();
-    let options = PngOptions { alpha: Alpha::Keep, ..PngOptions::default() };
-    let own = encode_png((16, 9), EncodedPixels::Byte(&codes), &options).expect("a picture can be encoded");
+    let options = Encoding { alpha: Alpha::Keep, ..Encoding::PNG };
+    let own = encode(((16, 9), Samples::Byte(&codes)), &options).expect("a picture can be encoded");
     let kinds = [
         (ColorType::Grayscale, BitDepth::One, 2),
         (ColorType::Indexed, BitDepth::Four, 8),

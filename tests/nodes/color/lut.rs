@@ -4,7 +4,7 @@ use super::{OneFile, Tolerance, compare_with, light, tolerance, unit};
 use crate::reference::lut::{Cube, lookup, shape_log2};
 use crate::reference::math::{Rgb, mix};
 use crate::reference::transfer::srgb_encode;
-use afterimage_media::{EncodedPixels, PngOptions, encode_png};
+use afterimage_media::{Encoding, Samples, encode};
 use afterimage_nodes::PngLayout;
 
 /// The class `lut` of the test vectors.
@@ -128,8 +128,8 @@ fn picture(layout: PngLayout, color: impl Fn(Rgb) -> Rgb) -> Vec<u8> {
         let [r, g, b] = entry.map(|x| (x * 255.0).round() as u8);
         pixels[place] = [r, g, b, 255];
     }
-    let pixels = EncodedPixels::Byte(pixels.as_flattened());
-    encode_png((512, 512), pixels, &PngOptions::default()).expect("a picture in memory")
+    let pixels = Samples::Byte(pixels.as_flattened());
+    encode(((512, 512), pixels), &Encoding::PNG).expect("a picture in memory")
 }
 
 #[test]

@@ -11,7 +11,7 @@ use afterimage_graph::check::{CheckOptions, Graph, NoFiles, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{Camera, NodeKind, Registry};
-use afterimage_media::JpegOptions;
+use afterimage_media::Encoding;
 
 use self::sheet::{Crop, sheet};
 use crate::support::docs;
@@ -143,7 +143,7 @@ impl Page {
             };
             let halves: Vec<[Picture; 2]> = self.panels.iter().zip(&frames).map(shown).collect();
             // Without a dither, which would be most of the file.
-            let options = JpegOptions { quality: 78, dither: None, ..JpegOptions::default() };
+            let options = Encoding { quality: 78, dither: None, ..Encoding::JPEG };
             docs::write(self.file, &sheet(&halves), &options);
         }
     }

@@ -3,10 +3,10 @@
 use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Format, ImageDesc};
-use afterimage_media::{Alpha, PngDepth, PngOptions, png_codes};
+use afterimage_media::{Alpha, png_codes};
 use afterimage_plan::PlanOutput;
 
-use super::quantize::with_encoded_pixels;
+use super::quantize::with_samples;
 use crate::error::Error;
 
 /// The conversion of outputs for a display to numbers. Light and data are not encoded: they have the type that the
@@ -155,14 +155,14 @@ fn plain(texels: Texels) -> (Numbers, usize) {
 /// The codes of the program's PNG.
 fn rounded(texels: &Texels, rounding: &Rounding, color: Colorimetry) -> Result<(Numbers, usize), Error> {
     let size = (texels.desc.size.width, texels.desc.size.height);
-    let options = PngOptions {
-        depth: if rounding.bits == 16 { PngDepth::Sixteen } else { PngDepth::Eight },
+    let encoding = afterimage_media::Encoding {
+        bits: rounding.bits,
         alpha: if rounding.keeps_alpha { Alpha::Keep } else { Alpha::Drop },
-        premultiplied: true,
         dither: rounding.dither,
         color: Some(color),
+        ..afterimage_media::Encoding::PNG
     };
-    let codes = with_encoded_pixels(texels, |pixels| png_codes(size, pixels, &options));
+    let codes = with_samples(texels, |pixels| png_codes(size, pixels, &encoding));
     let (codes, channels) = codes.map_err(|error| Error::Image(error.message))?;
     let numbers = match rounding.bits {
         16 => Numbers::Codes(codes),

@@ -7,7 +7,7 @@ use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, GraphNode, Source};
 use afterimage_graph::image::{ColorState, Format};
 use afterimage_graph::value::Value;
-use afterimage_media::EncodedPixels;
+use afterimage_media::Samples;
 use half::f16;
 
 /// The noise of the `Dither` nodes of a pipeline.
@@ -82,16 +82,16 @@ pub fn with_codes(mut graph: Graph, files: &[EncodedFile]) -> Graph {
     graph
 }
 
-/// Calls `write` with the pixels of an encoded output as the writers of files take them.
-pub fn with_encoded_pixels<T>(texels: &Texels, write: impl FnOnce(EncodedPixels<'_>) -> T) -> T {
+/// Calls `write` with texels in the form that writers of files take.
+pub fn with_samples<T>(texels: &Texels, write: impl FnOnce(Samples<'_>) -> T) -> T {
     match texels.desc.format {
-        Format::Rgba8Unorm => write(EncodedPixels::Byte(&texels.bytes)),
+        Format::Rgba8Unorm => write(Samples::Byte(&texels.bytes)),
         Format::Rgba16Float => match bytemuck::try_cast_slice(&texels.bytes) {
-            Ok(halves) => write(EncodedPixels::Half(halves)),
+            Ok(halves) => write(Samples::Half(halves)),
             // They begin at an odd address.
-            Err(_) => write(EncodedPixels::Half(&bytemuck::pod_collect_to_vec::<u8, f16>(&texels.bytes))),
+            Err(_) => write(Samples::Half(&bytemuck::pod_collect_to_vec::<u8, f16>(&texels.bytes))),
         },
-        _ => write(EncodedPixels::Float(texels.to_floats().as_flattened())),
+        _ => write(Samples::Float(texels.to_floats().as_flattened())),
     }
 }
 

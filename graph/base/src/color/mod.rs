@@ -8,10 +8,12 @@ mod chromaticities;
 mod colorimetry;
 mod cones;
 mod decimal;
+mod luminance;
 mod transfer;
 
 pub use chromaticities::{Chromaticities, Xy};
 pub use colorimetry::{Colorimetry, GRAPHICS_WHITE};
 pub use cones::Cones;
 pub use decimal::Decimal;
+pub use luminance::{LUMINANCE_REC709, LUMINANCE_REC2020, rec709_luminance};
 pub use transfer::{Transfer, hlg_gamma};

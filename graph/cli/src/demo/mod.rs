@@ -9,7 +9,7 @@ use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_graph::node::{BlockData, NodeKind};
-use afterimage_media::run_files;
+use afterimage_media::{ImageFormat, run_files};
 use afterimage_pipelines::PIPELINES;
 use afterimage_plan::Options;
 
@@ -19,7 +19,7 @@ use crate::device::{CachedSession, open};
 use crate::failure::Failure;
 use crate::files::registry;
 use crate::render::choose_output;
-use crate::save::{FileFormat, SaveOptions, Stated, save};
+use crate::save::{ImageInfo, SaveOptions, save};
 use crate::terminal::say;
 use graph::{RENDERER, graph};
 
@@ -33,10 +33,9 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         run_files::writes(&args.out.join(name))?;
     }
     let gpu = open(&args.device)?;
-    let saved = |name: &str, texels: &Texels, stated: Stated, format: FileFormat| {
-        let extension = if format == FileFormat::Exr { "exr" } else { "png" };
-        let path = args.out.join(format!("{name}.{extension}"));
-        save(&path, texels, stated, &SaveOptions::plain(format))?;
+    let saved = |name: &str, texels: &Texels, stated: ImageInfo, format: ImageFormat| {
+        let path = args.out.join(format!("{name}.{}", format.endings()[0]));
+        save(&path, texels, &stated, &SaveOptions::plain(format))?;
         say(&path.display().to_string());
         Ok::<_, Failure>(())
     };
@@ -46,7 +45,7 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let mut scene = cached(&gpu, renderer);
     scene.session.render(size, &[], FrameStep::FIRST)?;
     let texels = scene.session.output("scene")?;
-    saved("scene", &texels, stated(&scene.session, "scene"), FileFormat::Exr)?;
+    saved("scene", &texels, stated(&scene.session, "scene"), ImageFormat::Exr)?;
     let images = ["scene", "depth", "normal", "motion"].map(|name| scene.session.output_image(name, name));
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
@@ -57,17 +56,17 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
         render(&mut demo.session, &graph, &images, camera.as_ref())?;
         demo.keep_pipelines();
         let texels = demo.session.output(&output)?;
-        saved(name, &texels, stated(&demo.session, &output), FileFormat::Png)?;
+        saved(name, &texels, stated(&demo.session, &output), ImageFormat::Png)?;
         tiles.push(texels);
     }
     let sheet =
-        Stated { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0, original: None };
-    saved("contact-sheet", &contact_sheet(&tiles), sheet, FileFormat::Png)
+        ImageInfo { state: ColorState::Encoded, colorimetry: Colorimetry::SRGB, meta: None, frame: 0, original: None };
+    saved("contact-sheet", &contact_sheet(&tiles), sheet, ImageFormat::Png)
 }
 
-/// What is known about an output beside its texels.
-fn stated(session: &Session, output: &str) -> Stated {
-    Stated::of(session.plan().output(Some(output)).expect("the graph has this output"))
+/// Properties of an output besides its texels.
+fn stated(session: &Session, output: &str) -> ImageInfo {
+    ImageInfo::of(session.plan().output(Some(output)).expect("the graph has this output"))
 }
 
 /// Renders the first frame with the images that the graph has inputs for, and with the camera.

@@ -11,7 +11,7 @@ use ocio::{Config, Processor};
 
 use crate::failure::Failure;
 
-/// What the built-in configs call the light that pipelines work in.
+/// The name of linear Rec.709 in the built-in configs.
 pub(super) const LIGHT: &str = "Linear Rec.709 (sRGB)";
 
 /// The name of the config on the command line.
@@ -47,9 +47,9 @@ fn read() -> Result<Arc<Config>, String> {
         }
     }
     Config::create_from_file(&name).map(Arc::new).map_err(|error| {
-        let said = sentence(&error);
+        let message = sentence(&error);
         // Its name comes before already.
-        let why = said.split_once("' failed. ").map_or(&*said, |(_, why)| why);
+        let why = message.split_once("' failed. ").map_or(&*message, |(_, why)| why);
         format!("`{name}`: {why}")
     })
 }
@@ -106,7 +106,7 @@ pub(super) fn no_space(config: &Config, name: &str, others: &[&str]) -> String {
     format!("the config has no color space `{name}`; {}", meant.unwrap_or_else(all))
 }
 
-/// What OpenColorIO says, in a line: which file is wrong, why, and how to mend it.
+/// A message of OpenColorIO in one line: which file is wrong, why, and how to mend it.
 pub(super) fn sentence(error: &ocio::Error) -> String {
     let lines: Vec<&str> = error.message().lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     let text = lines.join(" ");
@@ -163,21 +163,21 @@ mod tests {
 
     #[test]
     fn errors_name_the_file_and_how_to_mend_it() {
-        let said = |text: &str| sentence(&ocio::Error::msg(text));
+        let message = |text: &str| sentence(&ocio::Error::msg(text));
         let missing = "The specified file reference 'a.csp' could not be located. The following attempts were made: \
                        '/luts/a.csp' : '/more/a.csp'.";
         let mended = "there is no file `/luts/a.csp`, `/more/a.csp`; put it there, or add its folder to \
                       `search_path` of the config";
-        assert_eq!(said(missing), mended);
+        assert_eq!(message(missing), mended);
         let tried = "The specified transform file '/luts/a.cube' could not be loaded.\nAll formats have been tried. \
                      (Enable debug log for errors from all formats.) ";
         let none = "`/luts/a.cube` has no format of OpenColorIO; convert it to .cube, as `ociobakelut` does";
-        assert_eq!(said(tried), none);
+        assert_eq!(message(tried), none);
         let two = "The formats for the file's extension gave the errors:\n\n    'iridas_cube' failed with: Error \
                    parsing Iridas .cube file (/luts/a.cube).  At line (9): '0.5'.  Malformed color triples \
                    specified.    'resolve_cube' failed with: Error";
         let one = "`/luts/a.cube` is not read: Error parsing Iridas .cube file.  At line (9): '0.5'.  Malformed color \
                    triples specified; write the file again with the program that made it";
-        assert_eq!(said(&format!("{tried}{two}")), one);
+        assert_eq!(message(&format!("{tried}{two}")), one);
     }
 }

@@ -28,7 +28,7 @@ pub(crate) fn forget(changed: &BTreeSet<PathBuf>) -> bool {
     is_other
 }
 
-/// What makes linear Rec.709 of a color space of the config.
+/// The processor from a color space of the config to linear Rec.709.
 fn to_light(config: &Config, space: &str) -> Result<ocio::Processor, String> {
     if config.get_color_space(space).is_none() {
         return Err(no_space(config, space, &ColorSpace::ALL.map(|space| space.name)));

@@ -1,5 +1,5 @@
-//! A picture that is larger than the device, or than the memory for it: rows come from its files and go to its files,
-//! band by band.
+//! Images that exceed the limits of the device or of memory: rows are read from files, rendered and written band by
+//! band.
 
 use std::mem;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use afterimage::offline::Session;
 use afterimage_gpu::{BandReader, BandWriter, Texels};
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_media::{ReadOptions, RowsFile, RowsOptions, Source, left_out, read_within};
+use afterimage_media::{Encoding, ImageFile, ImageFormat, Metadata, ReadOptions, Source, left_out, read_within};
 use afterimage_plan::{BandLimits, HostLimits, Plan, PlanOutput};
 
 use super::jobs::Job;
@@ -22,7 +22,7 @@ use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
 use crate::process::pool;
-use crate::save::{Stated, is_light, write_rows};
+use crate::save::{ImageInfo, is_light, write_rows};
 use crate::terminal::note;
 
 /// The inputs of a picture.
@@ -58,8 +58,8 @@ struct OutputRows<'a> {
     desc: ImageDesc,
     crop: Crop,
     /// The file that takes them.
-    file: Option<(&'a Path, RowsOptions)>,
-    open: Option<RowsFile>,
+    file: Option<(&'a Path, Encoding, Option<Metadata>)>,
+    open: Option<ImageFile>,
     /// Otherwise they are kept.
     bytes: Vec<u8>,
 }
@@ -71,7 +71,7 @@ pub(super) struct Made {
     /// The repaired pixels of each input.
     pub(super) repairs: Vec<Repairs>,
     pub(super) exposure: Vec<Reading>,
-    /// How long files were read and written, while the device worked.
+    /// Time of reading and of writing files, while the device worked.
     pub(super) read: Duration,
     pub(super) write: Duration,
 }
@@ -98,16 +98,12 @@ pub(super) fn render(
         let is_streamed = pictures.iter().any(|input| input.streamed.is_some());
         let is_large = is_streamed || desc.bytes() > request.args.images.budget().0;
         let meta = pictures.first().map(|input| input.picture.meta.clone());
-        let stated = Stated { meta, frame: job.frame.unwrap_or(0), ..Stated::of(&output) };
-        let square_pixels = stated.square_pixels();
-        let options = target.saving.rows(stated).filter(|_| is_large);
-        if let (Some(RowsOptions::Png(_) | RowsOptions::Jpeg(_)), Some(text)) = (&options, square_pixels) {
-            note(&format!("note: {text}"));
-        }
-        if let (Some(RowsOptions::Exr(..)), true) = (&options, is_light(output.state)) {
+        let stated = ImageInfo { meta, frame: job.frame.unwrap_or(0), ..ImageInfo::of(&output) };
+        let encoding = target.saving.encoding(&stated);
+        let file = (is_large && !encoding.needs_all_rows()).then(|| (file.as_path(), encoding, stated.attributes()));
+        if file.is_some() && encoding.format == ImageFormat::Exr && is_light(output.state) {
             say_left_out(request, job)?;
         }
-        let file = options.map(|options| (file.as_path(), options));
         outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });
     }
     let mut inputs =
@@ -122,8 +118,7 @@ pub(super) fn render(
     let made = session.render_in_bands(plan, limits, step, frame, &values, files)?;
     if made.bands > made.sweeps {
         note(&format!(
-            "note: the picture is larger than the device, `--gpu-memory` or `--memory`: it is made in {} bands of {} \
-             sweeps, with {} MiB",
+            "note: image exceeds the memory limit; rendering {} bands in {} sweeps, with {} MiB",
             made.bands,
             made.sweeps,
             made.allocated.unwrap_or(made.bytes).div_ceil(1 << 20)
@@ -138,7 +133,7 @@ pub(super) fn render(
     Ok(Made { outputs: finished, repairs, exposure, read, write })
 }
 
-/// What `--memory` leaves for rows.
+/// The memory for rows within `--memory`.
 fn host_limits(request: &Request<'_>, inputs: &[InputRows<'_>], outputs: &[OutputRows<'_>]) -> HostLimits {
     let budget = request.args.images.budget().0;
     let streamed = inputs.iter().filter(|rows| rows.input.streamed.is_some());
@@ -303,7 +298,7 @@ impl OutputRows<'_> {
         if columns.len() < row {
             *texels = cut_columns(texels, row, &columns);
         }
-        let Some((path, options)) = &self.file else {
+        let Some((path, encoding, meta)) = &self.file else {
             if first == y {
                 self.bytes.clear();
                 self.bytes.reserve_exact(self.desc.bytes() as usize);
@@ -312,7 +307,8 @@ impl OutputRows<'_> {
             return Ok(());
         };
         if first == y {
-            let file = RowsFile::begin(path, (self.desc.size.width, self.desc.size.height), options)?;
+            let size = (self.desc.size.width, self.desc.size.height);
+            let file = ImageFile::begin(path, size, encoding, meta.as_ref())?;
             file.notes().iter().for_each(|text| note(&format!("note: {text}")));
             self.open = Some(file);
         }

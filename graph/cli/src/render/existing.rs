@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use afterimage_graph::image::Size;
-use afterimage_media::{ChannelDescription, PartDescription, Source, Window, read_description, read_whole};
+use afterimage_media::{
+    ChannelDescription, ImageFormat, PartDescription, Source, Window, read_description, read_whole,
+};
 use afterimage_plan::Plan;
 
 use super::frames;
@@ -13,7 +15,6 @@ use super::read::read_options;
 use super::request::{Request, is_picture};
 use super::target::Target;
 use crate::args::files::OtherSize;
-use crate::save::FileFormat;
 
 /// For each job, whether all of its files are there and whole: they are decoded, and have the size and the numbers that
 /// would be written.
@@ -64,25 +65,19 @@ fn output_size(request: &Request<'_>, plan: &Plan, target: &Target) -> Option<(u
 /// True if a file holds a whole picture of its format in this size.
 fn is_whole(request: &Request<'_>, file: &Path, target: &Target, size: Option<(u32, u32)>) -> bool {
     let Some(size) = size else { return false };
-    let format = target.saving.format;
     let Ok(found) = read_whole(&Source::file(file), request.args.images.budget()) else { return false };
     let is_written = |part: &PartDescription| {
         let Window { width, height, .. } = part.data;
         (width, height) == (size.0.into(), size.1.into()) && has_channels(&part.channels, target)
     };
-    let name = match format {
-        FileFormat::Exr => "EXR",
-        FileFormat::Jpeg => "JPEG",
-        _ => "PNG",
-    };
-    found.format == name && found.parts.iter().any(is_written)
+    found.format == target.saving.encoding.format.name() && found.parts.iter().any(is_written)
 }
 
 /// True if a part has red, green and blue in the numbers of the target. An EXR file may have them in a layer.
 fn has_channels(channels: &[ChannelDescription], target: &Target) -> bool {
-    let samples = match (target.saving.format, target.saving.bits) {
-        (FileFormat::Exr, 32) => "float",
-        (FileFormat::Exr, _) => "half",
+    let samples = match (target.saving.encoding.format, target.saving.encoding.bits) {
+        (ImageFormat::Exr, 32) => "float",
+        (ImageFormat::Exr, _) => "half",
         (_, bits) if bits > 8 => "16 bits",
         _ => "8 bits",
     };

@@ -7,11 +7,10 @@ use std::time::{Duration, Instant};
 use afterimage::offline::Session;
 use afterimage_gpu::{FrameKind, FrameStep, InputImage, Texels};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
-use afterimage_media::Alpha;
+use afterimage_media::{Alpha, Encoding, ImageFormat};
 use afterimage_plan::{Plan, PlanOutput};
 
 use super::bands;
-use super::kept::{KeptPictures, Repetition};
 use super::metered::{MeasuringPlan, has_meter, names, unmetered};
 use super::read::{InputPicture, Inputs, Read};
 use super::readings::{FrameReport, Outcome, Report, read_meters, value_of};
@@ -19,12 +18,12 @@ use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
 use super::times::Times;
+use super::watch_cache::{CachedPictures, Repetition};
 use super::write::Rendered;
 use crate::args::AlphaChoice;
 use crate::device::CachedSession;
 use crate::failure::Failure;
 use crate::pipeline::assignments;
-use crate::save::FileFormat;
 use crate::terminal::note;
 
 /// Renders what is read.
@@ -44,7 +43,7 @@ pub(super) fn render_all(
         session,
         meters,
         repetition,
-        said: Vec::new(),
+        printed: Vec::new(),
         times: Times::default(),
         has_begun: false,
         begins_shot: true,
@@ -81,11 +80,11 @@ struct Frames<'a> {
     meters: Vec<String>,
     repetition: &'a mut Repetition,
     /// The notes of images that are printed already.
-    said: Vec<String>,
+    printed: Vec<String>,
     times: Times,
-    /// Whether a frame was rendered.
+    /// True if a frame was rendered.
     has_begun: bool,
-    /// Whether the next frame follows none: it is the first, or a cut that could not be rendered was before it.
+    /// True if the next frame follows none: it is the first, or a cut that could not be rendered was before it.
     begins_shot: bool,
     /// The number of the frame that was rendered last, or measured.
     last: Option<u32>,
@@ -107,7 +106,7 @@ impl Frames<'_> {
     fn render(&mut self, index: usize, inputs: Inputs) -> Result<Vec<Rendered>, Failure> {
         let Inputs { pictures, blocks } = inputs;
         let job = &self.request.jobs[index];
-        self.say_notes(&pictures);
+        self.print_notes(&pictures);
         check_rows(&self.session.session, &pictures)?;
         let start = Instant::now();
         let size = size(self.request, pictures.iter().map(|input| input.desc));
@@ -143,7 +142,7 @@ impl Frames<'_> {
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         // The images are uploaded: their memory is freed while the GPU works.
         let inputs = &self.request.inputs;
-        self.repetition.pictures = can_be_repeated.then(|| KeptPictures { inputs: inputs.clone(), pictures });
+        self.repetition.pictures = can_be_repeated.then(|| CachedPictures { inputs: inputs.clone(), pictures });
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
             let (output, texels) = picture(session, file)?;
@@ -186,7 +185,7 @@ impl Frames<'_> {
         Ok((is_large || bands::is_free(self.request, &plan)).then_some(plan))
     }
 
-    /// Whether the next run can render this frame again: it is the only one, and what it is made from is kept.
+    /// True if the next run can render this frame again: it is the only one, and what it is made from is kept.
     fn can_be_repeated(&self, has_camera: bool) -> bool {
         let args = self.request.args;
         let is_alone = self.request.jobs.len() == 1 && self.request.measured.is_empty();
@@ -284,14 +283,14 @@ impl Frames<'_> {
         }
     }
 
-    fn say_notes(&mut self, pictures: &[InputPicture]) {
+    fn print_notes(&mut self, pictures: &[InputPicture]) {
         let lacking = pictures.iter().filter(|input| input.lacks_alpha).map(lacking_alpha);
         let notes = pictures.iter().flat_map(|input| &input.picture.notes).map(|text| format!("note: {text}"));
         let dropped = if self.has_begun { None } else { dropped_alpha(self.request, pictures) };
         for text in lacking.chain(notes).chain(dropped) {
-            if !self.said.contains(&text) {
+            if !self.printed.contains(&text) {
                 note(&text);
-                self.said.push(text);
+                self.printed.push(text);
             }
         }
     }
@@ -334,7 +333,10 @@ fn lacking_alpha(input: &InputPicture) -> String {
 
 /// The note about an alpha that no file has: it may be a mask, or coverage that the pipeline does not declare.
 fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<String> {
-    let is_dropped = |target: &&Target| target.saving.format == FileFormat::Png && target.saving.alpha == Alpha::Drop;
+    let is_dropped = |target: &&Target| {
+        let Encoding { format, alpha, .. } = target.saving.encoding;
+        format == ImageFormat::Png && alpha == Alpha::Drop
+    };
     let target = request.targets.iter().filter(|_| request.args.alpha == AlphaChoice::Auto).find(is_dropped)?;
     let may_be_coverage = |picture: &&InputPicture| {
         let input = request.inputs.iter().find(|input| input.name == picture.name);

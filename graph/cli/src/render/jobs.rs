@@ -20,7 +20,7 @@ pub(super) struct Job {
     pub(super) frame: Option<u32>,
     /// One file for each target.
     pub(super) out: Vec<PathBuf>,
-    /// Whether the files are written; otherwise the frame is rendered for the state of later ones only.
+    /// True if the files are written; otherwise the frame is rendered for the state of later ones only.
     pub(super) is_written: bool,
     /// The inputs whose file is missing; a source stands for it.
     pub(super) missing: Vec<String>,
@@ -30,7 +30,7 @@ pub(super) struct Job {
 pub(super) struct NumberedFiles {
     /// The files of all inputs, by their names.
     files: Vec<(String, FrameFiles)>,
-    /// What takes the place of a missing frame.
+    /// The replacement of a missing frame.
     missing: MissingFrames,
     /// The frame with which a sequence without files begins, if it is known.
     pub(super) start: Option<u32>,
@@ -42,7 +42,7 @@ impl NumberedFiles {
         Ok(Self { files: files.iter().map(of).collect::<Result<_, Failure>>()?, missing, start: None })
     }
 
-    /// Whether an input has a file.
+    /// True if an input has a file.
     pub(super) fn has(&self, input: &str) -> bool {
         self.files.iter().any(|(name, _)| name == input)
     }

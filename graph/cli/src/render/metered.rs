@@ -1,4 +1,4 @@
-//! What the meters of a pipeline have measured in each frame: the files that `meter` writes and `render --meter` reads.
+//! Measurements of the meters of a pipeline in each frame: the files that `meter` writes and `render --meter` reads.
 //!
 //! A frame is a line of JSON, so files of several machines are joined line by line, in any order.
 
@@ -20,7 +20,7 @@ const MAX_BYTES: u64 = 256 << 20;
 /// The version of the format.
 const VERSION: u32 = 1;
 
-/// What was measured in a frame.
+/// The measurements of a frame.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(super) struct MeteredFrame {
     /// The version of the format.
@@ -72,7 +72,7 @@ impl MeteredFrame {
     }
 }
 
-/// What measured frames must fit.
+/// The plan that measured frames must fit.
 pub(super) struct MeasuringPlan {
     /// The hash of the passes that measure.
     passes: String,
@@ -89,7 +89,7 @@ impl MeasuringPlan {
     }
 }
 
-/// What was measured in a sequence.
+/// The measurements of a sequence.
 pub(super) struct Metered {
     /// The name on the command line.
     name: String,
@@ -132,7 +132,7 @@ impl Metered {
         numbers.windows(2).map(|pair| pair[1] - pair[0]).min()
     }
 
-    /// What was measured in these frames, from which the state at frame `first` follows.
+    /// The measurements of these frames, from which the state at frame `first` follows.
     ///
     /// # Errors
     /// Some are missing.
@@ -178,7 +178,7 @@ pub(super) fn write_frames(path: &Path, frames: &[MeteredFrame]) -> Result<(), F
     Ok(write_atomic(path, text.as_bytes())?)
 }
 
-/// Whether some state of a plan follows from what frames measure, each alone.
+/// True if some state of a plan follows from what frames measure, each alone.
 pub(super) fn has_meter(plan: &Plan) -> bool {
     !plan.metering().state.is_empty()
 }
@@ -192,7 +192,7 @@ pub(super) fn unmetered(plan: &Plan) -> impl Iterator<Item = StateItem> + use<> 
     })
 }
 
-/// Why the frames of a plan cannot be measured.
+/// The error of a plan whose frames cannot be measured.
 pub(super) fn no_meter(plan: &Plan) -> Failure {
     let state = plan.state();
     if state.is_empty() {

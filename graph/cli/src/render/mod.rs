@@ -4,7 +4,6 @@ mod bands;
 mod existing;
 mod frames;
 mod jobs;
-mod kept;
 mod meter;
 mod metered;
 mod read;
@@ -14,6 +13,7 @@ mod request;
 mod stages;
 mod target;
 mod times;
+mod watch_cache;
 mod write;
 
 use std::time::Instant;
@@ -37,9 +37,9 @@ use target::{Target, targets};
 use times::Times;
 
 pub(crate) use jobs::tell_other_numbers;
-pub(crate) use kept::Kept;
 pub(crate) use meter::run as meter;
 pub(crate) use target::choose_output;
+pub(crate) use watch_cache::WatchCache;
 
 /// The frames of a run.
 pub(crate) struct Sequence {
@@ -49,13 +49,13 @@ pub(crate) struct Sequence {
     pub(crate) cuts: Vec<u32>,
     /// The files that are written, with placeholders.
     pub(crate) files: Vec<String>,
-    /// Whether a frame leaves something for later ones.
+    /// True if a frame leaves something for later ones.
     pub(crate) has_state: bool,
-    /// Whether all of that follows from what frames measure, each alone, and from the frames just before.
+    /// True if all of that follows from what frames measure, each alone, and from the frames just before.
     pub(crate) is_metered: bool,
     /// The distance of two frames, if all have the same; 1 for one frame.
     pub(crate) step: Option<u32>,
-    /// Whether the sequence has a frame before the first of these, and that is no cut.
+    /// True if the sequence has a frame before the first of these, and that is no cut.
     pub(crate) begins_within: bool,
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn sequence(args: &RenderArgs, tables: &[&[NodeKind]]) -> Result<Sequ
     Ok(Sequence { frames, cuts: request.cuts.into_iter().collect(), files, has_state, is_metered, step, begins_within })
 }
 
-/// What is known before a run.
+/// The result of [`prepare`].
 struct Prepared<'a> {
     request: Request<'a>,
     graph: Graph,
@@ -117,8 +117,12 @@ fn prepare<'a>(
     Ok(Prepared { request, graph, facts, options })
 }
 
-/// Renders. `kept` is what a run with these arguments leaves for the next one, if there may be one.
-pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut Option<Kept>>) -> Result<(), Failure> {
+/// Renders. `cache` is that of a run with these arguments, if there may be another one.
+pub(crate) fn run(
+    args: &RenderArgs,
+    tables: &[&[NodeKind]],
+    cache: Option<&mut Option<WatchCache>>,
+) -> Result<(), Failure> {
     let start = Instant::now();
     let Prepared { mut request, graph, facts, options } = prepare(args, tables, targets)?;
     let mut report = Report::default();
@@ -133,7 +137,7 @@ pub(crate) fn run(args: &RenderArgs, tables: &[&[NodeKind]], kept: Option<&mut O
     let rendered = if request.jobs.is_empty() {
         Ok(Times::default())
     } else {
-        stages::run(&request, (graph, facts, options), kept, &mut report)
+        stages::run(&request, (graph, facts, options), cache, &mut report)
     };
     let failed = report.count(Outcome::Failed);
     let rendered = match rendered {

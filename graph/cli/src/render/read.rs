@@ -21,7 +21,7 @@ pub(super) struct InputPicture {
     pub(super) name: String,
     pub(super) file: PathBuf,
     pub(super) picture: Picture,
-    /// What its texels are uploaded as: an image, or a volume.
+    /// The shape of its texels: an image, or a volume.
     pub(super) desc: ImageDesc,
     /// The pixels that the graph repairs.
     pub(super) repairs: Repairs,
@@ -29,7 +29,7 @@ pub(super) struct InputPicture {
     /// row.
     pub(super) streamed: Option<(Source, ReadOptions)>,
     pub(super) signedness: Signedness,
-    /// Whether the input needs an alpha that the image does not have.
+    /// True if the input needs an alpha that the image does not have.
     pub(super) lacks_alpha: bool,
 }
 
@@ -40,7 +40,7 @@ impl InputPicture {
     }
 }
 
-/// What the files of a job hold.
+/// The content of the files of a job.
 pub(super) struct Inputs {
     pub(super) pictures: Vec<InputPicture>,
     /// The cameras, by the names of inputs.
@@ -162,7 +162,7 @@ fn read_input(
     Ok(InputPicture { name, file, picture, desc, repairs, streamed, signedness, lacks_alpha })
 }
 
-/// Whether the image of an input may be read in bands: it stays as the file has it.
+/// True if the image of an input may be read in bands: it stays as the file has it.
 fn can_stream(request: &Request<'_>, name: &str) -> bool {
     let input = request.inputs.iter().find(|input| input.name == name);
     #[cfg(feature = "ocio")]
@@ -206,7 +206,7 @@ fn in_size(
     }
 }
 
-/// How the files of an input are read.
+/// Options of reading the files of an input.
 pub(super) fn read_options(request: &Request<'_>, name: &str) -> ReadOptions {
     let input = request.inputs.iter().find(|input| input.name == name);
     let space = input.and_then(|input| request.args.reading.space_of(input));

@@ -1,5 +1,5 @@
-//! What `render` reports: of each frame its outcome, the metered exposure and the repaired pixels; of the run what made
-//! it.
+//! The report of `render`: of each frame its outcome, the metered exposure and the repaired pixels; of the run what
+//! made it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ pub(crate) struct Reading {
     pub(crate) lux: f32,
 }
 
-/// What has become of a frame.
+/// The outcome of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Outcome {
@@ -44,7 +44,7 @@ pub(crate) enum Outcome {
     Unwritten,
 }
 
-/// What is reported of a frame.
+/// The report of a frame.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct FrameReport {
     /// Its number in the sequence.
@@ -52,9 +52,9 @@ pub(crate) struct FrameReport {
     /// The files that it was written to.
     pub(crate) files: Vec<PathBuf>,
     pub(crate) outcome: Outcome,
-    /// Why it failed.
+    /// The error, if it failed.
     pub(crate) error: Option<String>,
-    /// How long it took to render, without reading and writing.
+    /// Time of rendering, without reading and writing.
     pub(crate) seconds: f64,
     /// None if the exposure is manual, or if nothing was metered yet.
     pub(crate) exposure: Vec<Reading>,
@@ -70,7 +70,7 @@ impl FrameReport {
     }
 }
 
-/// What is reported of a run, also of one that fails.
+/// The report of a run, also of one that fails.
 #[derive(Default)]
 pub(crate) struct Report {
     /// The adapter and its driver, once the device is open.

@@ -1,5 +1,6 @@
 //! The pixels of an input that the graph repairs, and whether it has an alpha.
 
+use afterimage_graph::color::rec709_luminance;
 use afterimage_graph::image::Signedness;
 use afterimage_media::{Picture, Pixels};
 use half::f16;
@@ -68,7 +69,7 @@ impl Repairs {
         }
     }
 
-    /// Whether no pixel is repaired.
+    /// True if no pixel is repaired.
     pub(crate) fn is_none(self) -> bool {
         self == Self::default()
     }
@@ -80,21 +81,21 @@ impl std::fmt::Display for Repairs {
     }
 }
 
-/// Whether an input of this signedness does not keep a pixel with a negative number.
+/// True if an input of this signedness does not keep a pixel with a negative number.
 fn is_limited([r, g, b, a]: [f32; 4], signedness: Signedness) -> bool {
     match signedness {
         Signedness::Unsigned => true,
         Signedness::Signed => false,
-        Signedness::Extended => a < 0.0 || 0.2126 * r + 0.7152 * g + 0.0722 * b < 0.0,
+        Signedness::Extended => a < 0.0 || rec709_luminance([r, g, b]) < 0.0,
     }
 }
 
-/// Whether alpha is 1 everywhere, as in an image without alpha.
+/// True if alpha is 1 everywhere, as in an image without alpha.
 pub(crate) fn is_opaque(picture: &Picture) -> bool {
     all_pixels(picture, |[.., alpha]| alpha == 1.0)
 }
 
-/// Whether this holds for all pixels; those after the first for which it does not are not visited.
+/// True if this holds for all pixels; those after the first for which it does not are not visited.
 fn all_pixels(picture: &Picture, mut holds: impl FnMut([f32; 4]) -> bool) -> bool {
     match &picture.pixels {
         Pixels::Half(values) => values.as_chunks::<4>().0.iter().all(|pixel| holds(pixel.map(f16::to_f32))),
@@ -102,7 +103,7 @@ fn all_pixels(picture: &Picture, mut holds: impl FnMut([f32; 4]) -> bool) -> boo
     }
 }
 
-/// Whether a number is finite and not negative, by its bits; almost all are.
+/// True if a number is finite and not negative, by its bits; almost all are.
 fn needs_no_repair(half: &f16) -> bool {
     half.to_bits() < f16::INFINITY.to_bits()
 }

@@ -18,7 +18,7 @@ use crate::cameras::{is_camera, is_eye, scene, scene_camera};
 use crate::failure::Failure;
 use crate::terminal::note;
 
-/// What `render` makes, from the command line and the pipeline's graph.
+/// A run of `render`, from the command line and the pipeline's graph.
 pub(super) struct Request<'a> {
     /// The command line.
     pub(super) args: &'a RenderArgs,
@@ -32,7 +32,7 @@ pub(super) struct Request<'a> {
     pub(super) inputs: Vec<GraphInput>,
     /// The frame of the sequence before the first one that is rendered, if there is one.
     pub(super) earlier: Option<u32>,
-    /// What was measured in the frames before the first one that is rendered.
+    /// The measurements of the frames before the first one that is rendered.
     pub(super) measured: Vec<MeteredFrame>,
     /// The files of all frames.
     files: NumberedFiles,
@@ -116,17 +116,17 @@ impl<'a> Request<'a> {
         self.files.job(self.earlier.filter(|_| is_known)?)
     }
 
-    /// Whether an input is a camera.
+    /// True if an input is a camera.
     pub(super) fn has_camera(&self, name: &str) -> bool {
         self.inputs.iter().any(|input| input.name == name && is_camera(input))
     }
 
-    /// Whether frames are measured, and nothing is rendered.
+    /// True if frames are measured, and nothing is rendered.
     pub(super) fn is_measuring(&self) -> bool {
         self.targets.is_empty()
     }
 
-    /// Whether a frame begins a new shot.
+    /// True if a frame begins a new shot.
     pub(super) fn is_cut(&self, job: &Job) -> bool {
         job.frame.is_some_and(|frame| self.cuts.contains(&frame))
     }
@@ -167,9 +167,11 @@ impl<'a> Request<'a> {
     pub(super) fn prepare(&mut self, mut graph: Graph) -> Graph {
         graph.outputs.retain(|output| self.targets.iter().any(|target| target.output == output.name));
         let mut files = Vec::new();
-        for Target { output, saving, .. } in self.targets.iter().filter(|target| target.saving.format.is_encoded()) {
+        for Target { output, saving, .. } in
+            self.targets.iter().filter(|target| target.saving.encoding.format.is_encoded())
+        {
             let source = graph.outputs.iter().find(|known| known.name == *output).map(|output| output.source);
-            files.extend(source.map(|source| EncodedFile { source, bits: saving.bits }));
+            files.extend(source.map(|source| EncodedFile { source, bits: saving.encoding.bits }));
         }
         if self.args.captured.is_some() {
             return with_codes(graph, &files);
@@ -216,7 +218,7 @@ fn idle_size() -> Failure {
         .hint("leave it out, or scale the input")
 }
 
-/// Whether an input is an image of the size of the output, and neither a volume nor a block.
+/// True if an input is an image of the size of the output, and neither a volume nor a block.
 pub(super) fn is_picture(input: &GraphInput) -> bool {
     input.block.is_none() && !input.volume
 }

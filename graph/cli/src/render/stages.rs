@@ -8,11 +8,11 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_plan::Options;
 
 use super::frames::render_all;
-use super::kept::{Kept, Repetition};
 use super::read::{Inputs, read_all};
 use super::readings::{Report, meters};
 use super::request::Request;
 use super::times::Times;
+use super::watch_cache::{Repetition, WatchCache};
 use super::write::{Queue, Written, write_all};
 use crate::device::{CachedSession, open_for};
 use crate::failure::Failure;
@@ -26,12 +26,12 @@ pub(super) const AHEAD: usize = 2;
 const MAX_WRITERS: usize = 4;
 
 /// Reads, renders and writes all images. The reader and the writers end with the stage between them. What is known of
-/// the frames is in `report`, also after an error. `kept` has what a run before has left, and takes what this run
-/// leaves, unless it fails.
+/// the frames is in `report`, also after an error. `cache` has the state of the run before, and takes that of this run,
+/// unless it fails.
 pub(super) fn run(
     request: &Request<'_>,
     (graph, facts, options): (Graph, Facts, Options),
-    mut kept: Option<&mut Option<Kept>>,
+    mut cache: Option<&mut Option<WatchCache>>,
     report: &mut Report,
 ) -> Result<Times, Failure> {
     let start = Instant::now();
@@ -42,10 +42,10 @@ pub(super) fn run(
     let writers = std::thread::available_parallelism().map_or(1, |cores| cores.get() / 4).clamp(1, MAX_WRITERS);
     let meters = meters(&graph);
     let written = &Written::default();
-    let before = kept.as_deref_mut().and_then(Option::take);
+    let before = cache.as_deref_mut().and_then(Option::take);
     let (session, pictures) = before.map_or((None, None), |before| (Some(before.session), before.pictures));
     let pictures = pictures.filter(|pictures| pictures.suit(request)).map(|pictures| pictures.pictures);
-    let mut repetition = Repetition { again: pictures.is_some(), keeps: kept.is_some(), pictures: None };
+    let mut repetition = Repetition { again: pictures.is_some(), keeps: cache.is_some(), pictures: None };
     let times = std::thread::scope(|scope| {
         // Others than those that encode, behind whose work they would wait.
         let decoders = if pictures.is_none() { Some(pool("decode")?) } else { None };
@@ -82,8 +82,8 @@ pub(super) fn run(
         let rendered = session.and_then(|mut session| {
             let times = render_all(request, &mut session, meters, &mut repetition, read_from, write_to, report)?;
             // Otherwise the device is freed while the last image is written.
-            if let Some(kept) = kept {
-                *kept = Some(Kept { session, pictures: repetition.pictures });
+            if let Some(cache) = cache {
+                *cache = Some(WatchCache { session, pictures: repetition.pictures });
             }
             Ok(times)
         });

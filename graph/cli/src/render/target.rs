@@ -5,11 +5,11 @@ use std::path::Path;
 use afterimage_graph::check::{Graph, GraphOutput};
 use afterimage_graph::color::Transfer;
 use afterimage_graph::image::ColorState;
-use afterimage_media::Alpha;
+use afterimage_media::{Alpha, Encoding, ImageFormat};
 
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
-use crate::save::{FileFormat, SaveOptions, is_light};
+use crate::save::{SaveOptions, is_light};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
@@ -17,7 +17,7 @@ pub(super) struct Target {
     pub(super) output: String,
     /// The file, with a placeholder for a sequence.
     pub(super) file: String,
-    /// How it is written.
+    /// Properties of the file.
     pub(super) saving: SaveOptions,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
     if let Some(depth) = args.depth {
         check_depth(depth, &targets)?;
     }
-    let is_idle = !targets.iter().any(|target| target.saving.format == FileFormat::Exr);
+    let is_idle = !targets.iter().any(|target| target.saving.encoding.format == ImageFormat::Exr);
     match args.exr.given().filter(|_| is_idle) {
         Some(option) => {
             Err(Failure::user(format!("`{option}` is for EXR files, and none is written")).hint("leave it out"))
@@ -55,7 +55,7 @@ pub(super) fn targets(args: &RenderArgs, graph: &Graph) -> Result<Vec<Target>, F
 }
 
 fn no_file(output: &str) -> Failure {
-    Failure::user(format!("no file is named for the output `{output}`")).hint(match FileFormat::of(output) {
+    Failure::user(format!("no file is named for the output `{output}`")).hint(match written_format(output) {
         Some(_) => format!("`-o {output}` names the file; `--output` names an output of the pipeline"),
         None => format!("write `--output {output}=FILE` for each output"),
     })
@@ -74,27 +74,29 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 }
 
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
-    let format = FileFormat::of(&file).ok_or_else(|| unknown_format(&file))?;
+    let format = written_format(&file).ok_or_else(|| unknown_format(&file))?;
     let output = choose_output(graph, output, format.is_encoded())?;
     let space = args.exr.output_space.filter(|_| is_light(output.state));
-    if format == FileFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
+    if format == ImageFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
         return Err(no_light(output));
     }
     let color = graph.colors().at(output.source);
     let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));
-    let saving = SaveOptions {
+    let mut saving = SaveOptions::plain(format);
+    saving.encoding = Encoding {
         bits: bits(format, args.depth, is_hdr),
-        dither: !args.no_dither && args.captured.is_none(),
+        dither: saving.encoding.dither.filter(|_| !args.no_dither && args.captured.is_none()),
         alpha: match args.alpha {
+            _ if format == ImageFormat::Exr => Alpha::Keep,
             AlphaChoice::Auto if output.has_coverage => Alpha::WhereNeeded,
             AlphaChoice::Keep => Alpha::Keep,
             AlphaChoice::Auto | AlphaChoice::Drop => Alpha::Drop,
         },
         premultiplied: output.has_coverage || !graph.inputs.iter().any(|input| input.needs_alpha),
-        quality: args.quality,
+        quality: args.quality.unwrap_or(saving.encoding.quality),
         compression: args.exr.compression.unwrap_or_default(),
-        space,
-        ..SaveOptions::plain(format)
+        primaries: space.map(|space| space.primaries),
+        ..saving.encoding
     };
     Ok(Target { output: output.name.clone(), file, saving })
 }
@@ -156,29 +158,24 @@ fn unknown_format(name: &str) -> Failure {
         .hint("`.png` and `.jpg` take an encoded output, `.exr` a linear one")
 }
 
-/// The bits of a channel: those of `--depth` if the format has them. PQ and HLG need more than eight.
-fn bits(format: FileFormat, depth: Option<u8>, is_hdr: bool) -> u32 {
-    let (_, known) = depths(format);
-    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
-    depth.filter(|bits| known.contains(bits)).unwrap_or(default).into()
+/// The format by the ending of a name; `None` if it is not written.
+fn written_format(name: &str) -> Option<ImageFormat> {
+    ImageFormat::of_name(name).filter(|format| !format.depths().is_empty())
 }
 
-/// A file of the format in words, and the depths that it may have.
-fn depths(format: FileFormat) -> (&'static str, &'static [u8]) {
-    match format {
-        FileFormat::Png => ("a PNG", &[8, 16]),
-        FileFormat::Jpeg => ("a JPEG", &[8]),
-        FileFormat::Exr => ("an EXR", &[16, 32]),
-    }
+/// The bits of a channel: those of `--depth` if the format has them. PQ and HLG need more than eight.
+fn bits(format: ImageFormat, depth: Option<u8>, is_hdr: bool) -> u32 {
+    let known = format.depths();
+    let default = if is_hdr { known[known.len() - 1] } else { known[0] };
+    depth.map(u32::from).filter(|bits| known.contains(bits)).unwrap_or(default)
 }
 
 /// Refuses a depth that no file can have.
 fn check_depth(depth: u8, targets: &[Target]) -> Result<(), Failure> {
-    let Some(first) = targets.first().filter(|_| targets.iter().all(|target| target.saving.bits != u32::from(depth)))
-    else {
-        return Ok(());
-    };
-    let (name, known) = depths(first.saving.format);
-    let known: Vec<String> = known.iter().map(u8::to_string).collect();
-    Err(Failure::user(format!("{name} has {} bits, not {depth}", known.join(" or "))))
+    let is_used = targets.iter().any(|target| target.saving.encoding.bits == u32::from(depth));
+    let Some(first) = targets.first().filter(|_| !is_used) else { return Ok(()) };
+    let format = first.saving.encoding.format;
+    let known: Vec<String> = format.depths().iter().map(u32::to_string).collect();
+    let article = if format == ImageFormat::Exr { "an" } else { "a" };
+    Err(Failure::user(format!("{article} {} has {} bits, not {depth}", format.name(), known.join(" or "))))
 }

@@ -1,4 +1,4 @@
-//! How long the stages of `render` take.
+//! Times of the stages of `render`.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ pub(super) struct Times {
     pub(super) passes: Vec<(String, Option<f64>)>,
 }
 
-/// Why passes have no times.
+/// The reason why passes have no times.
 const UNTIMED: &str = "this adapter has no timestamps that part passes; `afterimage bench` times each pass alone";
 
 impl std::fmt::Display for Times {

@@ -15,7 +15,7 @@ use super::request::{Request, is_picture};
 use crate::args::files::MissingFrames;
 use crate::failure::Failure;
 use crate::progress::Bar;
-use crate::save::{Original, Stated, save};
+use crate::save::{ImageInfo, Original, save};
 use crate::terminal::note;
 
 /// A rendered image.
@@ -33,25 +33,25 @@ pub(super) struct Rendered {
 pub(super) struct Queue {
     from: Mutex<Receiver<Rendered>>,
     failed: AtomicBool,
-    /// What was said about files, once.
-    said: Mutex<Vec<String>>,
+    /// Messages about files that were printed.
+    printed: Mutex<Vec<String>>,
 }
 
-/// What has become of each file: its job, and the error if it was not written.
+/// The outcome of each file: its job, and the error if it was not written.
 pub(super) type Written = Mutex<Vec<(usize, Option<String>)>>;
 
 impl Queue {
     pub(super) fn new(from: Receiver<Rendered>) -> Self {
-        Self { from: Mutex::new(from), failed: AtomicBool::new(false), said: Mutex::default() }
+        Self { from: Mutex::new(from), failed: AtomicBool::new(false), printed: Mutex::default() }
     }
 
-    /// Says what no file was said of before.
-    fn say(&self, notes: &[String]) {
-        let mut said = self.said.lock().expect("no writer panics with the lock");
+    /// Prints notes that were not printed before.
+    fn print_notes(&self, notes: &[String]) {
+        let mut printed = self.printed.lock().expect("no writer panics with the lock");
         for text in notes {
-            if !said.contains(text) {
+            if !printed.contains(text) {
                 note(&format!("note: {text}"));
-                said.push(text.clone());
+                printed.push(text.clone());
             }
         }
     }
@@ -85,10 +85,10 @@ pub(super) fn write_all(
         let path = &request.jobs[rendered.index].out[rendered.target];
         let frame = request.jobs[rendered.index].frame.unwrap_or(0);
         let original = original(request, &request.jobs[rendered.index]);
-        let stated = Stated { meta: rendered.meta, frame, original, ..Stated::of(&rendered.output) };
+        let stated = ImageInfo { meta: rendered.meta, frame, original, ..ImageInfo::of(&rendered.output) };
         let saving = &request.targets[rendered.target].saving;
-        let saved = rendered.texels.map_or(Ok(Vec::new()), |texels| save(path, &texels, stated, saving));
-        let saved = saved.map(|notes| queue.say(&notes));
+        let saved = rendered.texels.map_or(Ok(Vec::new()), |texels| save(path, &texels, &stated, saving));
+        let saved = saved.map(|notes| queue.print_notes(&notes));
         let error = saved.as_ref().err().map(Failure::message);
         written.lock().expect("no writer panics with the lock").push((rendered.index, error));
         match saved {

@@ -20,7 +20,7 @@ pub(super) struct Hull {
     pub(super) reach_m: f64,
 }
 
-/// What is equal for all hues.
+/// Values that are equal for all hues.
 #[derive(Clone, Copy, Debug)]
 pub struct GamutParams {
     /// J of a gray at the peak.
@@ -40,7 +40,7 @@ impl GamutParams {
         cusp_j + (self.mid_j - cusp_j) * blend
     }
 
-    /// How slowly lines through points of this J fan out.
+    /// The gain of the slope of lines through points of this J.
     fn slope_gain(&self, j: f64, cusp_j: f64) -> f64 {
         let threshold = cusp_j + (self.limit_j - cusp_j) * FOCUS_GAIN_BLEND;
         let gain = self.limit_j * self.focus_distance;

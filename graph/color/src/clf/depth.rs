@@ -1,4 +1,4 @@
-//! What all process nodes have: bit depths, names, and values per channel.
+//! Common content of process nodes: bit depths, names, and values per channel.
 
 use roxmltree::Node;
 

@@ -67,7 +67,7 @@ pub struct Table {
 pub struct LutError {
     /// The line, from 1. 0 where a file has no lines.
     pub line: usize,
-    /// What is wrong, and how to correct it.
+    /// The error, and how to correct it.
     pub message: String,
 }
 
@@ -102,7 +102,7 @@ impl Lut {
         Self::of(2, |steps| steps.map(|step| step as f32))
     }
 
-    /// Whether the table changes nothing within its domain, up to the rounding of the file.
+    /// True if the table changes nothing within its domain, up to the rounding of the file.
     pub fn is_identity(&self) -> bool {
         let flat = |table: &Option<Table>| table.as_ref().is_none_or(|table| table.is_identity(self.tolerance));
         flat(&self.curve) && flat(&self.cube)

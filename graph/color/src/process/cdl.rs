@@ -17,9 +17,9 @@ pub struct CdlStep {
     pub power: DVec3,
     /// Factor of the distance from gray; of the reverse, its reciprocal.
     pub saturation: f64,
-    /// Whether values are limited to 0 to 1.
+    /// True if values are limited to 0 to 1.
     pub is_limited: bool,
-    /// Whether the list is inverted.
+    /// True if the list is inverted.
     pub is_reverse: bool,
 }
 

@@ -17,7 +17,7 @@ choices! {
     }
 }
 
-/// What a table takes and returns, and the light around it.
+/// The spaces of a table, and the light around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {
     /// The space of the table's entry; not `Same` in front of another space of the result.
@@ -28,7 +28,7 @@ pub struct Conversion {
     pub state: LutState,
     /// The luminance of light of 1, for `Pq`.
     pub white_nits: f64,
-    /// What the numbers of the image mean.
+    /// The colorimetry of the image.
     pub source: Colorimetry,
     /// The primaries of a result that is light.
     pub result: Chromaticities,

@@ -97,7 +97,7 @@ pub struct Power {
     pub exponent: f64,
     pub scale: f64,
     pub shift: f64,
-    /// Whether the function of -x is minus the function of x.
+    /// True if the function of -x is minus the function of x.
     pub is_mirrored: bool,
 }
 

@@ -9,7 +9,7 @@ mod curves;
 mod encoding;
 mod lookup;
 mod spaces;
-mod transfer;
+pub mod transfer;
 mod wgsl;
 
 use glam::DVec3;

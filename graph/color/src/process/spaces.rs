@@ -76,7 +76,7 @@ impl LutSpace {
         Some(Colorimetry { white_nits, ..Colorimetry::new(self.primaries(), transfer) })
     }
 
-    /// Whether an image for a display or a file can be in this space.
+    /// True if an image for a display or a file can be in this space.
     pub fn is_for_displays(self) -> bool {
         !matches!(self, Self::Same | Self::Aces | Self::AcesCg | Self::AcesCct | Self::LogC3)
     }

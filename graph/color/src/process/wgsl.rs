@@ -37,21 +37,21 @@ impl Textures<'_> {
     }
 }
 
-/// What a kernel function does to a color.
+/// Parts of a kernel function of a color.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Parts {
-    /// What comes first.
+    /// Code that comes first.
     pub before: Process,
-    /// What makes the unchanged color of the result of `before`, for the parameter `strength`.
+    /// Code that makes the unchanged color of the result of `before`, for the parameter `strength`.
     pub unchanged: Process,
-    /// What makes the changed color of the result of `before`.
+    /// Code that makes the changed color of the result of `before`.
     pub changed: Process,
-    /// What comes last, on the mixed color.
+    /// Code that comes last, on the mixed color.
     pub after: Process,
-    /// Whether a color that is not changed is that of the image. Otherwise it is what the steps make of it, which end
+    /// True if a color that is not changed is that of the image. Otherwise it is what the steps make of it, which end
     /// at the limits of their space.
     pub keeps_source: bool,
-    /// Whether the result is scene light, whose luminance is not below 0.
+    /// True if the result is scene light, whose luminance is not below 0.
     pub is_scene_light: bool,
 }
 

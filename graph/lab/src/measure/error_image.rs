@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use afterimage_media::{EncodedPixels, PngOptions, write_png};
+use afterimage_media::{Encoding, Samples, write_image};
 
 use crate::LabError;
 use crate::metrics::{Shown, difference};
@@ -26,7 +26,8 @@ pub(crate) fn write(path: &Path, reference: &Shown, shown: &Shown) -> Result<(),
     let errors = difference(&reference.codes(), &shown.codes());
     let bytes: Vec<u8> = errors.into_iter().flat_map(color).collect();
     let size = (reference.width as u32, reference.height as u32);
-    Ok(write_png(path, size, EncodedPixels::Byte(&bytes), &PngOptions { dither: None, ..PngOptions::default() })?)
+    write_image(path, (size, Samples::Byte(&bytes)), &Encoding { dither: None, ..Encoding::PNG })?;
+    Ok(())
 }
 
 fn color(codes: f32) -> [u8; 4] {

@@ -22,6 +22,8 @@ pub use psnr::psnr;
 pub use pu21::pu21;
 pub use ssim::ssim;
 
+use afterimage_graph::color::rec709_luminance;
+
 /// A picture as a screen shows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
@@ -64,10 +66,9 @@ impl Shown {
 
     /// The code of each pixel's brightness: luma for SDR, PU21 of luminance for HDR.
     fn brightness(&self) -> Vec<f32> {
-        let luma = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let code = |pixel: &[f32; 3]| match self.range {
-            Range::Sdr => luma(*pixel) * 255.0,
-            Range::Hdr => pu21(f64::from(luma(*pixel))) as f32,
+            Range::Sdr => rec709_luminance(*pixel) * 255.0,
+            Range::Hdr => pu21(f64::from(rec709_luminance(*pixel))) as f32,
         };
         self.pixels.iter().map(code).collect()
     }

@@ -47,7 +47,7 @@ impl Cicp {
         Some(Self { primaries, transfer })
     }
 
-    /// What the code points mean; `None` if one of the two is not supported.
+    /// The meaning of the code points; `None` if one of the two is not supported.
     pub(crate) fn meaning(self) -> Option<(Chromaticities, Transfer)> {
         let primaries = PRIMARIES.iter().find(|(code, _)| *code == self.primaries)?.1;
         if self.is_video() {
@@ -57,7 +57,7 @@ impl Cicp {
         Some((primaries, transfer))
     }
 
-    /// Whether the transfer function is that of a camera for SDR video.
+    /// True if the transfer function is that of a camera for SDR video.
     pub(crate) fn is_video(self) -> bool {
         VIDEO.contains(&self.transfer)
     }

@@ -14,8 +14,8 @@ use crate::codec::{CodecError, Picture, Pixels};
 /// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
 const HLG_PEAK: f64 = 1000.0;
 
-/// How the codes of a file become linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R BT.2408),
-/// so that SDR and HDR versions of an image agree.
+/// Conversion of the codes of a file to linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R
+/// BT.2408), so that SDR and HDR versions of an image agree.
 pub(crate) struct Colors {
     light: Light,
     matrix: Option<DMat3>,
@@ -23,7 +23,7 @@ pub(crate) struct Colors {
     display: Option<(Vec3, f64)>,
     /// True if the codes are those of video: of 8 bits, 16 is black and 235 is white.
     pub(crate) is_narrow: bool,
-    /// What the file states; `None` if it states nothing that a primaries and a transfer function can say.
+    /// The colors that the file states; `None` if it states none that a primaries and a transfer function can say.
     pub(crate) stated: Option<Colorimetry>,
     /// The chunk or profile that states it.
     pub(crate) stated_by: Option<&'static str>,
@@ -71,7 +71,7 @@ impl Colors {
         Self { light, matrix, display: None, is_narrow: false, stated: None, stated_by: None, notes: Vec::new() }
     }
 
-    /// What the codes mean; `None` where only the profile can say it.
+    /// The meaning of the codes; `None` where only the profile can say it.
     pub(crate) fn described(&self) -> Option<Colorimetry> {
         self.stated.or(match self.light {
             Light::Transfer(_) => Some(Colorimetry::SRGB),
@@ -79,7 +79,7 @@ impl Colors {
         })
     }
 
-    /// Whether there is light above SDR white.
+    /// True if there is light above SDR white.
     fn is_hdr(&self) -> bool {
         matches!(self.light, Light::Transfer(Transfer::Pq | Transfer::Hlg))
     }
@@ -170,11 +170,11 @@ fn hdr(color: Colorimetry, peak: Option<f64>) -> Colorimetry {
 pub(crate) struct Codes {
     /// A byte for each code, or two, the higher one first.
     pub(crate) bytes: Vec<u8>,
-    /// Whether codes have 16 bits; otherwise they have 8.
+    /// True if codes have 16 bits; otherwise they have 8.
     pub(crate) is_wide: bool,
     /// Gray, RGB or CMYK, and alpha.
     pub(crate) channels: usize,
-    /// What the last channel is.
+    /// The kind of the last channel.
     pub(crate) alpha: Alpha,
     pub(crate) pixels: usize,
 }

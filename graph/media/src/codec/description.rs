@@ -1,8 +1,8 @@
-//! What a file states about its picture, from its headers alone.
+//! Descriptions of files, from their headers alone.
 
 use afterimage_base::color::Colorimetry;
 
-/// What the headers of an EXR, Radiance or PNG file state.
+/// Content of the headers of an image file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The format: `EXR`, `Radiance HDR` or `PNG`.
@@ -12,11 +12,12 @@ pub struct Description {
     /// The channels that are read as red, green, blue and alpha if no layer is named; those that are missing are left
     /// out. `None` if a layer must be named.
     pub picture: Option<PictureChannels>,
-    /// What the numbers of the picture mean as light; `None` for numbers that are no color.
+    /// The colorimetry of the picture; `None` for numbers that are no color.
     pub color: Option<Colorimetry>,
-    /// What in the file states it: the attribute, chunk or line. `None` if nothing does, and it is assumed.
+    /// The source of the colorimetry in the file: the attribute, chunk or line. `None` if nothing does, and it is
+    /// assumed.
     pub stated_by: Option<&'static str>,
-    /// What reading leaves out or changes.
+    /// Sentences about what reading leaves out or changes.
     pub notes: Vec<String>,
 }
 
@@ -31,7 +32,7 @@ pub struct PartDescription {
     pub data: Window,
     /// The channels in the order of the file.
     pub channels: Vec<ChannelDescription>,
-    /// How pixels are compressed.
+    /// The compression of the pixels.
     pub compression: String,
     /// The size of tiles, across and down; `None` for rows.
     pub tiles: Option<[u64; 2]>,
@@ -62,7 +63,8 @@ impl Window {
 pub struct ChannelDescription {
     /// Its name, with the layer before it: `diffuse.R`.
     pub name: String,
-    /// What a sample is: `half`, `float`, `uint`, `8 bits`, `16 bits`, or `RGBE` for eight bits with a shared exponent.
+    /// The type of a sample: `half`, `float`, `uint`, `8 bits`, `16 bits`, or `RGBE` for eight bits with a shared
+    /// exponent.
     pub samples: &'static str,
 }
 

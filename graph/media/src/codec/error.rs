@@ -7,7 +7,7 @@ use afterimage_base::diagnostic::shown;
 
 use crate::codec::metered::Unfinished;
 
-/// Why an image could not be decoded or encoded, and what the user can do. Both are of one line: names of layers and of
+/// Error of decoding or encoding, with a hint for the user. Both are of one line: names of layers and of
 /// channels have escapes for control characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CodecError {
@@ -15,7 +15,7 @@ pub struct CodecError {
     pub kind: ErrorKind,
     /// One sentence without a full stop.
     pub message: String,
-    /// What the user can do, if that is known.
+    /// A hint for the user.
     pub hint: Option<String>,
 }
 

@@ -14,9 +14,6 @@ use crate::codec::{
     Pixels, ReadOptions, Window,
 };
 
-/// The two signatures in use.
-pub(crate) const MAGICS: [&[u8]; 2] = [b"#?RADIANCE", b"#?RGBE"];
-
 /// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
 /// divided out, the products of all their lines, so that the values are the radiance that the file states. Rows and
 /// pixels may run in any direction.
@@ -79,7 +76,7 @@ fn header<R: BufRead>(mut reader: R) -> Result<(Vec<u8>, Orientation, R), CodecE
     }
 }
 
-/// What the header states.
+/// Reads the header only.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let (header, orientation, reader) = header(reader)?;
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(header).chain(reader)).map_err(explain)?;

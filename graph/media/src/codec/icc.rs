@@ -121,7 +121,7 @@ fn parsed(bytes: &[u8], now: SystemTime) -> Option<ColorProfile> {
     if now < UNIX_EPOCH { None } else { ColorProfile::new_from_slice(bytes).ok() }
 }
 
-/// Why a profile is not applied that cannot be parsed.
+/// The error of a profile that cannot be parsed.
 pub(crate) const UNREADABLE: &str = "it is damaged, or of a kind that is not known";
 
 /// The meaning of a profile. The white of its space is D65, to which the profile's colors are adapted.
@@ -223,7 +223,7 @@ impl Tables {
     }
 }
 
-/// What a profile means for a picture of that many color channels: 1, 3 or, for CMYK, 4.
+/// The meaning of a profile for a picture of that many color channels: 1, 3 or, for CMYK, 4.
 ///
 /// # Errors
 /// Why it cannot be applied.

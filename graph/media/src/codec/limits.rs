@@ -1,4 +1,4 @@
-//! How large an image may be. Checked on the header, before anything is allocated or decoded,
+//! Limits of the size of images. Checked on the header, before anything is allocated or decoded,
 //! because a damaged header can claim hundreds of gigabytes.
 
 use crate::codec::{CodecError, ErrorKind};
@@ -24,7 +24,7 @@ pub(crate) const MAX_PNG_EXTRAS: usize = 16 << 20;
 /// Most scans of a JPEG; usual progressive ones have ten.
 pub(crate) const MAX_SCANS: usize = 100;
 
-/// How many bytes it may take to decode an image: the picture, and what the decoder needs at the same time.
+/// The bytes that decoding an image may take: the picture, and what the decoder needs at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget(pub u64);
 
@@ -122,8 +122,8 @@ mod tests {
 
     #[test]
     fn sizes_are_told_in_the_unit_that_suits_them() {
-        let told = [(0, "0 bytes"), (1023, "1023 bytes"), (1024, "1 KiB"), (3 << 20, "3 MiB"), (3 << 29, "1.5 GiB")];
-        for (bytes, text) in told {
+        let cases = [(0, "0 bytes"), (1023, "1023 bytes"), (1024, "1 KiB"), (3 << 20, "3 MiB"), (3 << 29, "1.5 GiB")];
+        for (bytes, text) in cases {
             assert_eq!(size_of_bytes(bytes), text);
         }
     }

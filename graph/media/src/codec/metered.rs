@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
 use std::rc::Rc;
 
-/// How many bytes may still be read; shared by the reader and its owner.
+/// The number of bytes that may still be read; shared by the reader and its owner.
 #[derive(Clone)]
 pub(super) struct Allowance(Rc<Cell<u64>>);
 

@@ -1,4 +1,4 @@
-//! How the rows of a file lie in its picture: the orientation that EXIF states, and the axes of a Radiance file.
+//! Orientation of the rows of a file: the one that EXIF states, and the axes of a Radiance file.
 
 use super::picture::{Picture, Pixels};
 
@@ -76,7 +76,7 @@ impl Orientation {
         format!("it is turned upright, as its EXIF orientation {} states", self.0)
     }
 
-    /// Whether rows of the file are columns of the picture.
+    /// True if rows of the file are columns of the picture.
     fn is_turned(self) -> bool {
         self.0 >= 5
     }

@@ -26,10 +26,10 @@ pub struct Picture {
     pub pixels: Pixels,
     /// The attributes of the file, to be written out again.
     pub meta: Metadata,
-    /// What the file states about its colors; `None` if it states nothing. The numbers are converted to linear Rec.709
+    /// The colorimetry that the file states; `None` if it states nothing. The numbers are converted to linear Rec.709
     /// in any case, and negative ones are colors outside of Rec.709.
     pub stated: Option<Colorimetry>,
-    /// What was ignored or assumed while reading, as sentences for the user.
+    /// Sentences for the user about what was ignored or assumed while reading.
     pub notes: Vec<String>,
 }
 
@@ -51,7 +51,7 @@ impl Pixels {
         }
     }
 
-    /// How many numbers there are: four for each pixel.
+    /// The number of samples: four for each pixel.
     pub fn len(&self) -> usize {
         match self {
             Self::Half(values) => values.len(),
@@ -59,7 +59,7 @@ impl Pixels {
         }
     }
 
-    /// Whether there is no pixel at all.
+    /// True if there is no pixel at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -131,6 +131,14 @@ pub struct Metadata {
 }
 
 impl Metadata {
+    /// The sentence about an aspect of pixels that no other file than an EXR states.
+    pub(crate) fn other_aspect(&self) -> Option<String> {
+        let aspect = self.image.pixel_aspect;
+        let note =
+            || format!("the pixels of the image are {aspect} times as wide as high, which only an EXR file states");
+        ((aspect - 1.0).abs() > 1e-6).then(note)
+    }
+
     /// Nothing but a window of that size, square pixels, no stated primaries.
     pub fn of_size(width: u32, height: u32) -> Self {
         let window = IntegerBounds::from_dimensions((width as usize, height as usize));

@@ -5,12 +5,13 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
-use crate::codec::CodecError;
 use crate::codec::limits::zeroed;
+use crate::codec::{CodecError, Pixels};
 
-/// Interleaved RGBA after the transfer function: numbers in [0, 1], or codes of eight bits.
+/// Interleaved RGBA of an image to be written. Encoded ones are numbers in [0, 1] after the transfer function, or codes
+/// of eight bits.
 #[derive(Debug, Clone, Copy)]
-pub enum EncodedPixels<'a> {
+pub enum Samples<'a> {
     /// 16-bit floats.
     Half(&'a [f16]),
     /// 32-bit floats.
@@ -19,7 +20,16 @@ pub enum EncodedPixels<'a> {
     Byte(&'a [u8]),
 }
 
-impl EncodedPixels<'_> {
+impl<'a> From<&'a Pixels> for Samples<'a> {
+    fn from(pixels: &'a Pixels) -> Self {
+        match pixels {
+            Pixels::Half(values) => Self::Half(values),
+            Pixels::Float(values) => Self::Float(values),
+        }
+    }
+}
+
+impl Samples<'_> {
     pub(crate) fn len(&self) -> usize {
         match self {
             Self::Half(values) => values.len(),
@@ -28,8 +38,17 @@ impl EncodedPixels<'_> {
         }
     }
 
+    /// The samples from this one on; codes as floats.
+    pub(crate) fn rest(&self, first: usize) -> Pixels {
+        match self {
+            Self::Half(values) => Pixels::Half(values[first..].to_vec()),
+            Self::Float(values) => Pixels::Float(values[first..].to_vec()),
+            Self::Byte(codes) => Pixels::Float(codes[first..].iter().map(|code| f32::from(*code) / 255.0).collect()),
+        }
+    }
+
     /// One row as floats, in `scratch`.
-    fn row<'s>(&'s self, row: std::ops::Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
+    pub(crate) fn row<'s>(&'s self, row: std::ops::Range<usize>, scratch: &'s mut [f32]) -> &'s [f32] {
         match self {
             Self::Float(values) => return &values[row],
             Self::Half(values) => values[row].convert_to_f32_slice(scratch),
@@ -40,13 +59,13 @@ impl EncodedPixels<'_> {
         scratch
     }
 
-    /// Whether a pixel has an alpha that is not 1 after rounding to that number of bits.
+    /// True if a pixel has an alpha that is not 1 after rounding to that number of bits.
     pub(crate) fn has_alpha(&self, bits: u32) -> bool {
         let last = last_code(bits);
         self.any(|pixel| nearest(pixel[3], last) != last)
     }
 
-    /// Whether there is such a pixel.
+    /// True if there is such a pixel.
     pub(crate) fn any(&self, is_one: impl Fn([f32; 4]) -> bool + Sync) -> bool {
         match self {
             Self::Half(values) => values.as_chunks::<4>().0.par_iter().any(|pixel| is_one(pixel.map(f16::to_f32))),
@@ -58,7 +77,7 @@ impl EncodedPixels<'_> {
     }
 }
 
-/// How numbers become codes.
+/// The conversion of numbers to codes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Quantizer {
     /// Bits of a code, 1 to 16.
@@ -69,7 +88,8 @@ pub(crate) struct Quantizer {
     pub(crate) channels: usize,
     /// The row of the image that the first one is.
     pub(crate) first_row: u32,
-    /// What color means that is multiplied by its alpha, and is divided by it where alpha is written; `None` leaves it.
+    /// The meaning of color that is multiplied by its alpha, and is divided by it where alpha is written; `None` leaves
+    /// it.
     pub(crate) premultiplied: Option<Premultiplied>,
 }
 
@@ -89,7 +109,7 @@ impl Premultiplied {
         Self { transfer, power: if transfer == Transfer::Hlg { 1.0 / hlg_gamma(peak) } else { 1.0 } }
     }
 
-    /// Whether the straight color of a pixel lacks light: it would be brighter than white by a code, or has no alpha.
+    /// True if the straight color of a pixel lacks light: it would be brighter than white by a code, or has no alpha.
     pub(crate) fn is_cut(self, [r, g, b, alpha]: [f32; 4], bits: u32) -> bool {
         let last = last_code(bits);
         let brightest = r.max(g).max(b);
@@ -117,11 +137,19 @@ impl Premultiplied {
 }
 
 impl Quantizer {
+    /// The codes of the next rows of this width.
+    pub(crate) fn next_codes(&mut self, width: u32, rows: Samples<'_>) -> Result<Vec<u16>, CodecError> {
+        let height = (rows.len() / 4 / width as usize) as u32;
+        let codes = self.codes((width, height), rows)?;
+        self.first_row += height;
+        Ok(codes)
+    }
+
     /// The codes of rows of `size`, without gaps.
-    pub(crate) fn codes(self, size: (u32, u32), pixels: EncodedPixels<'_>) -> Result<Vec<u16>, CodecError> {
+    pub(crate) fn codes(self, size: (u32, u32), pixels: Samples<'_>) -> Result<Vec<u16>, CodecError> {
         let (width, height) = (size.0 as usize, size.1 as usize);
         assert_eq!(pixels.len(), width * height * 4, "four numbers for a pixel");
-        let dither = self.dither.filter(|_| !matches!(pixels, EncodedPixels::Byte(_)));
+        let dither = self.dither.filter(|_| !matches!(pixels, Samples::Byte(_)));
         let mut codes = zeroed::<u16>(width * height * self.channels)?;
         let rows = codes.par_chunks_exact_mut(width * self.channels).enumerate();
         rows.for_each_init(

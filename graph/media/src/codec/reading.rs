@@ -1,18 +1,18 @@
-//! How a file is read.
+//! Options of reading.
 
 use crate::codec::{Budget, ColorSpace};
 
-/// How a file is read.
+/// Options of reading a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadOptions {
     /// The memory that decoding may take.
     pub budget: Budget,
-    /// What the numbers of a color picture mean, whatever the file states; `None` believes the file.
+    /// The color space of a color picture, whatever the file states; `None` believes the file.
     pub space: Option<ColorSpace>,
-    /// Whether the light of a PNG is multiplied by its alpha, as that of an EXR is. Otherwise alpha is a number of its
+    /// True if the light of a PNG is multiplied by its alpha, as that of an EXR is. Otherwise alpha is a number of its
     /// own, such as a mask.
     pub premultiplied: bool,
-    /// Whether the picture of an EXR file is its data window, which may be larger than the display window (overscan) or
+    /// True if the picture of an EXR file is its data window, which may be larger than the display window (overscan) or
     /// a part of it. Otherwise it is the display window, with zeros where the file has no pixels.
     pub data_window: bool,
     /// The first row that is read of the picture of an EXR file, and how many: only the blocks that show them are

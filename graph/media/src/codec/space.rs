@@ -40,12 +40,12 @@ impl ColorSpace {
         Self::ALL.into_iter().find(|space| space.name.eq_ignore_ascii_case(name))
     }
 
-    /// Whether its numbers are proportional to light, as those of an EXR.
+    /// True if its numbers are proportional to light, as those of an EXR.
     pub fn is_linear(&self) -> bool {
         self.transfer == Transfer::Linear
     }
 
-    /// What its numbers mean.
+    /// The colorimetry of its numbers.
     pub fn color(&self) -> Colorimetry {
         Colorimetry::new(self.primaries, self.transfer)
     }

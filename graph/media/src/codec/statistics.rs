@@ -7,9 +7,9 @@ use super::{Picture, Pixels};
 pub struct ChannelStatistics {
     /// The least and the greatest finite number; `None` if there is none.
     pub range: Option<[f64; 2]>,
-    /// How many are NaN.
+    /// Number of NaN.
     pub nan: u64,
-    /// How many are infinite.
+    /// Number of infinities.
     pub infinite: u64,
 }
 

@@ -37,7 +37,7 @@ pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 }
 
 /// Writes an image as [`write_atomic`] writes a file, after its headers are read back.
-pub(super) fn write_image(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+pub(super) fn write_encoded(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut file = AtomicFile::create(path)?;
     file.file.write_all(bytes).map_err(|error| file.refused(&error))?;
     file.finish_image()
@@ -54,7 +54,7 @@ pub struct AtomicFile {
     /// The file that is replaced or made.
     to: PathBuf,
     old: Option<Metadata>,
-    /// Whether it may be a file that the run has read.
+    /// True if it may be a file that the run has read.
     is_own: bool,
 }
 
@@ -171,7 +171,7 @@ pub fn write_new(folder: &Path, files: &[(PathBuf, Vec<u8>)]) -> Result<Vec<bool
     Ok(are_new)
 }
 
-/// Whether a file is not there yet. Refuses links below the folder, which may lead anywhere, and other files.
+/// True if a file is not there yet. Refuses links below the folder, which may lead anywhere, and other files.
 fn is_new(folder: &Path, name: &Path, bytes: &[u8]) -> Result<bool, FileError> {
     let path = folder.join(name);
     for part in name.ancestors().skip(1).filter(|part| !part.as_os_str().is_empty()) {

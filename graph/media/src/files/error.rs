@@ -8,7 +8,7 @@ use afterimage_base::diagnostic::{shown, shown_path};
 
 use crate::codec::{CodecError, ErrorKind};
 
-/// Why a file could not be read or written, and what the user can do.
+/// Error of reading or writing a file, with a hint for the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileError {
     /// The file as the user named it.
@@ -17,7 +17,7 @@ pub struct FileError {
     pub kind: ErrorKind,
     /// One sentence without a full stop.
     pub message: String,
-    /// What the user can do, if that is known.
+    /// A hint for the user.
     pub hint: Option<String>,
 }
 

@@ -4,13 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::FileError;
-use crate::codec::ErrorKind;
+use crate::codec::{ErrorKind, ImageFormat};
 
-/// Endings of files that can be read as images.
-const ENDINGS: [&str; 5] = ["exr", "hdr", "jpeg", "jpg", "png"];
-
-/// The images of a folder by their names: the files that end in `.exr`, `.hdr` or `.png`. Folders in it are not
-/// searched.
+/// The images of a folder by the endings of their names. Folders in it are not searched.
 ///
 /// # Errors
 /// The folder cannot be listed, or has no image.
@@ -19,8 +15,7 @@ pub fn images_in(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     let mut images = Vec::new();
     for entry in entries {
         let path = entry.map_err(|error| FileError::reading(folder, &error))?.path();
-        let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-        if ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) && path.is_file() {
+        if ImageFormat::of_name(&path).is_some() && path.is_file() {
             images.push(path);
         }
     }

@@ -1,15 +1,15 @@
-//! Image files: [`read()`] turns a named file into a [`Picture`], [`write_exr`], [`write_png`] and
-//! [`write_jpeg`] write files atomically, [`sequence`] turns `shot.####.exr` into the names of its frames.
+//! Image files: [`read()`] turns a named file into a [`Picture`], [`write_image`] writes one atomically, [`sequence`]
+//! turns `shot.####.exr` into the names of its frames.
 
 mod atomic;
 mod error;
 mod folder;
+mod image_file;
 mod leftovers;
 mod memory;
 mod paths;
 mod regular;
 mod rights;
-mod rows;
 pub mod run_files;
 pub mod sequence;
 #[cfg(not(target_family = "wasm"))]
@@ -18,21 +18,20 @@ mod watch;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use atomic::write_image;
+use atomic::write_encoded;
 pub use atomic::{AtomicFile, rewrite, write_atomic, write_new};
 pub use error::FileError;
 pub use folder::images_in;
+pub use image_file::ImageFile;
 pub use memory::{default_budget, memory_limit};
 pub use paths::{real_output_path, real_path};
 pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_text};
-pub use rows::{RowsFile, RowsOptions};
 #[cfg(not(target_family = "wasm"))]
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, ChannelStatistics, Description, EncodedPixels, ExrOptions, JpegOptions, Picture, PngOptions, ReadOptions,
-    StatedCamera, check_end, decode, decode_camera, describe, encode_exr_beside, encode_exr_with_notes, encode_jpeg,
-    encode_png, exr_left_out, measure,
+    Budget, ChannelStatistics, Description, Encoding, Image, Picture, ReadOptions, StatedCamera, check_end, decode,
+    decode_camera, describe, encode_beside, encode_with_notes, exr_left_out, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -87,7 +86,7 @@ pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
     decode_camera(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
 }
 
-/// What the headers of an EXR, Radiance or PNG file state.
+/// Describes an image file by its headers.
 ///
 /// # Errors
 /// See [`FileError`] and [`describe`].
@@ -128,36 +127,40 @@ pub fn read_whole(source: &Source, budget: Budget) -> Result<Description, FileEr
     Ok(description)
 }
 
-/// Writes `picture` as an EXR file, atomically. Returns sentences about attributes that are left out.
+/// Writes an image file, atomically. Returns sentences about what is left out.
 ///
 /// # Errors
-/// See [`encode_exr`](crate::encode_exr) and [`write_atomic`]; and a file whose header cannot be read back.
-pub fn write_exr(path: &Path, picture: &Picture, options: &ExrOptions) -> Result<Vec<String>, FileError> {
-    let (bytes, notes) = encode_exr_with_notes(picture, options).map_err(|error| FileError::at(path, error))?;
-    write_image(path, &bytes)?;
+/// See [`encode`](crate::encode) and [`write_atomic`]; and a file whose header cannot be read back.
+pub fn write_image<'a>(
+    path: &Path,
+    image: impl Into<Image<'a>>,
+    encoding: &Encoding,
+) -> Result<Vec<String>, FileError> {
+    let (bytes, notes) = encode_with_notes(image.into(), encoding).map_err(|error| FileError::at(path, error))?;
+    write_encoded(path, &bytes)?;
     Ok(notes)
 }
 
-/// Writes `picture` as an EXR file with the other layers of the file that it was made from, atomically. Returns
-/// sentences about what is left out.
+/// Writes an EXR file with the other layers of the file that it was made from, atomically. Returns sentences about what
+/// is left out.
 ///
 /// # Errors
-/// See [`encode_exr_beside`] and [`write_atomic`].
-pub fn write_exr_beside(
+/// See [`encode_beside`] and [`write_atomic`].
+pub fn write_beside<'a>(
     path: &Path,
-    picture: &Picture,
-    options: &ExrOptions,
+    image: impl Into<Image<'a>>,
+    encoding: &Encoding,
     original: &Source,
     reading: &ReadOptions,
 ) -> Result<Vec<String>, FileError> {
     let (file, _) = regular::open(&original.path)?;
-    let encoded = encode_exr_beside(picture, options, BufReader::new(file), original.layer.as_deref(), reading);
+    let encoded = encode_beside(image, encoding, BufReader::new(file), original.layer.as_deref(), reading);
     let (bytes, notes) = encoded.map_err(|error| FileError::at(&original.path, error))?;
-    write_image(path, &bytes)?;
+    write_encoded(path, &bytes)?;
     Ok(notes)
 }
 
-/// What a file has besides its picture, in sentences with the reason why an EXR made from it leaves it out.
+/// Sentences about what a file has besides its picture, with the reason why an EXR made from it leaves it out.
 ///
 /// # Errors
 /// See [`FileError`] and [`exr_left_out`].
@@ -165,30 +168,4 @@ pub fn left_out(original: &Source, why: &str) -> Result<Vec<String>, FileError> 
     let (file, _) = regular::open(&original.path)?;
     let notes = exr_left_out(BufReader::new(file), original.layer.as_deref(), why);
     notes.map_err(|error| FileError::at(&original.path, error))
-}
-
-/// Writes a PNG of `size` (width, height), atomically.
-///
-/// # Errors
-/// See [`encode_png`] and [`write_atomic`].
-pub fn write_png(
-    path: &Path,
-    size: (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &PngOptions,
-) -> Result<(), FileError> {
-    write_image(path, &encode_png(size, pixels, options).map_err(|error| FileError::at(path, error))?)
-}
-
-/// Writes a JPEG of `size` (width, height), atomically.
-///
-/// # Errors
-/// See [`encode_jpeg`] and [`write_atomic`].
-pub fn write_jpeg(
-    path: &Path,
-    size: (u32, u32),
-    pixels: EncodedPixels<'_>,
-    options: &JpegOptions,
-) -> Result<(), FileError> {
-    write_image(path, &encode_jpeg(size, pixels, options).map_err(|error| FileError::at(path, error))?)
 }

@@ -1,4 +1,4 @@
-//! Where files really are, and what stands at the place of an output.
+//! Paths without links, and the files that outputs would replace.
 
 use std::fs::{self, Metadata, OpenOptions};
 use std::io;
@@ -22,7 +22,7 @@ pub(super) fn check_replaceable(path: &Path) -> Result<(), FileError> {
     replaced(path).map(drop)
 }
 
-/// What there is at the place of an output, if this user may replace it.
+/// The file at the place of an output, if this user may replace it.
 pub(super) fn replaced(path: &Path) -> Result<Option<Metadata>, FileError> {
     match fs::metadata(path) {
         Ok(meta) if meta.is_dir() => Err(FileError::writing(path, &io::ErrorKind::IsADirectory.into())),
@@ -36,7 +36,7 @@ pub(super) fn replaced(path: &Path) -> Result<Option<Metadata>, FileError> {
     }
 }
 
-/// Whether this user may write a file. Its folder alone decides whether it can be replaced, which its owner may not
+/// True if this user may write a file. Its folder alone decides whether it can be replaced, which its owner may not
 /// know, and root may write everything.
 fn may_write(path: &Path, meta: &Metadata) -> Result<bool, FileError> {
     if meta.permissions().readonly() {

@@ -16,7 +16,7 @@ use crate::files::paths::{check_replaceable, real_output_path, real_path};
 
 static LIST: Mutex<Option<RunFiles>> = Mutex::new(None);
 
-/// What an input is that was opened, and of which nothing else is known.
+/// The description of an input of which nothing is known but that it was opened.
 const OPENED: &str = "a file that this run reads";
 
 /// Begins the list of a run. That of the run before is forgotten.
@@ -80,7 +80,7 @@ fn list() -> MutexGuard<'static, Option<RunFiles>> {
 
 #[derive(Default)]
 struct RunFiles {
-    /// What each input is, by its path without links.
+    /// The description of each input, by its path without links.
     inputs: BTreeMap<PathBuf, Input>,
     /// The name of each output on the command line, by its path without links.
     outputs: BTreeMap<PathBuf, PathBuf>,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use super::regular;
-use crate::codec::ErrorKind;
+use crate::codec::{ErrorKind, ImageFormat};
 use crate::{FileError, Source};
 
 /// The most digits of a frame's number. File systems have no longer names.
@@ -145,7 +145,7 @@ impl FrameFiles {
     }
 }
 
-/// Whether a name is that of a sequence: it has a placeholder, and no file has the name itself.
+/// True if a name is that of a sequence: it has a placeholder, and no file has the name itself.
 pub fn is_numbered(name: &str) -> bool {
     let (file, _) = split_layer(name);
     !Path::new(file).is_file() && Pattern::parse(file).is_ok_and(|pattern| pattern.is_some())
@@ -329,7 +329,7 @@ struct Placeholder {
     start: usize,
     end: usize,
     digits: usize,
-    /// Whether it can hardly be a part of an ordinary name: `%04d`, or `##` and longer.
+    /// True if it can hardly be a part of an ordinary name: `%04d`, or `##` and longer.
     is_certain: bool,
 }
 
@@ -355,8 +355,9 @@ fn split_layer(name: &str) -> (&str, Option<String>) {
         return (name, None);
     }
     let lower = name.to_ascii_lowercase();
-    let ends = [".exr#", ".sxr#", ".mxr#", ".hdr#", ".png#"];
-    match ends.iter().filter_map(|end| Some(lower.rfind(end)? + end.len())).max() {
+    let endings = ImageFormat::ALL.into_iter().flat_map(ImageFormat::endings);
+    let ends = endings.map(|ending| format!(".{ending}#"));
+    match ends.filter_map(|end| Some(lower.rfind(&end)? + end.len())).max() {
         Some(at) if at < name.len() && !name[at..].starts_with('#') => (&name[..at - 1], Some(name[at..].to_owned())),
         _ => (name, None),
     }

@@ -134,7 +134,7 @@ fn folder_of(place: &Path) -> &Path {
     place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether a change is complete. Where the system states when a writer closes a file, what is before that may be half a
+/// True if a change is complete. Where the system states when a writer closes a file, what is before that may be half a
 /// file.
 fn is_whole(kind: EventKind) -> bool {
     match kind {

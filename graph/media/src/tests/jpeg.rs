@@ -23,7 +23,7 @@ pub(super) fn segments(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
 
 fn encoded(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
     let values: Vec<f32> = (0..24 * 16 * 4).map(|i| (i % 97) as f32 / 96.0).collect();
-    encode_jpeg((24, 16), EncodedPixels::Float(&values), &JpegOptions { color: Some(color), ..JpegOptions::default() })
+    encode(((24, 16), Samples::Float(&values)), &Encoding { color: Some(color), ..Encoding::JPEG })
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn a_jpeg_has_its_size_full_chroma_and_a_profile() {
 fn hdr_and_long_rows_do_not_fit_into_a_jpeg() {
     let pq = encoded(Colorimetry::new(Chromaticities::REC2020, Transfer::Pq)).unwrap_err();
     assert_eq!(pq.kind, ErrorKind::Unsupported);
-    let long = encode_jpeg((65536, 1), EncodedPixels::Byte(&vec![0; 65536 * 4]), &JpegOptions::default());
+    let long = encode(((65536, 1), Samples::Byte(&vec![0; 65536 * 4])), &Encoding::JPEG);
     assert_eq!(long.unwrap_err().kind, ErrorKind::TooLarge);
 }
 
@@ -102,8 +102,8 @@ fn all_usual_forms_are_read() {
 fn its_profile_is_applied_and_told() {
     let p3 = Colorimetry::new(Chromaticities::DISPLAY_P3, Transfer::Srgb);
     let red: Vec<f32> = [1.0, 0.0, 0.0, 1.0].repeat(16 * 16);
-    let options = JpegOptions { quality: 100, dither: None, color: Some(p3) };
-    let picture = read(&encode_jpeg((16, 16), EncodedPixels::Float(&red), &options).unwrap()).unwrap();
+    let options = Encoding { quality: 100, dither: None, color: Some(p3), ..Encoding::JPEG };
+    let picture = read(&encode(((16, 16), Samples::Float(&red)), &options).unwrap()).unwrap();
     let stated = picture.stated.expect("the profile states it");
     assert!(stated.primaries.close_to(&Chromaticities::DISPLAY_P3, 1e-3) && stated.transfer == Transfer::Srgb);
     // Red of Display P3 in Rec.709: 1.2249, -0.0420, -0.0197 (Rec.709 and P3 primaries, D65).

@@ -22,8 +22,8 @@ fn chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
 /// A PNG of one pixel with these chunks before it.
 fn with(chunks: &[Vec<u8>]) -> Vec<u8> {
     let pixel = [64, 192, 32, 255];
-    let options = PngOptions { color: None, ..PngOptions::default() };
-    let file = encode_png((1, 1), EncodedPixels::Byte(&pixel), &options).unwrap();
+    let options = Encoding { color: None, ..Encoding::PNG };
+    let file = encode(((1, 1), Samples::Byte(&pixel)), &options).unwrap();
     [&file[..33], &chunks.concat(), &file[33..]].concat()
 }
 
@@ -157,14 +157,14 @@ fn tables_of_a_profile_are_interpolated_and_gray_may_be_lightness() {
 fn alpha_of_a_file_is_straight_and_light_of_a_picture_is_multiplied_by_it() {
     let half = Transfer::Srgb.to_signal(0.5) as f32;
     let pixels = [[half, half, half, 0.5], [0.5, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 0.25], [half, 0.0, 1.0, 1.0]];
-    let options = PngOptions { alpha: Alpha::Keep, dither: None, ..PngOptions::default() };
-    let (codes, channels) = png_codes((4, 1), EncodedPixels::Float(pixels.as_flattened()), &options).unwrap();
+    let options = Encoding { alpha: Alpha::Keep, dither: None, ..Encoding::PNG };
+    let (codes, channels) = png_codes((4, 1), Samples::Float(pixels.as_flattened()), &options).unwrap();
     assert_eq!(channels, 4);
     // Light beyond coverage is cut; without coverage there is none.
     let expected = [[255, 255, 255, 128], [0, 0, 0, 0], [255, 255, 255, 64], [188, 0, 255, 255]];
     assert_eq!(codes, expected.as_flattened());
-    let apart = PngOptions { premultiplied: false, ..options };
-    let (codes, _) = png_codes((4, 1), EncodedPixels::Float(pixels.as_flattened()), &apart).unwrap();
+    let apart = Encoding { premultiplied: false, ..options };
+    let (codes, _) = png_codes((4, 1), Samples::Float(pixels.as_flattened()), &apart).unwrap();
     assert_eq!(codes[..4], [188, 188, 188, 128]);
 }
 
@@ -173,24 +173,23 @@ fn straight_codes_come_back_as_they_were() {
     let alphas = [1, 2, 5, 16, 64, 128, 200, 254, 255_u8];
     let codes: Vec<u8> =
         alphas.iter().flat_map(|alpha| (0..=255).flat_map(|code| [code, code, code, *alpha])).collect();
-    let options = PngOptions { alpha: Alpha::Keep, dither: None, premultiplied: false, ..PngOptions::default() };
+    let options = Encoding { alpha: Alpha::Keep, dither: None, premultiplied: false, ..Encoding::PNG };
     let size = (256, alphas.len() as u32);
-    let picture = read(&encode_png(size, EncodedPixels::Byte(&codes), &options).unwrap());
+    let picture = read(&encode((size, Samples::Byte(&codes)), &options).unwrap());
     let Pixels::Half(light) = &picture.pixels else { panic!("eight bits are read in halves") };
     let signal = |(at, value): (usize, &half::f16)| {
         if at % 4 == 3 { value.to_f32() } else { Transfer::Srgb.to_signal(value.to_f32().into()) as f32 }
     };
     let signals: Vec<f32> = light.iter().enumerate().map(signal).collect();
-    let again = PngOptions { premultiplied: true, ..options };
-    let (found, _) = png_codes(size, EncodedPixels::Float(&signals), &again).unwrap();
+    let again = Encoding { premultiplied: true, ..options };
+    let (found, _) = png_codes(size, Samples::Float(&signals), &again).unwrap();
     let expected: Vec<u16> = codes.iter().map(|code| u16::from(*code)).collect();
     assert!(found == expected, "{:?}", found.iter().zip(&expected).enumerate().find(|(_, (a, b))| a != b));
     // A mask stays apart.
     let options = ReadOptions { premultiplied: false, ..Budget(1 << 30).into() };
-    let file = encode_png(
-        (1, 1),
-        EncodedPixels::Byte(&[255, 255, 255, 0]),
-        &PngOptions { alpha: Alpha::Keep, premultiplied: false, ..PngOptions::default() },
+    let file = encode(
+        ((1, 1), Samples::Byte(&[255, 255, 255, 0])),
+        &Encoding { alpha: Alpha::Keep, premultiplied: false, ..Encoding::PNG },
     );
     assert_eq!(decode(Cursor::new(file.unwrap()), None, options).unwrap().pixel(0, 0), [1.0, 1.0, 1.0, 0.0]);
 }

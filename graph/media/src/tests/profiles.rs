@@ -124,7 +124,7 @@ fn a_profile_says_what_it_is_and_how_it_was_adapted() {
 fn the_quality_of_a_jpeg_decides_its_tables() {
     let pixels: Vec<f32> = (0..16 * 8 * 4).map(|i| (i % 61) as f32 / 60.0).collect();
     let with = |quality, color, dither| {
-        encode_jpeg((16, 8), EncodedPixels::Float(&pixels), &JpegOptions { quality, dither, color }).unwrap()
+        encode(((16, 8), Samples::Float(&pixels)), &Encoding { quality, dither, color, ..Encoding::JPEG }).unwrap()
     };
     let tables = |quality| -> Vec<u32> {
         let found = segments(&with(quality, None, None)).into_iter().filter(|(marker, _)| *marker == 0xdb);
@@ -137,6 +137,6 @@ fn the_quality_of_a_jpeg_decides_its_tables() {
     assert!(bare.iter().all(|(marker, _)| *marker != 0xe2), "no profile");
     assert_ne!(with(100, None, None), with(100, None, Some(1)), "noise");
     assert_ne!(with(100, None, Some(2)), with(100, None, Some(1)), "the seed decides");
-    let long = encode_jpeg((1, 65536), EncodedPixels::Byte(&vec![0; 65536 * 4]), &JpegOptions::default());
+    let long = encode(((1, 65536), Samples::Byte(&vec![0; 65536 * 4])), &Encoding::JPEG);
     assert_eq!(long.unwrap_err().message, "a JPEG has at most 65535 pixels in a row or column");
 }

@@ -20,7 +20,7 @@ fn file(position: Vec2<i32>, display: IntegerBounds) -> Vec<u8> {
     picture.meta.image.display_window = display;
     picture.meta.layer.layer_position = position;
     picture.meta.data_size = Some((8, 6));
-    encode_exr(&picture, &ExrOptions { float: true, ..ExrOptions::default() }).unwrap()
+    encode(&picture, &Encoding { bits: 32, ..Encoding::EXR }).unwrap()
 }
 
 fn read(file: &[u8], data_window: bool) -> Picture {
@@ -49,7 +49,7 @@ fn overscan_and_parts_pass_through() {
         assert_eq!((picture.width, picture.height), (8, 6));
         assert!((0..48).all(|at| picture.pixel(at % 8, at / 8)[0] == at as f32));
         assert!(picture.notes.is_empty(), "{:?}", picture.notes);
-        let again = encode_exr(&picture, &ExrOptions { float: true, ..ExrOptions::default() }).unwrap();
+        let again = encode(&picture, &Encoding { bits: 32, ..Encoding::EXR }).unwrap();
         assert_eq!(windows(&again), windows(&first));
         let shown = read(&first, false);
         assert_eq!((shown.width as usize, shown.height as usize), (display.size.0, display.size.1));
@@ -71,6 +71,6 @@ fn overscan_and_parts_pass_through() {
 #[test]
 fn a_picture_of_another_size_has_windows_of_its_own() {
     let picture = read(&file(Vec2(-2, -2), bounds(0, 0, 4, 2)), true).fitted(4, 3);
-    let again = encode_exr(&picture, &ExrOptions::default()).unwrap();
+    let again = encode(&picture, &Encoding::EXR).unwrap();
     assert_eq!(windows(&again), (bounds(0, 0, 4, 3), bounds(0, 0, 4, 3)));
 }

@@ -3,7 +3,7 @@
 use afterimage_gpu::{Texels, wgpu};
 use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_graph::image::Format;
-use afterimage_media::{EncodedPixels, ExrOptions, Picture, Pixels, PngOptions, encode_exr, encode_png};
+use afterimage_media::{Encoding, Picture, Pixels, Samples, encode};
 use egui::Ui;
 
 use super::picture::{PictureView, Subject};
@@ -92,15 +92,15 @@ impl PendingExport {
         let size = (texels.desc.size.width, texels.desc.size.height);
         let encoded = match self.kind {
             ExportKind::Picture => {
-                let options = PngOptions { dither: None, ..PngOptions::default() };
-                encode_png(size, EncodedPixels::Byte(&texels.bytes), &options)
+                let options = Encoding { dither: None, ..Encoding::PNG };
+                encode((size, Samples::Byte(&texels.bytes)), &options)
             }
             ExportKind::Numbers => {
                 let pixels = Pixels::Float(texels.to_floats().as_flattened().to_vec());
                 let halves = [Format::Rgba16Float, Format::Rg16Float, Format::R16Float];
-                let float = !halves.contains(&texels.desc.format);
-                let options = ExrOptions { float, color: self.color, ..ExrOptions::default() };
-                encode_exr(&Picture::new(size.0, size.1, pixels), &options)
+                let bits = if halves.contains(&texels.desc.format) { 16 } else { 32 };
+                let options = Encoding { bits, color: self.color, ..Encoding::EXR };
+                encode(&Picture::new(size.0, size.1, pixels), &options)
             }
         };
         encoded.map_err(|error| error.to_string())

@@ -4,7 +4,7 @@
 use afterimage_generators::Rng;
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::{NodeKind, PortType};
-use afterimage_media::{ExrOptions, Picture, Pixels, encode_exr};
+use afterimage_media::{Encoding, Picture, Pixels, encode};
 
 use crate::case::Case;
 use crate::classes::Sources;
@@ -82,6 +82,6 @@ pub(crate) fn image(rng: &mut Rng) -> Vec<u8> {
         (false, false) => (at * 37 % 251) as f32 * 0.03,
     };
     let numbers = (0..SIDE * SIDE * 4).map(number).collect();
-    let options = ExrOptions { float: true, ..ExrOptions::default() };
-    encode_exr(&Picture::new(SIDE as u32, SIDE as u32, Pixels::Float(numbers)), &options).expect("a picture")
+    let options = Encoding { bits: 32, ..Encoding::EXR };
+    encode(&Picture::new(SIDE as u32, SIDE as u32, Pixels::Float(numbers)), &options).expect("a picture")
 }

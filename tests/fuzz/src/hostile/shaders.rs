@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use afterimage_fuzz::hostile::bombs::bombs as shader_bombs;
 use afterimage_fuzz::hostile::pair;
 use afterimage_fuzz::{DECLARED_SHADER, SECOND_FILE, WORKGROUP_SHADERS};
-use afterimage_media::{ExrOptions, Picture, Pixels, encode_exr};
+use afterimage_media::{Encoding, Picture, Pixels, encode};
 
 use crate::case::Case;
 use crate::classes::Sources;
@@ -78,7 +78,7 @@ pub(crate) fn scene() -> Vec<u8> {
     static SCENE: OnceLock<Vec<u8>> = OnceLock::new();
     let made = SCENE.get_or_init(|| {
         let numbers = (0..16 * 16 * 4).map(|i| (i * 37 % 251) as f32 * 0.03).collect();
-        encode_exr(&Picture::new(16, 16, Pixels::Float(numbers)), &ExrOptions::default()).expect("a picture")
+        encode(&Picture::new(16, 16, Pixels::Float(numbers)), &Encoding::EXR).expect("a picture")
     });
     made.clone()
 }

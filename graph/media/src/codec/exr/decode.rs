@@ -14,7 +14,7 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
-use super::counters::check_chunk;
+use super::dwa_counters::check_chunk;
 use super::explain;
 use super::select::Choice;
 use crate::codec::CodecError;
@@ -281,13 +281,13 @@ mod tests {
 
     use super::*;
     use crate::codec::exr::read::{Opened, open};
-    use crate::codec::{Budget, ErrorKind, ExrOptions, Picture, Pixels, decode, encode_exr};
+    use crate::codec::{Budget, Encoding, ErrorKind, Picture, Pixels, decode, encode};
 
     /// Chunks are decoded on threads of a pool, where the guard around the whole file does not reach.
     #[test]
     fn a_panic_in_a_chunk_is_an_error_of_the_file() {
         let picture = Picture::new(4, 4, Pixels::Half(vec![f16::ONE; 64]));
-        let file = encode_exr(&picture, &ExrOptions::default()).expect("it can be written");
+        let file = encode(&picture, &Encoding::EXR).expect("it can be written");
         assert!(decode(Cursor::new(&file), None, Budget(1 << 30)).is_ok());
         let Opened { reader, headers } = open(Cursor::new(&file)).expect("the headers are valid");
         let header = &headers[0];

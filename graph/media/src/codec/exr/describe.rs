@@ -1,9 +1,8 @@
-//! What the headers of an EXR file state.
+//! Descriptions of EXR files, from their headers.
 
 use std::io::{Read, Seek};
 
 use afterimage_base::color::{Chromaticities, Colorimetry};
-use exr::compression::Compression;
 use exr::meta::BlockDescription;
 use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
@@ -12,6 +11,7 @@ use super::label::{is_data, named_colors};
 use super::read::{Opened, color_note, notes, open, stated_color, stated_colors};
 use super::select::{Choice, choose};
 use crate::codec::codes::Colors;
+use crate::codec::exr_compression::compression_name;
 use crate::codec::{ChannelDescription, CodecError, Description, PartDescription, PictureChannels, Window};
 
 /// Reads the headers of all parts. A file without a picture that could be chosen is described, too.
@@ -62,24 +62,6 @@ fn part(header: &Header) -> PartDescription {
             BlockDescription::Tiles(tiles) => Some([tiles.tile_size.0 as u64, tiles.tile_size.1 as u64]),
             BlockDescription::ScanLines => None,
         },
-    }
-}
-
-/// The name that OpenEXR has for it.
-pub(super) fn compression_name(method: Compression) -> &'static str {
-    match method {
-        Compression::Uncompressed => "none",
-        Compression::RLE => "rle",
-        Compression::ZIP1 => "zips",
-        Compression::ZIP16 => "zip",
-        Compression::PIZ => "piz",
-        Compression::PXR24 => "pxr24",
-        Compression::B44 => "b44",
-        Compression::B44A => "b44a",
-        Compression::DWAA(_) => "dwaa",
-        Compression::DWAB(_) => "dwab",
-        Compression::HTJ2K32 => "htj2k32",
-        Compression::HTJ2K256 => "htj2k256",
     }
 }
 

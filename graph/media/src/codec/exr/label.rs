@@ -1,4 +1,4 @@
-//! What an EXR file states about its colors, besides `chromaticities`.
+//! Attributes of EXR files about colors, besides `chromaticities`.
 
 use afterimage_base::color::{Chromaticities, Decimal, Transfer, Xy};
 use exr::meta::attribute::{AttributeValue, Text};
@@ -107,7 +107,7 @@ pub(super) fn name_primaries(layer: &mut LayerAttributes, primaries: &Chromatici
     }
 }
 
-/// Whether an attribute is of Cryptomatte: it belongs to channels with the numbers of objects.
+/// True if an attribute is of Cryptomatte: it belongs to channels with the numbers of objects.
 pub(super) fn is_cryptomatte(name: &str) -> bool {
     name.starts_with("cryptomatte/")
 }
@@ -122,7 +122,7 @@ pub(super) fn cryptomattes(header: &Header) -> Vec<String> {
     named.map(|(_, layer)| layer).collect()
 }
 
-/// Whether an attribute describes the pixels or the channels of the file that it was read from. A rendered picture has
+/// True if an attribute describes the pixels or the channels of the file that it was read from. A rendered picture has
 /// other ones, so the attribute must not be copied.
 pub(super) fn describes_old_pixels(name: &Text) -> bool {
     let name = name.to_string();

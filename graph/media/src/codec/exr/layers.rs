@@ -1,4 +1,4 @@
-//! What an EXR file has besides its picture: other channels and other parts. They are written unchanged beside a new
+//! Channels and parts of an EXR file besides its picture. They are written unchanged beside a new
 //! picture.
 
 use std::collections::BTreeMap;
@@ -14,87 +14,89 @@ use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
 use super::attributes::remove_unwritable;
-use super::counters::check_chunk;
 use super::decode::BATCH_BYTES;
+use super::dwa_counters::check_chunk;
 use super::explain;
 use super::label::is_cryptomatte;
-use super::pack::{Content, pack};
+use super::pack::Parts;
 use super::read::{Opened, file_colors, open};
+use super::rows::ExrRows;
 use super::select::{Choice, choose, light_channels};
-use super::write::{ExrOptions, part_of, picture_names, settle};
+use super::write::{part_of, picture_names, settle};
+use crate::codec::encoding::{Buffer, Image, RowWriter as _};
 use crate::codec::limits::{check_size, zeroed};
-use crate::codec::{CodecError, ErrorKind, Picture, ReadOptions};
+use crate::codec::{CodecError, Encoding, ErrorKind, Metadata, ReadOptions};
 use afterimage_base::panics::catch_panic;
 
 /// Files round their chromaticities, so primaries that differ by less count as equal.
 const TOLERANCE: f64 = 1e-3;
 
-/// Encodes a picture that replaces the one of `original`, whose other channels and parts are kept. Returns the file,
-/// and what is left out.
+/// Encodes a picture that replaces the one of `original`, whose other channels and parts are preserved. Returns the
+/// file, and sentences about what is left out.
 pub(crate) fn encode_beside(
-    picture: &Picture,
-    options: &ExrOptions,
+    image: Image<'_>,
+    encoding: &Encoding,
     original: impl Read + Seek,
     layer: Option<&str>,
     reading: &ReadOptions,
 ) -> Result<(Vec<u8>, Vec<String>), CodecError> {
-    check_size((picture.width.into(), picture.height.into()), if options.float { 4 } else { 2 })?;
+    let Image { size, samples, meta } = image;
+    check_size((size.0.into(), size.1.into()), u64::from(encoding.bits / 8))?;
+    let default = Metadata::of_size(size.0, size.1);
+    let meta = meta.unwrap_or(&default);
     let Opened { reader, headers: old } = open(original)?;
-    let Kept { part, channels, parts, primaries, mut notes } = Kept::of(&old, picture, options, layer, reading)?;
-    let options = &ExrOptions { primaries, ..*options };
+    let PreservedLayers { part, channels, parts, primaries, mut notes } =
+        PreservedLayers::of(&old, size, encoding, layer, reading)?;
+    let encoding = &Encoding { primaries, ..*encoding };
     let is_alone = channels.is_empty() && parts.is_empty();
     let names = match is_alone {
         true => picture_names(),
         false => choose(&old, layer).map(|choice| written_names(&old[part], &choice))?,
     };
     let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
-    let size = (picture.width, picture.height);
-    let (mut header, columns) = part_of(size, &picture.meta, options, &names, list, parts.is_empty());
+    let (mut header, columns) = part_of(size, meta, encoding, &names, list, parts.is_empty());
     keep_attributes(&old[part].own_attributes, &mut header.own_attributes, !channels.is_empty());
-    notes.extend(settle(&mut header, &picture.meta));
+    notes.extend(settle(&mut header, meta));
     let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
-    let needed = bytes as u64 * u64::from(picture.width) * u64::from(picture.height);
-    reading.budget.check((picture.width.into(), picture.height.into()), 4, needed)?;
+    let needed = bytes as u64 * u64::from(size.0) * u64::from(size.1);
+    reading.budget.check((size.0.into(), size.1.into()), 4, needed)?;
     let mut rest =
         Rest { part, parts: &parts, channels: &channels, rows: zeroed(needed as usize)?, chunks: Vec::new() };
     if !is_alone {
         rest.read(reader)?;
     }
-    let (rows, mut chunks) = (rest.rows, rest.chunks);
+    let (preserved, mut chunks) = (rest.rows, rest.chunks);
     let order: Vec<usize> = (0..old.len()).filter(|index| *index == part || parts.contains(index)).collect();
     let place = |old: usize| order.iter().position(|index| *index == old).expect("only kept parts are read");
     chunks.iter_mut().for_each(|(_, chunk)| chunk.layer_index = place(chunk.layer_index));
-    let shared = header.shared_attributes.clone();
     let mut headers = Vec::new();
     for &index in &order {
         let mut new = if index == part { header.clone() } else { old[index].clone() };
-        new.shared_attributes = shared.clone();
+        new.shared_attributes = header.shared_attributes.clone();
         notes.extend(remove_unwritable(&mut new));
         headers.push(new);
     }
-    let content = Content {
-        width: picture.width,
-        pixels: &picture.pixels,
-        first_row: 0,
-        conversion: options.conversion(),
-        headers: &headers,
-        part: place(part),
-        columns: &columns,
-        rows: &rows,
-    };
-    Ok((pack(&content, chunks)?, notes))
+    let file = Buffer::default();
+    let parts = Parts { headers, picture: place(part), columns, preserved };
+    let mut rows = ExrRows::of_parts(Box::new(file.clone()), size.0, parts, encoding.conversion())?;
+    rows.write(samples)?;
+    for (index, chunk) in &chunks {
+        rows.write_chunk(*index, chunk)?;
+    }
+    Box::new(rows).finish()?;
+    Ok((file.into_bytes(), notes))
 }
 
-/// What a file has besides its picture, in sentences with the reason why it is left out.
+/// Sentences about the channels and parts besides the picture, with the reason why they are left out.
 pub(crate) fn left_out(original: impl Read + Seek, layer: Option<&str>, why: &str) -> Result<Vec<String>, CodecError> {
     let Opened { headers, .. } = open(original)?;
-    let mut kept = Kept::all(&headers, &choose(&headers, layer)?);
+    let mut kept = PreservedLayers::all(&headers, &choose(&headers, layer)?);
     kept.leave_out(&headers, |_, _| true, why);
     Ok(kept.notes)
 }
 
-/// What is kept of a file.
-struct Kept {
+/// Channels and parts of a file that are preserved beside a new picture.
+struct PreservedLayers {
     /// The part with the picture.
     part: usize,
     /// Its channels that are no part of the picture.
@@ -103,11 +105,11 @@ struct Kept {
     parts: Vec<usize>,
     /// The primaries of the new file.
     primaries: Option<Chromaticities>,
-    /// What is left out, and why.
+    /// Sentences about what is left out, and why.
     notes: Vec<String>,
 }
 
-impl Kept {
+impl PreservedLayers {
     /// All that is no part of the picture.
     fn all(headers: &[Header], choice: &Choice) -> Self {
         let part = choice.part;
@@ -120,18 +122,17 @@ impl Kept {
 
     fn of(
         headers: &[Header],
-        picture: &Picture,
-        options: &ExrOptions,
+        size: (u32, u32),
+        encoding: &Encoding,
         layer: Option<&str>,
         reading: &ReadOptions,
     ) -> Result<Self, CodecError> {
         let choice = choose(headers, layer)?;
         let (part, header) = (choice.part, &headers[choice.part]);
-        let mut kept = Self { primaries: options.primaries, ..Self::all(headers, &choice) };
+        let mut kept = Self { primaries: encoding.primaries, ..Self::all(headers, &choice) };
         let data = header.data_window();
         let window = if reading.data_window { data } else { header.shared_attributes.display_window };
-        let size = Vec2(picture.width as usize, picture.height as usize);
-        if window.size != size {
+        if window.size != Vec2(size.0 as usize, size.1 as usize) {
             kept.leave_out(headers, |_, _| true, "the picture has another size");
         } else if window != data {
             kept.leave_out(headers, |_, _| true, "the file has pixels of a part of its window only, or beside it");
@@ -142,10 +143,10 @@ impl Kept {
             index == part && names.contains(&name)
         };
         kept.leave_out(headers, is_taken, "the picture has channels of that name");
-        kept.choose_primaries(headers, options, reading)?;
+        kept.choose_primaries(headers, encoding, reading)?;
         let mut packed = kept.channels.iter().map(|channel| header.channels.list[*channel].sample_type);
-        if packed.any(|samples| !options.compression.is_lossless_for(samples)) {
-            kept.notes.push(format!("the compression {} changes channels that are kept", options.compression.name()));
+        if packed.any(|samples| !encoding.compression.is_lossless_for(samples)) {
+            kept.notes.push(format!("the compression {} changes channels that are kept", encoding.compression.name()));
         }
         Ok(kept)
     }
@@ -154,13 +155,13 @@ impl Kept {
     fn choose_primaries(
         &mut self,
         headers: &[Header],
-        options: &ExrOptions,
+        encoding: &Encoding,
         reading: &ReadOptions,
     ) -> Result<(), CodecError> {
         let light: Vec<Vec<usize>> = headers.iter().map(light_channels).collect();
         let has_light = self.parts.iter().any(|part| !light[*part].is_empty())
             || self.channels.iter().any(|channel| light[self.part].contains(channel));
-        if options.color.is_none() || !has_light {
+        if encoding.color.is_none() || !has_light {
             return Ok(());
         }
         let header = &headers[self.part];
@@ -175,7 +176,7 @@ impl Kept {
         }
         match self.primaries {
             // The file that states colors that are not known does not state others now.
-            None if own == Chromaticities::REC709 && options.color.is_some_and(|color| color.primaries == own) => {}
+            None if own == Chromaticities::REC709 && encoding.color.is_some_and(|color| color.primaries == own) => {}
             None => self.primaries = Some(own),
             Some(asked) if asked.close_to(&own, TOLERANCE) => {}
             Some(_) => {

@@ -3,9 +3,9 @@
 
 mod attributes;
 mod camera;
-mod counters;
 mod decode;
 mod describe;
+mod dwa_counters;
 mod label;
 mod layers;
 mod measure;
@@ -28,12 +28,7 @@ pub(crate) use layers::{encode_beside, left_out};
 pub(crate) use measure::measure;
 pub(crate) use read::check;
 pub(crate) use read::decode;
-pub use rows::ExrRows;
-pub(crate) use write::encode;
-pub use write::{ExrCompression, ExrOptions, encode_exr};
-
-/// The first four bytes of every EXR file.
-pub(crate) const MAGIC: [u8; 4] = exr::meta::magic_number::BYTES;
+pub(crate) use rows::ExrRows;
 
 /// Puts an error of the decoder into the user's words.
 fn explain(error: &Error) -> CodecError {

@@ -7,8 +7,7 @@ use std::borrow::Cow;
 use std::io::Cursor;
 
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
-use exr::block::writer::ChunksWriter;
-use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::block::{BlockIndex, UncompressedBlock};
 use exr::error::Error;
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::BlockDescription;
@@ -16,78 +15,59 @@ use exr::meta::attribute::{Compression, IntegerBounds, LevelMode, SampleType, Ti
 use exr::meta::header::Header;
 use glam::Mat3;
 use half::f16;
-use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 
 use super::attributes::{Head, LONG_NAMES};
 use super::explain;
 use crate::codec::chromaticities::convert;
-use crate::codec::{CodecError, ErrorKind, Pixels};
+use crate::codec::{CodecError, ErrorKind, Samples};
 use afterimage_base::panics::catch_panic;
 
-/// What blocks are made from.
+/// The parts of a file, of which one has the picture.
+pub(super) struct Parts {
+    pub(super) headers: Vec<Header>,
+    /// The index of the part with the picture.
+    pub(super) picture: usize,
+    /// The source of each channel of that part.
+    pub(super) columns: Vec<Column>,
+    /// Preserved channels of that part: for each row, channel after channel.
+    pub(super) preserved: Vec<u8>,
+}
+
+/// The source of blocks.
 pub(super) struct Content<'p> {
-    /// The width of the picture.
     pub(super) width: u32,
-    /// Its pixels from this row on.
-    pub(super) pixels: &'p Pixels,
+    /// Rows of the picture, from `first_row` on.
+    pub(super) samples: Samples<'p>,
     pub(super) first_row: usize,
     /// To the primaries of the file.
     pub(super) conversion: Option<Mat3>,
-    pub(super) headers: &'p [Header],
-    /// The part with the picture.
-    pub(super) part: usize,
-    /// Where each of its channels comes from.
-    pub(super) columns: &'p [Column],
-    /// The channels that are kept: for each row, channel after channel.
-    pub(super) rows: &'p [u8],
+    pub(super) parts: &'p Parts,
 }
 
-/// Where the row of a channel comes from.
+/// The source of a channel.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Column {
     /// Red, green, blue or alpha of the picture.
     Picture(usize),
-    /// Bytes of the kept rows.
-    Kept { start: usize, length: usize },
+    /// Bytes of the preserved rows.
+    Preserved { start: usize, length: usize },
 }
 
-/// Packs and writes all blocks; also those of other parts, which are chunks with their places in the table of offsets.
-pub(super) fn pack(content: &Content<'_>, stored: Vec<(usize, Chunk)>) -> Result<Vec<u8>, CodecError> {
-    let blocks = enumerate_ordered_header_block_indices(content.headers);
-    let blocks: Vec<_> = blocks.filter(|(_, index)| index.layer == content.part).collect();
-    let chunks = content.chunks(blocks)?;
-    let mut bytes = file(content.headers, chunks.into_iter().chain(stored))?;
-    sort_attributes(&mut bytes, content.headers.len());
-    announce_long_names(&mut bytes)?;
-    Ok(bytes)
-}
-
-/// A file with these chunks.
-fn file(headers: &[Header], mut chunks: impl Iterator<Item = (usize, Chunk)>) -> Result<Vec<u8>, CodecError> {
-    let packed = catch_panic(|| {
-        let mut file = Cursor::new(Vec::new());
-        exr::block::write(&mut file, headers.iter().cloned().collect(), false, |_, writer| {
-            chunks.try_for_each(|(index, chunk)| writer.write_chunk(index, chunk))
-        })
-        .map(|()| file.into_inner())
-    });
-    packed.map_err(|panic| ours(&panic))?.map_err(|error| explain(&error))
-}
-
-/// What a file of one part has before its table of offsets.
-pub(super) fn head(header: &Header) -> Result<Vec<u8>, CodecError> {
+/// The bytes of a file before its table of offsets.
+pub(super) fn head(headers: &[Header]) -> Result<Vec<u8>, CodecError> {
     let mut bytes = Vec::new();
     let packed = catch_panic(|| {
         let mut file = Cursor::new(&mut bytes);
         // The chunks are written elsewhere.
-        exr::block::write(&mut file, std::iter::once(header.clone()).collect(), false, |_, _| Err(Error::Aborted))
+        exr::block::write(&mut file, headers.iter().cloned().collect(), false, |_, _| Err(Error::Aborted))
     });
     match packed.map_err(|panic| ours(&panic))? {
         Ok(()) | Err(Error::Aborted) => {}
         Err(error) => return Err(explain(&error)),
     }
-    let end = sort_attributes(&mut bytes, 1);
+    // Several headers end with an empty one.
+    let end = sort_attributes(&mut bytes, headers.len()) + usize::from(headers.len() > 1);
     bytes.truncate(end);
     announce_long_names(&mut bytes)?;
     Ok(bytes)
@@ -109,13 +89,14 @@ fn ours(panic: &str) -> CodecError {
 impl Content<'_> {
     /// Packs blocks, whose rows are all here, on all cores.
     pub(super) fn chunks(&self, blocks: Vec<(usize, BlockIndex)>) -> Result<Vec<(usize, Chunk)>, CodecError> {
-        let header = &self.headers[self.part];
+        let Parts { headers, picture, .. } = self.parts;
+        let header = &headers[*picture];
         let chunks = blocks.into_par_iter().map(|(number, index)| {
             let data = self.block(&index);
             // A block that would grow is stored as it is.
             let chunk = catch_panic(|| match b44_grows(header, index.pixel_size) {
                 true => unpacked(header, index, data),
-                false => UncompressedBlock { index, data }.compress_to_chunk(self.headers),
+                false => UncompressedBlock { index, data }.compress_to_chunk(headers),
             });
             let chunk = chunk.map_err(|panic| ours(&panic))?;
             chunk.map(|chunk| (number, chunk)).map_err(|error| explain(&error))
@@ -125,19 +106,19 @@ impl Content<'_> {
 
     /// The rows of one block, each row channel after channel.
     fn block(&self, block: &BlockIndex) -> Vec<u8> {
-        let channels = &self.headers[self.part].channels;
+        let Parts { headers, picture, columns, preserved } = self.parts;
+        let channels = &headers[*picture].channels;
         let (first, rows) = (block.pixel_position.1, block.pixel_size.1);
-        let stride =
-            self.columns.iter().map(|column| if let Column::Kept { length, .. } = column { *length } else { 0 });
-        let stride: usize = stride.sum();
+        let length = |column: &Column| if let Column::Preserved { length, .. } = column { *length } else { 0 };
+        let stride: usize = columns.iter().map(length).sum();
         let mut bytes = Vec::with_capacity(rows * block.pixel_size.0 * channels.bytes_per_pixel);
         for y in first..first + rows {
             let row = self.row(y);
-            for (channel, column) in channels.list.iter().zip(self.columns) {
+            for (channel, column) in channels.list.iter().zip(columns) {
                 match *column {
                     Column::Picture(slot) => row.channel(slot, channel.sample_type, &mut bytes),
-                    Column::Kept { start, length } => {
-                        bytes.extend_from_slice(&self.rows[y * stride + start..][..length]);
+                    Column::Preserved { start, length } => {
+                        bytes.extend_from_slice(&preserved[y * stride + start..][..length]);
                     }
                 }
             }
@@ -148,18 +129,17 @@ impl Content<'_> {
     fn row(&self, y: usize) -> Row<'_> {
         let (length, y) = (self.width as usize * 4, y - self.first_row);
         let range = y * length..(y + 1) * length;
-        let Some(matrix) = self.conversion else {
-            return match self.pixels {
-                Pixels::Half(values) => Row::Half(&values[range]),
-                Pixels::Float(values) => Row::Float(Cow::Borrowed(&values[range])),
-            };
-        };
-        let mut values = match self.pixels {
-            Pixels::Half(values) => values[range].to_f32_vec(),
-            Pixels::Float(values) => values[range].to_vec(),
-        };
-        for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
-            [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+        match (self.samples, self.conversion) {
+            (Samples::Half(values), None) => return Row::Half(&values[range]),
+            (Samples::Float(values), None) => return Row::Float(Cow::Borrowed(&values[range])),
+            _ => {}
+        }
+        let mut scratch = vec![0.0; length];
+        let mut values = self.samples.row(range, &mut scratch).to_vec();
+        if let Some(matrix) = self.conversion {
+            for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
+                [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
+            }
         }
         Row::Float(Cow::Owned(values))
     }

@@ -1,4 +1,4 @@
-//! Which channels of which part make the picture.
+//! Selection of the part and the channels that make the picture.
 //!
 //! Channels are grouped by what stands before the last dot of their names, so `diffuse.R` belongs
 //! to layer `diffuse` and `R` to the nameless one. The name of a part counts as a layer around
@@ -15,14 +15,14 @@ use crate::codec::{CodecError, ErrorKind};
 /// and V-Ray, Karma, RenderMan.
 const PICTURES: [&str; 6] = ["combined", "rgba", "beauty", "rgb", "c", "ci"];
 
-/// Where each of red, green, blue and alpha is read from.
+/// The channel of each of red, green, blue and alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Choice {
     /// Index of the header.
     pub(super) part: usize,
     /// Channel indices; `None` is 0 for a color and 1 for alpha.
     pub(super) slots: [Option<usize>; 4],
-    /// Whether it is light, to be converted to Rec.709, or plain numbers such as depth.
+    /// True if it is light, to be converted to Rec.709, or plain numbers such as depth.
     pub(super) is_color: bool,
 }
 
@@ -87,7 +87,7 @@ impl Part {
         Self { index, name: name.filter(|name| !name.is_empty()), groups }
     }
 
-    /// What is left of `name` when this part's own name is taken off its front.
+    /// The rest of `name` when this part's own name is taken off its front.
     fn below<'n>(&self, name: &'n str) -> Option<&'n str> {
         let rest = name.strip_prefix(self.name.as_deref()?)?;
         if rest.is_empty() { Some("") } else { rest.strip_prefix('.') }

@@ -7,5 +7,5 @@ mod scan;
 mod segments;
 mod write;
 
-pub(crate) use read::{MAGIC, decode, describe};
-pub use write::{JpegOptions, JpegRows, encode_jpeg};
+pub(crate) use read::{decode, describe};
+pub(crate) use write::JpegRows;

@@ -13,9 +13,6 @@ use crate::codec::{
     ReadOptions, Window, icc,
 };
 
-/// The start of a JPEG: the first marker, and the beginning of the second.
-pub(crate) const MAGIC: [u8; 3] = *b"\xff\xd8\xff";
-
 /// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear light. An ICC
 /// profile is applied; without one, the colors are sRGB. The orientation of EXIF is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
@@ -45,7 +42,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     codes.into_picture(size, colors, orientation)
 }
 
-/// What stands before the pixels.
+/// Content of the segments before the pixels.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let file = whole(reader, u64::MAX)?;
     let segments = Segments::of(&file)?;

@@ -93,7 +93,7 @@ pub(super) fn decode(frame: &Frame, segments: &[Segment<'_>], components: &mut [
     }
 }
 
-/// What the scans that follow use.
+/// Tables for the scans that follow.
 #[derive(Default)]
 struct Tables {
     quantization: [Option<[u16; 64]>; 4],

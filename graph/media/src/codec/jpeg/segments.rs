@@ -55,7 +55,7 @@ pub(super) struct ComponentHeader {
     pub(super) table: usize,
 }
 
-/// How the components stand for colors.
+/// The color model of the components.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ColorModel {
     Gray,
@@ -105,7 +105,7 @@ impl<'a> Segments<'a> {
         found.into_segments()
     }
 
-    /// How the components stand for colors, by the rules of libjpeg: JFIF, then Adobe's segment, then identifiers.
+    /// The color model of the components, by the rules of libjpeg: JFIF, then Adobe's segment, then identifiers.
     ///
     /// # Errors
     /// Two or more than four components.
@@ -135,7 +135,7 @@ impl<'a> Segments<'a> {
     }
 }
 
-/// What the segments so far said.
+/// Content of the segments so far.
 #[derive(Default)]
 struct Found<'a> {
     frame: Option<Frame>,

@@ -6,49 +6,60 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use afterimage_base::color::Colorimetry;
-use jpeg_encoder::{ColorType, Encoder, EncodingError, ImageBuffer, JpegColorType, SamplingFactor, rgb_to_ycbcr};
+use jpeg_encoder::{Encoder, EncodingError, ImageBuffer, JpegColorType, SamplingFactor, rgb_to_ycbcr};
 
-use crate::codec::limits::{check_sides, check_size};
+use crate::codec::encoding::{RowWriter, Sink};
+use crate::codec::limits::check_sides;
 use crate::codec::quantize::Quantizer;
-use crate::codec::{CodecError, EncodedPixels, ErrorKind, icc};
+use crate::codec::{CodecError, Encoding, ErrorKind, Samples, icc};
 
-/// How a JPEG is written. The color channels have full resolution.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JpegOptions {
-    /// 1 to 100: of the quantization tables of libjpeg.
-    pub quality: u8,
-    /// Seed of the dither to eight bits, or `None` to round.
-    pub dither: Option<u32>,
-    /// What the numbers mean, stated by an ICC profile; not stated if `None`.
-    pub color: Option<Colorimetry>,
+/// The writer of a JPEG. A thread packs the rows, because the encoder asks for them.
+pub(crate) struct JpegRows {
+    rows: SyncSender<Vec<u8>>,
+    packing: JoinHandle<Result<(), EncodingError>>,
+    width: u32,
+    quantizer: Quantizer,
 }
 
-impl Default for JpegOptions {
-    /// Quality 92, sRGB, dithered with seed 0.
-    fn default() -> Self {
-        Self { quality: 92, dither: Some(0), color: Some(Colorimetry::SRGB) }
+impl JpegRows {
+    /// Starts the thread.
+    pub(crate) fn new(to: Box<dyn Sink>, size: (u32, u32), encoding: &Encoding) -> Result<Self, CodecError> {
+        let (width, height) = sides(size)?;
+        let profile = encoding.color.map(profile).transpose()?;
+        let quality = encoding.quality.clamp(1, 100);
+        let (rows, from) = sync_channel(1);
+        let waiting = RefCell::new(Waiting { from, first_row: 0, bytes: Vec::new() });
+        let picture = Rows { width, height, waiting };
+        let packing = move || {
+            let mut to = BufWriter::new(to);
+            let mut encoder = Encoder::new(&mut to, quality);
+            encoder.set_sampling_factor(SamplingFactor::F_1_1);
+            if let Some(profile) = profile {
+                encoder.add_icc_profile(&profile)?;
+            }
+            encoder.encode_image(picture)?;
+            to.flush().map_err(EncodingError::IoError)
+        };
+        let packing = std::thread::Builder::new().name("JPEG".to_owned()).spawn(packing);
+        let packing = packing.map_err(|error| CodecError::new(ErrorKind::Machine, format!("no thread: {error}")))?;
+        let quantizer = Quantizer { bits: 8, dither: encoding.dither, channels: 3, first_row: 0, premultiplied: None };
+        Ok(Self { rows, packing, width: size.0, quantizer })
     }
 }
 
-/// Encodes a JPEG of `size` (width, height). Alpha is not written.
-///
-/// # Errors
-/// More than 65535 pixels in a row or column, `Pq` and `Hlg`.
-pub fn encode_jpeg(size: (u32, u32), pixels: EncodedPixels<'_>, options: &JpegOptions) -> Result<Vec<u8>, CodecError> {
-    let (width, height) = sides(size)?;
-    check_size((size.0.into(), size.1.into()), 1)?;
-    let profile = options.color.map(profile).transpose()?;
-    let bytes = bytes(&options.quantizer(), size, pixels)?;
-    let mut file = Vec::new();
-    let encoded = encoder(&mut file, profile.as_deref(), options)
-        .and_then(|encoder| encoder.encode(&bytes, width, height, ColorType::Rgb));
-    encoded.map_err(|error| failed(&error))?;
-    Ok(file)
-}
+impl RowWriter for JpegRows {
+    fn write(&mut self, samples: Samples<'_>) -> Result<(), CodecError> {
+        let codes = self.quantizer.next_codes(self.width, samples)?;
+        // An encoder that is gone has failed, which the end reports.
+        let _ = self.rows.send(codes.iter().map(|code| *code as u8).collect());
+        Ok(())
+    }
 
-impl JpegOptions {
-    fn quantizer(&self) -> Quantizer {
-        Quantizer { bits: 8, dither: self.dither, channels: 3, first_row: 0, premultiplied: None }
+    fn finish(self: Box<Self>) -> Result<(), CodecError> {
+        let Self { rows, packing, .. } = *self;
+        drop(rows);
+        let packed = packing.join().map_err(|_| CodecError::new(ErrorKind::Machine, "packing the JPEG failed"))?;
+        packed.map_err(|error| failed(&error))
     }
 }
 
@@ -58,10 +69,6 @@ fn sides(size: (u32, u32)) -> Result<(u16, u16), CodecError> {
         return Err(CodecError::new(ErrorKind::TooLarge, "a JPEG has at most 65535 pixels in a row or column"));
     };
     Ok((width, height))
-}
-
-fn bytes(quantizer: &Quantizer, size: (u32, u32), pixels: EncodedPixels<'_>) -> Result<Vec<u8>, CodecError> {
-    Ok(quantizer.codes(size, pixels)?.iter().map(|code| *code as u8).collect())
 }
 
 fn failed(error: &EncodingError) -> CodecError {
@@ -76,69 +83,6 @@ fn profile(color: Colorimetry) -> Result<Vec<u8>, CodecError> {
         CodecError::new(ErrorKind::Unsupported, "a JPEG has eight bits, too few for PQ and HLG")
             .hint("write a PNG, or encode for an SDR display")
     })
-}
-
-fn encoder<W: Write>(to: W, profile: Option<&[u8]>, options: &JpegOptions) -> Result<Encoder<W>, EncodingError> {
-    let mut encoder = Encoder::new(to, options.quality.clamp(1, 100));
-    encoder.set_sampling_factor(SamplingFactor::F_1_1);
-    if let Some(profile) = profile {
-        encoder.add_icc_profile(profile)?;
-    }
-    Ok(encoder)
-}
-
-/// A JPEG that is written from the top to the bottom, so that no more than some rows are in memory: the bytes of
-/// [`encode_jpeg`]. A thread packs them, because the encoder asks for rows.
-pub struct JpegRows {
-    rows: SyncSender<Vec<u8>>,
-    packing: JoinHandle<Result<(), EncodingError>>,
-    width: u32,
-    quantizer: Quantizer,
-}
-
-impl JpegRows {
-    /// Writes what comes before the rows of a JPEG of `size`.
-    ///
-    /// # Errors
-    /// As [`encode_jpeg`].
-    pub fn new(to: impl Write + Send + 'static, size: (u32, u32), options: &JpegOptions) -> Result<Self, CodecError> {
-        let (width, height) = sides(size)?;
-        let (profile, options) = (options.color.map(profile).transpose()?, *options);
-        let (rows, from) = sync_channel(1);
-        let waiting = RefCell::new(Waiting { from, first_row: 0, bytes: Vec::new() });
-        let picture = Rows { width, height, waiting };
-        let packing = move || {
-            let mut to = BufWriter::new(to);
-            encoder(&mut to, profile.as_deref(), &options)?.encode_image(picture)?;
-            to.flush().map_err(EncodingError::IoError)
-        };
-        let packing = std::thread::Builder::new().name("JPEG".to_owned()).spawn(packing);
-        let packing = packing.map_err(|error| CodecError::new(ErrorKind::Machine, format!("no thread: {error}")))?;
-        Ok(Self { rows, packing, width: size.0, quantizer: options.quantizer() })
-    }
-
-    /// Writes the next rows.
-    ///
-    /// # Errors
-    /// No memory for the codes.
-    pub fn write(&mut self, pixels: EncodedPixels<'_>) -> Result<(), CodecError> {
-        let rows = (pixels.len() / 4 / self.width as usize) as u32;
-        let bytes = bytes(&self.quantizer, (self.width, rows), pixels)?;
-        self.quantizer.first_row += rows;
-        // An encoder that is gone has failed, which the end reports.
-        let _ = self.rows.send(bytes);
-        Ok(())
-    }
-
-    /// Writes what comes after the last row.
-    ///
-    /// # Errors
-    /// What writing reported.
-    pub fn finish(self) -> Result<(), CodecError> {
-        drop(self.rows);
-        let packed = self.packing.join().map_err(|_| CodecError::new(ErrorKind::Machine, "packing the JPEG failed"))?;
-        packed.map_err(|error| failed(&error))
-    }
 }
 
 /// A picture of which the encoder asks for one row after another.

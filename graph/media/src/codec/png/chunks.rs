@@ -11,7 +11,7 @@ use crate::codec::{CodecError, icc};
 /// A chunk that may be broken, with the reason.
 pub(super) type Stated<T> = Option<Result<T, &'static str>>;
 
-/// What the chunks before the pixels say, besides what the decoder reads.
+/// Content of the chunks before the pixels that the decoder does not read.
 #[derive(Default)]
 pub(super) struct Chunks {
     /// `cICP`: primaries, transfer function, matrix and range.

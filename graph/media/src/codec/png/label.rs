@@ -83,7 +83,7 @@ fn unstated() -> CodecError {
     CodecError::new(ErrorKind::Unsupported, what).hint("encode for `Rec709`, `DisplayP3` or `Rec2020`")
 }
 
-/// Whether `cHRM` can state the primaries. It has no negative numbers, so primaries such as those of ACES 2065-1 do not
+/// True if `cHRM` can state the primaries. It has no negative numbers, so primaries such as those of ACES 2065-1 do not
 /// fit.
 fn fits(primaries: &Chromaticities) -> bool {
     primaries.points().iter().all(|xy| xy.to_vec().min_element() >= 0.0)

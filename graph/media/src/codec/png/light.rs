@@ -1,4 +1,4 @@
-//! What the chunks of a PNG state about its colors.
+//! Colors of a PNG by its chunks.
 
 use afterimage_base::color::{Chromaticities, Decimal, Transfer};
 

@@ -8,6 +8,6 @@ mod read;
 mod strips;
 mod write;
 
-pub(crate) use read::{MAGIC, decode, describe};
-pub use strips::PngDepth;
-pub use write::{Alpha, PngOptions, PngRows, encode_png, png_codes, png_left_out};
+pub(crate) use read::{decode, describe};
+pub use write::png_codes;
+pub(crate) use write::{PngRows, writer_of_image};

@@ -13,9 +13,6 @@ use crate::codec::{
     ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, ReadOptions, Window,
 };
 
-/// The first eight bytes of every PNG.
-pub(crate) const MAGIC: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-
 /// Decodes a PNG to linear light. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
 /// applied; those before it are noted. The straight alpha of the file
 /// is multiplied into the light, unless `options` keep it apart. The orientation of
@@ -51,7 +48,7 @@ pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Resu
     codes.into_picture([width, height], colors, orientation)
 }
 
-/// What the chunks before the pixels state.
+/// Describes a file by the chunks before the pixels.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let (chunks, rest) = chunks::read(reader)?;
     let decoder = Decoder::new_with_limits(rest, Limits { bytes: MAX_PNG_EXTRAS });

@@ -7,35 +7,6 @@ use png::chunk::IDAT;
 use png::{EncodingError, Writer};
 use rayon::prelude::*;
 
-/// Bits for each channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PngDepth {
-    /// Codes 0 to 255.
-    Eight,
-    /// Codes 0 to 65535.
-    Sixteen,
-}
-
-impl PngDepth {
-    pub(super) fn bits(self) -> u32 {
-        match self {
-            Self::Eight => 8,
-            Self::Sixteen => 16,
-        }
-    }
-
-    fn bytes(self) -> usize {
-        self.bits() as usize / 8
-    }
-
-    fn to_bytes(self, codes: &[u16]) -> Vec<u8> {
-        match self {
-            Self::Eight => codes.iter().map(|code| *code as u8).collect(),
-            Self::Sixteen => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
-        }
-    }
-}
-
 /// Bytes of a strip before it is packed, at most, unless a row has more.
 const STRIP_BYTES: usize = 1 << 18;
 
@@ -44,7 +15,7 @@ pub(super) struct Strips {
     /// Codes of a row.
     row: usize,
     channels: usize,
-    depth: PngDepth,
+    bits: u32,
     /// The row above the waiting ones: zeros above the first.
     above: Vec<u16>,
     /// Rows that do not fill a strip yet.
@@ -71,9 +42,9 @@ const ADLER: u64 = 65521;
 
 impl Strips {
     /// Begins a stream.
-    pub(super) fn new(width: u32, channels: usize, depth: PngDepth) -> Self {
+    pub(super) fn new(width: u32, channels: usize, bits: u32) -> Self {
         let row = width as usize * channels;
-        Self { row, channels, depth, above: vec![0; row], waiting: Vec::new(), held: HEAD.to_vec(), sums: [1, 0] }
+        Self { row, channels, bits, above: vec![0; row], waiting: Vec::new(), held: HEAD.to_vec(), sums: [1, 0] }
     }
 
     /// Writes the strips that these rows fill.
@@ -95,9 +66,21 @@ impl Strips {
         to.write_chunk(IDAT, &self.held)
     }
 
+    /// Bytes of a code.
+    fn bytes(&self) -> usize {
+        self.bits as usize / 8
+    }
+
+    fn to_bytes(&self, codes: &[u16]) -> Vec<u8> {
+        match self.bits {
+            8 => codes.iter().map(|code| *code as u8).collect(),
+            _ => codes.iter().flat_map(|code| code.to_be_bytes()).collect(),
+        }
+    }
+
     /// Codes of a strip.
     fn strip(&self) -> usize {
-        (STRIP_BYTES / (self.row * self.depth.bytes())).max(1) * self.row
+        (STRIP_BYTES / (self.row * self.bytes())).max(1) * self.row
     }
 
     /// Packs the first of the waiting codes.
@@ -131,12 +114,12 @@ impl Strips {
 
     /// Rows after the filter of PNG (third edition, 9.2) whose numbers have the smallest sum, each row with its own.
     fn filtered(&self, codes: &[u16], above: &[u16]) -> Vec<u8> {
-        let mut above = self.depth.to_bytes(above);
-        let texel = self.channels * self.depth.bytes();
-        let mut filtered = Vec::with_capacity(codes.len() * self.depth.bytes() + codes.len() / self.row);
+        let mut above = self.to_bytes(above);
+        let texel = self.channels * self.bytes();
+        let mut filtered = Vec::with_capacity(codes.len() * self.bytes() + codes.len() / self.row);
         let (mut best, mut tried) = (vec![0; above.len()], vec![0; above.len()]);
         for row in codes.chunks_exact(self.row) {
-            let row = self.depth.to_bytes(row);
+            let row = self.to_bytes(row);
             let mut chosen = (u64::MAX, 0);
             for filter in 0..FILTERS {
                 let sum = apply(filter, &row, &above, texel, &mut tried);

@@ -38,7 +38,7 @@ impl Picture {
         scale_columns(&narrow, width, height)
     }
 
-    /// What the file states, with other pixels in numbers of the same kind.
+    /// The attributes and notes of this picture, with other pixels of the same type.
     fn with_pixels(&self, width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Self {
         let floats = pixels.into_flattened();
         let pixels = match self.pixels {

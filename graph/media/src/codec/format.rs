@@ -1,0 +1,105 @@
+//! The formats of image files: endings of names, signatures of contents, and the depths that can be written.
+
+use std::io::{BufRead, Read as _, Seek};
+use std::path::Path;
+
+use crate::codec::{CodecError, ErrorKind};
+
+/// A format of image files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// OpenEXR: linear light, or data.
+    Exr,
+    /// Radiance: linear light. It is read only.
+    Hdr,
+    /// PNG: codes of a transfer function.
+    Png,
+    /// JPEG: codes of a transfer function.
+    Jpeg,
+}
+
+impl ImageFormat {
+    /// All formats.
+    pub const ALL: [Self; 4] = [Self::Exr, Self::Hdr, Self::Png, Self::Jpeg];
+
+    /// The endings of file names, in lower case; the usual one first.
+    pub fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Exr => &["exr", "sxr", "mxr"],
+            Self::Hdr => &["hdr"],
+            Self::Png => &["png"],
+            Self::Jpeg => &["jpg", "jpeg"],
+        }
+    }
+
+    /// The first bytes of files.
+    fn signatures(self) -> &'static [&'static [u8]] {
+        match self {
+            Self::Exr => &[b"\x76\x2f\x31\x01"],
+            Self::Hdr => &[b"#?RADIANCE", b"#?RGBE"],
+            Self::Png => &[b"\x89PNG\r\n\x1a\n"],
+            Self::Jpeg => &[b"\xff\xd8\xff"],
+        }
+    }
+
+    /// The name for users.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exr => "EXR",
+            Self::Hdr => "Radiance HDR",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
+        }
+    }
+
+    /// The bits of a channel that can be written, in codes or, for EXR, in floats; none for a format that is read only.
+    pub fn depths(self) -> &'static [u32] {
+        match self {
+            Self::Exr => &[16, 32],
+            Self::Hdr => &[],
+            Self::Png => &[8, 16],
+            Self::Jpeg => &[8],
+        }
+    }
+
+    /// Whether files hold codes of a transfer function; otherwise they hold linear light.
+    pub fn is_encoded(self) -> bool {
+        matches!(self, Self::Png | Self::Jpeg)
+    }
+
+    /// The format by the ending of a file's name.
+    pub fn of_name(path: impl AsRef<Path>) -> Option<Self> {
+        let name = path.as_ref().file_name()?.to_string_lossy().to_ascii_lowercase();
+        let (_, ending) = name.rsplit_once('.')?;
+        Self::ALL.into_iter().find(|format| format.endings().contains(&ending))
+    }
+
+    /// The format by the signature; the reader is at its start again afterwards.
+    pub(crate) fn of_content(reader: &mut (impl BufRead + Seek)) -> Result<Self, CodecError> {
+        let start = first_bytes(reader).map_err(|error| CodecError::reading(&error))?;
+        let is_signed = |format: &Self| format.signatures().iter().any(|signature| start.starts_with(signature));
+        if let Some(format) = Self::ALL.into_iter().find(is_signed) {
+            Ok(format)
+        } else if start.is_empty() {
+            Err(CodecError::new(ErrorKind::Broken, "the file is empty").hint("copy or render it again"))
+        } else {
+            Err(unknown_format(&start))
+        }
+    }
+}
+
+fn first_bytes(reader: &mut (impl BufRead + Seek)) -> std::io::Result<Vec<u8>> {
+    let mut start = Vec::new();
+    reader.by_ref().take(16).read_to_end(&mut start)?;
+    reader.rewind()?;
+    Ok(start)
+}
+
+fn unknown_format(start: &[u8]) -> CodecError {
+    const KNOWN: [(&[u8], &str); 5] =
+        [(b"II*\0", "a TIFF"), (b"MM\0*", "a TIFF"), (b"GIF8", "a GIF"), (b"SDPX", "a DPX"), (b"XPDS", "a DPX")];
+    let found = KNOWN.iter().find(|(magic, _)| start.starts_with(magic));
+    let what = found.map_or("not an image that this program knows", |(_, name)| name);
+    CodecError::new(ErrorKind::Unsupported, format!("this is {what}"))
+        .hint("EXR, Radiance HDR, PNG and JPEG files are read; convert it to one of them")
+}
