@@ -1,4 +1,4 @@
-//! What `render` reports: the exposure, repaired pixels, inputs without a mask; and cuts.
+//! Reports of `render`: the exposure, repaired pixels, inputs without a mask; and cuts.
 
 use afterimage_media::{ExrOptions, Picture, Pixels, write_exr};
 use serde_json::Value;

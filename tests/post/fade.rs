@@ -109,7 +109,7 @@ impl Host {
         self.codes(false)
     }
 
-    /// Whether the last change was not faded, or not to its end, for that reason.
+    /// True if the last change was not faded, or not to its end, for that reason.
     fn missed(&self, why: &FadeSkipReason) -> bool {
         self.post.fade_skip_reason() == Some(why) && !self.post.is_fading()
     }
