@@ -295,7 +295,7 @@ fn numbers_of_blocks_are_checked() {
     assert_eq!(CAMERA.bytes(), 400);
 }
 
-/// What a host may put into a block one by one: finite numbers, but any.
+/// Values that a host may put into a block one by one: any finite numbers.
 const HOSTILE: [f32; 10] = [0.0, -0.0, 1.0, -1.0, 1e-45, 1e-7, 1e30, -1e30, f32::MAX, f32::MIN];
 
 /// A camera of such numbers: matrices without an inverse, of zeros, and of numbers beyond half floats.

@@ -45,7 +45,7 @@ use afterimage_media::{Encoding, Picture, Pixels, write_image};
 
 use crate::support::command::program;
 
-/// Where the program keeps what it may forget.
+/// The cache folder of the program.
 const CACHE: &str = ".cache";
 
 /// A folder of one test, removed at its end.
@@ -102,7 +102,7 @@ impl Drop for Folder {
     }
 }
 
-/// What the program printed, and its exit status.
+/// The output of the program, and its exit status.
 #[derive(Debug)]
 struct Outcome {
     status: Option<i32>,

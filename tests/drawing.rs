@@ -58,7 +58,7 @@ fn result(node: &str) -> Picture {
     drawn(&format!("\"result\": {node}"), "result").1
 }
 
-/// What a triangle has at a place of a pixel: color and depth. `None` outside.
+/// Color and depth of a triangle at a place of a pixel; `None` outside.
 fn at(triangle: &[Vertex; 3], size: Size, (x, y): (u32, u32), place: [f64; 2]) -> Option<([f64; 4], f64)> {
     let sides = [f64::from(size.width), f64::from(size.height)];
     let corner = |vertex: &Vertex| {
@@ -78,7 +78,6 @@ fn at(triangle: &[Vertex; 3], size: Size, (x, y): (u32, u32), place: [f64; 2]) -
     shares.iter().all(|share| *share > 0.0).then(|| (color, mix(&|vertex| vertex.0[2])))
 }
 
-/// Compares each texel.
 fn assert_texels(found: &Picture, size: Size, expected: impl Fn((u32, u32)) -> [f64; 4]) {
     assert_eq!((found.width, found.height), (size.width, size.height));
     for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
@@ -120,7 +119,7 @@ fn each_layer_has_what_was_drawn_into_it() {
     }
 }
 
-/// What stays of two triangles in a pixel: color and depth.
+/// Color and depth in a pixel of two triangles.
 fn overlap(pixel: (u32, u32), stays: &str) -> ([f64; 4], f64) {
     let empty = (CLEARS[0], if stays == "Far" { 0.0 } else { 1.0 });
     let of = |triangle| at(triangle, SIZE, pixel, CENTER);

@@ -16,7 +16,6 @@ use afterimage_plan::Options;
 
 use record::{Record, Sample};
 
-/// What one round does.
 struct Round {
     reloads: u32,
     resizes: u32,
@@ -33,7 +32,7 @@ const SIZE: Size = Size { width: 64, height: 48, depth: 1 };
 /// The color of every pixel of the input.
 const LIGHT: f32 = 0.5;
 
-/// How much the kind of this edit multiplies. Exact in 32 bits, and so is the product.
+/// The factor of the kind of this edit. It and the product are exact in 32 bits.
 fn factor(edit: u32) -> f32 {
     1.0 + edit as f32 / 16384.0
 }

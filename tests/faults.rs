@@ -30,12 +30,11 @@ fn numbers(calls: u64) -> Vec<u64> {
     (1..=calls).step_by(step as usize).collect()
 }
 
-/// What happened in the trials of all kinds.
+/// The results of the trials of all kinds.
 #[derive(Default)]
 struct Report {
     /// For each kind and verdict the number of trials.
     counts: BTreeMap<(String, String), u64>,
-    /// Trials that end badly.
     bad: Vec<String>,
     /// Devices that wgpu could not close after the error was reported, by the call that failed.
     unclosed: BTreeMap<String, u64>,

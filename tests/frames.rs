@@ -278,7 +278,7 @@ fn every_pipeline_with_a_meter_can_do_without() {
     }
 }
 
-/// How much more the picture changes from frame to frame than without.
+/// The change of the picture from frame to frame, relative to that without.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 #[expect(clippy::print_stdout, reason = "the figures are for people")]

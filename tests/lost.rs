@@ -54,7 +54,7 @@ impl Host {
         self.post.control("lit.strength").expect("it has this parameter")
     }
 
-    /// What a host does, step by step.
+    /// The steps of a host.
     fn step(&mut self, step: usize) -> Result<(), PostError> {
         match step {
             3 => {

@@ -80,7 +80,7 @@ fn run(arguments: &[&str]) -> bool {
     format!("{code:?}") == format!("{:?}", std::process::ExitCode::SUCCESS)
 }
 
-/// What `measure` says of the folder's pipeline on a picture.
+/// The report of `measure` on the folder's pipeline and a picture.
 fn report(folder: &Folder, picture: &str, more: &[&str]) -> Value {
     let (pipeline, picture, out) = (folder.arg("glow.ron"), folder.arg(picture), folder.arg("out.json"));
     let arguments = ["measure", &pipeline, &picture, "--repeats", "1", "--json", &out];
@@ -252,7 +252,7 @@ fn tuning_writes_a_tier_that_keeps_its_promise() {
     assert!(!tuned(&folder, &["--error", "0.0", "--state", &state]), "half floats cannot be without error");
 }
 
-/// The search predicts the error of several switches; the claim of the tier is a tenth above what is measured.
+/// The claim of a tier is a tenth above the measured error.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tuned_tier_claims_what_is_measured() {
@@ -353,7 +353,7 @@ fn all_tiers_are_tuned_at_once() {
     assert!(!tuned(&folder, &["--tiers", "--error", "1"]) && !tuned(&folder, &["--tiers", "--name", "a"]));
 }
 
-/// What a search tells of its steps.
+/// The steps that a search reports.
 #[derive(Default)]
 struct Told(std::sync::Mutex<Vec<(u64, u64)>>);
 

@@ -1,17 +1,12 @@
 //! Kinds without Rust: those of `nodes/folders` and, with several passes, of `tests/folders`, compared with CPU references
 //! and by what they are defined to do.
 
-/// Kinds that grade.
 mod grading;
-/// Light that surfaces scatter.
 mod indirect;
-/// The models of lenses.
 mod lens;
 /// Masks, and what is limited to them.
 mod masks;
-/// Reflections.
 mod reflections;
-/// Upscaling and its sharpening.
 mod scale;
 /// Kinds that read other pixels.
 mod space;
@@ -200,7 +195,7 @@ fn a_kind_without_rust_reads_each_word_of_a_table() {
     assert!(counted > 100.0 && shown[0].pixels[..4].iter().any(|pixel| pixel[0] < 0.0), "{:?}", &shown[0].pixels[..8]);
 }
 
-/// What a kind makes of a picture after the tone curve, at the start of the first frame.
+/// The result of a kind for a picture after the tone curve, at the start of the first frame.
 fn shown(node: &str, scene: &Picture) -> Picture {
     let registry = Registry::new(&[afterimage_nodes::ALL, &kinds()]).expect("no two kinds share a name");
     let text = format!(

@@ -21,7 +21,6 @@ pub fn files() -> Vec<String> {
     names
 }
 
-/// The built-in scene.
 fn scene(width: u32, height: u32) -> Picture {
     let graph = graph(r#"Pipeline(inputs: {}, nodes: { "scene": DemoScene() }, outputs: { "scene": "scene" })"#);
     let mut run = Run::new(&graph);
@@ -106,7 +105,7 @@ fn every_way_to_run_a_pipeline_makes_the_same_picture() {
 /// is off by 17 codes.
 const DECIDED: f32 = 24.0 * ONE_CODE;
 
-/// Whether a pipeline has a node that treats nearly equal pixels in different ways.
+/// True if a pipeline has a node that treats nearly equal pixels in different ways.
 fn decides(graph: &Graph) -> bool {
     graph.nodes.iter().any(|node| node.kind().name() == "Fxaa")
 }

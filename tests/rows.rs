@@ -106,7 +106,7 @@ fn sparks(width: u32, height: u32, frame: u32) -> Picture {
     })
 }
 
-/// What a scene must not contain: numbers that are not finite, alone, side by side, in a line and at the border.
+/// A scene with numbers that are not finite: alone, side by side, in a line and at the border.
 fn damaged(mut picture: Picture) -> Picture {
     let [width, height] = [picture.width, picture.height].map(|side| side as usize);
     for (index, pixel) in picture.pixels.iter_mut().enumerate() {

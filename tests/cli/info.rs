@@ -1,4 +1,4 @@
-//! What the program says about files.
+//! The output of the program about files.
 
 use afterimage_graph::color::{Chromaticities, Colorimetry};
 use afterimage_media::{Encoding, write_image};

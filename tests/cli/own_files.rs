@@ -105,7 +105,7 @@ fn refused(folder: &Folder, table: &[(&str, &str)]) {
     }
 }
 
-/// How a command is given the file of an option.
+/// The ways to name the file of an option.
 enum Use {
     /// It reads the file. These words are in one of its lines.
     Reads(&'static str),

@@ -1,4 +1,4 @@
-//! What `render` reports: the exposure, repaired pixels, inputs without a mask; and cuts.
+//! Reports of `render`: the exposure, repaired pixels, inputs without a mask; and cuts.
 
 use afterimage_media::{Encoding, Picture, Pixels, write_image};
 use serde_json::Value;

@@ -300,7 +300,6 @@ fn control_characters_do_not_reach_the_terminal() {
     }
 }
 
-/// The text without colors.
 fn without_styles(text: &str) -> String {
     let mut parts = text.split("\u{1b}[");
     let first = parts.next().unwrap_or_default().to_owned();

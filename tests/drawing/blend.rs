@@ -13,16 +13,16 @@ use crate::support::layer;
 params! {
     /// Two translucent triangles in one draw.
     pub struct Glass {
-        /// How they are blended.
+        /// The blending.
         pub mode: Mode = Mode::Over;
         /// The channels that are written.
         pub written: Written = Written::Everything;
-        /// Whether an opaque triangle is drawn in a pass before.
+        /// True if an opaque triangle is drawn in a pass before.
         pub before: bool = false;
     }
 }
 
-/// What is drawn: translucent.
+/// Translucent triangles.
 fn panes() -> [[Vertex; 3]; 2] {
     let tint = |triangle: [Vertex; 3], alphas: [f32; 3]| {
         let mut alphas = alphas.into_iter();
@@ -33,7 +33,7 @@ fn panes() -> [[Vertex; 3]; 2] {
     [tint(LARGE, [0.25, 0.5, 0.75]), tint(OTHER, [0.5, 0.125, 0.875])]
 }
 
-/// What lies under them.
+/// The image under them.
 const UNDERLAY: [Vertex; 3] = [
     ([-0.671875, -0.875, 0.25], [0.75, 0.5, 0.25, 0.5]),
     ([0.765625, -0.5, 0.25], [0.25, 0.75, 0.5, 0.75]),
@@ -72,7 +72,7 @@ impl Node for Glass {
     }
 }
 
-/// What is drawn at a place of a pixel.
+/// The color drawn at a place of a pixel.
 fn seen(pixel: (u32, u32), place: [f64; 2], blend: Blend, writes: WriteMask, has_underlay: bool) -> [f64; 4] {
     let of = |triangle: &[Vertex; 3]| at(triangle, SIZE, pixel, place).map(|(color, _)| color);
     let below = has_underlay.then(|| of(&UNDERLAY)).flatten().unwrap_or(CLEAR);
@@ -223,7 +223,7 @@ params! {
     /// Light upon light in an image, which kernels read that filter it or load its texels: before the last light, and
     /// after it.
     pub struct Glow {
-        /// Whether the image is a layer of several.
+        /// True if the image is a layer of several.
         pub layered: bool = false;
     }
 }

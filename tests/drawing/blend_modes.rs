@@ -4,7 +4,7 @@ use afterimage_graph::node::{Blend, BlendComponent, BlendFactor, Factors, WriteM
 use afterimage_graph::prelude::*;
 
 choices! {
-    /// How triangles are blended.
+    /// The blending of triangles.
     pub enum Mode {
         /// Not at all.
         Replace,

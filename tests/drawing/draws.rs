@@ -18,7 +18,7 @@ const UNUSED: [Vertex; 3] = [
     ([0.984375, -0.96875, 0.25], [9.0, 9.0, 9.0, 9.0]),
     ([0.015625, 0.984375, 0.25], [9.0, 9.0, 9.0, 9.0]),
 ];
-/// What moves each instance, and what its color is multiplied with. No range has the first.
+/// The offset of each instance, and the factor of its color. No range has the first.
 const MOVES: [[f32; 4]; 4] =
     [[0.0, 0.0, 0.0, 7.0], [-0.25, 0.125, 0.0, 0.5], [0.5, -0.25, 0.0, 2.0], [0.125, 0.375, 0.0, 0.25]];
 
@@ -44,7 +44,7 @@ fn painted(pixel: (u32, u32), drawn: &[([Vertex; 3], usize)]) -> [f64; 4] {
 params! {
     /// Some of the triangles of a buffer, in several ranges.
     pub struct Pieces {
-        /// Whether by indices.
+        /// True if by indices.
         pub indexed: bool = false;
     }
 }
@@ -95,7 +95,7 @@ fn ranges_are_drawn_one_after_the_other() {
 }
 
 choices! {
-    /// What a kernel writes for a draw.
+    /// The arguments of a draw, written by a kernel.
     pub enum Case {
         /// As many triangles as frames were before.
         Growing,
@@ -107,11 +107,11 @@ choices! {
 params! {
     /// Triangles that a kernel chooses in each frame.
     pub struct Chosen {
-        /// What it writes.
+        /// The arguments that it writes.
         pub case: Case = Case::Growing;
-        /// Whether by indices.
+        /// True if by indices.
         pub indexed: bool = false;
-        /// Whether the first instance is another one than the first of the buffer.
+        /// True if the first instance is another one than the first of the buffer.
         pub later: bool = false;
     }
 }

@@ -154,7 +154,7 @@ impl Node for Layers {
 }
 
 choices! {
-    /// Which fragment stays.
+    /// The fragment that stays.
     pub enum Stays {
         /// The nearest.
         Near,
@@ -168,11 +168,11 @@ choices! {
 params! {
     /// Two triangles that cut through each other.
     pub struct Overlap {
-        /// Which fragment stays.
+        /// The fragment that stays.
         pub stays: Stays = Stays::Near;
-        /// Whether the depth has 16 bits.
+        /// True if the depth has 16 bits.
         pub short: bool = false;
-        /// Whether each triangle has a pass of its own, the second keeping what the first has drawn.
+        /// True if each triangle has a pass of its own, the second keeping what the first has drawn.
         pub apart: bool = false;
     }
 }
@@ -238,7 +238,7 @@ impl Node for Edge {
 params! {
     /// Two triangles, each in a pass.
     pub struct Twice {
-        /// Whether the second pass clears what the first has drawn.
+        /// True if the second pass clears what the first has drawn.
         pub clears: bool = false;
     }
 }
@@ -302,7 +302,7 @@ params! {
     pub struct Indexed {}
 }
 
-/// What moves each instance, and what its color is multiplied with.
+/// The offset of each instance, and the factor of its color.
 pub const SHIFTS: [[f32; 4]; 2] = [[-0.25, 0.125, 0.0, 0.5], [0.5, -0.25, 0.0, 2.0]];
 
 impl Node for Indexed {

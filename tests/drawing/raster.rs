@@ -1,4 +1,4 @@
-//! How geometry becomes fragments: sides, biases of depth, several attachments, formats of vertices, strips, lines and
+//! Rasterization: sides, biases of depth, several attachments, formats of vertices, strips, lines and
 //! points.
 
 use afterimage_graph::node::{Cull, DepthTest, Load, Raster, Recorder, Topology, VertexFormat};
@@ -8,7 +8,7 @@ use super::kinds::{CLEARS, FORMATS, LARGE, OTHER, PICK, RESULT, SHADER, SHIFTS, 
 use super::{SIZE, all_drawn, assert_texels, color_or, drawn, result};
 
 choices! {
-    /// Which sides are not drawn.
+    /// The sides that are not drawn.
     pub enum Hidden {
         /// None.
         Neither,
@@ -22,9 +22,9 @@ choices! {
 params! {
     /// A triangle that goes around counterclockwise, and one that goes around clockwise.
     pub struct Sides {
-        /// Which side is not drawn.
+        /// The side that is not drawn.
         pub hidden: Hidden = Hidden::Neither;
-        /// Whether clockwise is the front.
+        /// True if clockwise is the front.
         pub clockwise: bool = false;
     }
 }
@@ -184,7 +184,7 @@ static PACKED: Shader = Shader::new(
 );
 
 choices! {
-    /// What vertices make up.
+    /// The primitives of the vertices.
     pub enum Shape {
         /// A square of two triangles.
         Strip,
@@ -198,7 +198,7 @@ choices! {
 params! {
     /// Four vertices of numbers of many formats.
     pub struct Shapes {
-        /// What they make up.
+        /// The primitives that they form.
         pub shape: Shape = Shape::Strip;
     }
 }

@@ -1,11 +1,11 @@
-//! What the process holds over time, as a table, a plot and a verdict.
+//! Memory and descriptors of the process over time, as a table, a plot and a verdict.
 
 use std::fmt::Write as _;
 use std::time::Instant;
 
 use afterimage_lab::plot::svg::{Anchor, Canvas};
 
-/// What the process holds at one time.
+/// Memory and descriptors of the process at one time.
 #[derive(Clone, Copy)]
 pub struct Sample {
     at: Instant,
@@ -13,7 +13,6 @@ pub struct Sample {
     allocated: f64,
     /// MiB of memory of the process (RSS): also what the allocator keeps between allocations.
     memory: f64,
-    /// Open file descriptors.
     descriptors: usize,
 }
 
@@ -65,7 +64,7 @@ impl Record {
         &self.0[self.0.len() / 2..]
     }
 
-    /// How many descriptors the last round has more than the first one of the second half.
+    /// The growth in descriptors from the first round of the second half to the last.
     pub fn more_descriptors(&self) -> i64 {
         let half = self.second_half();
         let count = |sample: Option<&Sample>| sample.map_or(0, |sample| sample.descriptors as i64);

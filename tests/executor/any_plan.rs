@@ -29,7 +29,7 @@ fn graph(seed: u64) -> Graph {
     Recipe { seed: seed + 100, nodes: 14 + 3 * seed as usize, histories: 3, off: 8 }.graph()
 }
 
-/// What three frames of a moving picture show at all outputs: the second of them is a cut.
+/// All outputs of three frames of a moving picture, the second of which is a cut.
 fn film(player: &mut Player, plan: &Arc<Plan>, input: &str) -> Vec<Vec<u32>> {
     player.executor.load(plan.clone()).unwrap_or_else(|error| panic!("{error}"));
     player.executor.count_from(0);

@@ -20,7 +20,6 @@ use afterimage_wgsl::{BandedModule, banded};
 use crate::support::gpu::{Picture, Run, Shared, built_in, gpu, graph};
 use crate::support::sweep;
 
-/// Pictures in memory.
 #[derive(Default)]
 struct Inputs(BTreeMap<String, Texels>);
 

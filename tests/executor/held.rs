@@ -1,4 +1,4 @@
-//! What an executor holds, as wgpu counts it: the textures of old plans and of those that failed are freed, and the
+//! Resources of an executor, as wgpu counts them: the textures of old plans and of those that failed are freed, and the
 //! pipelines that draw into an image of the host are compiled with the plan.
 
 use std::sync::Arc;
@@ -25,7 +25,7 @@ fn alone(lower: impl FnOnce(&mut wgpu::Limits)) -> (wgpu::Instance, Player) {
     (instance, Player::on(another_device(&gpu, gpu.device.features(), limits)))
 }
 
-/// How many textures and render pipelines there are.
+/// The numbers of textures and render pipelines.
 fn held(instance: &wgpu::Instance) -> (usize, usize) {
     let report = instance.generate_report().expect("the instance is wgpu's own");
     let hub = report.hub_report();

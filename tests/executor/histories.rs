@@ -1,4 +1,4 @@
-//! What a node made in earlier frames.
+//! Histories: results of earlier frames.
 
 use afterimage_plan::Stage;
 

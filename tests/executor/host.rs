@@ -84,7 +84,7 @@ fn a_surface_s_format_is_drawn_to() {
     }
 }
 
-/// What a texture that encodes by itself makes of a number.
+/// The value of a number in a texture that encodes by itself.
 fn encoded(value: f32) -> f32 {
     if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }

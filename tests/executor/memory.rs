@@ -30,7 +30,7 @@ static COUNT: Shader = Shader::new(
 params! {
     /// Counts frames: in red those since its memory was zero, in green those since a reset, from 10 on.
     pub struct Count {
-        /// How many times 16 bytes more its memory has.
+        /// Its memory is larger by this many times 16 bytes.
         pub more: i32 = 0 => within(0.0..=8.0);
     }
 }
@@ -62,7 +62,7 @@ fn graph_of(nodes: &str, outputs: &str) -> Graph {
     graph_with(&text, &[NodeKind::of::<Count>(), NodeKind::of::<Mark>(), NodeKind::of::<Table>()])
 }
 
-/// What a counter shows after one more frame.
+/// The value of a counter after one more frame.
 fn step(player: &mut Player, reset: bool, counter: &str) -> [f32; 2] {
     player.frame(&[("scene", &flat(4, 2, 1.0))], 0.1, reset);
     counts(player, counter)

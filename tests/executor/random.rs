@@ -33,7 +33,7 @@ const INPUTS: [(&str, &str, ColorState); 4] = [
 /// Attempts to add a node to a pipeline.
 const ATTEMPTS: usize = 40;
 
-/// What a node may be wired to. `<3>` stands for the name of the fourth node.
+/// The sources of wires. `<3>` stands for the name of the fourth node.
 #[derive(Clone)]
 struct Wire {
     text: String,
@@ -42,7 +42,6 @@ struct Wire {
     content: Option<String>,
 }
 
-/// A random pipeline.
 struct Random {
     /// The values of nodes, with `<3>` for names.
     nodes: Vec<String>,
@@ -180,7 +179,7 @@ fn value(param: &Param, rng: &mut Rng) -> Option<String> {
     }
 }
 
-/// Whether the graph can be planned at an odd size.
+/// True if the graph can be planned at an odd size.
 fn plans(graph: &Graph) -> bool {
     let size = afterimage_graph::image::Size::new(53, 37);
     let given = GivenImage { desc: ImageDesc::new(size), finite: false };
@@ -219,7 +218,7 @@ fn planned(player: &Player, graph: &Graph, options: Options, scene: &Picture) ->
     Arc::new(plan)
 }
 
-/// Whether the pass is made of several warps.
+/// True if the pass is made of several warps.
 fn has_joined_warps(pass: &Pass) -> bool {
     let places = pass.kernels.iter().filter(|kernel| kernel.warp == Some(WarpPart::Place));
     places.map(|kernel| &kernel.node).collect::<BTreeSet<_>>().len() > 1

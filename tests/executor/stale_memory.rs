@@ -1,4 +1,4 @@
-//! What memory held before a frame must not be seen in it.
+//! Stale contents of memory must not be seen in a frame.
 
 use super::{bits, lively};
 use crate::support::gpu::{Picture, Run, built_in};

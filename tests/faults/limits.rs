@@ -10,7 +10,7 @@ use afterimage_plan::Options;
 
 use crate::support::gpu::{Picture, another_device, built_in};
 
-/// What is lowered, and how.
+/// The limit that is lowered, and its value.
 type Lowered = (&'static str, fn(&mut wgpu::Limits));
 
 const LOWERED: &[Lowered] = &[

@@ -1,4 +1,4 @@
-//! What a program does with a device, step by step: open, load, render, resize, reload, read back.
+//! The steps of a program with a device: open, load, render, resize, reload, read back.
 
 use std::time::Duration;
 
@@ -46,10 +46,10 @@ impl Pipelines {
     }
 }
 
-/// What a run of the scenario has shown.
+/// The results of a run of the scenario.
 #[derive(Default)]
 pub struct Seen {
-    /// What was read back, with the name of the step.
+    /// The images that were read back, with the names of the steps.
     pub shown: Vec<(&'static str, Vec<Texels>)>,
     /// After an error of a session that had rendered: what the old plan renders, or why not.
     pub after: Option<Result<Vec<Texels>, PostError>>,

@@ -16,11 +16,11 @@ use super::vulkan::{self, Kind};
 /// A run without faults takes a hundredth of it.
 const HANG: Duration = Duration::from_secs(30);
 
-/// How a trial ends, as a text.
+/// The end of a trial, as text.
 pub struct Verdict(String);
 
 impl Verdict {
-    /// Whether it is the end as without the fault, or an error of the fault's kind after which the old plan runs on or
+    /// True if it is the end as without the fault, or an error of the fault's kind after which the old plan runs on or
     /// says why not.
     pub fn is_good(text: &str) -> bool {
         text.starts_with("unharmed") || text.starts_with("error: ")
@@ -51,7 +51,7 @@ impl Verdict {
     }
 }
 
-/// What the error of a failing call may be.
+/// The errors that a failing call may return.
 fn name(error: &PostError) -> Option<&'static str> {
     match error {
         PostError::Gpu(GpuError::OutOfMemory { .. }) => Some("out of memory"),
@@ -68,7 +68,6 @@ enum Run {
     Hangs,
 }
 
-/// What trials share.
 pub struct Trials(Arc<(wgpu::Instance, Pipelines)>);
 
 impl Trials {
@@ -76,7 +75,7 @@ impl Trials {
         Self(Arc::new((vulkan::instance(), Pipelines::new())))
     }
 
-    /// How many calls of a run without faults could return this error.
+    /// The number of calls of a run without faults that could return this error.
     pub fn calls(&self, kind: Kind) -> u64 {
         vulkan::arm(kind, 0);
         self.clean();

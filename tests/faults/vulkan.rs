@@ -12,7 +12,6 @@ use std::sync::{Mutex, OnceLock};
 
 use ash::vk;
 
-/// What a call reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// The device has no memory for this call.
@@ -40,7 +39,7 @@ impl Kind {
         }
     }
 
-    /// Whether the specification lets a call of this group return it.
+    /// True if the specification lets a call of this group return it.
     fn is_possible(self, group: Group) -> bool {
         match self {
             Self::DeviceMemory | Self::HostMemory | Self::Unknown => true,
@@ -63,7 +62,7 @@ static CALLS: AtomicU64 = AtomicU64::new(0);
 static FAILING: AtomicU64 = AtomicU64::new(0);
 static KIND: AtomicU64 = AtomicU64::new(0);
 static IS_LOST: AtomicBool = AtomicBool::new(false);
-/// Whether the device has just not finished: the counter of its work then reads as it did before.
+/// True if the device has just not finished: the counter of its work then reads as it did before.
 static IS_BEHIND: AtomicBool = AtomicBool::new(false);
 static COUNTER: AtomicU64 = AtomicU64::new(0);
 static FAILED: Mutex<Option<&'static str>> = Mutex::new(None);
@@ -200,7 +199,6 @@ hooks! {
     vkWaitSemaphoresKHR Wait (d: vk::Device, i: *const c_void, t: u64);
 }
 
-/// The driver's own look-ups.
 static INSTANCE_LOOK_UP: OnceLock<vk::PFN_vkGetInstanceProcAddr> = OnceLock::new();
 static DEVICE_LOOK_UP: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());
 static READ_COUNTER: AtomicPtr<c_void> = AtomicPtr::new(std::ptr::null_mut());

@@ -20,7 +20,7 @@ fn graded(node: &str, colors: &[Rgb]) -> Vec<Rgb> {
     found.pixels.iter().map(|pixel| rgb(pixel.map(f64::from))).collect()
 }
 
-/// What a curve makes of codes of gray.
+/// The results of a curve for codes of gray.
 fn bent(node: &str, codes: &[f64]) -> Vec<f64> {
     let grays: Vec<Rgb> = codes.iter().map(|code| [srgb_decode(*code); 3]).collect();
     graded(node, &grays).iter().map(|color| srgb_encode(color[1])).collect()

@@ -25,7 +25,7 @@ fn camera() -> Camera {
     Camera::still(Mat4::IDENTITY.to_cols_array_2d(), projection)
 }
 
-/// What a pixel sees: the place, the wall, and the area of the wall that it shows.
+/// The view of a pixel: the place, the wall, and the area of the wall that it shows.
 #[derive(Clone, Copy)]
 struct Seen {
     place: DVec3,
@@ -66,7 +66,7 @@ fn room() -> [Picture; 3] {
     [own, depth, albedo]
 }
 
-/// What a white surface at a place would scatter, of the light of all pixels.
+/// The light of all pixels that a white surface at a place would scatter.
 fn scattered(at: Seen, all: &[(Seen, [f32; 3])]) -> [f64; 3] {
     let normal = WALLS[at.wall].0;
     let mut sum = [0.0; 3];

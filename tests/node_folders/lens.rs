@@ -5,7 +5,7 @@ use crate::support::harness::Nodes;
 
 const SIZE: [u32; 2] = [96, 64];
 
-/// What is read where, in pixels: the column in red and blue, the line in green.
+/// The places that are read, in pixels: the column in red and blue, the line in green.
 fn places() -> Picture {
     Picture::new(SIZE[0], SIZE[1], |x, y| [x as f32 + 0.5, y as f32 + 0.5, x as f32 + 0.5, 1.0])
 }

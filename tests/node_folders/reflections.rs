@@ -9,7 +9,7 @@ use crate::support::harness::Nodes;
 
 const SIZE: [u32; 2] = [192, 128];
 const FIELD: f32 = 1.1;
-/// How far the floor is below the camera, and the wall before it.
+/// The distances of the floor below the camera and of the wall before it.
 const DOWN: f32 = 1.0;
 const WALL: f32 = 6.0;
 
@@ -18,7 +18,7 @@ fn camera() -> Camera {
     Camera::still(Mat4::IDENTITY.to_cols_array_2d(), projection)
 }
 
-/// What a pixel sees at a distance of 1: to the right and up.
+/// The direction of a pixel at a distance of 1: right and up.
 fn direction(x: u32, y: u32) -> [f32; 2] {
     let half = (0.5 * FIELD).tan();
     let [u, v] = [(x, SIZE[0]), (y, SIZE[1])].map(|(at, side)| (2 * at + 1) as f32 / side as f32 - 1.0);

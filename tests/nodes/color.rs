@@ -25,9 +25,7 @@ pub(super) const SIZES: [[u32; 2]; 3] = [[1, 1], [2, 3], [61, 37]];
 /// The largest half float.
 const LARGEST: f64 = 65504.0;
 
-/// Sums and products.
 pub(super) const ARITHMETIC: Tolerance = tolerance(1e-6, 2e-6, "rounding of sums and products in f32");
-/// Powers, exponentials and logarithms.
 pub(super) const TRANSCENDENTAL: Tolerance = tolerance(2e-6, 1e-5, "accuracy of powers and logarithms in f32");
 
 /// A tolerance relative to the largest channel of a pixel. The classes are those of the test vectors.
@@ -127,7 +125,6 @@ pub(super) fn stored_light(rgb: Rgb) -> Rgb {
     rgb.map(|x| x.clamp(0.0, LARGEST))
 }
 
-/// One file in memory.
 pub(super) struct OneFile(pub(super) Vec<u8>);
 
 impl Loader for OneFile {

@@ -21,7 +21,7 @@ fn cameras() -> [(&'static str, Camera); 3] {
     ]
 }
 
-/// What the ports for depth, motion and normals get.
+/// The inputs for depth, motion and normals.
 struct Given {
     name: &'static str,
     depth: fn(u32) -> f32,

@@ -13,10 +13,9 @@ use crate::support::sequence::Sequence;
 const SIZE: [u32; 2] = [80, 64];
 /// Pixels at the border, beyond which a node sees nothing.
 const BORDER: u32 = 12;
-/// Samples of each integral.
 const SAMPLES: u32 = 500;
 
-/// Whether the surface in front is at a place in pixels, and the light of a surface there.
+/// True if the surface in front is at a place in pixels, and the light of a surface there.
 type Front = fn(DVec2) -> bool;
 type Light = fn(DVec2) -> f64;
 
@@ -81,7 +80,7 @@ impl Surfaces {
         (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
     }
 
-    /// What a renderer draws: the mean over each pixel.
+    /// The image of a renderer: the mean over each pixel.
     fn drawn(&self) -> Picture {
         let mean = self.mean(|_| [DVec2::ZERO; 2]);
         Picture::new(SIZE[0], SIZE[1], |x, y| gray(mean[(y * SIZE[0] + x) as usize]))
@@ -433,7 +432,7 @@ fn a_line_is_drawn_at_steps_and_folds_of_surfaces_and_nowhere_else() {
     assert!((1..=2).contains(&rows.len()), "{rows:?}");
 }
 
-/// Where each pixel's light comes from, in pixels: an image of places, seen through the air.
+/// The source of each pixel's light, in pixels: an image of places, seen through the air.
 fn places(text: &str, mask: Option<&Picture>, time: f32) -> Vec<DVec2> {
     let ramp = Picture::new(120, 80, |x, y| [x as f32 + 0.5, y as f32 + 0.5, 0.0, 1.0]);
     let inputs = [("in", "Color"), ("mask", "Mask")];

@@ -22,7 +22,6 @@ pub(super) fn lights([width, height]: [u32; 2]) -> Picture {
 /// A color, and the half-plane a·u + b·v + c > 0 that has it.
 type HalfPlane = ([f64; 3], [f64; 3]);
 
-/// Edges in four directions.
 const EDGES: [HalfPlane; 4] = [
     ([0.83, 0.61, 0.27], [0.131, -1.0, 0.31]),
     ([0.12, 0.34, 0.71], [-1.0, 0.237, 0.62]),

@@ -181,7 +181,7 @@ fn mapped(parameters: &str) -> String {
     )
 }
 
-/// How far two pictures are apart in stops: at most, and on average; where both are black, not at all.
+/// The difference of two pictures in stops: largest and mean; none where both are black.
 fn apart(found: &Picture, wanted: &Image) -> [f64; 2] {
     let mut worst = 0.0_f64;
     let mut sum = 0.0;
@@ -265,7 +265,7 @@ fn room(width: u32, height: u32) -> Picture {
     })
 }
 
-/// How much the mean brightness of a column strays from that of the middle of its half, in stops.
+/// The deviation of the mean brightness of a column from that of the middle of its half, in stops.
 fn halo(picture: &Picture) -> f64 {
     let (w, h) = (picture.width, picture.height);
     let column = |x: u32| (0..h).map(|y| f64::from(picture.at(x, y)[0]).log2()).sum::<f64>() / f64::from(h);

@@ -137,7 +137,7 @@ fn sequence(graph: &Graph, frames: &[(&Picture, f32, bool)]) -> Vec<[f32; 4]> {
     frames.iter().map(&mut first_pixel).collect()
 }
 
-/// Whether the pixel at x, y is bright.
+/// True if the pixel at x, y is bright.
 type Pattern = fn(u32, u32) -> bool;
 
 /// Pictures of two brightnesses that are 8.6 stops apart: lines, blinds, dots and squares.

@@ -125,7 +125,7 @@ fn marched(light: DVec3, eye: DVec3, end: DVec3) -> DVec3 {
     (0..STEPS).rev().fold(light, |light, i| light * passed(i) + COLOR * (1.0 - passed(i)))
 }
 
-/// Where sample `i` lies in a pixel: as `DemoScene` has it.
+/// The place of sample `i` in a pixel, as in `DemoScene`.
 fn offset(i: u32) -> [f32; 2] {
     [0.7548777, 0.5698403].map(|part: f32| (0.5 + i as f32 * part).fract() - 0.5)
 }

@@ -108,7 +108,7 @@ fn graph(node: &str, state: &str) -> Graph {
     Nodes::new(&format!("\"result\": {node}"), &[("in", &format!("{state}(multisampled: true)"))]).graph()
 }
 
-/// What a host sees of a pipeline over one of its textures.
+/// The output of a pipeline over one texture of a host.
 fn shown(gpu: &Gpu, graph: &Graph, input: &wgpu::TextureView) -> Result<Picture, String> {
     let mut post = Post::with_executor(gpu.executor(), graph.clone());
     post.set_options(afterimage_plan::Options { exact: true, ..Default::default() });

@@ -13,7 +13,7 @@ fn plane(side: u32, [across, down]: [f32; 2]) -> Picture {
     })
 }
 
-/// What the eye's projection, whose near plane is at depth 1, writes for distances.
+/// The depths of distances in the eye's projection, whose near plane is at depth 1.
 fn written(distances: &Picture) -> Picture {
     Picture::new(distances.width, distances.height, |x, y| [0.1 / distances.at(x, y)[0], 0.0, 0.0, 1.0])
 }

@@ -93,7 +93,7 @@ fn matrix(columns: Matrix) -> Mat4 {
     Mat4::from_cols_array_2d(&columns)
 }
 
-/// Where the camera says that a place was in the frame before, for surfaces that do not move.
+/// The place in the frame before, by the camera, for surfaces that do not move.
 fn reprojected(camera: &Camera, [u, v]: [f32; 2], depth: f32) -> [f32; 2] {
     let clip = glam::vec4(2.0 * u - 1.0, 1.0 - 2.0 * v, depth, 1.0);
     let world = matrix(camera.view).inverse() * matrix(camera.projection).inverse() * clip;

@@ -134,7 +134,6 @@ struct Vector {
     kind: &'static str,
     nodes: &'static str,
     frame: [u32; 2],
-    /// Pixels and their values.
     pixels: &'static [([u32; 2], [f64; 4])],
     tolerance: Tolerance,
 }

@@ -221,7 +221,7 @@ fn an_input_that_cannot_be_a_volume_is_an_error_with_its_place() {
     assert!(found.contains("accepts `bilateral-grid`, but the input `fog` is a volume of the host"), "{found}");
 }
 
-/// What a host sees of a pipeline over its textures, in 32 bits.
+/// The output of a pipeline over a host's textures, in 32 bits.
 fn shown(gpu: &Gpu, graph: &Graph, [scene, depth, fog]: [&TextureView; 3]) -> Result<Picture, String> {
     let mut post = Post::with_executor(gpu.executor(), graph.clone());
     post.set_options(afterimage_plan::Options { exact: true, ..Default::default() });

@@ -111,7 +111,7 @@ impl Host {
         self.codes(false)
     }
 
-    /// Whether the last change was not faded, or not to its end, for that reason.
+    /// True if the last change was not faded, or not to its end, for that reason.
     fn missed(&self, why: &str) -> bool {
         self.post.fade_skip_reason().is_some_and(|reason| reason.contains(why)) && !self.post.is_fading()
     }

@@ -26,7 +26,6 @@ const LOOK: &str = r#"Pipeline(
 const SIZE: Size = Size { width: 48, height: 27, depth: 1 };
 const FRAMES: u16 = 6;
 
-/// When frames are submitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Order {
     Alone,

@@ -42,13 +42,10 @@ pub(crate) struct Look {
     pub(crate) saturation: f64,
 }
 
-/// No look.
 pub(crate) const BASE: Look = Look { slope: [1.0; 3], power: 1.0, saturation: 1.0 };
 
-/// More contrast, more saturation.
 pub(crate) const PUNCHY: Look = Look { slope: [1.0; 3], power: 1.35, saturation: 1.4 };
 
-/// A warm tint.
 pub(crate) const GOLDEN: Look = Look { slope: [1.0, 0.9, 0.5], power: 0.8, saturation: 0.8 };
 
 /// The sigmoid of the reference configuration, on log2 normalized to [0, 1].

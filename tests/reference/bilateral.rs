@@ -3,7 +3,6 @@
 use super::image::{Image, rgb};
 use super::math::dot;
 
-/// The blur.
 #[derive(Clone, Copy)]
 pub(crate) struct Bilateral {
     pub(crate) radius: i64,
@@ -15,7 +14,7 @@ fn inverse(depth: &Image, x: i64, y: i64) -> f64 {
     1.0 / depth.texel(x, y)[0].clamp(1e-3, 65504.0)
 }
 
-/// What the inverse changes by from a texel to the next: the smaller difference.
+/// The change of the inverse from a texel to the next: the smaller difference.
 fn slope(depth: &Image, [x, y]: [i64; 2], [dx, dy]: [i64; 2]) -> f64 {
     let has = |x: i64, y: i64| (0..depth.width as i64).contains(&x) && (0..depth.height as i64).contains(&y);
     let middle = inverse(depth, x, y);

@@ -127,7 +127,7 @@ pub(crate) fn composite_screen(scene: Rgb, bloom: Rgb, strength: f64) -> Rgb {
     [0, 1, 2].map(|i| scene[i] + (strength * bloom[i]).clamp(0.0, 1.0) * (1.0 - scene[i]).max(0.0))
 }
 
-/// What `fireflies: Limit` makes of an image, with the frame before if there is one.
+/// The result of `fireflies: Limit` for an image, with the frame before if there is one.
 pub(crate) fn without_fireflies(image: &Image, before: Option<&Image>) -> Image {
     let bright = |image: &Image, x: i64, y: i64| largest(rgb(image.texel(x, y)));
     Image::new(image.width, image.height, |x, y| {
@@ -155,7 +155,7 @@ fn peak(image: &Image, i: i64, j: i64) -> f64 {
     places.map(|(x, y)| largest(rgb(image.texel(x, y)))).fold(0.0, f64::max)
 }
 
-/// What glares in a color that the exponential curve has mapped.
+/// The glare of a color that the exponential curve has mapped.
 pub(crate) fn glare(rgb: Rgb, exposure: f64) -> Rgb {
     let mapped = rgb.map(|x| super::curves::exponential(x, exposure));
     let gate = smooth_step(0.8, 1.0, luminance(mapped));

@@ -115,17 +115,16 @@ pub(crate) struct Uchimura {
     pub(crate) maximum: f64,
     /// The slope of the linear part.
     pub(crate) contrast: f64,
-    /// Where the linear part begins.
+    /// The start of the linear part.
     pub(crate) start: f64,
     /// The share of the range above `start` that is linear.
     pub(crate) length: f64,
     /// The exponent of the toe.
     pub(crate) toe: f64,
-    /// What the toe adds to black.
+    /// The offset that the toe adds to black.
     pub(crate) pedestal: f64,
 }
 
-/// The published defaults.
 pub(crate) const UCHIMURA: Uchimura =
     Uchimura { maximum: 1.0, contrast: 1.0, start: 0.22, length: 0.4, toe: 1.33, pedestal: 0.0 };
 

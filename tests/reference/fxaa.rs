@@ -11,13 +11,12 @@ pub(crate) const STEPS: [&[f64]; 3] = [
     &[1.0, 1.5, 2.0, 4.0, 12.0],
 ];
 
-/// The parameters.
 pub(crate) struct Fxaa {
     pub(crate) subpixel: f64,
     pub(crate) threshold: f64,
     pub(crate) floor: f64,
     pub(crate) steps: &'static [f64],
-    /// Whether the image is linear light.
+    /// True if the image is linear light.
     pub(crate) is_light: bool,
 }
 

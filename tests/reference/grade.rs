@@ -55,7 +55,6 @@ pub(crate) fn saturation(rgb: Rgb, amount: f64) -> Rgb {
     rgb.map(|x| y + amount * (x - y))
 }
 
-/// Adds.
 pub(crate) fn brightness(x: f64, amount: f64) -> f64 {
     x + amount
 }
@@ -75,7 +74,6 @@ pub(crate) fn gamma(x: f64, gamma: f64) -> f64 {
     x.max(0.0).powf(1.0 / gamma.max(1e-3))
 }
 
-/// Scales each channel.
 pub(crate) fn balance(rgb: Rgb, amounts: Rgb) -> Rgb {
     zip(rgb, amounts, |x, amount| x * amount)
 }

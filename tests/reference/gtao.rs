@@ -22,7 +22,7 @@ pub(crate) struct Gtao {
     pub(crate) most: f64,
     pub(crate) slices: usize,
     pub(crate) steps: usize,
-    /// Whether it is computed at half of the size.
+    /// True if it is computed at half of the size.
     pub(crate) is_half: bool,
     pub(crate) denoise: usize,
 }

@@ -30,7 +30,7 @@ pub(crate) struct Haze {
 }
 
 impl Haze {
-    /// How far in heights a place is moved where the mask is 1, for a place in heights.
+    /// The displacement in heights where the mask is 1, for a place in heights.
     pub(crate) fn moved(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [width, height] = [self.scale, self.scale * self.shape];
         let risen = (self.time * self.speed / height).rem_euclid(4096.0);

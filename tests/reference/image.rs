@@ -67,7 +67,6 @@ pub(crate) fn rgb([r, g, b, _]: [f64; 4]) -> [f64; 3] {
     [r, g, b]
 }
 
-/// An opaque gray pixel.
 pub(crate) fn gray(value: f64) -> [f64; 4] {
     [value, value, value, 1.0]
 }

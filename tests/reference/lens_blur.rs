@@ -9,7 +9,6 @@ use super::math::mix;
 /// Surfaces whose depths differ by less than this share belong together.
 const SOFT: f64 = 0.05;
 
-/// A lens.
 #[derive(Clone, Copy)]
 pub(crate) struct DepthOfField {
     /// The distance of the focus in meters.
@@ -160,7 +159,7 @@ fn for_tiles(image: &Image, [x, y]: [usize; 2], tile: usize, mut f: impl FnMut([
 pub(crate) struct MotionBlur {
     pub(crate) samples: usize,
     pub(crate) most: f64,
-    /// Whether the paths are those of an image, and not of a camera alone.
+    /// True if the paths are those of an image, and not of a camera alone.
     pub(crate) objects: bool,
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn scale(l: f64, base: f64, middle: f64, contrast: f64, detail: f64) 
     (result - l).clamp(-16.0, 16.0).exp2()
 }
 
-/// How a pixel is put into the grid.
+/// The splatting of a pixel into the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Splat {
     /// Into the eight cells around it.
@@ -134,7 +134,7 @@ impl Grid {
     }
 }
 
-/// Where a pixel lies in the grid, in cells, 0 at the center of the first.
+/// The place of a pixel in the grid, in cells, 0 at the center of the first.
 pub(crate) fn grid_coordinate(uv: [f64; 2], l: f64, size: [usize; 3], range: Range) -> [f64; 3] {
     let t = (l.clamp(range.low, range.high) - range.low) / (range.high - range.low);
     let along = [uv[0], uv[1], t];

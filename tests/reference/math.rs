@@ -22,7 +22,6 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     a.map(|row| columns.map(|column| dot(row, column)))
 }
 
-/// Rows become columns.
 pub(crate) fn transpose(m: &Matrix) -> Matrix {
     [0, 1, 2].map(|column| [0, 1, 2].map(|row| m[row][column]))
 }
@@ -48,7 +47,6 @@ pub(crate) fn zip(a: Rgb, b: Rgb, f: impl Fn(f64, f64) -> f64) -> Rgb {
     [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
 }
 
-/// The largest channel.
 pub(crate) fn largest(rgb: Rgb) -> f64 {
     rgb[0].max(rgb[1]).max(rgb[2])
 }

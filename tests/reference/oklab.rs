@@ -27,7 +27,6 @@ pub(crate) fn from_oklab(lab: Rgb) -> Rgb {
     transform(&inverse(&LMS), transform(&inverse(&LAB), lab).map(|x| x.powi(3)))
 }
 
-/// The distance from gray.
 pub(crate) fn chroma(rgb: Rgb) -> f64 {
     let [_, a, b] = oklab(rgb);
     a.hypot(b)

@@ -19,15 +19,13 @@ pub(crate) enum Down {
     ThirteenTap,
 }
 
-/// How the first downsample holds back single bright pixels.
+/// The weighting of single bright pixels in the first downsample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Firefly {
-    /// Not at all.
     Off,
     /// The thirteen taps in five groups of four. Instead of any other filter, four taps, each weighted as a fifth of
     /// itself and four fifths of the tap in the middle.
     Groups,
-    /// Each tap by itself.
     Taps,
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::image::Image;
 
-/// Where samples lie in a pixel, in sixteenths: the standard places of Vulkan and Direct3D.
+/// Places of samples in a pixel, in sixteenths: the standard places of Vulkan and Direct3D.
 fn places(count: usize) -> &'static [[f64; 2]] {
     match count {
         1 => &[[8.0, 8.0]],

@@ -1,4 +1,4 @@
-//! What every host image is sanitized to: no value is NaN or infinite, and only scene light has negative components.
+//! Sanitized host images: no value is NaN or infinite, and only scene light has negative components.
 
 use super::color::luminance;
 use super::image::Image;

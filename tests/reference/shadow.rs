@@ -33,7 +33,6 @@ pub(crate) struct Soft {
     /// The widest penumbra, in widths of the map.
     pub(crate) largest: f64,
     pub(crate) blocker_taps: usize,
-    /// Taps of the filter.
     pub(crate) taps: usize,
 }
 
@@ -66,7 +65,7 @@ impl<'a> Lamp<'a> {
         is_inside.then(|| self.view.distance([x as f64, y as f64], self.map.texel(x, y)[0]))
     }
 
-    /// Whether a texel lies before a distance.
+    /// True if a texel lies before a distance.
     fn is_before(&self, texel: [i64; 2], distance: f64) -> bool {
         self.distance(texel).is_some_and(|found| found < distance)
     }

@@ -28,7 +28,6 @@ fn cas_channel(square: [[f64; 3]; 3], sharpness: f64, white: f64) -> f64 {
     sharp.clamp(0.0, e.max(white))
 }
 
-/// Contrast adaptive sharpening.
 pub(crate) fn cas(image: &Image, sharpness: f64, white: f64, amount: f64) -> Image {
     Image::new(image.width, image.height, |x, y| {
         let (x, y) = (x as i64, y as i64);

@@ -2,16 +2,14 @@
 
 use super::image::{Image, mix4};
 
-/// The parameters.
 pub(crate) struct Smaa {
     pub(crate) threshold: f64,
-    /// How round corners become.
     pub(crate) corners: f64,
     /// Pixels along rows and columns.
     pub(crate) reach: i64,
     /// Pixels along diagonals; 0 for none.
     pub(crate) diagonals: i64,
-    /// Whether the image is linear light.
+    /// True if the image is linear light.
     pub(crate) is_light: bool,
 }
 

@@ -8,7 +8,6 @@ use super::math::{Rgb, mix};
 use super::sanitize::extended;
 use super::view::View;
 
-/// The node's parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Taa {
     pub(crate) blend: f64,
@@ -32,7 +31,7 @@ pub(crate) struct Frames<'a> {
     /// In uv.
     pub(crate) motion: Option<&'a Image>,
     pub(crate) camera: &'a Camera,
-    /// How many times as bright the light is as in the frame before.
+    /// The brightness of the light, relative to the frame before.
     pub(crate) ratio: f64,
 }
 
@@ -40,7 +39,7 @@ fn wide(matrix: [[f32; 4]; 4]) -> DMat4 {
     DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
 }
 
-/// What is seen around a pixel.
+/// The neighborhood of a pixel.
 struct Around {
     color: Rgb,
     mean: Rgb,
@@ -89,7 +88,7 @@ impl Frames<'_> {
         [nearest[0].clamp(0, last[0]), nearest[1].clamp(0, last[1])]
     }
 
-    /// How far a pixel has moved since the frame before, in uv.
+    /// The motion of a pixel since the frame before, in uv.
     pub(crate) fn motion(&self, [x, y]: [i64; 2]) -> DVec2 {
         if let Some(motion) = self.motion {
             let [u, v, ..] = motion.texel(x, y);

@@ -1,4 +1,4 @@
-//! What a camera sees, in f64: places in its space, which looks along -z with y upwards, and depths.
+//! The view of a camera, in f64: places in its space, which looks along -z with y upwards, and depths.
 
 use afterimage_graph::node::{Camera, Matrix};
 use glam::{DMat4, DVec2, DVec3, DVec4, Vec4Swizzles as _};

@@ -36,21 +36,21 @@ impl Volume<'_> {
     }
 }
 
-/// How a volume lies before the scene, in meters.
+/// The placement of a volume before the scene, in meters.
 #[derive(Clone, Copy)]
 pub(crate) struct Composite {
     pub(crate) near: f64,
     pub(crate) far: f64,
     /// 0 is linear, the logarithm of far / near exponential.
     pub(crate) curve: f64,
-    /// Whether a texel belongs to the end of its slice; else to its middle.
+    /// True if a texel belongs to the end of its slice; else to its middle.
     pub(crate) is_end: bool,
     pub(crate) light: f64,
     pub(crate) amount: f64,
 }
 
 impl Composite {
-    /// Where a distance lies between `near` and `far`: from 0 to 1.
+    /// The relative place of a distance between `near` and `far`: from 0 to 1.
     pub(crate) fn along(&self, distance: f64) -> f64 {
         let linear = ((distance - self.near) / (self.far - self.near)).clamp(0.0, 1.0);
         if self.curve == 0.0 { linear } else { (linear * self.curve.exp_m1()).ln_1p() / self.curve }

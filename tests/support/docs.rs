@@ -11,7 +11,7 @@ pub fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../graph/docs").join(name)
 }
 
-/// Whether the pictures are written, and not only what they show is computed.
+/// True if the pictures are written, and not only what they show is computed.
 pub fn are_written() -> bool {
     std::env::var_os("AFTERIMAGE_WRITE_DOCS").is_some()
 }
@@ -28,7 +28,6 @@ pub fn write_panels(name: &str, columns: u32, panels: &[Picture]) {
     }
 }
 
-/// Writes an encoded picture.
 pub fn write(name: &str, picture: &Picture, options: &Encoding) {
     let pixels = Samples::Float(picture.pixels.as_flattened());
     let written = write_image(&path(name), ((picture.width, picture.height), pixels), options);

@@ -148,20 +148,19 @@ fn graph_of(text: &str, registry: &Registry) -> Graph {
 /// The slices of a volume whose picture has more rows than that; a picture of fewer rows has no other.
 pub const SLICES: u32 = 4;
 
-/// How a test pipeline is run.
+/// The settings of a run of a test pipeline.
 pub struct Run<'a> {
     pub graph: &'a Graph,
     pub size: Size,
     pub options: Options,
     pub facts: Facts,
     pub prefer_fragment: bool,
-    /// Whether inputs are stored as half floats; otherwise in 32 bits.
+    /// True if inputs are stored as half floats; otherwise in 32 bits.
     pub half_inputs: bool,
     /// The host's blocks, by the names of the inputs.
     pub blocks: Vec<(String, BlockData)>,
     /// The time of all frames, in seconds.
     pub time: f32,
-    /// The slices of volumes.
     pub slices: u32,
 }
 

@@ -75,7 +75,6 @@ pub fn checked(text: &str, files: &dyn Loader) -> Graph {
 /// The quantity that a relative tolerance refers to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
-    /// The expected number itself.
     Channel,
     /// The largest expected color channel of the pixel. Alpha is equal.
     Pixel,
@@ -90,7 +89,7 @@ pub struct Tolerance {
     pub absolute: f64,
     pub relative: f64,
     pub of: Scale,
-    /// Where the error comes from.
+    /// The source of the error.
     pub reason: &'static str,
 }
 

@@ -47,7 +47,7 @@ pub fn messages() -> Vec<String> {
     messages.drain(..).filter(ours).collect()
 }
 
-/// Whether the layer is installed: without it, no message proves nothing.
+/// True if the layer is installed: without it, no message proves nothing.
 pub fn is_installed() -> bool {
     let folders = [
         "/usr/share/vulkan/explicit_layer.d",

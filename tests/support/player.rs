@@ -70,7 +70,7 @@ impl Player {
         Ok(())
     }
 
-    /// What the last frame made.
+    /// An output of the last frame.
     pub fn output(&self, name: &str) -> Picture {
         self.read(self.executor.output(name).expect("the executor keeps a texture for each output"))
     }

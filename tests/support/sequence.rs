@@ -6,7 +6,6 @@ use afterimage_graph::node::Camera;
 
 use super::gpu::{Picture, Run, Shared, gpu};
 
-/// Frames of a pipeline.
 pub struct Sequence<'r> {
     run: &'r Run<'r>,
     session: Session,
@@ -42,12 +41,12 @@ impl<'r> Sequence<'r> {
         self.session.feed(name, texels.desc, &texels.bytes).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// What the last frame made at an output.
+    /// An output of the last frame.
     pub fn output(&mut self, name: &str) -> Picture {
         Picture::of(&self.session.output(name).unwrap_or_else(|error| panic!("{error}")))
     }
 
-    /// What the last frame made at all outputs, in the order of the file.
+    /// All outputs of the last frame, in the order of the file.
     pub fn outputs(&mut self) -> Vec<Picture> {
         let names: Vec<String> = self.session.plan().outputs.iter().map(|output| output.name.clone()).collect();
         names.iter().map(|name| self.output(name)).collect()

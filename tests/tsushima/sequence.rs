@@ -11,7 +11,7 @@ use crate::support::gpu::{Picture, Run, Shared, built_in, gpu, graph};
 use crate::support::sequence::Sequence;
 
 const SIZE: Size = Size { width: 48, height: 27, depth: 1 };
-/// How long the walk takes: 96 frames at 24 in a second.
+/// The frames of the walk: 96 at 24 in a second.
 const SECONDS: f64 = 4.0;
 
 /// A camera in the built-in scene, and two meters on its image: one that adapts, one that starts again in each frame.

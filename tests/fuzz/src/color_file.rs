@@ -7,7 +7,7 @@ use afterimage_color::process::Process;
 /// Colors at which functions are undefined, overflow or bend.
 const COLORS: [[f64; 3]; 4] = [[0.0, 1.0, 0.18], [-1.0, -0.0, 65504.0], [-65504.0, 1e-30, 0.5], [1e-7, 2.0, -0.01]];
 
-/// Whether the text is a color file.
+/// True if the text is a color file.
 pub(crate) fn survives(text: &str) -> bool {
     let correction = checked(text, parse_correction(text, "")).map(Process::from);
     let file = checked(text, parse_lut_file(text.as_bytes(), PngLayout::Tiles)).map(|file| match file {

@@ -1,4 +1,4 @@
-//! What mutation begins with: the shipped pipelines, the broken documents of the tests, and tables.
+//! The seeds of mutation: the shipped pipelines, the broken documents of the tests, and tables.
 
 use std::path::{Path, PathBuf};
 

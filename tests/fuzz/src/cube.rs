@@ -2,7 +2,7 @@
 
 use afterimage_color::lut::{Table, parse_cube};
 
-/// Whether the text is a table.
+/// True if the text is a table.
 pub(crate) fn survives(text: &str) -> bool {
     match parse_cube(text) {
         Ok(lut) => {

@@ -5,7 +5,7 @@ use afterimage_generators::Rng;
 /// Numbers that stand for sizes, counts and offsets in headers.
 const NUMBERS: [u32; 12] =
     [0, 1, 2, 255, 256, 0x7fff, 0xffff, 0x1_0000, 0x7fff_ffff, 0x8000_0000, 0xffff_fff0, 0xffff_ffff];
-/// Where headers end in most files.
+/// The end of the header in most files.
 const HEADER: usize = 400;
 
 /// The file with one to four changes; of a PNG, mostly with checksums that fit.

@@ -103,7 +103,7 @@ pub(crate) const WORDS: &[&str] = &[
     "\u{202e}",
 ];
 
-/// Whether the text declares a kind.
+/// True if the text declares a kind.
 pub(crate) fn survives(text: &str) -> bool {
     match folder_kind_of(("node.ron", text), &[("tint.wgsl", SHADER)]) {
         Ok(kind) => {
@@ -118,7 +118,7 @@ pub(crate) fn survives(text: &str) -> bool {
     }
 }
 
-/// What pipelines may write as a name.
+/// Names that pipelines may write.
 fn is_named(kind: &NodeKind) {
     assert!(!kind.name().is_empty() && kind.name().chars().all(char::is_alphanumeric), "{:?}", kind.name());
     assert!(!kind.outputs().is_empty());

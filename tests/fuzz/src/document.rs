@@ -52,7 +52,7 @@ impl Loader for Few<'_> {
 /// One of N documents without errors is planned: the target `plan` plans all of its own.
 const ONE_OF: usize = 8;
 
-/// Whether the text is a pipeline without errors.
+/// True if the text is a pipeline without errors.
 pub(crate) fn survives(text: &str) -> bool {
     let loader = Few::new(text);
     let options = CheckOptions { tier: None, sets: Vec::new(), loader: &loader };

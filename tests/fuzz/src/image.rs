@@ -8,7 +8,7 @@ use afterimage_media::codec::decode;
 /// Memory that decoding may take; the images of the corpus need far less.
 const BUDGET: Budget = Budget(64 << 20);
 
-/// Whether the bytes are an image.
+/// True if the bytes are an image.
 pub(crate) fn survives(bytes: &[u8]) -> bool {
     match decode(Cursor::new(bytes), None, BUDGET) {
         Ok(picture) => {

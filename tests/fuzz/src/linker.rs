@@ -19,7 +19,7 @@ pub(crate) fn text(kernel: &Kernel) -> String {
     format!("{}{SECOND_FILE}{}", kernel.text, kernel.shared)
 }
 
-/// Whether the text is a shader that a folder may hold.
+/// True if the text is a shader that a folder may hold.
 pub(crate) fn survives(text: &str) -> bool {
     let shader = shader("kind.wgsl", text);
     match shader.reflect() {

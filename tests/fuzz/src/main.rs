@@ -39,7 +39,7 @@ fn wanted() -> Result<Wanted, String> {
     Ok(wanted)
 }
 
-/// What came of a target.
+/// The results of a target.
 #[derive(Default)]
 struct Tally {
     accepted: u64,

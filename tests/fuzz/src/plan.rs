@@ -60,7 +60,7 @@ pub(crate) fn planned(graph: &Graph, size: Size, caps: Caps, options: Options) -
     )
 }
 
-/// Whether the choices lead to a plan.
+/// True if the choices lead to a plan.
 pub(crate) fn survives(choices: &mut Bytes<'_>) -> bool {
     let shipped = &pipelines()[choices.below(pipelines().len())];
     let tiers: Vec<&str> = shipped.document.tiers.iter().map(|(name, _)| name.value.as_str()).collect();

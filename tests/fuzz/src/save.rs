@@ -15,7 +15,7 @@ const NUMBERS: [f64; 10] = [0.0, -0.0, 0.1, 1e-45, 5e-324, -3.25e-7, 65504.0, 1e
 const TEXTS: [&str; 5] = ["", "\"\\", "\n\u{1b}[8m\u{85}", "e\u{301}\u{202e}", "*/ // r#\""];
 const NEW_TIER: &str = "new \"tier\"\\\n";
 
-/// Whether something could be saved. What is changed follows from the text.
+/// True if something could be saved. What is changed follows from the text.
 pub(crate) fn survives(text: &str) -> bool {
     let loader = Few::new(text);
     let Ok(document) = parse("self.ron", text) else { return false };
@@ -95,7 +95,7 @@ fn expected(graph: &Graph, changes: &[Change]) -> BTreeMap<String, String> {
     values(graph).into_iter().chain(changed).collect()
 }
 
-/// Whether a text was saved; it has the values then, and can be saved again.
+/// True if a text was saved; it has the values then, and can be saved again.
 fn holds(
     saved: Result<String, Diagnostics>,
     tier: Option<&str>,

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// What a piece of text looks like.
+/// The class of a piece of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
     Word,

@@ -3,7 +3,7 @@
 
 use afterimage_wgsl::{ArgType, Function, Instance, Linker, SampleMode, Shader, limits, validate};
 
-/// What mutation begins with: the last function of each takes a pixel and its place in a workgroup.
+/// The seeds of mutation: the last function of each takes a pixel and its place in a workgroup.
 pub const SEEDS: [&str; 6] = [
     "#import workgroup
 var<workgroup> tile: array<vec4f, 64>;
@@ -94,7 +94,7 @@ fn kind(source: vec4f, at: Point, invocation: Invocation) -> vec4f {
 ",
 ];
 
-/// Whether the text is a shader that a folder may hold if its functions have a workgroup.
+/// True if the text is a shader that a folder may hold if its functions have a workgroup.
 pub(crate) fn survives(text: &str) -> bool {
     let shader = Shader::untrusted("kind.wgsl".to_owned(), text.to_owned()).with_workgroups();
     match shader.reflect() {

@@ -27,7 +27,7 @@ pub struct Recipe {
 struct Growing {
     rng: Rng,
     nodes: Vec<GraphNode>,
-    /// What can be wired, by type, and of that what nobody reads yet.
+    /// The outputs that can be wired, by type, and those that no node reads yet.
     made: BTreeMap<PortType, Vec<Source>>,
     unread: BTreeMap<PortType, Vec<Source>>,
 }

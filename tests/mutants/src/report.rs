@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::list::Mutant;
 
-/// How many mutants of a crate had which end.
+/// The numbers of mutants of a crate by their ends.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     noticed: u64,

@@ -52,7 +52,7 @@ impl Test {
         command
     }
 
-    /// Whether the test fails with a mutant, or does not end.
+    /// True if the test fails with a mutant, or does not end.
     fn notices(&self, number: usize) -> bool {
         let limit = 5 * self.time + Duration::from_secs(10);
         let status = ended(self.command().env("MUTANT", number.to_string()), limit);
@@ -60,7 +60,7 @@ impl Test {
     }
 }
 
-/// How the program ended; `None` after the limit. Address space is limited, because a mutant may ask for all of it.
+/// The end of the program; `None` after the limit. Address space is limited, because a mutant may ask for all of it.
 fn ended(command: &mut Command, limit: Duration) -> Option<ExitStatus> {
     let mut child = command.spawn().expect("the test can be started");
     let begin = Instant::now();
@@ -134,7 +134,7 @@ pub(crate) fn outcome(number: usize, package: &str, tests: &[Test], own_tests_on
     }
 }
 
-/// How many tests each crate has, and how long they take.
+/// The number of tests of each crate, and their time.
 pub(crate) fn summary(tests: &[Test]) -> String {
     let mut by_crate: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     for test in tests {

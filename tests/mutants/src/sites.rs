@@ -9,7 +9,7 @@ use syn::visit::{self, Visit};
 
 use crate::list::Place;
 
-/// What stands around the text that a mutant replaces.
+/// The text around the part that a mutant replaces.
 #[derive(Clone, Debug)]
 pub(crate) enum Site {
     Binary {

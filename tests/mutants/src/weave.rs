@@ -7,7 +7,7 @@ use std::ops::Range;
 use crate::list::Mutant;
 use crate::sites::{Site, Text};
 
-/// What a crate needs for the conditions: the chosen mutant, and a list of those that a test reaches.
+/// The items that a crate needs for the conditions: the chosen mutant, and a list of those that a test reaches.
 pub(crate) const SUPPORT: &str = r#"
 #[doc(hidden)]
 #[allow(missing_docs, unreachable_pub, clippy::all)]

@@ -80,7 +80,7 @@ fn downsampled(filter: &str, levels: u32, pictures: &[Picture]) -> Vec<Picture> 
 /// wide enough that no texel of the first two levels has light of two.
 const BETWEEN: u32 = 31;
 
-/// Whether a pixel has a light: one in each square of that many pixels, away from the border.
+/// True if a pixel has a light: one in each square of that many pixels, away from the border.
 fn is_light(x: u32, y: u32, width: u32, height: u32) -> bool {
     let is_inside = (14..width - 14).contains(&x) && (14..height - 14).contains(&y);
     is_inside && x % BETWEEN == 15 && y % BETWEEN == 15

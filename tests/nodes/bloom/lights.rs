@@ -110,7 +110,7 @@ fn a_pixel_that_is_not_finite_changes_no_other() {
     }
 }
 
-/// How many pixels change by more than two codes if one pixel of a gray image has the largest number.
+/// The number of pixels that change by more than two codes if one pixel of a gray image has the largest number.
 fn changed_by_a_hot_pixel(graph: &Graph) -> usize {
     let gray = Picture::new(120, 90, |_, _| [0.2, 0.2, 0.2, 1.0]);
     let mut hot = Picture::new(120, 90, |x, y| gray.at(x, y));

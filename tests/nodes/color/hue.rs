@@ -129,7 +129,7 @@ const LIGHTS: [(&str, Rgb); 6] = [
     ("fire", [1.0, 0.25, 0.04]),
 ];
 
-/// What a node makes of a light from `low` stops up, in steps of an eighth.
+/// The results of a node for light from `low` stops up, in steps of an eighth.
 fn exposures(node: &str, light: Rgb, low: f64, count: u32) -> Vec<Rgb> {
     let ramp = Picture::new(count, 1, |x, _| {
         let [r, g, b] = light.map(|channel| (channel * (0.125 * f64::from(x) + low).exp2()) as f32);

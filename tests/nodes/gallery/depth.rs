@@ -24,7 +24,7 @@ const SHADOW: &str = "light_diameter: 0.3";
 const MIST: &str = "density: 0.4, falloff: 1.8, most: 0.9, color: (0.28, 0.3, 0.34)";
 const LENS: &str = "focus: 3.6, f_stop: 1.4, focal_length: 85.0, rings: 12, largest: 0.04";
 
-/// What a depth buffer holds, eight times as bright, and distances, of which white is ten meters.
+/// A depth buffer, eight times as bright, and distances, of which white is ten meters.
 fn linear_depth(crop: Crop) -> Panel {
     let nodes = r#"
         "LinearDepth": LinearDepth(depth: "room.projected", camera: "camera"),

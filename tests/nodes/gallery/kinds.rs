@@ -1,4 +1,4 @@
-//! What panels show and no kind makes: a lamp alone, a sky over clay, sunlight in fog, and numbers as gray.
+//! Images of panels that no kind makes: a lamp alone, a sky over clay, sunlight in fog, and numbers as gray.
 
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{CAMERA, Camera};
@@ -7,7 +7,7 @@ use afterimage_graph::prelude::*;
 use crate::support::gpu::{Picture, Run, graph_with};
 
 params! {
-    /// What a lamp at a camera's place sends to the camera from surfaces, without shadows.
+    /// Light of a lamp at the camera's place that surfaces send back, without shadows.
     pub struct Lamplight {
         /// The light at one meter from a white surface.
         pub color: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=1000.0);

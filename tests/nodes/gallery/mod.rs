@@ -17,7 +17,7 @@ use self::sheet::{Crop, sheet};
 use crate::support::docs;
 use crate::support::gpu::{Picture, Run, SLICES};
 
-/// What a panel shows: two images of a pipeline, without a kind and with it.
+/// A panel: two images of a pipeline, without a kind and with it.
 struct Panel {
     kind: &'static str,
     /// The nodes that it adds to the pipeline. Two of them, `KIND-0` and `KIND-1`, are the images.

@@ -3,7 +3,7 @@
 use crate::reference::transfer::{srgb_decode, srgb_encode};
 use crate::support::gpu::Picture;
 
-/// What each half of a panel shows, in pixels of the picture.
+/// The part of the picture that each half of a panel shows, in pixels.
 const SHOWN: (u32, u32) = (320, 180);
 /// Between the halves of a panel, and between panels.
 const DIVIDER: u32 = 2;

@@ -1,4 +1,4 @@
-//! What both meters have in common: the range, weights, and a held exposure.
+//! Properties of both meters: the range, weights, and a held exposure.
 
 use super::{gray, sequence};
 use crate::nodes::probes::{pipeline, sanitized, shown, shown_with};

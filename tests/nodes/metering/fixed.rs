@@ -27,7 +27,7 @@ fn graph(meter: &str, ev: f64, more: &str, further: &str, output: &str) -> Graph
     checked(&text, &NoFiles)
 }
 
-/// Whether the plan of a graph has a pass of the node `h`, and whether it leaves something for the next frame.
+/// True if the plan of a graph has a pass of the node `h`, and whether it leaves something for the next frame.
 fn meters(graph: &Graph) -> [bool; 2] {
     let picture = Picture::new(16, 8, |_, _| [0.5; 4]);
     let plan = Run::new(graph).plan(&gpu(), &[("scene", &picture)]);

@@ -123,7 +123,7 @@ const PLACES: Tolerance = Tolerance {
     reason: "places of taps in f32, and the last step of Newton's method",
 };
 
-/// Where the air is hot: from 0 to 1, and beyond.
+/// The mask of hot air: from 0 to 1, and beyond.
 fn heat([width, height]: [u32; 2]) -> Picture {
     Picture::new(width, height, |x, y| {
         [1.2 * (x as f32 + 0.5) / width as f32 - 0.1 * y as f32 / height as f32, 0.0, 0.0, 1.0]

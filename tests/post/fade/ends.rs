@@ -105,7 +105,7 @@ fn a_second_change_waits_for_the_end_of_a_fade() {
     assert!(late.shown() == faded.shown());
 }
 
-/// How many textures, views, buffers, bind groups, samplers and pipelines there are.
+/// The numbers of textures, views, buffers, bind groups, samplers and pipelines.
 fn held(instance: &wgpu::Instance, gpu: &Gpu) -> [usize; 6] {
     gpu.wait().unwrap();
     let report = instance.generate_report().expect("the instance is wgpu's own");

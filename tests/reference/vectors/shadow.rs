@@ -36,7 +36,7 @@ impl Case<'_> {
         super::number(&self.input[0])
     }
 
-    /// Whether the near plane is at depth 1.
+    /// True if the near plane is at depth 1.
     fn is_reversed(&self) -> bool {
         self.input[1].as_bool().unwrap_or_else(|| panic!("{} does not say so", self.input))
     }

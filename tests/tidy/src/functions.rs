@@ -26,7 +26,7 @@ pub struct Function {
 /// Lengths of the functions of a crate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lengths {
-    /// How many functions there are.
+    /// The number of functions.
     pub count: usize,
     /// Half of the functions are at most this long.
     pub median: usize,

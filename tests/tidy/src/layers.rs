@@ -54,7 +54,7 @@ fn is_allowed(user: &str, used: &str) -> bool {
     }
 }
 
-/// Whether one crate is built on the other, directly or not.
+/// True if one crate is built on the other, directly or not.
 fn is_below(lower: &str, upper: &str) -> bool {
     let direct = LAYERS.iter().find(|(name, _)| *name == upper).map_or(&[][..], |(_, direct)| direct);
     direct.iter().any(|name| *name == lower || is_below(lower, name))

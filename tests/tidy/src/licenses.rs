@@ -44,7 +44,7 @@ fn fault(package: &Value, allowed: &[String]) -> Option<String> {
     source.filter(|source| *source != REGISTRY).map(|source| format!("`{name}` comes from {source}"))
 }
 
-/// Whether allowed licenses satisfy an SPDX expression. Old packages write `/` for `OR`.
+/// True if allowed licenses satisfy an SPDX expression. Old packages write `/` for `OR`.
 fn is_allowed(expression: &str, allowed: &[String]) -> bool {
     let spaced = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ").replace(" WITH ", "\0");
     let mut words = spaced.split_whitespace();

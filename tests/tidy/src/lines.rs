@@ -69,7 +69,7 @@ fn note_lines(tokens: &[TokenTree], lines: &mut BTreeSet<usize>) {
     }
 }
 
-/// Whether the token is part of a doc comment, which the compiler reads as an attribute.
+/// True if the token is part of a doc comment, which the compiler reads as an attribute.
 fn is_comment(token: &TokenTree) -> bool {
     let may_be = match token {
         TokenTree::Punct(punct) => matches!(punct.as_char(), '#' | '!'),
@@ -85,7 +85,7 @@ fn wgsl(text: &str) -> usize {
     text.lines().filter(|line| has_wgsl_code(line, &mut depth)).count()
 }
 
-/// Whether a line has code; `depth` is the number of block comments that are open, which nest in WGSL.
+/// True if a line has code; `depth` is the number of block comments that are open, which nest in WGSL.
 fn has_wgsl_code(line: &str, depth: &mut usize) -> bool {
     let mut has_code = false;
     let mut rest = line;

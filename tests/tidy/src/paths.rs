@@ -11,7 +11,7 @@ pub(crate) struct Import {
     pub(crate) path: Vec<String>,
     /// The name in the module; `None` for `*`.
     pub(crate) name: Option<String>,
-    /// Whether other modules see the name: a re-export.
+    /// True if other modules see the name: a re-export.
     pub(crate) public: bool,
 }
 
@@ -97,7 +97,7 @@ impl Found {
     }
 }
 
-/// Whether the identifier at this position can be the first segment of a path: no field, method, lifetime or
+/// True if the identifier at this position can be the first segment of a path: no field, method, lifetime or
 /// definition.
 fn begins_path(tokens: &[TokenTree], at: usize) -> bool {
     let before = |distance| at.checked_sub(distance).and_then(|i| tokens.get(i));

@@ -64,7 +64,7 @@ fn files(root: &Path, path: &str) -> Vec<PathBuf> {
     crate::workspace::files_in(&root.join(folder), &[ending.trim_start_matches('.')])
 }
 
-/// Whether a text of Rust or WGSL declares a function, type, constant, field or attribute; `Type::function` needs both
+/// True if a text of Rust or WGSL declares a function, type, constant, field or attribute; `Type::function` needs both
 /// names.
 fn declares(text: &str, name: &str) -> bool {
     if let Some((owner, function)) = name.rsplit_once("::") {
@@ -77,7 +77,7 @@ fn declares(text: &str, name: &str) -> bool {
         || name.starts_with('@') && text.contains(name)
 }
 
-/// Whether the text has the name as a whole word behind the prefix.
+/// True if the text has the name as a whole word behind the prefix.
 fn occurs(text: &str, prefix: &str, name: &str) -> bool {
     let is_part = |character: Option<char>| character.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(&format!("{prefix}{name}")).any(|(at, found)| {

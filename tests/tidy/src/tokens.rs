@@ -45,7 +45,7 @@ fn cleaned(token: TokenTree) -> TokenTree {
     inner.into()
 }
 
-/// Whether an attribute limits its item to tests: `test`, `cfg(test)`, `cfg(all(test, ..))`.
+/// True if an attribute limits its item to tests: `test`, `cfg(test)`, `cfg(all(test, ..))`.
 fn is_for_tests(attribute: &Group) -> bool {
     let text = attribute.stream().to_string().replace(' ', "");
     text == "test" || text == "cfg(test)" || text.starts_with("cfg(all(test,")
@@ -67,7 +67,7 @@ fn item_end(tokens: &[TokenTree], mut at: usize) -> usize {
     at
 }
 
-/// Whether these tokens begin an item that may contain braces before the semicolon that ends it.
+/// True if these tokens begin an item that may contain braces before the semicolon that ends it.
 fn is_value_item(tokens: &[TokenTree]) -> bool {
     let mut idents = tokens.iter().filter_map(ident).map(Ident::to_string);
     match idents.find(|word| !matches!(word.as_str(), "pub" | "unsafe" | "async" | "extern")).as_deref() {
@@ -91,17 +91,17 @@ pub fn word(token: Option<&TokenTree>) -> Option<String> {
     Some(text.strip_prefix("r#").map(str::to_owned).unwrap_or(text))
 }
 
-/// Whether the token is this identifier or keyword.
+/// True if the token is this identifier or keyword.
 pub fn is_word(token: Option<&TokenTree>, text: &str) -> bool {
     token.and_then(ident).is_some_and(|ident| ident == text)
 }
 
-/// Whether the token is this character of punctuation.
+/// True if the token is this character of punctuation.
 pub fn is_punct(token: Option<&TokenTree>, wanted: char) -> bool {
     matches!(token, Some(TokenTree::Punct(punct)) if punct.as_char() == wanted)
 }
 
-/// Whether `::` begins at this position.
+/// True if `::` begins at this position.
 pub fn is_path_separator(tokens: &[TokenTree], at: usize) -> bool {
     is_punct(tokens.get(at), ':') && is_punct(tokens.get(at + 1), ':')
 }

@@ -25,7 +25,7 @@ pub struct Crate {
     pub roots: Vec<PathBuf>,
     /// What it depends on.
     pub dependencies: Vec<Dependency>,
-    /// Whether it may be published.
+    /// True if it may be published.
     pub is_published: bool,
 }
 
@@ -34,11 +34,11 @@ pub struct Crate {
 pub struct Dependency {
     /// The package's name.
     pub name: String,
-    /// Whether it is for tests, benches and examples only.
+    /// True if it is for tests, benches and examples only.
     pub dev: bool,
-    /// Whether it is a crate of this workspace.
+    /// True if it is a crate of this workspace.
     pub is_local: bool,
-    /// Whether the manifest says which version it needs.
+    /// True if the manifest says which version it needs.
     pub has_version: bool,
 }
 

@@ -51,7 +51,7 @@ impl Chain {
     }
 }
 
-/// What a shader reads or writes.
+/// A resource that a shader reads or writes.
 #[derive(Clone, Copy)]
 pub(super) enum Bound<'a> {
     Image(&'a TextureView),

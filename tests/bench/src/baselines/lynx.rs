@@ -45,7 +45,7 @@ pub(crate) struct Chain {
     knee: f32,
     radius: f32,
     strength: f32,
-    /// Whether the bloom is added through a tent filter instead of bilinearly.
+    /// True if the bloom is added through a tent filter instead of bilinearly.
     tent: bool,
     gain: f32,
 }

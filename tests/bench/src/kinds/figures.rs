@@ -39,7 +39,7 @@ pub(crate) struct KindFigures {
     pub(crate) kind: String,
     /// Its passes.
     pub(crate) passes: usize,
-    /// Whether other nodes make its inputs or show its result. Then times are those of its own passes, which do not
+    /// True if other nodes make its inputs or show its result. Then times are those of its own passes, which do not
     /// overlap, and else those of the frame.
     pub(crate) with_others: bool,
     /// Parameters that are not at their defaults, because the kind changes nothing with these.

@@ -64,7 +64,7 @@ fn within(param: &Param) -> Option<String> {
     Some(value.to_string())
 }
 
-/// Whether a pass computes the kind, and not an input of it.
+/// True if a pass computes the kind, and not an input of it.
 pub(super) fn is_own(planned: &PlannedPass) -> bool {
     planned.pass.nodes.iter().any(|node| node == NODE)
 }

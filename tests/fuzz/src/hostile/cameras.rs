@@ -30,7 +30,7 @@ fn haze(source: vec4f, depth: texture_2d<f32>, camera: Camera, at: Point) -> vec
     },
     outputs: { "out": "b", "far": "far" })"#,
 ];
-/// What the texts get that they do not have.
+/// Additions to the texts.
 const OTHERS: [&str; 12] =
     ["(", ")", "{", "\"", ":", "Camera", "camera", "Image", "light", "optional", "0", "#import camera"];
 

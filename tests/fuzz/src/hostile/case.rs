@@ -8,7 +8,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::Command;
 
-/// What lies at a path.
+/// The content of a path.
 #[derive(Clone, Debug)]
 pub(crate) enum Content {
     Bytes(Vec<u8>),
@@ -20,7 +20,7 @@ pub(crate) enum Content {
     Hole(u64),
 }
 
-/// What the program is given.
+/// The arguments of the program.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Case {
     files: Vec<(OsString, Content)>,

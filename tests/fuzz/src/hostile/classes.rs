@@ -16,7 +16,7 @@ pub(crate) struct Class {
     pub(crate) make: fn(&Sources, u64) -> Case,
 }
 
-/// What mutated files are made by.
+/// The generators of mutated files.
 pub(crate) struct Sources {
     pub(crate) seed: u64,
     pub(crate) documents: Inputs,
@@ -46,7 +46,7 @@ impl Sources {
 
 /// Checking and planning. [`limits.md`](../../../../graph/docs/limits.md) has the limits that keep them short.
 const PLAN: Budget = Budget { seconds: 3.0, megabytes: 500 };
-/// What compiling a kind may take, with all that the program does beside it.
+/// The limits for compiling a kind, and all that the program does beside it.
 const KERNEL: Budget = Budget { seconds: 2.0, megabytes: 300 };
 /// A device on the processor takes about 170 MB.
 const RENDER: Budget = Budget { seconds: 5.0, megabytes: 500 };

@@ -1,4 +1,4 @@
-//! What comes of a case: the program runs in a process of its own, with limits on its time and memory.
+//! The outcome of a case: the program runs in a process of its own, with limits on its time and memory.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -19,7 +19,7 @@ const MAX_MEGABYTES: u64 = 6000;
 /// Between two looks at the process.
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// What a case may take.
+/// The limits of a case.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     /// Processor time, in seconds.
@@ -55,7 +55,7 @@ impl Verdict {
     }
 }
 
-/// What a run took, and how it ended.
+/// The cost of a run, and its end.
 pub(crate) struct Outcome {
     pub(crate) verdict: Verdict,
     pub(crate) seconds: f64,
@@ -97,7 +97,7 @@ pub(crate) fn run(program: &Path, case: &Case, folder: &Path, budget: Budget) ->
     Ok(Outcome { verdict, seconds: end.seconds, megabytes: end.megabytes, printed })
 }
 
-/// What is wrong with an image that was written: it cannot be read, or has a number that is not finite. Nothing if none
+/// The fault of an image that was written: it cannot be read, or has a number that is not finite. Nothing if none
 /// was written.
 fn wrong(path: &Path) -> Option<String> {
     let bytes = fs::read(path).ok()?;

@@ -58,7 +58,7 @@ fn last_function(shader: &str) -> (String, String) {
     (word("kind"), word("source"))
 }
 
-/// What the generator writes between words, with spaces around brackets.
+/// The tokens between words, with spaces around brackets.
 const SCATTERED: [&str; 4] = ["/* fn helper ( ) { */", "// const gain = }\n", "/* /* nested */ } */", "\n"];
 
 pub(crate) fn checked(sources: &Sources, number: u64) -> Case {

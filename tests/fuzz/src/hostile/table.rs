@@ -3,7 +3,7 @@
 use crate::classes::Class;
 use crate::outcome::{Budget, Verdict};
 
-/// What came of a class.
+/// The results of a class.
 pub(crate) struct Row {
     name: &'static str,
     what: &'static str,
