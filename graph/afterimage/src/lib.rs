@@ -89,12 +89,11 @@ pub mod host {
     pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
+    pub use crate::error::PostError;
     pub use crate::governor::{GovernedTier, Governor, TierChange, TierChangeReason};
     #[doc(hidden)] // For the program.
     pub use crate::kinds::{KindFiles, LIBRARY, kinds_in};
-    pub use crate::post::{
-        Control, ExpectedFrame, HostImage, Parameter, ParameterInfo, PassTimes, PostError, Reading, Watch,
-    };
+    pub use crate::post::{Control, ExpectedFrame, HostImage, Parameter, ParameterInfo, PassTimes, Reading, Watch};
     pub use crate::snapshot::Snapshot;
     #[doc(hidden)] // For the program.
     pub use crate::source::{built_in, built_in_hint};

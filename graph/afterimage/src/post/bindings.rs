@@ -10,7 +10,7 @@ use afterimage_graph::diagnostic::nearest;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{GivenImage, HostInputs, Part, PlanError};
 
-use super::error::PostError;
+use crate::error::PostError;
 
 /// Size and format of an image of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

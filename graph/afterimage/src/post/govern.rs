@@ -3,46 +3,10 @@
 use afterimage_gpu::GpuError;
 use afterimage_graph::check::Graph;
 
-use super::{Post, PostError};
-use crate::error::Error;
+use super::Post;
+use super::governed::{Governed, TimeSource};
+use crate::error::{Error, PostError};
 use crate::governor::{GovernedTier, Governor, TierChange};
-
-/// The tiers of a pipeline, and the governor that chooses one.
-pub(super) struct Governed {
-    pub(super) governor: Governor,
-    pub(super) graphs: Vec<Graph>,
-    source: TimeSource,
-    /// Frames up to this one had another tier, or their times have been taken.
-    taken: u64,
-    /// Seconds since the last frame whose time was taken.
-    seconds: f64,
-    last_change: Option<TierChange>,
-}
-
-/// The source of the times of frames.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum TimeSource {
-    /// The passes are timed.
-    Passes,
-    /// The device has no timestamps, and the host has reported no time.
-    None,
-    Host,
-}
-
-impl Governed {
-    pub(super) fn present_graph(&self) -> Graph {
-        self.graphs[self.governor.tier()].clone()
-    }
-
-    /// Takes the time of a frame, unless it had another tier or was taken before.
-    fn take(&mut self, frame: u64, ms: f64) -> Option<TierChange> {
-        if frame <= self.taken {
-            return None;
-        }
-        self.taken = frame;
-        self.governor.frame(self.governor.tier(), ms, std::mem::take(&mut self.seconds))
-    }
-}
 
 impl Post {
     /// Holds a budget in milliseconds from the next frame on: a [`Governor`] chooses one of these tiers, which are in

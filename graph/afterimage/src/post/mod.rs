@@ -4,15 +4,16 @@ mod active;
 mod announced;
 mod bindings;
 mod buffer_copies;
-mod error;
 mod fade;
 mod govern;
+mod governed;
 mod handles;
 mod names;
 mod opened;
 mod pass_times;
 mod plans;
 mod readings;
+mod tiers;
 mod values;
 
 use std::sync::Arc;
@@ -31,9 +32,8 @@ use announced::{AnnouncedFrame, MAX_FRAMES};
 use bindings::HostBindings;
 pub use bindings::HostImage;
 pub use buffer_copies::Reading;
-pub use error::PostError;
 use fade::Fade;
-use govern::Governed;
+use governed::Governed;
 use names::NameCheck;
 use opened::Opened;
 pub use pass_times::PassTimes;
@@ -42,6 +42,8 @@ use readings::Readings;
 pub use readings::Watch;
 use values::Values;
 pub use values::{Control, Parameter, ParameterInfo};
+
+use crate::error::PostError;
 
 /// Frames between two checks whether the device is lost.
 const FRAMES_BETWEEN_CHECKS: u64 = 32;

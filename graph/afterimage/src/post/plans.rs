@@ -13,9 +13,9 @@ use afterimage_plan::{Caps, HostInputs, Options, Plan, PlanError, PlanKey, PlanR
 use super::active::ActivePlan;
 use super::announced::AnnouncedFrame;
 use super::bindings::HostBindings;
-use super::error::PostError;
 use super::fade::{Fade, FadeParts};
 use super::values::{GraphValues, Revision, Values};
+use crate::error::PostError;
 
 /// All plans of a pipeline, and what they are made of beside the graph and the images.
 pub(super) struct Plans {

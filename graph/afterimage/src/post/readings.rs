@@ -8,9 +8,9 @@ use afterimage_gpu::{Executor, GpuError};
 use afterimage_plan::Plan;
 
 use super::buffer_copies::{BufferCopies, Reading};
-use super::error::PostError;
 use super::handles::{Handle, Handles};
 use super::pass_times::TimedPasses;
+use crate::error::PostError;
 
 slotmap::new_key_type! {
     /// A table or value of a node that is read back after every frame.

@@ -8,8 +8,8 @@ use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{Param, ParamType, Type, Value};
 use afterimage_plan::PlanCache;
 
-use super::error::PostError;
 use super::handles::{Handle, Handles};
+use crate::error::PostError;
 
 slotmap::new_key_type! {
     /// A parameter that the host changes, of any type.

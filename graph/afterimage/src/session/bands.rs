@@ -7,7 +7,7 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{BandLimits, GivenImage, HostInputs, Plan, PlanError};
 
 use super::Session;
-use crate::post::PostError;
+use crate::error::PostError;
 
 impl Session {
     /// `true` if the device has no memory for a frame of these images as a whole and for the texels on their way, or

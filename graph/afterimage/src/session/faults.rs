@@ -5,7 +5,7 @@ use afterimage_graph::image::Size;
 use afterimage_plan::Options;
 
 use super::Session;
-use crate::post::PostError;
+use crate::error::PostError;
 
 /// The differences between a table of colors and the nodes in whose place it is.
 pub struct TableErrors {

@@ -22,7 +22,8 @@ use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
 
 pub use faults::TableErrors;
 
-use crate::post::{Post, PostError};
+use crate::error::PostError;
+use crate::post::Post;
 
 /// A frame of [`Session::render_all`]: its images and its position in time.
 pub type FrameInputs = (Vec<InputImage>, FrameStep);
