@@ -199,7 +199,7 @@ impl<'a> Picture<'a> {
         blocks: &BTreeMap<String, BlockData>,
     ) -> Result<Self, GpuError> {
         let device = &gpu.device;
-        let made = watched(device, "a picture in bands", || {
+        watched(device, "a picture in bands", || {
             let missing_bytes = 8 * (plan.passes.len() * banding.sizes.len()).max(1) as u64;
             let mut picture = Self {
                 gpu,
@@ -223,8 +223,7 @@ impl<'a> Picture<'a> {
             };
             picture.buffers = picture.buffers()?;
             Ok(picture)
-        });
-        Ok(made?)
+        })
     }
 
     /// Has the textures for what runs before a sweep, or in its bands, and only these.
@@ -241,7 +240,7 @@ impl<'a> Picture<'a> {
             // Their memory is free when nothing uses it.
             wait(device, None)?;
         }
-        let made = watched(device, "the images of a sweep", || {
+        watched(device, "the images of a sweep", || {
             for image in (0..lives.len()).filter(|image| lives[*image]) {
                 if self.images[image].is_none() {
                     self.images[image] = Some(self.texture(image)?);
@@ -253,8 +252,7 @@ impl<'a> Picture<'a> {
                 if in_bands { bands.collect() } else { sweep.before.iter().copied().collect() };
             self.groups = passes.into_iter().map(|pass| (pass, self.bind(pass, in_bands))).collect();
             Ok(())
-        });
-        Ok(made?)
+        })
     }
 
     fn texture(&self, image: usize) -> Result<Stored, GpuError> {
@@ -317,7 +315,7 @@ impl<'a> Picture<'a> {
 
     fn values(&self, labels: &[String], readback: &Readback) -> Result<Vec<Option<[f32; 4]>>, GpuError> {
         let place = |label: &String| self.plan.buffers.iter().position(|buffer| buffer.label == *label);
-        let value = |label| Ok(place(label).map(|index| readback.value(&self.buffers[index])).transpose()?);
+        let value = |label| place(label).map(|index| readback.value(&self.buffers[index])).transpose();
         labels.iter().map(value).collect()
     }
 

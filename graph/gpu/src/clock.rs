@@ -185,7 +185,7 @@ impl Clock {
             stamps.resolve(encoder);
             Ok::<(), GpuError>(())
         })?;
-        Ok(stamps.read(&self.gpu)?)
+        stamps.read(&self.gpu)
     }
 
     /// The samples of each entry of `work`; a round takes one of each.
