@@ -1,4 +1,4 @@
-// The longest vectors nearby: of each tile of an image, and of the nine tiles around. Kinds that gather read no farther.
+// The longest vectors of each tile of an image, and of the nine tiles around. Kinds that gather read no farther.
 
 struct Tiles {
     side: i32,         // texels of a tile
