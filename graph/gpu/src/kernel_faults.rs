@@ -1,7 +1,7 @@
 //! Faults of functions of kinds in folders in a frame.
 
 use afterimage_graph::check::Graph;
-use afterimage_plan::Probe;
+use afterimage_plan::FaultCounter;
 
 use crate::transfer::Texels;
 
@@ -28,9 +28,9 @@ pub struct KernelFaults {
 }
 
 impl KernelFaults {
-    /// Counts what one function does wrong: `texels` are those of the output of its probe.
-    pub fn count(texels: &Texels, probe: &Probe<'_>, graph: &Graph) -> Self {
-        let kernel = probe.kernel;
+    /// Counts what one function does wrong: `texels` are those of the output of its counter.
+    pub fn count(texels: &Texels, counter: &FaultCounter<'_>, graph: &Graph) -> Self {
+        let kernel = counter.kernel;
         let node = graph.nodes.iter().find(|node| node.name == kernel.node);
         let mut faults = Self {
             kind: node.map_or(String::new(), |node| node.kind().name().to_owned()),

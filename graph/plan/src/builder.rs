@@ -6,8 +6,8 @@ use afterimage_base::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
-use crate::context::NodeContext;
 use crate::plan::{Baked, CachedResults, Fused, PlanOutput, SharedRead, Skipped};
+use crate::record_context::NodeContext;
 
 /// The plan under construction, before its passes are ordered.
 #[derive(Default)]

@@ -26,30 +26,30 @@
 
 #![allow(missing_docs, reason = "many fields of a plan say what they hold by their names")]
 
-mod amounts;
 mod bake;
 mod bands;
 mod barriers;
 mod builder;
 pub mod codegen;
-mod context;
 mod contract;
 mod crop;
 mod cull;
-mod dynamic;
+mod decoding;
+mod dynamic_nodes;
 mod error;
+mod fault_counters;
 mod formats;
 mod fusion;
+mod heap_placement;
 pub mod limits;
-mod linear;
 mod memory;
 mod options;
-mod placed;
 mod plan;
 mod plan_cache;
 mod planner;
-mod probes;
 mod record;
+mod record_context;
+mod recording_limits;
 mod refresh;
 mod report;
 mod request;
@@ -62,10 +62,11 @@ mod verify;
 pub use afterimage_base::caps::Caps;
 pub use bands::{Band, BandLimits, BandPass, BandedSize, Banding, HostLimits, InputRows, Parts, Reach, Sweep};
 pub use contract::{contract, modules};
-pub use dynamic::{DynamicNodes, NeedsPlan};
+pub use dynamic_nodes::{DynamicNodes, NeedsPlan};
 pub use error::{NodeShaderError, PlanError};
+pub use fault_counters::FaultCounter;
+pub use heap_placement::{HeapPlacement, PlacedPlan};
 pub use options::{Alias, Options, When};
-pub use placed::{HeapPlacement, PlacedPlan};
 pub use plan::{
     AliasingBarrier, Baked, Batch, CachedResults, Fused, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
     PlannedImage, PlannedPass, RectangleInput, Refresh, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent,
@@ -73,7 +74,6 @@ pub use plan::{
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};
-pub use probes::Probe;
 pub use report::{PlanDiff, PlanHash, diff};
 pub use request::{GivenImage, HostInputs, Part, PlanRequest, Requirement};
 pub use verify::{Fault, verify, verify_placed};

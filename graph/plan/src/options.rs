@@ -28,10 +28,10 @@ pub struct Options {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
     /// Runs each untrusted function once more, to count the pixels where it returns numbers that are not finite or
-    /// has loops that are ended: see [`Plan::probes`](crate::Plan::probes); and whether tables are compared with their
-    /// nodes: see [`Baked::error`](crate::Baked::error).
+    /// has loops that are ended: see [`Plan::fault_counters`](crate::Plan::fault_counters); and compares tables with
+    /// their nodes: see [`Baked::error`](crate::Baked::error).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub probes: bool,
+    pub count_faults: bool,
 }
 
 impl Default for Options {
@@ -46,7 +46,7 @@ impl Default for Options {
             batches_first: false,
             bounds_checks: false,
             bake: None,
-            probes: false,
+            count_faults: false,
         }
     }
 }

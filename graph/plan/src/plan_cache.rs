@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use crate::dynamic::DynamicNodes;
+use crate::dynamic_nodes::DynamicNodes;
 use crate::error::PlanError;
 use crate::options::Options;
 use crate::plan::Plan;

@@ -9,15 +9,15 @@ use crate::barriers::barriers;
 use crate::codegen::{blocks, codegen};
 use crate::crop::rectangles;
 use crate::cull::cull;
-use crate::dynamic::{DynamicNodes, DynamicRecords};
+use crate::dynamic_nodes::{DynamicNodes, DynamicRecords};
 use crate::error::PlanError;
+use crate::fault_counters::add_fault_counters;
 use crate::formats::{Formatted, formats};
 use crate::fusion::fusion;
 use crate::limits::{MAX_COMPUTED_BYTES, MAX_OPERATIONS};
 use crate::memory::memory;
 use crate::options::Alias;
 use crate::plan::{Memory, Plan, PlannedPass};
-use crate::probes::probes;
 use crate::record::record;
 use crate::refresh::{cache_results, refresh};
 use crate::request::PlanRequest;
@@ -64,8 +64,8 @@ fn plan_with_tables_up_to(
     let dynamic_records = DynamicRecords::new(dynamic_nodes, specialized.identities, &builder.recording);
     cull(&mut builder);
     cache_results(&mut builder);
-    if request.options.probes {
-        probes(&mut builder);
+    if request.options.count_faults {
+        add_fault_counters(&mut builder);
     }
     sanitize(&mut builder, &request.caps);
     bake(&mut builder, graph, request);

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::amounts::RecordingLimits;
 use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_pass};
-use crate::context::{FrameContext, NodeContext};
 use crate::crop::crop_pass;
+use crate::decoding::{Decoding, decoded_desc};
 use crate::error::{NodeShaderError, PlanError};
-use crate::linear::{Decoding, decoded_desc};
 use crate::plan::{CachedResults, PlanOutput, Refresh};
+use crate::record_context::{FrameContext, NodeContext};
+use crate::recording_limits::RecordingLimits;
 use crate::refresh;
 use crate::request::{Part, PlanRequest};
 use crate::specialize::{SpecializedGraph, WireSource};
@@ -120,7 +120,7 @@ impl<'a> RecordAttempt<'a> {
         }
         // Outputs may ask for histories too, and must know all of them: an image that is remembered is not theirs.
         let outputs = self.graph.outputs.iter();
-        let shown = outputs.map(|output| self.arrival(Some(output.source))).collect();
+        let shown = outputs.map(|output| self.input_value(Some(output.source))).collect();
         self.link_histories();
         refresh::exclude_histories(&mut self.builder);
         self.add_outputs(shown);
@@ -190,7 +190,7 @@ impl<'a> RecordAttempt<'a> {
         result
     }
 
-    fn arrival(&mut self, wire: Option<Source>) -> InputValue {
+    fn input_value(&mut self, wire: Option<Source>) -> InputValue {
         match self.specialized.resolve(wire) {
             WireSource::Zero => InputValue::Zero,
             WireSource::Absent => InputValue::Absent,
@@ -225,7 +225,7 @@ impl<'a> RecordAttempt<'a> {
 
     fn node(&mut self, index: usize) {
         let node = &self.graph.nodes[index];
-        let values: Vec<InputValue> = node.wires.iter().map(|wire| self.arrival(*wire)).collect();
+        let values: Vec<InputValue> = node.wires.iter().map(|wire| self.input_value(*wire)).collect();
         let sources = node.wires.iter().map(|wire| self.specialized.source((*wire)?));
         let inputs: Vec<Option<ImageColor>> = sources.map(|source| self.colors.at(source?)).collect();
         let context = NodeContext {
@@ -294,7 +294,7 @@ impl<'a> RecordAttempt<'a> {
 
     fn add_outputs(&mut self, shown: Vec<InputValue>) {
         let mut kept = self.builder.kept();
-        for (output, arrival) in self.graph.outputs.iter().zip(shown) {
+        for (output, value) in self.graph.outputs.iter().zip(shown) {
             let color = self.specialized.source(output.source).and_then(|source| self.colors.at(source));
             let color = color.unwrap_or(ImageColor::of(output.state));
             let is_linear = self.request.given.linear.contains(&output.name);
@@ -311,7 +311,7 @@ impl<'a> RecordAttempt<'a> {
                     || in_rectangle && !self.can_go_elsewhere(*image)
                     || self.is_drawn_into(*image)
             };
-            let (image, ImageColor { state, colorimetry }) = match (arrival, decoding) {
+            let (image, ImageColor { state, colorimetry }) = match (value, decoding) {
                 (InputValue::Image(image), Some(decoding)) => {
                     (self.decode(&output.name, image, decoding), Decoding::decoded(color))
                 }

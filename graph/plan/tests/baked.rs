@@ -5,7 +5,7 @@ use afterimage_graph::image::{Format, Signedness};
 use afterimage_graph::node::{Arg, Bake, Origin, Pass};
 use afterimage_plan::{Caps, Options, Plan, verify};
 
-use super::planned::{FRAME, all_formats, checked, plan_images};
+use super::support::{FRAME, all_formats, checked, plan_images};
 
 /// The plan of nodes from `in`, which is exposed light, to `out`.
 fn planned_with(nodes: &str, caps: Caps, options: Options) -> Plan {

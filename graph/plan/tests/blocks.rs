@@ -14,7 +14,7 @@ use afterimage_plan::{
 
 use super::devices::uniform_buffers;
 use super::golden::assert_golden;
-use super::planned::{FRAME, all_formats};
+use super::support::{FRAME, all_formats};
 
 static DISTANCE: Shader = Shader::new(
     "distance.wgsl",

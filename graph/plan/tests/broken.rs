@@ -8,7 +8,7 @@ use afterimage_graph::image::Format;
 use afterimage_graph::node::{Arg, Argument, ImageId, Origin, PassResult, Resource};
 use afterimage_plan::{Alias, Lifetime, Options, PlacedPlan, Plan, Requirement, Slot, verify, verify_placed};
 
-use super::planned::{all_formats, checked, plan_images, plan_of};
+use super::support::{all_formats, checked, plan_images, plan_of};
 
 /// A change that breaks the places of a plan.
 type BreakPlaced = fn(&mut PlacedPlan);

@@ -9,7 +9,7 @@ use afterimage_graph::node::{ColorChange, ImageColor, NodeKind, OutputState, Por
 use afterimage_plan::{Options, Plan};
 use afterimage_wgsl::SampleMode;
 
-use super::planned::{all_formats, built_in, checked, plan_images};
+use super::support::{all_formats, built_in, checked, plan_images};
 
 const REC709: Colorimetry = Colorimetry::linear(Chromaticities::REC709);
 

@@ -14,7 +14,7 @@ use proptest::prelude::*;
 
 use super::fusion::planned_on;
 use super::model::blurs;
-use super::planned::{FRAME, all_formats, built_in, checked, plan_images, plan_on};
+use super::support::{FRAME, all_formats, built_in, checked, plan_images, plan_on};
 
 /// What the framework writes for a pass: an author's compute kernel keeps to what every device has by the contract.
 fn is_ours(planned: &PlannedPass) -> bool {

@@ -15,8 +15,8 @@ use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, contra
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
 use super::machine::Machine;
-use super::model::{PLAIN, assert_computes_the_same, blurs, change, ways};
-use super::planned::{FRAME, all_formats, plan_on};
+use super::model::{PLAIN, assert_computes_the_same, blurs, change, variants};
+use super::support::{FRAME, all_formats, plan_on};
 
 /// A change that breaks a plan.
 type Break = fn(&mut Plan);
@@ -71,7 +71,7 @@ fn draws_see_in_every_way_to_run_a_pipeline_what_they_see_as_recorded() {
     for seed in 0..60 {
         let (nodes, outputs) = drawn(seed);
         let plain = planned_at(SIZE, &nodes, &outputs, PLAIN);
-        for (name, options) in ways() {
+        for (name, options) in variants() {
             let plan = planned_at(SIZE, &nodes, &outputs, options);
             assert_computes_the_same(&plan, &plain, &format!("pipeline {seed}, {name}: {nodes}"));
             draws += plan.work().filter_map(|pass| pass.drawing()).count();

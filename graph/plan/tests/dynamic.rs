@@ -9,7 +9,7 @@ use afterimage_graph::prelude::*;
 use afterimage_graph::value::Param;
 use afterimage_plan::{GivenImage, HostInputs, NeedsPlan, Options, PlanCache, PlanRequest, Planned, Requirement};
 
-use super::planned::{FRAME, all_formats, built_in, checked};
+use super::support::{FRAME, all_formats, built_in, checked};
 
 /// The plan of a graph in which these parameters are dynamic, with an image for every input.
 fn planned(graph: &Graph, dynamic: &BTreeSet<ParameterId>, facts: &[(&str, bool)]) -> Planned {

@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Registry;
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
 
-use super::planned::{FRAME, Files, built_in, pipelines};
+use super::support::{FRAME, Files, built_in, pipelines};
 
 /// All facts that built-in pipelines have, each with the same meaning in all of them.
 const FACTS: [(&str, &str); 3] = [

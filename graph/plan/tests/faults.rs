@@ -8,7 +8,7 @@ use afterimage_plan::{
     Alias, AliasingBarrier, Options, PlacedPlan, Plan, Stage, Transition, Use, verify, verify_placed,
 };
 
-use super::planned::plan_of;
+use super::support::plan_of;
 
 const SEEDS: std::ops::Range<u64> = 0..12;
 

@@ -10,7 +10,7 @@ use afterimage_plan::{
     Alias, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, StateContent, When, plan,
 };
 
-use super::planned::{FRAME, all_formats, built_in, plan_everything};
+use super::support::{FRAME, all_formats, built_in, plan_everything};
 
 /// A device that pads unlike others.
 fn padded(desc: &ImageDesc) -> Requirement {

@@ -9,7 +9,7 @@ use afterimage_plan::{
     Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, PlannedPass, Requirement, When, plan, verify,
 };
 
-use super::planned::{FRAME, all_formats};
+use super::support::{FRAME, all_formats};
 
 static SOFT: Shader = Shader::new(
     "soft",

@@ -10,7 +10,7 @@ use afterimage_graph::node::PassKind;
 use afterimage_plan::{Alias, Caps, Options, Plan, When, diff, verify};
 
 use super::fusion::planned_at;
-use super::planned::{FRAME, all_formats, plan_on};
+use super::support::{FRAME, all_formats, plan_on};
 
 /// Compares a text with its file.
 pub fn assert_golden(name: &str, text: &str) {

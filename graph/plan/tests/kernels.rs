@@ -7,7 +7,7 @@ use afterimage_graph::prelude::*;
 use afterimage_plan::{Caps, Options, When};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
-use super::planned::{FRAME, all_formats, plan_images};
+use super::support::{FRAME, all_formats, plan_images};
 
 static MANY: Shader = Shader::new(
     "many",

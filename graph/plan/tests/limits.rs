@@ -12,7 +12,7 @@ use afterimage_plan::{
     Caps, GivenImage, HostInputs, Options, Plan, PlanError, PlanRequest, Requirement, plan, plan_without_tables, verify,
 };
 
-use super::planned::all_formats;
+use super::support::all_formats;
 use super::sweep;
 
 static COPY: Shader = Shader::new("hold.wgsl", "fn hold(source: vec4f) -> vec4f { return source; }");

@@ -12,7 +12,7 @@ use afterimage_plan::{Alias, Caps, Options, Plan, Refresh, When, verify};
 
 use super::fusion::planned_at;
 use super::machine::Machine;
-use super::planned::{all_formats, built_in, checked, plan_at, plan_images, plan_on};
+use super::support::{all_formats, built_in, checked, plan_at, plan_images, plan_on};
 
 /// More than any history reaches back.
 const FRAMES: usize = 5;
@@ -28,11 +28,11 @@ pub const PLAIN: Options = Options {
     batches_first: false,
     bounds_checks: false,
     bake: None,
-    probes: false,
+    count_faults: false,
 };
 
 /// Every way in which a plan differs from it.
-pub fn ways() -> [(&'static str, Options); 8] {
+pub fn variants() -> [(&'static str, Options); 8] {
     let default = Options::default();
     [
         ("default", default),
@@ -60,7 +60,7 @@ fn every_way_to_run_a_random_graph_computes_the_same() {
         let graph = Recipe { seed, nodes: 10 + seed as usize, histories: 3, off: 8 }.graph();
         let size = Size::new(640, 360);
         let plain = plan_at(&graph, size, PLAIN).expect("the graph can be planned");
-        for (name, options) in ways() {
+        for (name, options) in variants() {
             let plan = plan_at(&graph, size, options).expect("the graph can be planned");
             assert_computes_the_same(&plan, &plain, &format!("graph {seed}, {name}"));
         }
@@ -83,7 +83,7 @@ fn cached_results_are_the_same_in_every_way() {
         spared += plain.passes.iter().filter(|pass| !pass.refresh.contains(&Refresh::EachFrame)).count();
         let film = |plan: &Plan| Machine::frames(plan, 9).unwrap_or_else(|fault| panic!("{fault}: {}", plan.to_text()));
         let wanted = film(&plain);
-        for (name, options) in ways() {
+        for (name, options) in variants() {
             let plan = plan_at(&graph, size, options).expect("the graph can be planned");
             assert_eq!(verify(&plan), Ok(()), "graph {seed}, {name}: {}", plan.to_text());
             assert!(film(&plan) == wanted, "graph {seed}, {name}: {}", plan.to_text());
@@ -191,7 +191,7 @@ fn downsampling_by_rows_and_fused_warps_compute_what_single_passes_do() {
         let (nodes, outputs) = blurs(seed);
         for size in [Size::new(97, 61), Size::new(640, 384), Size::new(2560, 1440)] {
             let plain = planned_at(size, &nodes, &outputs, PLAIN);
-            for (name, options) in ways() {
+            for (name, options) in variants() {
                 let plan = planned_at(size, &nodes, &outputs, options);
                 assert_computes_the_same(&plan, &plain, &format!("pipeline {seed} at {size}, {name}: {nodes}"));
                 kinds.extend(plan.work().map(|pass| std::mem::discriminant(&pass.kind)));
@@ -211,7 +211,7 @@ fn the_built_in_pipelines_compute_what_single_passes_do() {
         for fast_workgroup_memory in [false, true] {
             let caps = Caps { fast_workgroup_memory, ..all_formats() };
             let plan = |options| plan_images(&graph, Format::Rgba16Float, Facts::default(), caps.clone(), options);
-            for (way, options) in ways() {
+            for (way, options) in variants() {
                 assert_computes_the_same(&plan(options), &plan(PLAIN), &format!("{name}, {way}"));
             }
         }
@@ -275,7 +275,7 @@ fn verify_finds_what_the_interpreter_notices() {
     let (mut noticed, mut rng) = (std::collections::BTreeMap::<&str, usize>::new(), Rng::new(1));
     for seed in 0..50 {
         let graph = Recipe { seed, nodes: 16, histories: 2, off: 0 }.graph();
-        for (name, options) in ways() {
+        for (name, options) in variants() {
             let plan = plan_at(&graph, Size::new(640, 360), options).expect("the graph can be planned");
             let wanted = Machine::frames(&plan, 3);
             for _ in 0..12 {

@@ -7,7 +7,7 @@ use afterimage_plan::limits::{MAX_OPERATIONS, MAX_PASS_OPERATIONS};
 use afterimage_plan::{Caps, Options, verify};
 use afterimage_wgsl::SampleMode;
 
-use super::planned::{all_formats, built_in, checked, pipelines, plan_everything, plan_images};
+use super::support::{all_formats, built_in, checked, pipelines, plan_everything, plan_images};
 use super::sweep;
 
 /// The files in the folder: a new one is tested without being named here.

@@ -6,7 +6,7 @@ use afterimage_graph::check::Facts;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanCache, PlanRequest, Requirement};
 
-use super::planned::{all_formats, built_in, checked};
+use super::support::{all_formats, built_in, checked};
 
 fn planned(plans: &mut PlanCache, side: u32, facts: &[(&str, f64)]) -> Arc<Plan> {
     planned_with(plans, Size::new(side, side), Size::new(side, side), facts)

@@ -8,7 +8,7 @@ use afterimage_graph::image::{Format, Size};
 use afterimage_graph::node::BufferLife;
 use afterimage_plan::{Alias, Options, Plan, diff};
 
-use super::planned::{all_formats, checked, plan_at, plan_images, plan_of};
+use super::support::{all_formats, checked, plan_at, plan_images, plan_of};
 
 const RECIPE: Recipe = Recipe { seed: 5, nodes: 24, histories: 2, off: 12 };
 

@@ -8,7 +8,7 @@ use afterimage_graph::node::{ImageId, Pass, Resource};
 use afterimage_plan::{Alias, Caps, Options, PlacedPlan, Plan, Stage, verify, verify_placed};
 use proptest::prelude::*;
 
-use super::planned::{FRAME, all_formats, plan_at, plan_of, plan_on};
+use super::support::{FRAME, all_formats, plan_at, plan_of, plan_on};
 
 fn recipes(nodes: std::ops::Range<usize>) -> impl Strategy<Value = Recipe> {
     (any::<u64>(), nodes, 0_usize..6, 0_u64..30).prop_map(|(seed, nodes, histories, off)| Recipe {

@@ -5,7 +5,7 @@ use afterimage_graph::image::{Format, ImageDesc};
 use afterimage_graph::node::Resource;
 use afterimage_plan::{GivenImage, HostInputs, Options, Part, Plan, PlanRequest, Requirement, plan, verify};
 
-use super::planned::{FRAME, all_formats, built_in};
+use super::support::{FRAME, all_formats, built_in};
 
 fn planned(name: &str, part: Option<Part>) -> Plan {
     let graph = built_in(name);

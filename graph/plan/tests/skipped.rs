@@ -6,7 +6,7 @@ use afterimage_graph::check::{Facts, Loader, NoFiles};
 use afterimage_graph::image::Format;
 use afterimage_plan::{Options, Plan, When};
 
-use super::planned::{all_formats, built_in, checked, checked_with, plan_images};
+use super::support::{all_formats, built_in, checked, checked_with, plan_images};
 
 fn planned(graph: &afterimage_graph::check::Graph, facts: &[(&str, bool)]) -> Plan {
     let mut given = Facts::default();

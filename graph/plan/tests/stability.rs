@@ -5,7 +5,7 @@ use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::node::PortType;
 use afterimage_plan::{Options, Plan};
 
-use super::planned::{FRAME, plan_at};
+use super::support::{FRAME, plan_at};
 
 const SEEDS: std::ops::Range<u64> = 0..40;
 

@@ -13,7 +13,7 @@ use afterimage_plan::{
 };
 use afterimage_wgsl::SampleMode;
 
-use super::planned::{FRAME, all_formats, attempt, built_in, plan_of};
+use super::support::{FRAME, all_formats, attempt, built_in, plan_of};
 
 static PIXELS: Shader = Shader::new(
     "pixels",
@@ -344,7 +344,7 @@ fn an_output_that_equals_its_fallback_is_replaced_although_the_node_runs_for_ano
 fn every_kernel_of_a_fused_pass_is_read_by_a_later_one() {
     let built_in = ["tsushima.ron", "lynx.ron", "caracal.ron", "grade.ron"].map(|name| {
         let options = Options { row_downsample: When::Never, ..Options::default() };
-        super::planned::plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), options)
+        super::support::plan_images(&built_in(name), Format::Rgba32Float, Facts::default(), all_formats(), options)
     });
     let recipe = |seed| Recipe { seed, nodes: 60, histories: 2, off: 5 };
     let random = (0..20).map(|seed| plan_of(recipe(seed), Options::default()).expect("the graph can be planned"));

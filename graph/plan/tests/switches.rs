@@ -6,7 +6,7 @@ use afterimage_graph::node::PassKind;
 use afterimage_plan::codegen::{Slot, SlotKind};
 use afterimage_plan::{Alias, Caps, Options, Plan, Stage, verify};
 
-use super::planned::{all_formats, built_in, plan_images};
+use super::support::{all_formats, built_in, plan_images};
 
 /// Immediates take the place of one binding: that of the frame's constants.
 #[test]

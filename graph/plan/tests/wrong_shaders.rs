@@ -7,7 +7,7 @@ use afterimage_graph::prelude::*;
 use afterimage_plan::{NodeShaderError, Options, PlanError};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source};
-use super::planned::{FRAME, plan_at};
+use super::support::{FRAME, plan_at};
 
 static IMPORTING: Shader = Shader::new(
     "importing.wgsl",

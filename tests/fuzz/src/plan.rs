@@ -202,7 +202,7 @@ fn options(choices: &mut Bytes<'_>) -> Options {
         batches_first: choices.flag(),
         bounds_checks: choices.flag(),
         bake: choices.one_of(&[None, Some(Bake::Off), Some(Bake::Auto), Some(Bake::Size(33))]),
-        probes: false,
+        count_faults: false,
     }
 }
 

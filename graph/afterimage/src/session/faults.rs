@@ -33,9 +33,9 @@ impl Session {
         let mut probing = self.probing(size, images)?;
         let plan = probing.plan().clone();
         let mut found: Vec<KernelFaults> = Vec::new();
-        for probe in plan.probes() {
+        for counter in plan.fault_counters() {
             // A function may be called for each level of a pyramid.
-            KernelFaults::count(&probing.output(probe.output)?, &probe, self.post.graph()).add_to(&mut found);
+            KernelFaults::count(&probing.output(counter.output)?, &counter, self.post.graph()).add_to(&mut found);
         }
         found.retain(KernelFaults::is_any);
         Ok(found)
@@ -63,10 +63,10 @@ impl Session {
         Ok(all)
     }
 
-    /// A session that has rendered a first frame with probes.
+    /// A session that has rendered a first frame with fault counters.
     fn probing(&self, size: Size, images: &[InputImage]) -> Result<Self, PostError> {
         let (graph, facts) = (self.post.graph().clone(), self.post.facts().clone());
-        let options = Options { probes: true, ..self.plan().options };
+        let options = Options { count_faults: true, ..self.plan().options };
         let mut probing = Self::new(&self.gpu, graph, facts, options);
         probing.blocks.clone_from(&self.blocks);
         probing.render(size, images, FrameStep::FIRST)?;

@@ -1,4 +1,4 @@
-// A table of colors: the levels of the largest channel from left to right, and within each the ratio of the next
+// A baked LUT: the levels of the largest channel from left to right, and within each the ratio of the next
 // channel to it, in every other one backward, so that a filter at the end of a level meets the same ratio of the next
 // level; from top to bottom the largest channel, and within each the ratio of the one after that. Three parts
 // for colors without a negative channel are above three for the others.
@@ -125,7 +125,7 @@ const BAKE_GRAYS: f32 = 65536.0;
 
 // A random color for each pixel, of all levels of light from 2^-10 to 2^`top` and of all saturations; below them grays
 // from 2^-14.
-fn bake_probe(at: Point, top: f32) -> vec4f {
+fn bake_random(at: Point, top: f32) -> vec4f {
     if at.pixel.y >= BAKE_RANDOM_ROWS {
         let gray = f32((at.pixel.y - BAKE_RANDOM_ROWS) * 1024 + at.pixel.x);
         return vec4f(vec3f(exp2(mix(-14.0, top, gray / BAKE_GRAYS))), 1.0);
@@ -135,12 +135,12 @@ fn bake_probe(at: Point, top: f32) -> vec4f {
 }
 
 // The light of an exposed scene, and that of a display.
-fn bake_probe_exposed(at: Point) -> vec4f {
-    return bake_probe(at, 8.0);
+fn bake_random_exposed(at: Point) -> vec4f {
+    return bake_random(at, 8.0);
 }
 
-fn bake_probe_display(at: Point) -> vec4f {
-    return bake_probe(at, 0.0);
+fn bake_random_display(at: Point) -> vec4f {
+    return bake_random(at, 0.0);
 }
 
 // The largest difference of the channels, and both greens.

@@ -1,4 +1,4 @@
-//! Baking: runs of point functions of one color become a table of colors, which the same functions fill.
+//! Baking: runs of point functions of one color become a baked LUT, which the same functions fill.
 //!
 //! A run is replaced by one function that looks a color up. A pass fills the table that it reads, in the first frame of
 //! a plan and when its uniforms have changed; in every frame if the run depends on a value that passes make.
@@ -28,14 +28,14 @@ pub(crate) fn bake(builder: &mut PlanBuilder, graph: &Graph, request: &PlanReque
         let table = Table::new(run.size);
         if table.side() <= request.caps.max_side {
             let of_run = run.passes.iter().flat_map(|pass| std::mem::take(&mut passes[*pass])).collect();
-            passes[run.last()] = replace(builder, &run, of_run, table, request.options.probes);
+            passes[run.last()] = replace(builder, &run, of_run, table, request.options.count_faults);
         }
     }
     builder.recording.passes = passes.into_iter().flatten().collect();
 }
 
 /// The passes that take the place of a run.
-fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table, is_probed: bool) -> Vec<Pass> {
+fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table, measures_error: bool) -> Vec<Pass> {
     let (mut kernels, mut nodes, mut intermediates): (Vec<KernelCall>, Vec<String>, Vec<_>) = Default::default();
     // The first kernel of the passes that fill the table makes the colors.
     let mut source = run.source;
@@ -56,9 +56,9 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
         let (image, bytes_saved) = (image.label.clone(), 2 * image.desc.bytes());
         builder.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
     }
-    let passes = table.passes(&mut builder.recording, run, &nodes, kernels, is_probed);
+    let passes = table.passes(&mut builder.recording, run, &nodes, kernels, measures_error);
     let bytes = builder.recording.image(written(&passes[0])).desc.bytes();
-    let error = is_probed.then(|| {
+    let error = measures_error.then(|| {
         let image = written(&passes[1]);
         let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
         let name = builder.recording.image(image).label.clone();

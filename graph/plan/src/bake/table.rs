@@ -15,7 +15,7 @@ static SHADER: Shader = unsafe { Shader::unchecked("bake.wgsl", include_str!("ba
 const MIN_WIDTH: u32 = 4096;
 
 /// Random colors for which a table is compared with its nodes, and below them the grays.
-const PROBED: Size = Size { width: 1024, height: 1024 + 64, depth: 1 };
+const COMPARED: Size = Size { width: 1024, height: 1024 + 64, depth: 1 };
 
 /// Parts of a table: three for colors without a negative channel, and three for others.
 const PARTS: u32 = 6;
@@ -58,14 +58,14 @@ impl Table {
     }
 
     /// The pass that fills the table by `kernels`, whose first one reads the kernel before it, and the one that reads
-    /// it; if the table is probed, the one that compares both.
+    /// it; if its error is measured, the one that compares both.
     pub(super) fn passes(
         self,
         recording: &mut Recording,
         run: &Run,
         nodes: &[String],
         kernels: Vec<KernelCall>,
-        is_probed: bool,
+        measures_error: bool,
     ) -> Vec<Pass> {
         let node = nodes.first().map_or("", String::as_str);
         let result = recording.image(run.result);
@@ -88,8 +88,8 @@ impl Table {
             call("bake", &[("source", source), table, ("linear", Arg::Sampler), ("params", Arg::Params)])
         };
         let mut passes = Vec::new();
-        if is_probed {
-            let desc = ImageDesc::new(PROBED).format(Format::Rgba32Float);
+        if measures_error {
+            let desc = ImageDesc::new(COMPARED).format(Format::Rgba32Float);
             let (label, origin) = (format!("{node}.table_error"), Origin::Transient);
             let error = recording.add_image(VirtualImage {
                 label,
@@ -100,7 +100,7 @@ impl Table {
             });
             let plain =
                 |function: &'static str, args: &[(&str, Arg)]| KernelCall::function(node, &SHADER, function, args);
-            let colors = if run.is_exposed { "bake_probe_exposed" } else { "bake_probe_display" };
+            let colors = if run.is_exposed { "bake_random_exposed" } else { "bake_random_display" };
             let mut compare = [vec![plain(colors, &[("at", Arg::Point)])], kernels.clone()].concat();
             compare.push(look_up(Arg::Kernel(0)));
             let last = kernels.len();

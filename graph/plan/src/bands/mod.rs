@@ -85,13 +85,13 @@ impl Plan {
                 break;
             }
         }
-        best.map(|(_, banding)| banding).ok_or_else(|| said_first(lacks, limits))
+        best.map(|(_, banding)| banding).ok_or_else(|| most_relevant_error(lacks, limits))
     }
 }
 
 /// The most relevant of several errors: that a pass cannot run in bands; that bands fit into the device,
 /// but not into the host; or how little memory the smallest bands need.
-fn said_first(lacks: Vec<PlanError>, limits: BandLimits) -> PlanError {
+fn most_relevant_error(lacks: Vec<PlanError>, limits: BandLimits) -> PlanError {
     let place = |lack: &PlanError| match lack {
         PlanError::TooMuchHostMemory { bytes, .. } => (1, *bytes),
         PlanError::TooMuchMemory { bytes, .. } => (2, *bytes),

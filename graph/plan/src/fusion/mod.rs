@@ -1,7 +1,7 @@
 //! Fusion: passes become one where that saves memory traffic or dispatches.
 
+mod module_limits;
 mod neighbors;
-mod one_module;
 mod pass_graph;
 mod point;
 mod row_downsample;

@@ -4,8 +4,8 @@
 //! So an image that is limited by its neighbors, selected and halved is read once, and nothing of its size is stored.
 //! Kinds state how far their functions look: [`KernelCall::by_neighbors`] and [`KernelCall::by_square`].
 
-use super::one_module::fit_one_module;
-use super::pass_graph::{PassGraph, is_light};
+use super::module_limits::fit_one_module;
+use super::pass_graph::{PassGraph, is_cheap};
 use crate::builder::copy_kernel;
 use afterimage_base::caps::Caps;
 use afterimage_graph::node::{
@@ -162,6 +162,6 @@ fn source_maker(graph: &PassGraph, recording: &Recording, source: ImageId, joine
         graph.function_pass(number).is_some_and(|(pass, _)| pass.args().all(is_pixel))
     };
     let mut others = graph.readers(Resource::Image(source)).filter(|number| !joined.contains(number)).peekable();
-    let is_cheaper = others.peek().is_none() || is_light(pass);
+    let is_cheaper = others.peek().is_none() || is_cheap(pass);
     (is_cheaper && others.all(reads_pixels)).then_some(maker)
 }

@@ -130,7 +130,7 @@ fn redrawn(passes: &[Pass]) -> BTreeSet<ImageId> {
 
 /// Returns whether recomputing the pass for each reader costs less than storing its result: it is short and reads one
 /// pixel of one image.
-pub(super) fn is_light(pass: &Pass) -> bool {
+pub(super) fn is_cheap(pass: &Pass) -> bool {
     let pixels = pass.args().filter(|arg| matches!(arg, Arg::Pixel(_))).count();
     let is_short = pass.kind == PassKind::Point && pass.kernels.len() <= 2 && pixels <= 1;
     is_short && !pass.kernels.iter().any(KernelCall::is_heavy)

@@ -4,8 +4,8 @@
 //! A light function, which does little to one pixel, becomes part of each of several readers: to compute it again costs
 //! less than to store it.
 
-use super::one_module::fit_one_module;
-use super::pass_graph::{PassGraph, is_light};
+use super::module_limits::fit_one_module;
+use super::pass_graph::{PassGraph, is_cheap};
 use super::row_downsample::RowDownsampling;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
@@ -62,7 +62,7 @@ fn pixel_readers(graph: &PassGraph, recording: &Recording, caps: &Caps, number: 
             && is_within_limits(pass, reader)
             && fit_one_module([pass, reader].into_iter(), recording, caps)
     };
-    let is_worthwhile = readers.len() == 1 || readers.len() <= MAX_COPIES && is_light(pass);
+    let is_worthwhile = readers.len() == 1 || readers.len() <= MAX_COPIES && is_cheap(pass);
     if is_worthwhile && readers.iter().all(can_absorb) { readers } else { Vec::new() }
 }
 

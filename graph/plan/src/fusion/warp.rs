@@ -1,7 +1,7 @@
 //! A warp that only another warp reads becomes part of it: its functions are called at the places that the other one
 //! computes, so the image between them is neither stored nor filtered.
 
-use super::one_module::fit_one_module;
+use super::module_limits::fit_one_module;
 use super::pass_graph::PassGraph;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;

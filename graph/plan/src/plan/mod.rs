@@ -4,9 +4,9 @@ mod barrier;
 mod image;
 mod metering;
 mod names;
-mod note;
 mod pass;
 mod refresh;
+mod savings;
 mod state;
 
 use afterimage_base::color::Colorimetry;
@@ -17,10 +17,10 @@ use serde::{Serialize, Serializer};
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
-pub use note::{Baked, Fused, SharedRead, Skipped};
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
 pub(crate) use refresh::passes_only_for;
 pub use refresh::{CachedResults, Refresh};
+pub use savings::{Baked, Fused, SharedRead, Skipped};
 pub use state::{StateContent, StateItem};
 
 use crate::options::Options;

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 
-use super::wires::{SpecializedGraph, WireSource};
+use super::specialized_graph::{SpecializedGraph, WireSource};
 use crate::plan::Skipped;
 use crate::request::PlanRequest;
 use crate::topological::stable_order;
@@ -117,23 +117,23 @@ fn verdict(node: &GraphNode, inputs: &InputValues, replaced: &[bool]) -> Verdict
 fn is_identity(instance: &NodeInstance, dynamic: &[usize], output: &str, inputs: &InputValues) -> bool {
     // An identity because of what arrives is one at all values. One because of its values is very likely not one at
     // some of these; should it be, `DynamicNodes` notices the first values at which it is none.
-    let probes = if dynamic.is_empty() { 0 } else { PROBES };
+    let trials = if dynamic.is_empty() { 0 } else { TRIALS };
     instance.identity_of(output, inputs)
-        && (0..probes).all(|probe| probed(instance, dynamic, probe).identity_of(output, inputs))
+        && (0..trials).all(|trial| at_other_values(instance, dynamic, trial).identity_of(output, inputs))
 }
 
-/// Values of dynamic parameters at which an identity must hold.
-const PROBES: usize = 48;
+/// Trials of values of dynamic parameters at which an identity must hold.
+const TRIALS: usize = 48;
 
-/// The node with its dynamic parameters at other values, mixed in a way that depends on the number of the probe.
-fn probed(instance: &NodeInstance, dynamic: &[usize], probe: usize) -> NodeInstance {
+/// The node with its dynamic parameters at other values, mixed in a way that depends on the number of the trial.
+fn at_other_values(instance: &NodeInstance, dynamic: &[usize], trial: usize) -> NodeInstance {
     let mut other = instance.clone();
     for &index in dynamic {
         let param = &instance.kind().params()[index];
         let present = Some(instance.values()[index].clone());
         let values = [param.lowest(), param.highest(), param.middle(), Some(param.default.clone()), present];
         let values: Vec<Value> = values.into_iter().flatten().collect();
-        let mixed = (probe as u32 + 1).wrapping_mul(0x9e37_79b1).wrapping_mul(2 * index as u32 + 1) >> 16;
+        let mixed = (trial as u32 + 1).wrapping_mul(0x9e37_79b1).wrapping_mul(2 * index as u32 + 1) >> 16;
         other.set(index, values[mixed as usize % values.len()].clone());
     }
     other

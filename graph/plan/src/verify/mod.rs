@@ -11,7 +11,7 @@ mod shape;
 mod states;
 mod walk;
 
-use crate::placed::{HeapPlacement, PlacedPlan};
+use crate::heap_placement::{HeapPlacement, PlacedPlan};
 use crate::plan::Plan;
 use walk::{Faults, Walk};
 

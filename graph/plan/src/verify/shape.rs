@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::walk::Faults;
+use crate::heap_placement::HeapPlacement;
 use crate::options::Alias;
-use crate::placed::HeapPlacement;
 use crate::plan::{Plan, Stage};
 use afterimage_graph::node::{Pass, Resource};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::placed::HeapPlacement;
+use crate::heap_placement::HeapPlacement;
 use crate::plan::Plan;
 use afterimage_graph::node::{Arg, Load, Pass, PassKind, Resource, Subresource};
 

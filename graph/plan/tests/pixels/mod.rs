@@ -14,8 +14,8 @@ use afterimage_graph::node::Registry;
 use afterimage_graph::prelude::*;
 use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan, verify};
 
-use super::model::ways;
-use super::planned::all_formats;
+use super::model::variants;
+use super::support::all_formats;
 use super::sweep;
 use executor::Executor;
 use reference::image::Image;
@@ -189,7 +189,7 @@ fn plans_make_the_pixels_of_their_graphs() {
         let random = RandomGraph::new(seed);
         let (graph, wanted) = (random.graph(), random.frames(&pictures));
         let drawn = Caps { prefer_fragment: true, ..Caps::default() };
-        let computed = ways().map(|(name, options)| (name, options, all_formats()));
+        let computed = variants().map(|(name, options)| (name, options, all_formats()));
         // One way with each graph, and the one with the most changes always.
         let rotated = computed[1 + seed as usize % (computed.len() - 1)].clone();
         for (name, options, caps) in [computed[0].clone(), rotated, ("drawn", Options::default(), drawn)] {

@@ -13,7 +13,7 @@ use afterimage_graph::node::Registry;
 use afterimage_pipelines::{BuiltIn, PIPELINES};
 use afterimage_plan::{Caps, GivenImage, HostInputs, Memory, Options, Plan, PlanRequest, Requirement, plan};
 
-use super::planned::all_formats;
+use super::support::all_formats;
 use operations::operations;
 
 const FRAME: Size = Size { width: 3840, height: 2160, depth: 1 };

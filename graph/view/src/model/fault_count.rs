@@ -47,8 +47,8 @@ impl FaultCount {
         let _ = gpu.device.poll(wgpu::PollType::Poll);
         let Some(texels) = copies.iter().map(ImageCopy::texels).collect::<Option<Vec<_>>>() else { return };
         if let Some(counting) = &self.counting {
-            for (probe, texels) in plan.probes().zip(&texels) {
-                KernelFaults::count(texels, &probe, counting.graph()).add_to(&mut self.found);
+            for (counter, texels) in plan.fault_counters().zip(&texels) {
+                KernelFaults::count(texels, &counter, counting.graph()).add_to(&mut self.found);
             }
         }
         self.found.retain(KernelFaults::is_any);
@@ -81,8 +81,8 @@ impl FaultCount {
         }
         let Some(plan) = counting.plan().cloned() else { return Ok(()) };
         let mut copies = Vec::new();
-        for probe in plan.probes() {
-            copies.extend(ImageCopy::record(&gpu.device, encoder, counting.output_texture(probe.output), 0));
+        for counter in plan.fault_counters() {
+            copies.extend(ImageCopy::record(&gpu.device, encoder, counting.output_texture(counter.output), 0));
         }
         self.arriving = Some((plan, copies));
         self.is_due = false;

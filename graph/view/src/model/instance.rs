@@ -43,7 +43,7 @@ impl PlanPreset {
     fn options(self) -> Options {
         match self {
             Self::Show => Options::default(),
-            Self::CountFaults => Options { probes: true, ..Options::default() },
+            Self::CountFaults => Options { count_faults: true, ..Options::default() },
             Self::Inspect | Self::Reference => Options {
                 fuse: false,
                 row_downsample: When::Never,

@@ -9,7 +9,7 @@ use afterimage_plan::{Alias, GivenImage, HostInputs, Options, Plan, PlanRequest,
 
 use super::fusion::planned_on;
 use super::golden::assert_golden;
-use super::planned::{FRAME, all_formats, checked};
+use super::support::{FRAME, all_formats, checked};
 
 /// A pyramid, whose images have all heights on paper, and a name that no bar holds.
 const PYRAMID: &str = r#""a": Dim(source: "in"), "levels": Downsample(source: "a", levels: 5),

@@ -31,9 +31,9 @@ pub struct Baked {
     /// True if every frame fills it, because a node reads a value that passes compute.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub in_every_frame: bool,
-    /// In a plan with [probes](crate::Options::probes), an output of 1024 pixels a row: red is the largest difference
-    /// of the table from its nodes, for a random color in each pixel. The last 64 rows are a ramp of grays, of which
-    /// green is that of the nodes and blue that of the table.
+    /// In a plan that [counts faults](crate::Options::count_faults), an output of 1024 pixels a row: red is the largest
+    /// difference of the table from its nodes, for a random color in each pixel. The last 64 rows are a ramp of grays,
+    /// of which green is that of the nodes and blue that of the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }

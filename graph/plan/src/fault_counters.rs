@@ -1,6 +1,6 @@
-//! Probes: functions that are not trusted run once more, into images that state where they make numbers that are
-//! not finite, and where their loops are ended. What such functions make for other passes is limited, so nobody else
-//! sees it.
+//! Fault counters: untrusted functions run once more, into images that mark the pixels where they return numbers that
+//! are not finite, and those where their loops are ended. Other passes read limited results, so they do not see these
+//! faults.
 
 use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness};
 use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Origin, Pass, PassResult, Recording, VirtualImage};
@@ -11,12 +11,13 @@ use crate::plan::{Plan, PlanOutput};
 
 #[allow(unsafe_code, reason = "the shader was unchecked")]
 // SAFETY: it reads nothing.
-static PROBE: Shader =
-    unsafe { Shader::unchecked("probe.wgsl", "fn probe(faults: vec2f) -> vec4f { return vec4f(faults, 0.0, 1.0); }") };
+static FAULTS: Shader = unsafe {
+    Shader::unchecked("faults.wgsl", "fn faults(faults: vec2f) -> vec4f { return vec4f(faults, 0.0, 1.0); }")
+};
 
-/// A function that a plan probes.
+/// An untrusted function whose faults a plan counts.
 #[derive(Clone, Copy, Debug)]
-pub struct Probe<'p> {
+pub struct FaultCounter<'p> {
     /// The call of the function.
     pub kernel: &'p KernelCall,
     /// The name of the output whose red is 1 where the function gives a number that is not finite, and whose green is 1
@@ -24,20 +25,20 @@ pub struct Probe<'p> {
     pub output: &'p str,
 }
 
-/// Adds a probe after each pass around a function that is not trusted.
-pub(crate) fn probes(builder: &mut PlanBuilder) {
+/// Adds a fault counter after each pass around an untrusted function.
+pub(crate) fn add_fault_counters(builder: &mut PlanBuilder) {
     for pass in std::mem::take(&mut builder.recording.passes) {
-        let probe = probe(&pass, &mut builder.recording);
+        let counter = fault_counter(&pass, &mut builder.recording);
         builder.recording.passes.push(pass);
-        let Some((probe, image)) = probe else { continue };
-        builder.recording.passes.push(probe);
+        let Some((counter, image)) = counter else { continue };
+        builder.recording.passes.push(counter);
         let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
         let name = builder.recording.image(image).label.clone();
         builder.outputs.push(PlanOutput { name, image, state, colorimetry, in_rectangle: false });
     }
 }
 
-fn probe(pass: &Pass, recording: &mut Recording) -> Option<(Pass, ImageId)> {
+fn fault_counter(pass: &Pass, recording: &mut Recording) -> Option<(Pass, ImageId)> {
     let ([kernel], [result]) = (pass.kernels.as_slice(), pass.results.as_slice()) else { return None };
     if !kernel.shader.is_untrusted() {
         return None;
@@ -52,9 +53,9 @@ fn probe(pass: &Pass, recording: &mut Recording) -> Option<(Pass, ImageId)> {
     };
     let image = recording.add_image(image);
     let unlimited = KernelCall { limited: None, ..kernel.clone() };
-    let faults = KernelCall::function(&kernel.node, &PROBE, "probe", &[("faults", Arg::Faults(0))]);
+    let faults = KernelCall::function(&kernel.node, &FAULTS, "faults", &[("faults", Arg::Faults(0))]);
     let (kernels, results) = (vec![unlimited, faults], vec![PassResult { kernel: 1, image }]);
-    Some((Pass { label: format!("{} probe", pass.label), kernels, results, ..pass.clone() }, image))
+    Some((Pass { label: format!("{} faults", pass.label), kernels, results, ..pass.clone() }, image))
 }
 
 impl Plan {
@@ -64,19 +65,19 @@ impl Plan {
         kernels.any(|kernel| kernel.shader.is_untrusted())
     }
 
-    /// The functions that it probes, if it was made with [`Options::probes`](crate::Options::probes).
-    pub fn probes(&self) -> impl Iterator<Item = Probe<'_>> {
+    /// Its fault counters, if it was made with [`Options::count_faults`](crate::Options::count_faults).
+    pub fn fault_counters(&self) -> impl Iterator<Item = FaultCounter<'_>> {
         let kernels = self.passes.iter().flat_map(|planned| {
             let results = &planned.pass.results;
             let of_result = |at: usize| results.iter().find(|result| result.kernel == at).map(|result| result.image);
             planned.pass.kernels.iter().enumerate().filter_map(move |(at, kernel)| match kernel.arg("faults")? {
-                Arg::Faults(probed) => Some((&planned.pass.kernels[probed], of_result(at)?)),
+                Arg::Faults(counted) => Some((&planned.pass.kernels[counted], of_result(at)?)),
                 _ => None,
             })
         });
         kernels.filter_map(|(kernel, image)| {
             let output = self.outputs.iter().find(|output| output.image == image)?;
-            Some(Probe { kernel, output: &output.name })
+            Some(FaultCounter { kernel, output: &output.name })
         })
     }
 }

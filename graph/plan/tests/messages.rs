@@ -7,7 +7,7 @@ use afterimage_plan::{
     GivenImage, HostInputs, Options, Part, Plan, PlanDiff, PlanError, PlanRequest, Requirement, diff, plan, verify,
 };
 
-use super::planned::{FRAME, all_formats, checked};
+use super::support::{FRAME, all_formats, checked};
 
 fn text(inputs: &str, nodes: &str, output: &str) -> String {
     format!(r#"Pipeline(inputs: {{ {inputs} }}, nodes: {{ {nodes} }}, outputs: {{ "out": "{output}" }})"#)

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use afterimage_graph::check::Graph;
 use afterimage_graph::node::{InputValues, KernelOrigin, NodeInstance, Recording, Replay};
 
-use crate::context::{FrameContext, NodeContext};
 use crate::plan::Plan;
 use crate::record::{record_node, replay_node};
+use crate::record_context::{FrameContext, NodeContext};
 use crate::request::PlanRequest;
 
 /// The nodes of a plan whose parameters change while it runs: they can be recorded again for new uniforms.

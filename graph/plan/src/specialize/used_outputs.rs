@@ -1,6 +1,6 @@
 //! Nodes that no output and no history needs do not run.
 
-use super::wires::{SpecializedGraph, WireSource};
+use super::specialized_graph::{SpecializedGraph, WireSource};
 use crate::error::PlanError;
 use crate::plan::Skipped;
 use afterimage_graph::check::{Graph, Source};

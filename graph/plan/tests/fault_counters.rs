@@ -1,11 +1,11 @@
-//! Probes count what functions of kinds in folders do wrong.
+//! Fault counters of functions of kinds in folders.
 
 use afterimage_graph::check::{CheckOptions, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::node::{Registry, folder_kind};
 use afterimage_plan::{Options, verify};
 
-use super::planned::{FRAME, plan_at};
+use super::support::{FRAME, plan_at};
 
 const NODE: &str = r#"Kind(
     name: "Halves",
@@ -25,7 +25,7 @@ fn halves(source: vec4f, low: texture_2d<f32>, low_sampler: sampler, at: Point) 
 ";
 
 #[test]
-fn each_call_of_an_untrusted_function_is_probed_on_request_and_only_then() {
+fn each_call_of_an_untrusted_function_is_counted_on_request_and_only_then() {
     let kind = folder_kind(("halves/node.ron", NODE), ("halves/halves.wgsl", SHADER)).unwrap_or_else(|e| panic!("{e}"));
     let registry = Registry::new(&[&[kind], afterimage_nodes::ALL]).unwrap();
     let text = r#"Pipeline(
@@ -38,30 +38,33 @@ fn each_call_of_an_untrusted_function_is_probed_on_request_and_only_then() {
     )"#;
     let (graph, _) = check(&parse("test.ron", text).unwrap(), &registry, &CheckOptions::default()).unwrap();
     for fuse in [true, false] {
-        let plan = |probes| plan_at(&graph, FRAME, Options { probes, fuse, ..Options::default() }).unwrap();
-        let (probing, mut asking) = (plan(true), 0);
-        assert_eq!(verify(&probing), Ok(()));
-        let mut probed: Vec<(&str, String)> =
-            probing.probes().map(|probe| (probe.output, probe.kernel.function.to_string())).collect();
-        probed.sort_unstable();
+        let plan = |count_faults| plan_at(&graph, FRAME, Options { count_faults, fuse, ..Options::default() }).unwrap();
+        let (counting, mut asking) = (plan(true), 0);
+        assert_eq!(verify(&counting), Ok(()));
+        let mut counted: Vec<(&str, String)> =
+            counting.fault_counters().map(|counter| (counter.output, counter.kernel.function.to_string())).collect();
+        counted.sort_unstable();
         let expected = [
             ("halves.levels.0.faults", "halves_levels".to_owned()),
             ("halves.levels.1.faults", "halves_levels".to_owned()),
             ("halves.result.faults", "halves".to_owned()),
         ];
-        assert_eq!(probed, expected, "fused: {fuse}");
-        assert!(probing.probes().all(|probe| probe.kernel.limited.is_none()), "limits would hide what is counted");
-        for pass in 0..probing.passes.len() {
-            let composed = probing.compose(pass, false).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(counted, expected, "fused: {fuse}");
+        assert!(
+            counting.fault_counters().all(|counter| counter.kernel.limited.is_none()),
+            "limits would hide what is counted"
+        );
+        for pass in 0..counting.passes.len() {
+            let composed = counting.compose(pass, false).unwrap_or_else(|error| panic!("{error}"));
             composed.validate().unwrap_or_else(|error| panic!("{error}"));
-            let is_probe = probing.passes[pass].pass.kernels.iter().any(|kernel| kernel.arg("faults").is_some());
+            let is_counter = counting.passes[pass].pass.kernels.iter().any(|kernel| kernel.arg("faults").is_some());
             // Only the last function has a loop.
             let asks = composed.source.contains("were_steps_cut()") && composed.source.contains("fn halves(");
-            assert!(!asks || is_probe, "{}", composed.source);
+            assert!(!asks || is_counter, "{}", composed.source);
             asking += usize::from(asks);
         }
-        assert!(asking > 0, "a probe asks whether loops were ended");
-        assert_eq!(plan(false).probes().count(), 0);
+        assert!(asking > 0, "a counter asks whether loops were ended");
+        assert_eq!(plan(false).fault_counters().count(), 0);
         assert_eq!(plan(false).outputs.len(), 1);
     }
 }

@@ -7,7 +7,7 @@ use afterimage_graph::image::{ColorState, Format, ImageDesc};
 use afterimage_plan::{GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, verify};
 
 use super::golden::assert_golden;
-use super::planned::{FRAME, all_formats, checked, plan_at};
+use super::support::{FRAME, all_formats, checked, plan_at};
 
 fn request(graph: &Graph, linear: &[&str]) -> PlanRequest<'static> {
     let image = GivenImage { desc: ImageDesc::new(FRAME).format(Format::Rgba16Float), finite: true };
