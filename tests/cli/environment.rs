@@ -31,7 +31,7 @@ fn each_command_has_a_manual_page() {
 #[test]
 fn options_stand_under_headings() {
     let help = Folder::new("headings").run("render --help").good();
-    for heading in ["Input files:", "Sequences:", "Output files:", "Pipeline:", "Machine:", "Planner developers:"] {
+    for heading in ["Input files:", "Sequences:", "Output files:", "Pipeline:", "Machine:"] {
         assert_eq!(help.lines().filter(|line| *line == heading).count(), 1, "{heading}\n{help}");
     }
 }

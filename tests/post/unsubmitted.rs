@@ -59,7 +59,7 @@ fn screen(gpu: &Gpu) -> wgpu::Texture {
 
 /// The pictures of frames in which everything moves, and the exposures that arrive.
 fn pictures(gpu: &Gpu, order: Order) -> (Vec<Vec<u8>>, Vec<[f32; 4]>) {
-    let mut post = Post::new(&gpu, graph(LOOK));
+    let mut post = Post::new(gpu, graph(LOOK));
     let density = post.parameter::<f32>("fogged.density").unwrap_or_else(|error| panic!("{error}"));
     let watch = post.watch("metered.result");
     let scene = image(gpu, &scene_texels(Size::new(96, 54)));

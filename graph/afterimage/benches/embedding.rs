@@ -120,7 +120,7 @@ struct Host<'g> {
 
 impl<'g> Host<'g> {
     fn new(gpu: &'g Gpu, size: Size) -> Result<Self, Box<dyn Error>> {
-        let post = Post::new(&gpu, graph(None)?);
+        let post = Post::new(gpu, graph(None)?);
         Ok(Self { gpu, post, size, views: views(gpu, size) })
     }
 

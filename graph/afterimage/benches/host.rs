@@ -90,7 +90,7 @@ fn views(host: &Host<'_>) -> Result<(), Box<dyn Error>> {
         host.gpu.queue.submit([encoder.finish()]);
         Ok::<f64, Box<dyn Error>>(time.as_secs_f64() * 1e6)
     };
-    let mut post = Post::new(&host.gpu, host.post.graph().clone());
+    let mut post = Post::new(host.gpu, host.post.graph().clone());
     let first = first_frame(&mut post)?;
     let second = first_frame(&mut post.clone_for_view())?;
     println!("  {:<48} {first:.0}; of a second view {second:.0}", "the first frame, with its plan and pipelines");
@@ -123,7 +123,7 @@ impl<'g> Host<'g> {
         let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &pixels);
         let (input, output) = (upload(&gpu.device, &gpu.queue, &texels)?, screen(gpu, SIZE));
         let views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
-        Ok(Self { gpu, post: Post::new(&gpu, graph), input, output, views })
+        Ok(Self { gpu, post: Post::new(gpu, graph), input, output, views })
     }
 
     fn resize(&mut self, size: Size) -> Result<(), Box<dyn Error>> {

@@ -159,7 +159,7 @@ impl<'g> Host<'g> {
         let texels = Texels::from_floats_as_half(SIZE.width, SIZE.height, &pixels);
         let (input, output) = (upload(&gpu.device, &gpu.queue, &texels)?, screen(gpu));
         let views = [&input, &output].map(|texture| texture.create_view(&Default::default()));
-        let (mut post, tasks) = (Post::new(&gpu, graph), Tasks::default());
+        let (mut post, tasks) = (Post::new(gpu, graph), Tasks::default());
         post.set_task_pool(tasks.pool());
         Ok(Self { gpu, post, input, output, views, tasks })
     }

@@ -108,6 +108,23 @@ fn a_frame_that_resets_or_has_other_images() {
     assert!(host.post.is_fading() && host.post.fade_skip_reason().is_none());
 }
 
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn a_fade_that_is_set_late_or_taken_back() {
+    let mut host = host(LOOK);
+    host.post.set_fade(0);
+    host.night(true);
+    host.shown();
+    host.post.set_fade(FRAMES);
+    host.shown();
+    assert!(host.missed("after the plan was begun"), "{:?}", host.post.fade_skip_reason());
+    host.night(false);
+    host.shown();
+    host.post.set_fade(0);
+    host.shown();
+    assert!(!host.post.is_fading() && host.post.fade_skip_reason().is_none());
+}
+
 /// A second view has the same fade, and none of the first one's changes.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
