@@ -2,7 +2,7 @@
 
 use afterimage::FrameKind;
 use afterimage::host::kinds::{AutoExposure, Curve, Encode, Exposure, Histogram, ToneMap, Transfer, WhiteBalance};
-use afterimage::host::{FrameStep, Size, image::ImageDesc};
+use afterimage::host::{FrameStep, ImageDesc, Size};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, Rendered};
 use afterimage::{Pipeline, Source};
 use afterimage_gpu::Texels;

@@ -77,16 +77,15 @@ pub mod host {
     };
     #[cfg(not(target_family = "wasm"))]
     pub use afterimage_gpu::{FrameStep, Readback, download};
-    pub use afterimage_graph::check::{Fact, Facts, Graph};
+    pub use afterimage_graph::check::{Fact, FactKind, Facts, Graph, GraphInput, GraphNode, GraphOutput, ParameterId};
+    pub use afterimage_graph::diagnostic::{Diagnostic, Diagnostics, Label, Location, Severity};
     pub use afterimage_graph::document::Claim;
-    pub use afterimage_graph::image::Size;
+    pub use afterimage_graph::image::{ColorState, Format, ImageDesc, Size};
     pub use afterimage_graph::node::{BlockData, Camera, Matrix, NodeKind, Registry, RegistryError};
-    pub use afterimage_graph::value::{Param, ParamType, Type, Value};
-    pub use afterimage_graph::{check, color, diagnostic, document, image, value};
+    pub use afterimage_graph::value::{ChoiceName, FileValue, Param, ParamType, Quality, Type, Value, When};
     /// The types of parameters of built-in kinds, such as `Curve`.
     pub use afterimage_nodes as kinds;
     pub use afterimage_pipelines::{PIPELINES, TABLES};
-    pub use afterimage_plan as plan;
     pub use afterimage_plan::{HostInputs, Options, Plan, PlanError};
 
     pub use crate::error::PostError;

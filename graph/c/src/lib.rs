@@ -11,7 +11,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::slice;
 
 use afterimage::FrameKind;
-use afterimage::host::{Camera, FrameStep, Matrix, Size, image::ImageDesc};
+use afterimage::host::{Camera, FrameStep, ImageDesc, Matrix, Size};
 use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, RenderedImage, format_of};
 
 use error::{Fault, guarded};

@@ -1,8 +1,7 @@
 //! Pipelines without a renderer: images in the memory of the processor come in, and others go out.
 //!
 //! ```no_run
-//! use afterimage::host::image::ImageDesc;
-//! use afterimage::host::Size;
+//! use afterimage::host::{ImageDesc, Size};
 //! use afterimage::offline::{GivenImage, Offline, OfflineFrame};
 //!
 //! # fn run(halves: &[u8]) -> Result<(), afterimage::Error> {

@@ -1,7 +1,6 @@
 //! The menu: tiers, facts and parameters of the pipeline of the only camera.
 
-use afterimage::host::check::FactKind;
-use afterimage::host::{Graph, Type, Value};
+use afterimage::host::{FactKind, Graph, Type, Value};
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
 use bevy::ui::RelativeCursorPosition;

@@ -1,7 +1,6 @@
 //! What the program makes of an image.
 
-use afterimage::host::image::ImageDesc;
-use afterimage::host::{Size, Texels, download, upload};
+use afterimage::host::{ImageDesc, Size, Texels, download, upload};
 use afterimage::{Frame, FrameKind, Gpu, Opening, Post};
 use bevy::math::URect;
 use bevy::prelude::*;

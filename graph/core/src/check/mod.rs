@@ -52,6 +52,7 @@ mod reports;
 mod save;
 mod settings;
 mod suggest;
+mod tier;
 mod unneeded;
 
 use crate::document::Document;

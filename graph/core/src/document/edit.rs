@@ -220,7 +220,8 @@ mod tests {
             ),
             (
                 "Pipeline(\n  set: {},\n  tiers: { \"t\": {} },\n)",
-                "Pipeline(\n  set: {\n    \"a.p\": 1.0,\n  },\n  tiers: { \"t\": {\n    \"b \\\"c\\\"\": Off,\n  } },\n)",
+                "Pipeline(\n  set: {\n    \"a.p\": 1.0,\n  },\n  tiers: { \"t\": {\n    \
+                 \"b \\\"c\\\"\": Off,\n  } },\n)",
             ),
             (
                 "Pipeline(set: {}, tiers: { \"u\": { \"v\": On } })",

@@ -14,6 +14,7 @@ mod metering;
 mod record;
 mod recorded;
 mod rectangle;
+mod redraw;
 
 use std::sync::Arc;
 

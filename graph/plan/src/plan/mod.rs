@@ -1,6 +1,7 @@
 //! The plan: a value that states everything about a frame, equal for equal inputs.
 
 mod barrier;
+mod cached;
 mod image;
 mod metering;
 mod names;
@@ -15,10 +16,10 @@ use afterimage_graph::node::{BlockId, HostBlock, ImageId, Pass, Resource, Virtua
 use serde::{Serialize, Serializer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
+pub(crate) use cached::passes_only_for;
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
-pub(crate) use refresh::passes_only_for;
 pub use refresh::{CachedResults, Refresh};
 pub use savings::{Baked, Fused, SharedRead, Skipped};
 pub use state::{StateContent, StateItem};

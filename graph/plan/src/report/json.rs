@@ -1,4 +1,4 @@
-//! Plans as JSON: the fields of [`Plan`], which refer to images and buffers by their indices, and what follows from them.
+//! Plans as JSON: the fields of [`Plan`], which refer to images and buffers by their indices, and derived figures.
 
 use serde_json::Value;
 

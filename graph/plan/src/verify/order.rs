@@ -153,7 +153,8 @@ fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
     }
 }
 
-/// Returns whether later frames read an image only where it is written, and as many frames later as lie between two writes.
+/// Returns whether later frames read an image only where it is written, and as many frames later as lie between two
+/// writes.
 fn is_read_in_frames(walk: &Walk<'_>, refresh: &[&BTreeSet<Refresh>], image: ImageId, own: &BTreeSet<Refresh>) -> bool {
     let Some(every) = own.first().filter(|_| own.len() == 1).and_then(|refresh| refresh.every()) else { return false };
     let histories = walk.histories();

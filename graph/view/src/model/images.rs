@@ -9,20 +9,12 @@ use afterimage_gpu::{Frame, FrameKind, Gpu, texture_format};
 use afterimage_graph::check::{CheckOptions, Graph, GraphInput, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ColorState, Format, Size};
-use afterimage_graph::node::{BlockData, CAMERA, Registry};
+use afterimage_graph::node::{CAMERA, Registry};
 use afterimage_nodes::DemoScene;
 
-use super::{Files, Moment};
+use super::{Files, FrameImages, Moment};
 use crate::Problem;
 use crate::render::device::image;
-
-/// The images of a frame, by the names of the pipeline's inputs.
-#[derive(Clone, Default)]
-pub struct FrameImages {
-    pub images: Vec<(String, TextureView)>,
-    /// The cameras.
-    pub blocks: Vec<(String, BlockData)>,
-}
 
 /// The source of the images of a pipeline's inputs.
 pub enum Images {
