@@ -1,6 +1,5 @@
 //! Tables, values and pass times that the host reads back without a wait.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_gpu::wgpu::CommandEncoder;
@@ -22,7 +21,8 @@ static WATCHES: Handles<Watch> = Handles::new();
 /// All that the host reads back after every frame.
 #[derive(Default)]
 pub(super) struct Readings {
-    watched: BTreeMap<Watch, WatchedBuffer>,
+    /// In the order in which the host asked for them.
+    watched: Vec<WatchedBuffer>,
     pub(super) pass_times: TimedPasses,
 }
 
@@ -36,19 +36,18 @@ struct WatchedBuffer {
 impl Readings {
     /// Reads a buffer back from now on.
     pub(super) fn watch(&mut self, label: &str) -> Watch {
-        if let Some((known, _)) = self.watched.iter().find(|(_, watched)| watched.label == label) {
-            return *known;
+        if let Some(known) = self.watched.iter().find(|watched| watched.label == label) {
+            return known.handle.key();
         }
         let handle = Arc::new(WATCHES.add(label));
         let watch = handle.key();
-        let watched = WatchedBuffer { handle, label: label.to_owned(), copies: BufferCopies::default() };
-        self.watched.insert(watch, watched);
+        self.watched.push(WatchedBuffer { handle, label: label.to_owned(), copies: BufferCopies::default() });
         watch
     }
 
     /// The labels of the buffers that are read back.
     pub(super) fn labels(&self) -> impl Iterator<Item = &str> {
-        self.watched.values().map(|watched| watched.label.as_str())
+        self.watched.iter().map(|watched| watched.label.as_str())
     }
 
     /// The newest reading of a buffer.
@@ -56,21 +55,24 @@ impl Readings {
     /// # Errors
     /// The watch is of another pipeline.
     pub(super) fn latest(&self, watch: Watch) -> Result<Option<&Reading>, PostError> {
-        let watched = self.watched.get(&watch).ok_or_else(|| PostError::UnknownHandle(WATCHES.name(watch)))?;
+        let watched = self.watched.iter().find(|watched| watched.handle.key() == watch);
+        let watched = watched.ok_or_else(|| PostError::UnknownHandle(WATCHES.name(watch)))?;
         Ok(watched.copies.latest.as_ref())
     }
 
     /// The same buffers for another view, without readings.
     pub(super) fn for_view(&self) -> Self {
-        let watched = self.watched.iter().map(|(watch, WatchedBuffer { handle, label, .. })| {
-            (*watch, WatchedBuffer { handle: handle.clone(), label: label.clone(), copies: BufferCopies::default() })
+        let watched = self.watched.iter().map(|WatchedBuffer { handle, label, .. }| WatchedBuffer {
+            handle: handle.clone(),
+            label: label.clone(),
+            copies: BufferCopies::default(),
         });
         Self { watched: watched.collect(), pass_times: TimedPasses::default() }
     }
 
     /// Drops the copies of a lost device; the newest readings stay.
     pub(super) fn reset(&mut self) {
-        for watched in self.watched.values_mut() {
+        for watched in &mut self.watched {
             watched.copies.reset();
         }
         self.pass_times.reset();
@@ -84,7 +86,7 @@ impl Readings {
         frame: u64,
         encoder: &mut CommandEncoder,
     ) -> Result<(), GpuError> {
-        for WatchedBuffer { label, copies, .. } in self.watched.values_mut() {
+        for WatchedBuffer { label, copies, .. } in &mut self.watched {
             copies.collect()?;
             if let Some(buffer) = executor.buffer(label) {
                 copies.record(executor.device(), buffer, frame, encoder)?;

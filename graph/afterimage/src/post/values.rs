@@ -1,12 +1,12 @@
 //! The values that a host sets, and the graphs that have them.
 
-use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
 use afterimage_graph::check::{Graph, ParameterId};
 use afterimage_graph::value::{Param, ParamType, Type, Value};
 use afterimage_plan::PlanCache;
+use indexmap::IndexMap;
 
 use super::handles::{Handle, Handles};
 use crate::error::PostError;
@@ -53,7 +53,8 @@ pub struct ParameterInfo<'p> {
 
 /// The parameters with handles, and the graphs in which their values are set.
 pub(super) struct Values {
-    entries: BTreeMap<Control, Entry>,
+    /// In the order in which the host asked for them, which is the order in which their values are set.
+    entries: IndexMap<Control, Entry>,
     present: LiveGraph,
     /// Graphs before it whose plans still render: values that the host sets are theirs, too.
     replaced: Vec<LiveGraph>,
@@ -83,7 +84,7 @@ struct Entry {
 pub(super) struct LiveGraph {
     revision: u64,
     plans: PlanCache,
-    targets: BTreeMap<Control, Target>,
+    targets: IndexMap<Control, Target>,
     changes: NodeChanges,
 }
 
@@ -134,7 +135,7 @@ impl NodeChanges {
 
 impl Values {
     pub(super) fn new(graph: Graph) -> Self {
-        let (entries, revision) = (BTreeMap::new(), Revision::default());
+        let (entries, revision) = (IndexMap::new(), Revision::default());
         let present = LiveGraph::new(graph, revision.graph, &entries);
         Self { entries, present, replaced: Vec::new(), revision }
     }
@@ -310,9 +311,9 @@ impl Target {
 
 impl LiveGraph {
     /// Finds the parameters of all handles in a graph, and sets the values of the host.
-    fn new(graph: Graph, revision: u64, entries: &BTreeMap<Control, Entry>) -> Self {
+    fn new(graph: Graph, revision: u64, entries: &IndexMap<Control, Entry>) -> Self {
         let plans = PlanCache::new(graph);
-        let mut live = Self { revision, plans, targets: BTreeMap::new(), changes: NodeChanges::default() };
+        let mut live = Self { revision, plans, targets: IndexMap::new(), changes: NodeChanges::default() };
         for (control, entry) in entries {
             live.targets.insert(*control, target(live.plans.graph(), entry));
             // A value that this graph refuses leaves that of its file.
@@ -377,7 +378,7 @@ impl LiveGraph {
 
     /// Takes the values of a graph that differs from this one in values of dynamic parameters only. Returns `false` if
     /// it differs in more: then some values may be taken, and the graph must be replaced.
-    fn take_values(&mut self, graph: &Graph, entries: &BTreeMap<Control, Entry>) -> bool {
+    fn take_values(&mut self, graph: &Graph, entries: &IndexMap<Control, Entry>) -> bool {
         let present = self.plans.graph();
         if !present.has_structure_of(graph) {
             return false;

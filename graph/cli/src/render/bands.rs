@@ -118,9 +118,10 @@ pub(super) fn render(
     let made = session.render_in_bands(plan, limits, step, frame, &values, files)?;
     if made.bands > made.sweeps {
         note(&format!(
-            "note: image exceeds the memory limit; rendering {} bands in {} sweeps, with {} MiB",
+            "note: image exceeds the memory limit; rendering {} bands in {} sweep{}, with {} MiB",
             made.bands,
             made.sweeps,
+            if made.sweeps == 1 { "" } else { "s" },
             made.allocated.unwrap_or(made.bytes).div_ceil(1 << 20)
         ));
     }
