@@ -71,7 +71,7 @@ impl Files {
         Self { own, folders, left: Cell::new(MAX_BYTES), what, built_in: false }
     }
 
-    /// True if a file may be read, by its path without links, or why not.
+    /// Permits a file to be read, by its path without links, or returns the reason why not.
     fn permit(&self, real: &Path) -> Result<(), String> {
         if self.folders.iter().any(|folder| real.starts_with(folder)) {
             return Ok(());

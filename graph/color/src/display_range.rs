@@ -15,7 +15,8 @@ pub struct DisplayRange {
 const TOLERANCE: f64 = 0.01;
 
 impl DisplayRange {
-    /// True if a display shows this light without clipping it, and with the same luminance. The error is one sentence.
+    /// Checks that a display shows this light without clipping it, and with the same luminance. The error is one
+    /// sentence.
     pub fn suits(&self, display: &Colorimetry) -> Result<(), String> {
         let Self { white_nits: white, peak_nits: peak } = *self;
         let exceeds = |limit: f64| peak > limit * (1.0 + TOLERANCE);

@@ -25,7 +25,7 @@ pub(crate) enum Pipeline {
 }
 
 impl Pipeline {
-    /// True if it dispatches or draws.
+    /// Dispatch or draw.
     pub(crate) fn stage(&self) -> Stage {
         match self {
             Self::Compute(_) => Stage::Compute,

@@ -1,4 +1,4 @@
-//! The files that a pipeline is made of.
+//! The files of a pipeline.
 
 use crate::files::Stamps;
 use crate::snapshot::Snapshot;

@@ -17,7 +17,7 @@ use super::fade::{Fade, FadeParts};
 use super::values::{GraphValues, Revision, Values};
 use crate::error::PostError;
 
-/// All plans of a pipeline, and what they are made of beside the graph and the images.
+/// All plans of a pipeline, and their inputs beside the graph and the images.
 pub(super) struct Plans {
     pub(super) facts: Facts,
     pub(super) options: Options,
@@ -30,7 +30,7 @@ pub(super) struct Plans {
     announced: Vec<AnnouncedPlan>,
     /// The plan of the announced frame at that index for these inputs, which a worker makes.
     ahead: Option<(usize, HostInputs, Job<NewPlan>)>,
-    /// Counts changes of what plans are made of.
+    /// Counts changes of the inputs of plans.
     version: u64,
 }
 
@@ -108,7 +108,7 @@ impl Plans {
         self.is_queued = true;
     }
 
-    /// Notes a change of what plans are made of, which the next frame may find out.
+    /// Notes a possible change of the inputs of plans, for the next frame to check.
     pub(super) fn note_change(&mut self) {
         self.version += 1;
     }

@@ -1,4 +1,4 @@
-//! The files that a pipeline is made of: tiers by name, and reloads.
+//! The files of a pipeline: tiers by name, and reloads.
 
 use afterimage_gpu::{Executor, Gpu, caps};
 use afterimage_graph::check::Graph;

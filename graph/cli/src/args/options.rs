@@ -60,7 +60,7 @@ impl PlanOptions {
         Options { exact: self.exact, ..self.plan.unwrap_or_default().options }
     }
 
-    /// Whether point passes are draws instead of dispatches on every device.
+    /// Returns whether point passes are draws instead of dispatches on every device.
     pub(crate) fn draws(&self) -> bool {
         self.plan.unwrap_or_default().draws
     }

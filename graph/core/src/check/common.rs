@@ -110,7 +110,7 @@ impl GraphBuilder<'_> {
         None
     }
 
-    /// Returns whether a node becomes part of a table.
+    /// Reads a node's `bake`: the size of its LUT, or that it stays out of one.
     pub(super) fn bake(&mut self, item: &Item) -> Option<Bake> {
         let known = match &item.value {
             Tree::Name(name) => Bake::named(name),

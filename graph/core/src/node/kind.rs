@@ -82,18 +82,18 @@ pub trait DynNode: Send + Sync + 'static {
         self.is_identity(inputs)
     }
 
-    /// Returns whether the values go together and the files among them, which are loaded by now, can be read.
+    /// Checks that the values go together, and that the loaded files among them can be read.
     fn verify(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Returns whether the node can give its results in a format that the pipeline file sets.
+    /// Checks a format that the pipeline file sets for the results.
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let _ = format;
         Ok(())
     }
 
-    /// Returns whether the results suit a display that they are encoded for.
+    /// Checks that the results suit a display that they are encoded for.
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let _ = display;
         Ok(())

@@ -49,7 +49,7 @@ fn open_permitted(path: &Path, permit: Permit<'_>) -> Result<(File, u64), FileEr
     Ok((file, length))
 }
 
-/// True if a file may be read, by its path without links, or why not.
+/// Permits a file to be read, by its path without links, or returns the reason why not.
 pub type Permit<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
 /// The path of an open file without links; it was opened as `named`.

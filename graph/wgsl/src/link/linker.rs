@@ -174,8 +174,8 @@ impl<'a> Linker<'a> {
         self.counter.map(|counter| format!("{}({});", self.name(counter, loops::BEGIN), steps.max))
     }
 
-    /// Returns whether a loop was ended in the kernel function that was called last, as an expression. `None` if no
-    /// file has loops whose steps are counted.
+    /// An expression that is true if the last call of a kernel function has ended a loop early. `None` if no file has
+    /// loops whose steps are counted.
     pub fn after_call(&self) -> Option<String> {
         self.counter.map(|counter| format!("{}()", self.name(counter, loops::CUT)))
     }

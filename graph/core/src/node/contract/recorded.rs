@@ -26,7 +26,7 @@ pub(super) struct Use<'a> {
     pub(super) is_exact: bool,
 }
 
-/// What the inputs are wired to.
+/// Wiring of the inputs.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Wiring {
     /// Each to something as large as the frame, of unknown primaries.
@@ -60,7 +60,7 @@ impl Use<'_> {
         !(port.optional && is_left_out)
     }
 
-    /// What the node records; `None` where it refuses its values, such as a missing file, where its fallbacks replace
+    /// Records the node; `None` where it refuses its values, such as a missing file, where its fallbacks replace
     /// it, and where recording fails, which is a violation.
     pub(super) fn record(&self, computed: Tables, violations: &mut Violations) -> Option<Recorded> {
         let ports = self.node.kind().inputs().iter().enumerate();

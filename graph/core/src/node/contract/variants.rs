@@ -87,7 +87,7 @@ pub(super) fn look(
              it runs, or test it in a pipeline"
         ));
     }
-    // What is recorded wrongly would look like something that nothing reads.
+    // After a wrong recording, declarations would seem unused.
     if violations.0.is_empty() {
         uses.finish(violations);
     }
@@ -110,7 +110,7 @@ fn extremes(param: &Param) -> Vec<Value> {
     }
 }
 
-/// What recordings have used of what a kind declares.
+/// Declarations of a kind that its recordings have used.
 struct Uses<'k> {
     kind: &'k NodeKind,
     params: Vec<bool>,

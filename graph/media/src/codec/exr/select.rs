@@ -22,7 +22,7 @@ pub(super) struct Choice {
     pub(super) part: usize,
     /// Channel indices; `None` is 0 for a color and 1 for alpha.
     pub(super) slots: [Option<usize>; 4],
-    /// True if it is light, to be converted to Rec.709, or plain numbers such as depth.
+    /// True for light, which is converted to Rec.709; false for plain numbers such as depth.
     pub(super) is_color: bool,
 }
 
