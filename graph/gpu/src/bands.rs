@@ -18,7 +18,7 @@ use crate::bind_group::{PassBindings, Samplers, part};
 use crate::buffer::{buffer, filled_buffer};
 use crate::device::{BLOCK, texture_format};
 use crate::frame_constants::FrameConstants;
-use crate::full_screen::FullScreenPipeline;
+use crate::full_screen::{FullScreenPipeline, color_pass};
 use crate::heap;
 use crate::layout::{Pipeline, layout_entries};
 use crate::pipelines::shader_module;
@@ -538,15 +538,7 @@ impl<'a> Picture<'a> {
                     let image = self.plan.passes[index].pass.written_image().expect("a draw has a result");
                     let stored = self.image(image.0 as usize);
                     let load = rows.as_ref().map_or(wgpu::LoadOp::Clear(Default::default()), |_| wgpu::LoadOp::Load);
-                    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                            view: &stored.view,
-                            depth_slice: None,
-                            resolve_target: None,
-                            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-                        })],
-                        ..Default::default()
-                    });
+                    let mut pass = color_pass(encoder, None, &stored.view, load);
                     if let Some(rows) = rows {
                         pass.set_scissor_rect(0, rows.start, stored.desc.size.width, rows.end - rows.start);
                     }

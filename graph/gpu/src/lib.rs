@@ -50,7 +50,7 @@ pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
 pub use executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw, Preparation, Rectangle};
-pub use full_screen::FullScreenPipeline;
+pub use full_screen::{FullScreenPipeline, color_pass};
 #[cfg(not(target_family = "wasm"))]
 pub use input_image::{FrameStep, InputImage, input_image};
 pub use kernel_faults::KernelFaults;

@@ -34,11 +34,6 @@ impl MedianEstimate {
         let interval = [samples[rank - 1], samples[count - rank]];
         Self { median: median(samples), interval }
     }
-
-    /// Half the width of the interval.
-    pub fn half_width(&self) -> f64 {
-        0.5 * (self.interval[1] - self.interval[0])
-    }
 }
 
 #[cfg(test)]

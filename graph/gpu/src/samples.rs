@@ -4,7 +4,7 @@ use afterimage_graph::image::{ImageDesc, Size};
 
 use crate::device::texture_format;
 use crate::error::GpuError;
-use crate::full_screen::FullScreenPipeline;
+use crate::full_screen::{FullScreenPipeline, color_pass};
 use crate::platform::{submit, watched};
 use crate::store;
 
@@ -68,16 +68,7 @@ pub(crate) fn upload(
         entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&texels) }],
     });
     submit(device, queue, "the samples of an image", |encoder| {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: None,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &result.view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = color_pass(encoder, None, &result.view, wgpu::LoadOp::Clear(wgpu::Color::BLACK));
         pass.set_pipeline(&pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterimage_gpu::internal::{Residency, part_view, scoped, watched};
 use afterimage_gpu::wgpu::{self, CommandEncoder, Device, RenderPipeline, TextureFormat, TextureUsages, TextureView};
-use afterimage_gpu::{Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, Rectangle};
+use afterimage_gpu::{Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, Rectangle, color_pass};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Resource;
 use afterimage_plan::{Plan, PlanOutput};
@@ -223,16 +223,7 @@ impl RunningFade {
         let rectangle = frame.rectangle(name);
         // The texels around a rectangle stay.
         let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("afterimage fade"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = color_pass(encoder, Some("afterimage fade"), view, load);
         if let Some(Rectangle { x, y, width, height }) = rectangle {
             pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
             pass.set_scissor_rect(x, y, width, height);

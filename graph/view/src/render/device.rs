@@ -1,6 +1,6 @@
 //! Textures, uniforms, pipelines and passes of the viewer's own drawing.
 
-use afterimage_gpu::{FullScreenPipeline, Gpu, wgpu};
+use afterimage_gpu::{FullScreenPipeline, Gpu, color_pass, wgpu};
 use bytemuck::Pod;
 
 /// A pipeline that draws one triangle over a whole target. The vertex entry point of the module is `corner`; without a
@@ -58,14 +58,5 @@ pub(crate) fn onto<'e>(
     label: &str,
     view: &wgpu::TextureView,
 ) -> wgpu::RenderPass<'e> {
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some(label),
-        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-        })],
-        ..Default::default()
-    })
+    color_pass(encoder, Some(label), view, wgpu::LoadOp::Clear(wgpu::Color::BLACK))
 }

@@ -4,6 +4,7 @@ use afterimage_plan::PlanOutput;
 use wgpu::{Device, Texture, TextureFormat, TextureUsages, TextureView};
 
 use crate::error::GpuError;
+use crate::full_screen::color_pass;
 use crate::platform::{caught, watched};
 
 /// Kinds of textures whose formats are remembered: a host has few.
@@ -103,16 +104,7 @@ fn draw_nothing(device: &Device, port: &str, view: &TextureView, format: Texture
         });
         let bundle = bundle.finish(&Default::default());
         let mut encoder = device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: None,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = color_pass(&mut encoder, None, view, wgpu::LoadOp::Load);
         pass.execute_bundles([&bundle]);
         drop(pass);
         caught(&what, || drop(encoder.finish()))

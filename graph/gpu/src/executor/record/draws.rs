@@ -7,6 +7,7 @@ use crate::executor::host_draw::{HostDraw, host_node};
 use crate::executor::loaded::Loaded;
 use crate::executor::record::FrameCommands;
 use crate::executor::rectangle::Rectangle;
+use crate::full_screen::color_pass;
 use crate::layout::Pipeline;
 
 impl FrameCommands<'_> {
@@ -19,16 +20,7 @@ impl FrameCommands<'_> {
         let label = self.loaded.label(index).or(Some("afterimage"));
         // The triangle covers every pixel. What is around a rectangle stays.
         let load = rectangle.map_or(wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), |_| wgpu::LoadOp::Load);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label,
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let mut pass = color_pass(encoder, label, view, load);
         if let Some(Rectangle { x, y, width, height }) = rectangle {
             pass.set_scissor_rect(x, y, width, height);
         }
