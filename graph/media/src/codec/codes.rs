@@ -9,7 +9,7 @@ use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::icc::{Curve, Profile, Tables};
 use crate::codec::limits::filled;
 use crate::codec::orientation::Orientation;
-use crate::codec::{CodecError, Picture, Pixels};
+use crate::codec::{CodecError, Description, Picture, Pixels};
 
 /// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
 const HLG_PEAK: f64 = 1000.0;
@@ -71,12 +71,10 @@ impl Colors {
         Self { light, matrix, display: None, is_narrow: false, stated: None, stated_by: None, notes: Vec::new() }
     }
 
-    /// The meaning of the codes; `None` where only the profile can say it.
-    pub(crate) fn described(&self) -> Option<Colorimetry> {
-        self.stated.or(match self.light {
-            Light::Transfer(_) => Some(Colorimetry::SRGB),
-            Light::Curves(_) | Light::Tables(_) => None,
-        })
+    /// Adds the colorimetry of the codes to a description: none where only the profile states it.
+    pub(crate) fn describe(self, file: Description) -> Description {
+        let default = matches!(self.light, Light::Transfer(_)).then_some(Colorimetry::SRGB);
+        Description { color: self.stated.or(default), stated_by: self.stated_by, notes: self.notes, ..file }
     }
 
     /// True if there is light above SDR white.

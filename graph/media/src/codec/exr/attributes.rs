@@ -8,6 +8,7 @@ use std::io::{self, ErrorKind, Read};
 
 use exr::meta::attribute::{AttributeValue, ChannelDescription, KeyCode, SampleType, Text, TextSlice};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
+use exr::meta::magic_number;
 
 /// The most bytes of a name (OpenEXR, "File Layout").
 pub(super) const LONGEST_NAME: usize = 255;
@@ -73,6 +74,19 @@ impl Head {
                 return Ok(Self { version, parts });
             }
         }
+    }
+
+    /// The bytes of the headers, from the start of the file.
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = [magic_number::BYTES, self.version.to_le_bytes()].concat();
+        for part in &self.parts {
+            for Attribute { name, kind, value } in part {
+                bytes.extend([name, &[0][..], kind, &[0], &(value.len() as u32).to_le_bytes(), value].concat());
+            }
+            bytes.push(0);
+        }
+        bytes.extend((self.version & PARTS != 0).then_some(0));
+        bytes
     }
 
     /// The value of an attribute of a part.

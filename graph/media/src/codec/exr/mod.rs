@@ -2,6 +2,7 @@
 //! is allocated for pixels before the limits have passed.
 
 mod attributes;
+mod blocks;
 mod camera;
 mod decode;
 mod describe;

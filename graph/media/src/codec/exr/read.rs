@@ -11,7 +11,8 @@ use exr::meta::attribute::{Chromaticities as ExrChromaticities, IntegerBounds, S
 use exr::meta::header::{Header, standard_names};
 
 use super::attributes::{Head, is_window, keep_bytes};
-use super::decode::{BATCH_BYTES, Placement, decode_blocks};
+use super::blocks::BATCH_BYTES;
+use super::decode::{Placement, decode_blocks};
 use super::label::{Interop, interop, is_data, named_colors};
 use super::select::{Choice, choose, chosen_layer};
 use super::{explain, subsampled, unsupported};
