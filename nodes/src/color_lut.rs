@@ -24,7 +24,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Grades by a look-up table or another color file.
     ///
     /// The file is a `.cube` table, a PNG with tiles or in HALD layout, or a `.clf` file in Common LUT Format (version
@@ -67,9 +67,7 @@ params! {
         /// Share of the table's result, in the space of `to`. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
-}
 
-impl Node for ColorLut {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The image. Without `from`, in the state that the table was made for.").accepts(&[
             ColorState::Exposed,
@@ -79,7 +77,9 @@ impl Node for ColorLut {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The graded image.").or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for ColorLut {
     fn is_identity(&self, _: &InputValues) -> bool {
         let keeps = self.state == LutState::Source;
         let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.decoded().is_identity;

@@ -8,7 +8,7 @@ use crate::tiles::{self, Vectors};
 
 static SHADER: Shader = shader!("depth_of_field");
 
-params! {
+node_kind! {
     /// Blurs what is nearer or farther than the focus, as a lens does.
     ///
     /// The circle of confusion on the sensor has the diameter F^2 / N / (s - F) |z - s| / z, for the focal length F,
@@ -41,6 +41,13 @@ params! {
         /// The direction of a corner of the aperture.
         pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
 }
 
 impl DepthOfField {
@@ -69,13 +76,6 @@ impl Numbers {
 }
 
 impl Node for DepthOfField {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || self.largest == 0.0 || inputs.is_zero("source")
     }

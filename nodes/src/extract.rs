@@ -47,7 +47,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Selects the light that bloom spreads: the color of the source times a weight.
     ///
     /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
@@ -77,6 +77,20 @@ params! {
         /// Factor of the result. 1 changes nothing.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=4.0), neutral(1.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
+        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
+        Output::image(
+            "peaks",
+            OutputState::same("source"),
+            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame. Its size is \
+             rounded up.",
+        ),
+    ];
 }
 
 /// Values of the shader's parameters: threshold, knee and intensity.
@@ -124,20 +138,6 @@ impl Extract {
 }
 
 impl Node for Extract {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
-        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
-        Output::image(
-            "peaks",
-            OutputState::same("source"),
-            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame. Its size is \
-             rounded up.",
-        ),
-    ];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         // With `method: All` it still has peaks, so the source does not replace it.
         inputs.is_zero("source")

@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Draws out what moves along the path that it covers while the shutter is open.
     ///
     /// Each pixel gathers light along the longest path nearby, from what moves over it, and along its own path, from
@@ -41,6 +41,16 @@ params! {
         /// Samples along both paths, half of them along each.
         pub samples: u32 = 16 => within(3.0..=64.0), quality(32u32, [16, 8]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]).optional(),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]).optional(),
+        Input::block("camera", &CAMERA, "The camera, for the motion of what stands still.").optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 }
 
 /// Uniforms besides the parameters.
@@ -92,16 +102,6 @@ impl MotionBlur {
 }
 
 impl Node for MotionBlur {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]).optional(),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]).optional(),
-        Input::block("camera", &CAMERA, "The camera, for the motion of what stands still.").optional(),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let is_unknown = inputs.is_absent("motion") && (inputs.is_absent("depth") || inputs.is_absent("camera"));
         let is_still = self.shutter == 0.0 || self.largest == 0.0 || inputs.is_zero("motion");

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, Params};
+use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, TypedKind};
 use afterimage_media::{Source, StatedCamera, read_camera, read_text};
 use afterimage_nodes::DemoScene;
 use serde::Deserialize;

@@ -47,7 +47,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Applies a view, looks or a file of an OpenColorIO config, which `--ocio` names.
     ///
     /// The transform is computed for each pixel, in 32 bits, by the functions that OpenColorIO writes for graphics
@@ -71,15 +71,15 @@ params! {
         /// What the numbers of the display are.
         pub encoding: OcioEncoding = OcioEncoding::Config;
     }
-}
 
-impl Node for OcioTransform {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The signal of the display, or the graded light.")
             .or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for OcioTransform {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.state == OcioResult::Source && self.looks.is_empty() && self.file.is_empty()
     }

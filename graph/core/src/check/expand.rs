@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::Condition;
-use super::build::{Change, GraphBuilder};
-use super::draft::{Feed, Named, Scope};
-use super::files::join;
+use super::draft::{DraftGraph, Feed, Named, Scope};
+use super::fields::FieldReader;
+use super::files::{Files, join};
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
 use super::nodes::PIPELINE;
-use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, is_control, list, quote};
+use crate::document::{
+    Document, Field, Group, InputEntry, Item, NodeEntry, Override, Tier, Tree, image_type_names, settings,
+};
+use crate::node::Registry;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, is_control, list, quote};
 
 /// Context of a pipeline that is being expanded.
 struct Around {
@@ -21,7 +24,34 @@ struct Around {
     label: Option<String>,
 }
 
-impl GraphBuilder<'_> {
+/// A document that is being expanded: the nodes of all pipelines in it, and the changes that wait until they are known.
+pub(super) struct Expansion<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) fields: FieldReader<'a>,
+    pub(super) drafted: DraftGraph,
+    pub(super) changes: Vec<Change>,
+    /// The requested tier, if it is one of changes.
+    pub(super) tier: Option<String>,
+}
+
+/// Changes to nodes, waiting until all nodes are known.
+pub(super) struct Change {
+    pub(super) scope: usize,
+    pub(super) settings: Vec<Override>,
+    /// The tier that they belong to, if they do; those of other tiers than the requested one are only checked.
+    pub(super) tier: Option<String>,
+}
+
+impl<'a> Expansion<'a> {
+    pub(super) fn new(registry: &'a Registry, files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
+        let fields = FieldReader::new(files, diagnostics);
+        Self { registry, fields, drafted: DraftGraph::default(), changes: Vec::new(), tier: None }
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        self.fields.report(diagnostic);
+    }
+
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
         let name = Spanned::new(String::new(), document.location.clone());
@@ -96,7 +126,7 @@ impl GraphBuilder<'_> {
             }
             let feed = match ports.shift_remove(&input.name.value) {
                 _ if is_top => Feed::Host(index),
-                Some((name, item)) => self.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
+                Some((name, item)) => self.fields.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
                 None => {
                     self.report_missing_input(scope, input.optional || is_partial, &input.name);
                     Feed::Absent
@@ -111,7 +141,7 @@ impl GraphBuilder<'_> {
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
-            self.report(self.reports.with_nearest(diagnostic, &name.value, known()));
+            self.report(self.fields.reports.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -171,12 +201,12 @@ impl GraphBuilder<'_> {
         around.ports.is_partial = entry.fields.is_partial;
         let mut named = None;
         let mut changes = Vec::new();
-        for (name, item) in self.unique(&entry.fields.entries) {
+        for (name, item) in self.fields.unique(&entry.fields.entries) {
             match name.value.as_str() {
                 "file" => named = Some(item),
                 "set" => changes = self.inner_settings(item),
-                "when" => around.when = self.condition(scope, &item),
-                "label" => around.label = self.label(&item),
+                "when" => around.when = self.fields.condition(self.drafted.facts(scope), &item),
+                "label" => around.label = self.fields.label(&item),
                 field @ ("format" | "bake" | "every") => self.report(
                     Diagnostic::error("unknown-field", format!("a pipeline has no {field} of its own"))
                         .at(&name.location, "")
@@ -193,7 +223,7 @@ impl GraphBuilder<'_> {
         Some(Named::Scope(inner))
     }
 
-    fn inner_settings(&mut self, item: Item) -> Vec<crate::document::Override> {
+    fn inner_settings(&mut self, item: Item) -> Vec<Override> {
         match settings(item, "`set`") {
             Ok((settings, problems)) => {
                 problems.into_iter().for_each(|problem| self.report(problem));
@@ -231,8 +261,7 @@ impl GraphBuilder<'_> {
             self.report(holds_itself(&named, &path, files));
             return None;
         }
-        let document = self.used.document(&named, &mut self.reports)?;
-        Some(self.used.inherited(&document, &mut self.reports))
+        self.fields.document(&named)
     }
 }
 

@@ -1,11 +1,11 @@
 //! The tier that a check is of.
 
-use super::build::GraphBuilder;
+use super::expand::Expansion;
 use super::limits::MAX_TIERS;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 
-impl GraphBuilder<'_> {
+impl Expansion<'_> {
     /// Reports claims of tiers that the document does not have.
     pub(super) fn check_claims(&mut self, document: &Document) {
         for (name, _) in document.claims.iter().take(MAX_TIERS + 1) {
@@ -29,13 +29,7 @@ impl GraphBuilder<'_> {
                 self.tier = Some(name.to_owned());
                 document
             }
-            Tier::File(named) => {
-                let named = named.clone();
-                match self.used.document(&named, &mut self.reports) {
-                    Some(other) => self.used.inherited(&other, &mut self.reports),
-                    None => document,
-                }
-            }
+            Tier::File(named) => self.fields.document(named).unwrap_or(document),
         }
     }
 }

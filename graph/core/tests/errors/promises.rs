@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use afterimage_graph::node::{CAMERA, DynNode, Fallback, InputValues, Kind, NodeKind, contract};
+use afterimage_graph::node::{CAMERA, Fallback, InputValues, Kind, NodeKind, contract};
 use afterimage_graph::prelude::*;
 use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value, When};
 
@@ -64,12 +64,12 @@ impl Kind for Declared {
     fn outputs(&self) -> &[Output] {
         &self.outputs
     }
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node> {
         Arc::new(Values(values.to_vec(), self.clone()))
     }
 }
 
-impl DynNode for Values {
+impl Node for Values {
     fn identity_of(&self, output: &str, _: &InputValues) -> bool {
         (self.1.identity)(self, output)
     }

@@ -1,6 +1,5 @@
 //! A pass around one kernel function.
 
-use std::borrow::Cow;
 use std::fmt::Display;
 use std::sync::Arc;
 
@@ -37,7 +36,8 @@ impl<'a> Recorder<'a> {
         function: impl Into<Shared<str>>,
     ) -> FunctionPass<'_, 'a> {
         let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
-        let details = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
+        let details =
+            self.resources.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
         let (by_rows, by_neighbors, by_square) = (None, None, None);
         FunctionPass {
             recorder: self,
@@ -56,7 +56,7 @@ impl<'a> Recorder<'a> {
 impl FunctionPass<'_, '_> {
     /// Label for people; the function's name by default.
     pub fn label(mut self, label: impl Display) -> Self {
-        self.label = self.recorder.pass_label(label);
+        self.label = self.recorder.resources.pass_label(label);
         self
     }
 
@@ -81,7 +81,7 @@ impl FunctionPass<'_, '_> {
     /// One mip level of one layer of an image, for a texture argument. Its functions `tap` and `texel` read it like any
     /// image.
     pub fn read_level(mut self, arg: &'static str, part: Subresource) -> Self {
-        self.recorder.require_part(part, &self.function);
+        self.recorder.resources.require_part(part, &self.function);
         self.details.levels.push((arg, part));
         self
     }
@@ -143,7 +143,7 @@ impl FunctionPass<'_, '_> {
     pub fn write_to(self, result: ImageId) {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
-        if let Some(replay) = self.recorder.replay.take() {
+        if let Some(replay) = self.recorder.resources.replay.take() {
             let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, result));
             replay.step(is_equal, |uniform| {
                 let params = params(self.declaration());
@@ -151,7 +151,7 @@ impl FunctionPass<'_, '_> {
             });
             replay.function = self.details;
             replay.function.clear();
-            self.recorder.replay = Some(replay);
+            self.recorder.resources.replay = Some(replay);
             return;
         }
         let kernel = self.call();
@@ -160,7 +160,7 @@ impl FunctionPass<'_, '_> {
         if let Some(invocations) = self.workgroup {
             pass.kind = PassKind::Workgroup(invocations);
         }
-        self.recorder.add_pass(pass);
+        self.recorder.resources.add_pass(pass);
     }
 
     /// Returns whether the pass is this one, but for its uniform.
@@ -208,13 +208,13 @@ impl FunctionPass<'_, '_> {
     }
 
     fn declaration(&self) -> &Function {
-        let reflection = self.recorder.reflection(&self.shader);
+        let reflection = self.recorder.shaders.reflection(&self.shader);
         reflection.function(&self.function).unwrap_or_else(|| {
             if self.shader.reflect().is_ok() {
                 let known = reflection.functions.iter().map(|function| function.name.as_str());
                 let mut error = self.error(format!("there is no kernel function `{}`", self.function));
                 error.help = did_you_mean(&self.function, known).map(String::into_boxed_str);
-                self.recorder.add_error(error);
+                self.recorder.shaders.add_error(error);
             }
             &NO_FUNCTION
         })
@@ -253,7 +253,9 @@ impl FunctionPass<'_, '_> {
             _ => false,
         };
         if is_port && !self.has_source(name) {
-            self.recorder.add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.context.kind.name)));
+            self.recorder
+                .shaders
+                .add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.context.kind.name)));
             return Arg::Zero(1);
         }
         match ty {
@@ -272,7 +274,7 @@ impl FunctionPass<'_, '_> {
             ArgType::Other(ty) => {
                 let message =
                     format!("the argument `{name}` of `{}` has the type `{ty}`, which none has", self.function);
-                self.recorder.add_error(self.error(message));
+                self.recorder.shaders.add_error(self.error(message));
                 Arg::Zero(1)
             }
         }
@@ -325,7 +327,7 @@ impl FunctionPass<'_, '_> {
             Arg::Pixel(image)
         };
         if let Some(image) = self.chosen(name) {
-            return if self.recorder.is_black(image) { Arg::Zero(components) } else { pixel(image) };
+            return if self.recorder.resources.is_black(image) { Arg::Zero(components) } else { pixel(image) };
         }
         match self.recorder.input_value(name) {
             InputValue::Image(image) => pixel(*image),
@@ -340,17 +342,11 @@ impl FunctionPass<'_, '_> {
 
 // The bytes of uniforms, also of entry points.
 impl Recorder<'_> {
-    /// A number for a uniform: what the node computes, or else its parameter of that name.
-    fn number<'v>(&self, computed: &'v [(&str, UniformValue)], name: &str) -> Option<Cow<'v, UniformValue>> {
-        let own = computed.iter().rev().find(|(known, _)| *known == name);
-        own.map(|(_, value)| Cow::Borrowed(value)).or_else(|| self.context.parameters.get(name).map(Cow::Owned))
-    }
-
     /// The bytes of a uniform struct of a module; none without a struct.
     pub(super) fn uniform(&self, shader: &Shader, ty: Option<&str>, computed: &[(&str, UniformValue)]) -> Vec<u8> {
         let Some(ty) = ty else { return Vec::new() };
-        self.reflection(shader).pack_with(ty, |name| self.number(computed, name)).unwrap_or_else(|why| {
-            self.add_error(shader.error_at(&format!("struct {ty}"), why));
+        self.shaders.reflection(shader).pack_with(ty, |name| self.number(computed, name)).unwrap_or_else(|why| {
+            self.shaders.add_error(shader.error_at(&format!("struct {ty}"), why));
             Vec::new()
         })
     }
@@ -364,7 +360,7 @@ impl Recorder<'_> {
         uniform: &mut [u8],
     ) -> bool {
         let Some(ty) = ty else { return uniform.is_empty() };
-        let reflection = self.reflection(shader);
+        let reflection = self.shaders.reflection(shader);
         if reflection.size(ty) != Some(uniform.len()) {
             return false;
         }

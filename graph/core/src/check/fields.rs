@@ -1,15 +1,114 @@
-//! Fields of every node besides its ports and parameters: `when`, `format`, `bake`, `every` and `label`.
+//! Fields of nodes: wires, parameters, and what every node takes.
 
-use super::build::GraphBuilder;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use super::condition::{Condition, FactKind};
+use super::draft::NodeDraft;
+use super::files::Files;
+use super::inherit::UsedFiles;
 use super::limits::{MAX_EVERY, MAX_NAME};
-use crate::document::{Item, Tree};
+use super::reports::Reports;
+use crate::document::{Document, Field, Item, Tree, doubled};
 use crate::node::Bake;
-use afterimage_base::diagnostic::{Diagnostic, Location, list, quote, shown};
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Location, Spanned, list, quote, shown};
 use afterimage_base::image::Format;
 
-impl GraphBuilder<'_> {
-    pub(super) fn condition(&mut self, scope: usize, item: &Item) -> Option<Condition> {
+/// Fields that every node has, besides its ports and parameters.
+pub(super) const COMMON: [&str; 5] = ["when", "format", "bake", "every", "label"];
+
+/// Reads the fields of nodes and the files that they name, and reports what is wrong with them.
+pub(super) struct FieldReader<'a> {
+    pub(super) used: UsedFiles<'a>,
+    pub(super) reports: Reports,
+    /// The kind of each fact that a condition uses, and its first use.
+    facts: BTreeMap<String, (FactKind, Location)>,
+}
+
+impl<'a> FieldReader<'a> {
+    pub(super) fn new(files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
+        Self { used: UsedFiles::new(files), reports: Reports::new(diagnostics), facts: BTreeMap::new() }
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        self.reports.push(diagnostic);
+    }
+
+    /// The document with what it inherits.
+    pub(super) fn inherited(&mut self, document: &Document) -> Document {
+        self.used.inherited(document, &mut self.reports)
+    }
+
+    /// The document of a file that another one names, with what it inherits. `None` where an error has been reported.
+    pub(super) fn document(&mut self, named: &Spanned<String>) -> Option<Document> {
+        let document = self.used.document(named, &mut self.reports)?;
+        Some(self.inherited(&document))
+    }
+
+    /// The fields without those whose name has occurred before.
+    pub(super) fn unique(&mut self, fields: &[Field]) -> Vec<Field> {
+        let mut seen: BTreeMap<&str, &Location> = BTreeMap::new();
+        let mut kept: Vec<Field> = Vec::new();
+        for (name, item) in fields {
+            match seen.entry(&name.value) {
+                Entry::Occupied(first) => self.reports.diagnostics.push(doubled(name, first.get(), "field")),
+                Entry::Vacant(first) => {
+                    first.insert(&name.location);
+                    kept.push((name.clone(), item.clone()));
+                }
+            }
+        }
+        kept
+    }
+
+    /// Sets a parameter or one of what every node takes; false if the node has no such field. `facts` are those
+    /// that the node's file declares.
+    pub(super) fn change_field(
+        &mut self,
+        draft: &mut NodeDraft,
+        facts: Option<&[String]>,
+        name: &str,
+        item: &Item,
+    ) -> bool {
+        let kind = draft.kind.clone();
+        if let Some((index, param)) = kind.param(name) {
+            if let Some(value) = self.value(&kind, param, item) {
+                draft.values[index] = value;
+                draft.written[index] = Some(item.location.clone());
+            }
+            return true;
+        }
+        match name {
+            "when" => draft.when = self.condition(facts, item),
+            "format" => draft.format = self.format(item),
+            "bake" => draft.bake = self.bake(item),
+            "every" => draft.every = self.every(item),
+            "label" => draft.label = self.label(item),
+            _ => return false,
+        }
+        true
+    }
+
+    /// The text of a wire.
+    pub(super) fn wire(&mut self, port: &str, item: &Item) -> Option<Spanned<String>> {
+        if let Tree::Text(text) = &item.value {
+            return Some(Spanned::new(text.clone(), item.location.clone()));
+        }
+        if item.value.is_broken() {
+            return None;
+        }
+        let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
+        let diagnostic =
+            Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
+        self.report(match &item.value {
+            Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")).rewrite(format!("\"{name}\"")),
+            _ => diagnostic.help(format!("write `{port}: \"name\"`")),
+        });
+        None
+    }
+
+    /// Reads a node's `when`; `known` lists the facts that its file declares.
+    pub(super) fn condition(&mut self, known: Option<&[String]>, item: &Item) -> Option<Condition> {
         let Tree::Text(text) = &item.value else {
             if item.value.is_broken() {
                 return None;
@@ -25,7 +124,7 @@ impl GraphBuilder<'_> {
         let inner = self.inner_location(item, text);
         match Condition::parse(text) {
             Ok(condition) => {
-                self.facts_of(scope, &condition, inner.as_ref().unwrap_or(&item.location));
+                self.facts_of(known, &condition, inner.as_ref().unwrap_or(&item.location));
                 Some(condition)
             }
             Err(error) => {
@@ -44,10 +143,10 @@ impl GraphBuilder<'_> {
     }
 
     /// Facts must be declared where the file declares facts, and be of one kind everywhere.
-    fn facts_of(&mut self, scope: usize, condition: &Condition, location: &Location) {
+    fn facts_of(&mut self, known: Option<&[String]>, condition: &Condition, location: &Location) {
         for (name, kind) in condition.uses() {
             let location = self.fact_location(location, name);
-            if let Some(known) = &self.drafted.scopes[scope].facts
+            if let Some(known) = known
                 && !known.iter().any(|known| known == name)
             {
                 let help = if known.is_empty() {
