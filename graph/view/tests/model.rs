@@ -59,7 +59,7 @@ fn a_node_can_be_switched_off_and_on() {
     model.set(&vignette, Some(Value::Bool(false)));
     model.clock().cut();
     settle(&mut model);
-    assert!(model.shown().unwrap().plan().unwrap().skipped.iter().any(|skipped| skipped.node == "vignette"));
+    assert!(model.shown().unwrap().plan().unwrap().savings.skipped.iter().any(|skipped| skipped.node == "vignette"));
     assert!(apart(&picture(&model), &before) > 5);
     model.set(&vignette, Some(Value::Bool(true)));
     assert!(model.editor().changes().is_empty(), "that is what the file says");
@@ -71,7 +71,7 @@ fn a_fact_is_unknown_until_it_is_set_and_can_become_unknown_again() {
     settle(&mut model);
     let runs = |model: &Model| {
         let plan = model.shown().unwrap().plan().unwrap();
-        !plan.skipped.iter().any(|skipped| skipped.node == "glowing")
+        !plan.savings.skipped.iter().any(|skipped| skipped.node == "glowing")
     };
     assert!(model.fact("emissive").is_none() && runs(&model));
     assert!(

@@ -47,11 +47,11 @@ impl Session {
     /// # Errors
     /// As [`render`](Session::render).
     pub fn table_errors(&mut self, size: Size, images: &[InputImage]) -> Result<Vec<TableErrors>, PostError> {
-        if self.load(size, images)?.baked.is_empty() {
+        if self.load(size, images)?.savings.baked.is_empty() {
             return Ok(Vec::new());
         }
         let mut probing = self.probing(size, images)?;
-        let baked = probing.plan().baked.clone();
+        let baked = probing.plan().savings.baked.clone();
         let mut all = Vec::new();
         for output in baked.iter().filter_map(|baked| baked.error.as_deref()) {
             let mut pixels = probing.output(output)?.to_floats();

@@ -9,7 +9,7 @@ impl Session {
     /// cannot be trusted, of each pass submitted alone.
     ///
     /// The sum is more than [`frame_time`](Self::frame_time), because passes of one batch do not overlap here, and each
-    /// frame evaluates the baked LUTs.
+    /// frame runs also the passes that run after a change of their uniforms.
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Clock::medians`].
@@ -25,7 +25,7 @@ impl Session {
         }
         let mut all = vec![Vec::new(); self.plan().passes.len()];
         for _ in 0..samples {
-            self.executor().invalidate_luts();
+            self.executor().force_on_change();
             let times = self.one(images, steps())?;
             all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
         }

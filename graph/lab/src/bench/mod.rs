@@ -93,7 +93,7 @@ pub fn table_errors(
     let images = scene::still(gpu, registry, &graph, options.size)?;
     let mut session = Session::new(gpu, graph, options.facts.clone(), options.options);
     let errors = session.table_errors(options.size, &images)?;
-    let baked = &session.plan().baked;
+    let baked = &session.plan().savings.baked;
     Ok(baked.iter().zip(&errors).map(|(baked, errors)| TableError::new(baked, errors)).collect())
 }
 
@@ -202,7 +202,7 @@ fn passes(plan: &Plan, times: &[f64], copy_gbps: f64) -> Vec<PassReport> {
             nodes: planned.pass.nodes.clone(),
             stage: if planned.stage == Stage::Compute { "compute" } else { "fragment" },
             ms: *ms,
-            evaluates_lut: plan.evaluates_lut(index),
+            runs_on_change: plan.runs_on_change(index),
             bytes,
             share: share(bytes, *ms, copy_gbps),
         });

@@ -127,19 +127,22 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
         let resources = plan.work().flat_map(Pass::resources);
         resources.map(|resource| Some(plan.image(resource.image()?).desc)).collect()
     };
-    let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
-    a.cached == b.cached && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
+    let stages = |plan: &Plan| {
+        let passes = plan.passes.iter().map(|planned| (planned.stage, planned.refresh.clone()));
+        passes.collect::<Vec<_>>()
+    };
+    a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
 /// True if frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
     reads_earlier_images(plan)
-        || !plan.cached.is_empty()
+        || !plan.runs_all_passes()
         || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }
 
 /// The number of frames of a still image on which a plan is measured, at most `most`. Images of earlier frames add up
-/// over many. Buffers and cached results of one image are the same from the second frame on.
+/// over many. Buffers and retained results of one image are the same from the second frame on.
 pub(crate) fn frames_of_still(plan: &Plan, most: u32) -> u32 {
     let frames = if reads_earlier_images(plan) { most } else { 2 };
     if has_histories(plan) { frames.min(most) } else { 1 }

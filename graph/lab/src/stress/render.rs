@@ -171,7 +171,7 @@ impl Renderer {
         session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
         let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
-        Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
+        Ok(Rendered { frames, skipped: plan.savings.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
 
     /// The images of the frames.
@@ -251,7 +251,7 @@ impl Configuration {
     /// cannot be planned.
     pub(crate) fn texels(&mut self, target: &Target, graph: &Graph, size: Size) -> u64 {
         let Ok(plan) = self.plan(target, graph, size) else { return 0 };
-        let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.evaluates_lut(*index));
+        let fills = plan.passes.iter().enumerate().filter(|(index, _)| plan.runs_on_change(*index));
         let tables: Vec<usize> =
             fills.flat_map(|(_, planned)| &planned.pass.results).map(|result| result.image.0 as usize).collect();
         let images = plan.images.iter().enumerate().filter(|(index, _)| !tables.contains(index));
@@ -322,7 +322,7 @@ fn limit(plan: &Plan, graph: &Graph, source: Source) -> Option<f64> {
     let node = &graph.nodes[node];
     let gives = &node.kind().outputs()[output].state;
     let is_limited = matches!(gives, OutputState::Always(ColorState::DisplayLinear | ColorState::Encoded));
-    if !is_limited || plan.skipped.iter().any(|skipped| skipped.node == node.name) {
+    if !is_limited || plan.savings.skipped.iter().any(|skipped| skipped.node == node.name) {
         return None;
     }
     match node.instance.value("peak") {

@@ -129,7 +129,7 @@ impl KindBench<'_> {
             session = self.session(&graph, &images)?;
             row.set = subject.changed.iter().map(|(name, value)| format!("{name}={value}")).collect();
         }
-        if let Some(skipped) = session.plan().skipped.iter().find(|skipped| skipped.node == NODE) {
+        if let Some(skipped) = session.plan().savings.skipped.iter().find(|skipped| skipped.node == NODE) {
             return Err(LabError::request(format!("the plan skips it: {}", skipped.why)));
         }
         let node = graph.nodes.iter().find(|node| node.name == NODE).expect("the graph was made for this node");
@@ -194,5 +194,5 @@ impl KindBench<'_> {
 }
 
 fn skips(plan: &Plan) -> bool {
-    plan.skipped.iter().any(|skipped| skipped.node == NODE)
+    plan.savings.skipped.iter().any(|skipped| skipped.node == NODE)
 }

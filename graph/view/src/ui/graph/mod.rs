@@ -55,7 +55,8 @@ impl Roles {
     fn of(plan: Option<&Plan>) -> Self {
         let mut roles = Self::default();
         let Some(plan) = plan else { return roles };
-        roles.skipped = plan.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
+        roles.skipped =
+            plan.savings.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
         for (index, pass) in plan.work().enumerate().filter(|(_, pass)| pass.nodes.len() > 1) {
             for node in &pass.nodes {
                 roles.fused.entry(node.clone()).or_insert(index);
