@@ -198,7 +198,7 @@ impl From<LabError> for Failure {
             LabError::Machine(message) => Self::machine(message),
             LabError::File(error) => error.into(),
             LabError::Pipeline(diagnostics) => diagnostics.into(),
-            LabError::Session(error) => error.into(),
+            LabError::Post(error) => error.into(),
         }
     }
 }
