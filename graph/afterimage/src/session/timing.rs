@@ -41,8 +41,8 @@ pub fn frame_time<'r>(
 /// Median milliseconds of each pass: by timestamps between the passes, or, where timestamps cannot be trusted, of each
 /// pass submitted alone.
 ///
-/// The sum is more than [`frame_time`], because passes of one batch do not overlap here, and each frame evaluates the
-/// baked LUTs.
+/// The sum is more than [`frame_time`], because passes of one batch do not overlap here, and each frame also runs the
+/// passes that run after a change of their uniforms.
 ///
 /// # Errors
 /// See [`Session::encode`] and [`Clock::medians`].
