@@ -1,5 +1,7 @@
 //! Scopes: what a coarse grid of the picture states about its light and its colors.
 
+use afterimage_graph::color::rec709_luminance;
+
 /// Columns of a histogram and of a waveform.
 pub const COLUMNS: usize = 256;
 /// Rows of a waveform, and both sides of a vectorscope.
@@ -8,8 +10,6 @@ pub const ROWS: usize = 128;
 pub const STOPS: (f32, f32) = (-10.0, 10.0);
 /// Middle gray.
 const GRAY: f32 = 0.18;
-/// The luminance of Rec.709.
-const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scopes {
@@ -48,14 +48,16 @@ impl Scopes {
                 histogram[place] += 1;
             }
         }
-        let luma: f32 = (0..3).map(|c| LUMA[c] * pixel[c]).sum();
+        let [red, green, blue, _] = *pixel;
+        let luma = rec709_luminance([red, green, blue]);
         if let Some(row) = place(level(luma, is_light), ROWS) {
             self.waveform[(ROWS - 1 - row) * COLUMNS + column * COLUMNS / width.max(1)] += 1;
         }
         // Differences of signals: light is encoded roughly first.
         let signal = |x: f32| if is_light { x.clamp(0.0, 1.0).sqrt() } else { x };
-        let luma = (0..3).map(|c| LUMA[c] * signal(pixel[c])).sum::<f32>();
-        let (blue, red) = ((signal(pixel[2]) - luma) / 1.8556, (signal(pixel[0]) - luma) / 1.5748);
+        let signals = [red, green, blue].map(signal);
+        let luma = rec709_luminance(signals);
+        let (blue, red) = ((signals[2] - luma) / 1.8556, (signals[0] - luma) / 1.5748);
         if let (Some(x), Some(y)) = (place(blue + 0.5, ROWS), place(0.5 - red, ROWS)) {
             self.vectors[y * ROWS + x] += 1;
         }
