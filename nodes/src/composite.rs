@@ -90,7 +90,7 @@ impl Node for Composite {
         let strength = if wired { self.factor() } else { 0.0 };
         // A black base has no size.
         let size = if pass.is_zero("base") {
-            pass.frame_size()
+            pass.frame_size
         } else {
             let base = pass.image("base");
             pass.desc(base).size

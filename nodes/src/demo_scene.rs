@@ -73,7 +73,7 @@ node_kind! {
 
 impl Node for DemoScene {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         let kernels = [
             ("result", "demo_scene"),
             ("depth", "demo_scene_depth"),

@@ -59,18 +59,17 @@ impl DepthOfField {
     }
 }
 
-/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     strength: f64,
-    most: f64,
+    max_radius: f64,
     tile: u32,
     rotation: f64,
 }
 
 impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
-        let pass = pass.set("strength", self.strength).set("most", self.most).set("tile", self.tile);
+        let pass = pass.set("strength", self.strength).set("max_radius", self.max_radius).set("tile", self.tile);
         pass.set("rotation", self.rotation)
     }
 }
@@ -84,10 +83,10 @@ impl Node for DepthOfField {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let height = f64::from(desc.size.height);
-        let most = f64::from(self.largest) * height;
-        let tile = tiles::side(most);
+        let max_radius = f64::from(self.largest) * height;
+        let tile = tiles::side(max_radius);
         let rotation = f64::from(self.rotation).to_radians();
-        let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
+        let numbers = Numbers { strength: self.strength(height), max_radius, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
         let circle = pass.transient("circle", desc);
         numbers.set(pass.function(&SHADER, "depth_of_field_circle").read("depth", depth)).write_to(circle);

@@ -184,7 +184,7 @@ impl Node for Downsample {
     fn record(&self, pass: &mut Recorder<'_>) {
         let mut above = pass.image("source");
         let mut desc = ImageDesc::new(pass.desc(above).size);
-        let more = octaves(pass.frame_size(), self.lines).ceil() as i64;
+        let more = octaves(pass.frame_size, self.lines).ceil() as i64;
         let count = (i64::from(self.levels) + more).min(i64::from(desc.size.levels())).max(1);
         for index in 0..count {
             desc = desc.half();

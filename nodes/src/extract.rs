@@ -4,7 +4,6 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("extract");
 
-/// The states of light.
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 choices! {
@@ -148,7 +147,7 @@ impl Node for Extract {
         let result = ImageDesc::new(pass.desc(source).size);
         if pass.is_output_used("peaks") {
             let peaks = ImageDesc::new(result.size.div_up(2)).format(Format::R16Float);
-            pass.function(&SHADER, "extract_peaks").by_square("extract_peaks_of_square").write("peaks", peaks);
+            pass.function(&SHADER, "extract_peaks").quad_variant("extract_peaks_of_square").write("peaks", peaks);
         }
         let light = match self.fireflies {
             Fireflies::Keep => source,

@@ -161,7 +161,6 @@ impl Blur {
         self.along(pass, [0, 1], between, result);
     }
 
-    /// Blurs along one axis.
     pub(crate) fn along(&self, pass: &mut Recorder<'_>, axis: [u32; 2], source: ImageId, result: ImageId) {
         let direction = if axis[0] == 1 { "across" } else { "down" };
         let size = pass.desc(result).size;
@@ -195,7 +194,7 @@ impl Node for GaussianPyramid {
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let octaves = octaves(pass.frame_size(), self.lines);
+        let octaves = octaves(pass.frame_size, self.lines);
         let scale = (octaves - octaves.ceil()).exp2() as f32;
         for (index, source) in pass.pyramid("source").iter().enumerate() {
             let desc = ImageDesc::new(pass.desc(*source).size);

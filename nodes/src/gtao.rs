@@ -66,6 +66,6 @@ impl Node for Gtao {
             denoise: self.denoise,
             space: self.space,
         };
-        occlusion.record(pass, &[("most", longest)]);
+        occlusion.record(pass, &[("max_radius", longest)]);
     }
 }

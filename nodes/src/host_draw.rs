@@ -85,7 +85,7 @@ node_kind! {
 
 /// An image of that size, where 0 is the side of the frame.
 fn desc(pass: &Recorder<'_>, width: u32, height: u32) -> ImageDesc {
-    let frame = pass.frame_size();
+    let frame = pass.frame_size;
     let side = |asked: u32, frame: u32| if asked == 0 { frame } else { asked };
     ImageDesc::new(Size::new(side(width, frame.width), side(height, frame.height)))
 }

@@ -81,7 +81,6 @@ const MIN_RISE: f64 = 0.1;
 const STEPS: u32 = 1536;
 
 impl LensDistortion {
-    /// The radial function.
     fn radial(&self, r: f64) -> f64 {
         let [k1, k2, k3] = [self.k1, self.k2, self.k3].map(f64::from);
         let s = r * r;

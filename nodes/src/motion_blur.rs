@@ -53,17 +53,16 @@ node_kind! {
     const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 }
 
-/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     scale: [f64; 2],
-    most: f64,
+    max_radius: f64,
     tile: u32,
 }
 
 impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
-        pass.set("scale", self.scale).set("most", self.most).set("tile", self.tile)
+        pass.set("scale", self.scale).set("max_radius", self.max_radius).set("tile", self.tile)
     }
 }
 
@@ -111,14 +110,14 @@ impl Node for MotionBlur {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let most = f64::from(self.largest) * f64::from(desc.size.height);
-        let tile = tiles::side(most);
+        let max_radius = f64::from(self.largest) * f64::from(desc.size.height);
+        let tile = tiles::side(max_radius);
         let is_known = pass.wired("motion") || pass.wired("depth") && pass.wired("camera");
         if !is_known {
             pass.function(&SHADER, "motion_blur_still").read("source", source).write("result", desc);
             return;
         }
-        let numbers = Numbers { scale: self.scale(pass, desc.size), most, tile };
+        let numbers = Numbers { scale: self.scale(pass, desc.size), max_radius, tile };
         let path = Self::path(pass, desc, numbers);
         let around = tiles::longest_around(pass, path, Vectors::Paths, tile);
         let last = pass.function(&SHADER, "motion_blur").read("source", source);

@@ -45,11 +45,11 @@ impl Node for Sharpen {
         let desc = ImageDesc::new(pass.desc(source).size);
         let blurred = pass.transient("blurred", desc);
         Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, self.radius, REACH).record(pass, source, blurred);
-        let is_light = matches!(pass.color("source").state, ColorState::Scene | ColorState::Exposed);
+        let is_linear = matches!(pass.color("source").state, ColorState::Scene | ColorState::Exposed);
         pass.function(&SHADER, "sharpen")
             .read("source", source)
             .read("blurred", blurred)
-            .set("ceiling", if is_light { 65504.0 } else { 1.0 })
+            .set("ceiling", if is_linear { 65504.0 } else { 1.0 })
             .write("result", desc);
     }
 }

@@ -43,7 +43,6 @@ node_kind! {
 
 /// A tail ends at this many lengths.
 const REACH: f32 = 5.0;
-/// Taps of a pass.
 const TAPS: u32 = 4;
 /// The most passes of one side: a tail of 16384 texels.
 const MAX_PASSES: u32 = 7;

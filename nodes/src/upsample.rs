@@ -118,7 +118,7 @@ impl Node for Upsample {
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
-        let octaves = octaves(pass.frame_size(), self.lines);
+        let octaves = octaves(pass.frame_size, self.lines);
         let octaves = if self.fade { octaves } else { octaves.ceil() };
         let weights = self.weights(levels.len(), octaves);
         // Levels that are finer than the finest in a frame of `lines` have no weight: the result is smaller.

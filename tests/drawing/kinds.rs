@@ -99,7 +99,7 @@ fn draw(pass: &mut Recorder<'_>, vertices: &[Vertex], target: impl Into<Subresou
 }
 
 pub fn desc(pass: &Recorder<'_>) -> ImageDesc {
-    ImageDesc::new(pass.frame_size())
+    ImageDesc::new(pass.frame_size)
 }
 
 node_kind! {
@@ -115,7 +115,7 @@ node_kind! {
 impl Node for Mips {
     fn record(&self, pass: &mut Recorder<'_>) {
         // All levels of an image of one texel are one texel.
-        let most = pass.frame_size().levels() + 1;
+        let most = pass.frame_size.levels() + 1;
         let mips = pass.transient("mips", desc(pass).with_levels(most.min(4)));
         for level in (0..most.min(4)).rev() {
             pass.clear("clear").color(mips.level(level), Load::Clear(CLEARS[level as usize])).record();
@@ -325,7 +325,7 @@ node_kind! {
 
 impl Node for Part {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let last = pass.frame_size().levels().min(1);
+        let last = pass.frame_size.levels().min(1);
         let image = pass.transient("levels", desc(pass).with_levels(last + 1));
         if last > 0 {
             pass.clear("first").color(image.level(0), Load::Clear(CLEARS[0])).record();

@@ -66,7 +66,7 @@ fn rays(depth: vec4f, normal: vec4f, camera: Camera, at: Point, params: Rays) ->
 
 impl Node for Rays {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = pass.frame_size();
+        let size = pass.frame_size;
         pass.function(&RAYS, "rays").write("result", ImageDesc::new(size));
     }
 }

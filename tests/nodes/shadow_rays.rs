@@ -113,7 +113,7 @@ impl Node for DepthMap {
 impl Node for ShadowRays {
     fn record(&self, pass: &mut Recorder<'_>) {
         let tangent = f64::from(0.5 * self.angular_diameter).to_radians().tan();
-        let size = pass.frame_size();
+        let size = pass.frame_size;
         pass.function(&RAYS, "shadow_rays").set("tangent", tangent).write("result", ImageDesc::new(size));
     }
 }

@@ -245,7 +245,7 @@ fn draws_otherwise_fast(source: vec4f) -> vec4f {
         );
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let function = if pass.caps().prefer_fragment { "draws_otherwise_fast" } else { "draws_otherwise" };
+        let function = if pass.caps.prefer_fragment { "draws_otherwise_fast" } else { "draws_otherwise" };
         pass.function(&SHADER, function).write("result", desc);
     }
 }

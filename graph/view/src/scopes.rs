@@ -1,5 +1,7 @@
 //! Scopes: histogram, waveform and vectorscope of a coarse grid of the picture.
 
+use afterimage_graph::color::rec709_luminance;
+
 /// Columns of a histogram and of a waveform.
 pub const COLUMNS: usize = 256;
 /// Rows of a waveform, and both sides of a vectorscope.
@@ -7,7 +9,6 @@ pub const ROWS: usize = 128;
 /// The lowest and the highest stop of a histogram of linear color, from middle gray.
 pub const STOPS: (f32, f32) = (-10.0, 10.0);
 const GRAY: f32 = 0.18;
-const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scopes {
@@ -46,14 +47,16 @@ impl Scopes {
                 histogram[place] += 1;
             }
         }
-        let luma: f32 = (0..3).map(|c| LUMA[c] * pixel[c]).sum();
+        let [red, green, blue, _] = *pixel;
+        let luma = rec709_luminance([red, green, blue]);
         if let Some(row) = place(level(luma, is_linear), ROWS) {
             self.waveform[(ROWS - 1 - row) * COLUMNS + column * COLUMNS / width.max(1)] += 1;
         }
         // Differences of signals: linear values are roughly encoded first.
         let signal = |x: f32| if is_linear { x.clamp(0.0, 1.0).sqrt() } else { x };
-        let luma = (0..3).map(|c| LUMA[c] * signal(pixel[c])).sum::<f32>();
-        let (blue, red) = ((signal(pixel[2]) - luma) / 1.8556, (signal(pixel[0]) - luma) / 1.5748);
+        let signals = [red, green, blue].map(signal);
+        let luma = rec709_luminance(signals);
+        let (blue, red) = ((signals[2] - luma) / 1.8556, (signals[0] - luma) / 1.5748);
         if let (Some(x), Some(y)) = (place(blue + 0.5, ROWS), place(0.5 - red, ROWS)) {
             self.vectors[y * ROWS + x] += 1;
         }

@@ -138,28 +138,28 @@ const OUTPUTS: &[Output] = &[Output::image("result", OutputState::Always(ColorSt
 
 impl Node for Lamplight {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "lamplight").write("result", desc);
     }
 }
 
 impl Node for Clay {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "clay").write("result", desc);
     }
 }
 
 impl Node for Gray {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "gray").write("result", desc);
     }
 }
 
 impl Node for Froxels {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         let call = pass.function(&SHADER, "froxels").set("slices", f64::from(SLICES));
         call.set("near", NEAR).set("far", FAR).write("result", desc);
     }

@@ -182,7 +182,7 @@ node_kind! {
 
 impl Node for ClearedDepth {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size()).format(Format::Depth32Float);
+        let desc = ImageDesc::new(pass.frame_size).format(Format::Depth32Float);
         let depth = pass.output("depth", desc);
         pass.clear("clear").depth(depth, DepthTest::default()).record();
     }
@@ -199,7 +199,7 @@ node_kind! {
 
 impl Node for PastDepth {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&PICK, "past_depth").write("result", desc);
     }
 }

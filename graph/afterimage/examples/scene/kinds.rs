@@ -75,7 +75,7 @@ node_kind! {
 impl Node for SceneLight {
     fn record(&self, pass: &mut Recorder<'_>) {
         let (vertices, indices, count) = scene(pass);
-        let desc = ImageDesc::new(pass.frame_size()).multisampled(4);
+        let desc = ImageDesc::new(pass.frame_size).multisampled(4);
         let color = pass.output("samples", desc);
         let depth = pass.transient("depth", desc.format(Format::Depth32Float));
         let draw = pass.draw(&LIGHT, "from_camera").fragment("shaded");
@@ -130,7 +130,7 @@ impl Node for MipSolids {
         let centers: Vec<[f32; 4]> = (0..8_u8).map(|at| center(f32::from(at))).collect();
         let instances =
             pass.constant_buffer("centers", centers.iter().flatten().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>());
-        let desc = ImageDesc::new(pass.frame_size()).multisampled(4);
+        let desc = ImageDesc::new(pass.frame_size).multisampled(4);
         let color = pass.output("samples", desc);
         let depth = pass.transient("depth", desc.format(Format::Depth32Float));
         let draw = pass.draw(&SOLIDS, "solid").fragment("banded").image("picture", picture);

@@ -1,4 +1,4 @@
-//! Nodes that make light for a display must suit the displays that this light is encoded for.
+//! Nodes whose results are for a display must suit the displays that these are encoded for.
 
 use std::collections::BTreeSet;
 

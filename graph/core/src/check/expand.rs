@@ -7,12 +7,14 @@ use super::draft::{DraftGraph, Feed, Named, Scope};
 use super::fields::FieldReader;
 use super::files::{Files, join};
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
-use super::nodes::PIPELINE;
 use crate::document::{
     Document, Field, Group, InputEntry, Item, NodeEntry, Override, Tier, Tree, image_type_names, settings,
 };
 use crate::node::Registry;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, is_control, list, quote};
+
+/// The kind name of a pipeline used as a node.
+pub(super) const PIPELINE: &str = "Pipeline";
 
 /// Context of a pipeline that is being expanded.
 struct Around {

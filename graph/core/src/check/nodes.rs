@@ -1,7 +1,7 @@
 //! Nodes of known kinds: from the entry in a file to the node of the graph.
 
 use super::draft::{DraftGraph, Named, NodeDraft};
-use super::expand::Expansion;
+use super::expand::{Expansion, PIPELINE};
 use super::fields::COMMON;
 use super::reports::Reports;
 use super::suggest::{kinds_about, known_kinds};
@@ -10,9 +10,6 @@ use crate::document::{Field, Item, NodeEntry, Tree};
 use crate::node::{NodeInstance, NodeKind};
 use afterimage_base::diagnostic::{Diagnostic, Spanned, list, nearest, quote};
 use afterimage_base::value::Type;
-
-/// The kind name of a pipeline used as a node.
-pub(super) const PIPELINE: &str = "Pipeline";
 
 impl Expansion<'_> {
     /// A node of a kind.

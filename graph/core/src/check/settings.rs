@@ -55,7 +55,6 @@ impl Expansion<'_> {
     }
 }
 
-/// Changes of one scope.
 struct Overrides<'b, 'a> {
     drafted: &'b mut DraftGraph,
     fields: &'b mut FieldReader<'a>,

@@ -152,11 +152,12 @@ impl std::fmt::Debug for NodeInstance {
     }
 }
 
-/// Declares a node kind: its name, manual text, parameters and ports. What its nodes do is the kind's [`Node`].
+/// Declares a node kind: its name, manual text, parameters and ports. What its nodes do is the kind's
+/// [`Node`](crate::node::Node).
 ///
 /// Each field has a doc comment, a type that implements [`ParamType`](crate::value::ParamType), a default, and, after
-/// `=>`, calls of [`Param`](crate::value::Param)'s builder methods. After the struct follow constants of [`TypedKind`]:
-/// `OUTPUTS` and, where they are needed, `INPUTS`, `INVARIANTS` and `SHADERS`.
+/// `=>`, calls of [`Param`](crate::value::Param)'s builder methods. After the struct follow constants of
+/// [`TypedKind`](crate::node::TypedKind): `OUTPUTS` and, where they are needed, `INPUTS`, `INVARIANTS` and `SHADERS`.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;

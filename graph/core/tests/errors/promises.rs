@@ -259,7 +259,7 @@ const RECORDED: &[(&str, Change)] = &[
     ("a write to an image of its own", |d| {
         d.record = |values, pass| {
             plain(values, pass);
-            let own = pass.transient("own", ImageDesc::new(pass.frame_size()));
+            let own = pass.transient("own", ImageDesc::new(pass.frame_size));
             pass.function(&SHADER, "mist").write_to(own);
         };
     }),
@@ -351,19 +351,19 @@ const RECORDED: &[(&str, Change)] = &[
     }),
     ("workgroups in one direction up to the limit", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_fill").image("result", result).dispatch([1, 65_535, 1]);
         };
     }),
     ("too many workgroups in one direction", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_fill").image("result", result).dispatch([1, 65_536, 1]);
         };
     }),
     ("a workgroup that is too deep", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_deep").image("result", result).dispatch([1, 1, 1]);
         };
     }),

@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use afterimage_graph::color::LUMINANCE_REC709;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -182,11 +183,8 @@ fn film(x: f64) -> f64 {
 /// Stops between the exposure at which the brightest pixel of the reference, and that at which its median, come out at
 /// 0.85.
 fn exposures(reference: &Shown) -> Vec<f64> {
-    let mut luminance: Vec<f64> = reference
-        .pixels
-        .iter()
-        .map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]))
-        .collect();
+    let mut luminance: Vec<f64> =
+        reference.pixels.iter().map(|pixel| DVec3::from(pixel.map(f64::from)).dot(LUMINANCE_REC709.into())).collect();
     luminance.sort_by(f64::total_cmp);
     let middle = luminance.len() / 2;
     let median =

@@ -1,5 +1,6 @@
 //! The extreme images: each is a function from a position to a pixel.
 
+use afterimage_graph::color::rec709_luminance;
 use afterimage_graph::image::{Signedness, Size};
 
 /// The largest finite half float, the limit of sanitized images.
@@ -202,8 +203,7 @@ fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
 
 /// Light whose negative components are as small as it takes for a luminance of 0 or more.
 fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
-    let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-    let (positive, negative) = (luminance(rgb.map(|x| x.max(0.0))), -luminance(rgb.map(|x| x.min(0.0))));
+    let (positive, negative) = (rec709_luminance(rgb.map(|x| x.max(0.0))), -rec709_luminance(rgb.map(|x| x.min(0.0))));
     if negative <= positive { rgb } else { rgb.map(|x| if x < 0.0 { x * (positive / negative) } else { x }) }
 }
 

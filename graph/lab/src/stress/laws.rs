@@ -1,8 +1,10 @@
 //! The laws that outputs must keep, and the invariants of kinds that decide which of them apply.
 
 use afterimage_graph::check::Graph;
+use afterimage_graph::color::LUMINANCE_REC709;
 use afterimage_graph::image::{ColorState, Signedness, Size};
 use afterimage_graph::node::Invariants;
+use glam::DVec3;
 
 use super::images::{Extreme, sanitized};
 use super::render::OutputPixels;
@@ -88,7 +90,8 @@ pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
 /// True if a scene-linear color has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
+    let luminance = DVec3::new(r, g, b).dot(LUMINANCE_REC709.into());
+    luminance >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
 }
 
 /// Colors are in the range of their state. Scene-linear color may have negative components, but no negative luminance.

@@ -138,11 +138,7 @@ impl Pipelines {
     fn new(gpu: &wgpu::Device, target: wgpu::TextureFormat, shape: wgpu::TextureViewDimension) -> Self {
         let is_volume = shape == wgpu::TextureViewDimension::D3;
         let source = if is_volume { include_str!("volume.wgsl") } else { include_str!("flat.wgsl") };
-        let text = [include_str!("picture.wgsl"), source].concat();
-        let shader = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("picture"),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
+        let shader = device::module(gpu, "picture", &[include_str!("picture.wgsl"), source]);
         let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("picture"),
             entries: &[uniform_entry(), texture_entry(1, shape), texture_entry(2, wgpu::TextureViewDimension::D2)],

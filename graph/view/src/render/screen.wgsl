@@ -27,18 +27,6 @@ fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
 }
 
-fn decode(signal: vec3f) -> vec3f {
-    let sized = abs(signal);
-    let curve = pow((sized + 0.055) / 1.055, vec3f(2.4));
-    return sign(signal) * select(curve, sized / 12.92, sized <= vec3f(0.04045));
-}
-
-fn encode(light: vec3f) -> vec3f {
-    let sized = abs(light);
-    let curve = 1.055 * pow(sized, vec3f(1.0 / 2.4)) - 0.055;
-    return sign(light) * select(curve, sized * 12.92, sized <= vec3f(0.0031308));
-}
-
 // SMPTE ST 2084; 1 is 10000 cd/m2.
 fn encode_pq(light: vec3f) -> vec3f {
     let power = pow(clamp(light, vec3f(0.0), vec3f(1.0)), vec3f(0.1593017578125));

@@ -114,7 +114,7 @@ impl FolderPasses {
         let image = match first {
             Some(port) if port.ty == PortType::Pyramid => pass.pyramid(&port.name)[0],
             Some(port) => pass.image(&port.name),
-            None => return pass.frame_size(),
+            None => return pass.frame_size,
         };
         pass.desc(image).size
     }

@@ -119,7 +119,7 @@ impl ComputePass<'_, '_> {
             defines: _,
             by_rows: _,
             by_neighbors: _,
-            by_square: _,
+            quad_variant: _,
             limited: _,
             origin: _,
             warp: _,

@@ -2,16 +2,32 @@
 
 use std::borrow::Cow;
 
-use super::InputValue;
 use crate::node::color::ImageColor;
 use crate::node::ports::{OutputState, OutputUse, Signature};
-use crate::node::resource::BufferId;
+use crate::node::resource::{BlockId, BufferId, ImageId};
 use crate::node::values::UniformValues;
 use afterimage_base::caps::Caps;
 use afterimage_base::image::{ColorState, Format, Size};
 use afterimage_wgsl::UniformValue;
 
-/// Context of a [`Recorder`], from the planner.
+/// Value of an input port of a node that runs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum InputValue {
+    /// An image or a volume.
+    Image(ImageId),
+    /// A pyramid, finest level first.
+    Pyramid(Vec<ImageId>),
+    /// A table or a value.
+    Buffer(BufferId),
+    /// A struct of numbers from the host.
+    Block(BlockId),
+    /// An image that is zero everywhere.
+    Zero,
+    /// Nothing.
+    Absent,
+}
+
+/// Context of a [`Recorder`](super::Recorder), from the planner.
 pub struct RecorderContext<'a> {
     /// The node's name.
     pub node: &'a str,
@@ -91,27 +107,6 @@ impl<'a> RecorderContext<'a> {
         }
     }
 
-    /// The size of the frame: for nodes without an image input.
-    pub fn frame_size(&self) -> Size {
-        self.frame_size
-    }
-
-    /// Capabilities of the device.
-    pub fn caps(&self) -> &Caps {
-        self.caps
-    }
-
-    /// Returns whether the reference is recorded, with every intermediate in 32 bits. Quality switches are set by the
-    /// caller.
-    pub fn exact(&self) -> bool {
-        self.exact
-    }
-
-    /// The format that the file asks for this node's results.
-    pub fn format(&self) -> Option<Format> {
-        self.format
-    }
-
     /// Color of the image at an input. Linear Rec.709, or sRGB for a port that accepts encoded images only, if nothing
     /// is known about it.
     pub fn color(&self, input: &str) -> ImageColor {
@@ -120,7 +115,7 @@ impl<'a> RecorderContext<'a> {
         self.colors.inputs.get(index).copied().flatten().unwrap_or(ImageColor::of(state))
     }
 
-    /// Color of the image at an output: for a node that maps light to a display, with the primaries of that display.
+    /// Color of the image at an output: for a tone curve, with the primaries of the display.
     pub fn output_color(&self, output: &str) -> ImageColor {
         let index = self.kind.output_index(output);
         let otherwise = || match &self.kind.outputs[index].state {

@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
-use super::{InputValue, Recorder, shape};
+use super::resources::shape;
+use super::{InputValue, Recorder};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByNeighbors, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
@@ -23,7 +24,7 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) details: FunctionDetails,
     by_rows: Option<ByRows>,
     by_neighbors: Option<ByNeighbors>,
-    by_square: Option<&'static str>,
+    quad_variant: Option<&'static str>,
     workgroup: Option<[u32; 2]>,
 }
 
@@ -38,7 +39,7 @@ impl<'a> Recorder<'a> {
         let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
         let details =
             self.resources.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
-        let (by_rows, by_neighbors, by_square) = (None, None, None);
+        let (by_rows, by_neighbors, quad_variant) = (None, None, None);
         FunctionPass {
             recorder: self,
             shader,
@@ -47,7 +48,7 @@ impl<'a> Recorder<'a> {
             details,
             by_rows,
             by_neighbors,
-            by_square,
+            quad_variant,
             workgroup: None,
         }
     }
@@ -107,8 +108,8 @@ impl FunctionPass<'_, '_> {
 
     /// A second form of a function that halves an image: `fn name(square: Square) -> vec4f`, of the four texels under
     /// one, for sides that are exactly halved. The first form must be able to do without it.
-    pub fn by_square(mut self, form: &'static str) -> Self {
-        self.by_square = Some(form);
+    pub fn quad_variant(mut self, form: &'static str) -> Self {
+        self.quad_variant = Some(form);
         self
     }
 
@@ -176,7 +177,7 @@ impl FunctionPass<'_, '_> {
             defines,
             by_rows,
             by_neighbors,
-            by_square,
+            quad_variant,
             warp,
             args,
             node: _,
@@ -197,7 +198,7 @@ impl FunctionPass<'_, '_> {
             && *shader == self.shader
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
-            && (*by_neighbors, *by_square) == (self.by_neighbors, self.by_square)
+            && (*by_neighbors, *quad_variant) == (self.by_neighbors, self.quad_variant)
             && *defines == self.details.defines
             && self.has_args(args)
     }
@@ -240,7 +241,7 @@ impl FunctionPass<'_, '_> {
             defines: self.details.defines.clone(),
             by_rows: self.by_rows,
             by_neighbors: self.by_neighbors,
-            by_square: self.by_square,
+            quad_variant: self.quad_variant,
             ..call
         }
     }

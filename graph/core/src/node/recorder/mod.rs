@@ -18,7 +18,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 pub use compute::ComputePass;
-pub use context::{NodeColors, RecorderContext};
+pub use context::{InputValue, NodeColors, RecorderContext};
 pub use draw::{AttachmentPass, DrawPass};
 pub use function::FunctionPass;
 pub use recording::{MisfitPixel, Recording};
@@ -26,28 +26,11 @@ pub use replay::Replay;
 pub use warp::WarpPass;
 
 use super::ports::PortType;
-use super::resource::{BlockId, BufferId, BufferLife, ImageId};
+use super::resource::{BufferId, BufferLife, ImageId};
 use afterimage_base::image::{Format, ImageDesc, Signedness};
 use afterimage_wgsl::ShaderError;
-use resources::NodeResources;
+use resources::{NodeResources, shape};
 use shaders::NodeShaders;
-
-/// Value of an input port of a node that runs.
-#[derive(Clone, Debug, PartialEq)]
-pub enum InputValue {
-    /// An image or a volume.
-    Image(ImageId),
-    /// A pyramid, finest level first.
-    Pyramid(Vec<ImageId>),
-    /// A table or a value.
-    Buffer(BufferId),
-    /// A struct of numbers from the host.
-    Block(BlockId),
-    /// An image that is zero everywhere.
-    Zero,
-    /// Nothing.
-    Absent,
-}
 
 /// Interface of a node's `record`: its parameters and inputs, and the recording to which it adds passes.
 pub struct Recorder<'a> {
@@ -212,12 +195,4 @@ impl<'a> std::ops::Deref for Recorder<'a> {
     fn deref(&self) -> &Self::Target {
         &self.context
     }
-}
-
-/// Samples, levels and layers of an image, for messages.
-fn shape(desc: ImageDesc) -> String {
-    let count = |count: u32, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let [samples, levels, layers] = [(desc.samples, "sample"), (desc.levels, "level"), (desc.layers, "layer")]
-        .map(|(number, what)| count(number, what));
-    format!("its image has {samples}, {levels} and {layers}")
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::details::Label;
 use super::recording::Recording;
 use super::replay::{Replay, is_label};
-use super::shape;
 use crate::node::drawing::Subresource;
 use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
@@ -144,6 +143,14 @@ impl NodeResources<'_> {
             None => Label::Own(label.to_string()),
         }
     }
+}
+
+/// Samples, levels and layers of an image, for messages.
+pub(super) fn shape(desc: ImageDesc) -> String {
+    let count = |count: u32, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let [samples, levels, layers] = [(desc.samples, "sample"), (desc.levels, "level"), (desc.layers, "layer")]
+        .map(|(number, what)| count(number, what));
+    format!("its image has {samples}, {levels} and {layers}")
 }
 
 /// Returns whether both have the same bytes. Large tables are often the same memory.

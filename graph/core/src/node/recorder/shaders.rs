@@ -45,6 +45,6 @@ static NOTHING: Reflection = Reflection {
     direct_reads: Vec::new(),
     filtering: Vec::new(),
     sharing: Vec::new(),
-    works: Vec::new(),
+    shader_costs: Vec::new(),
     costs: Vec::new(),
 };
