@@ -30,7 +30,7 @@ pub struct AfterimagePipeline {
     look: Offline,
     /// The outputs of the last frame, with their names as C has them.
     outputs: Vec<(CString, RenderedImage)>,
-    /// Whether a call has ended in a panic, so that nothing is known of the state.
+    /// True after a call that has ended in a panic: the state is unknown.
     is_broken: bool,
 }
 
@@ -67,7 +67,7 @@ pub struct AfterimageCamera {
     pub previous_view: [f32; 16],
     /// `projection` of the frame before.
     pub previous_projection: [f32; 16],
-    /// How far the samples lie from the centers of pixels, in pixels, y downwards.
+    /// Offset of the samples from the centers of pixels, in pixels, y downwards.
     pub jitter: [f32; 2],
     /// `jitter` of the frame before.
     pub previous_jitter: [f32; 2],
@@ -78,11 +78,11 @@ pub struct AfterimageCamera {
 pub struct AfterimageFrame {
     /// Images of the inputs: light as linear Rec.709.
     pub images: *const AfterimageImage,
-    /// How many images there are.
+    /// Number of images.
     pub image_count: usize,
     /// Cameras of the inputs.
     pub cameras: *const AfterimageCamera,
-    /// How many cameras there are.
+    /// Number of cameras.
     pub camera_count: usize,
     /// Pixels of a row, for a pipeline without images.
     pub width: u32,

@@ -2,7 +2,7 @@
 
 use afterimage::FrameKind;
 use afterimage::host::FrameStep;
-use afterimage::offline::{Encoding, GivenImage, ComponentType, PixelData, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, GivenImage, PixelData, RenderedImage, format_of};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{Camera, Matrix};
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::error::Failure;
 
-/// What the numbers of an image mean: primaries, transfer function, white.
+/// The colorimetry of an image: primaries, transfer function, white.
 #[pyclass(frozen, module = "afterimage")]
 pub(crate) struct Color {
     pub(crate) colorimetry: Colorimetry,
@@ -65,7 +65,7 @@ impl GivenCamera {
     }
 }
 
-/// When a frame is, and its number.
+/// The time of a frame, and its number.
 #[derive(FromPyObject)]
 pub(crate) struct Moment {
     #[pyo3(item)]
@@ -84,7 +84,7 @@ impl Moment {
     }
 }
 
-/// How display outputs become numbers of a type.
+/// The components of display outputs, by the name of their type.
 pub(crate) fn encoding(ty: Option<&str>) -> Result<Encoding, Failure> {
     Ok(match ty {
         None => Encoding::Codes,
@@ -99,7 +99,7 @@ pub(crate) fn encoding(ty: Option<&str>) -> Result<Encoding, Failure> {
     })
 }
 
-/// The name, the numbers in a row, the shape, their type, what they mean, and their colors.
+/// The name, the components in a row, the shape, their type, the color state, and the colorimetry.
 pub(crate) type PythonImage<'py> = (String, Bound<'py, PyAny>, Vec<usize>, &'static str, &'static str, Color);
 
 pub(crate) fn into_python(py: Python<'_>, image: RenderedImage) -> PyResult<PythonImage<'_>> {

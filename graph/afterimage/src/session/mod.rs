@@ -188,7 +188,7 @@ impl Session {
         let plan = self.plan().clone();
         let outputs = plan.outputs.iter().map(|output| plan.image(output.image).desc);
         let descs = outputs.collect::<Vec<ImageDesc>>().repeat(frames.len());
-        if !together || !ReadbackBatch::fits(&self.gpu.device, &descs) {
+        if !ReadbackBatch::fits(&self.gpu.device, &descs) {
             let render = |(images, step): &FrameInputs| {
                 self.restart_at_cut(*step);
                 self.submit(images, *step)?;
@@ -197,16 +197,19 @@ impl Session {
             return frames.iter().map(render).collect();
         }
         let mut batch = ReadbackBatch::new(&self.gpu.device, descs)?;
-        self.submit_recorded(|session, encoder| {
-            for (images, step) in frames {
-                session.restart_at_cut(*step);
-                session.encode(encoder, images, *step)?;
-                for output in &plan.outputs {
-                    batch.copy(encoder, session.post.output(&output.name)?);
+        let per_submission = if together { frames.len().max(1) } else { 1 };
+        for frames in frames.chunks(per_submission) {
+            self.submit_recorded(|session, encoder| {
+                for (images, step) in frames {
+                    session.restart_at_cut(*step);
+                    session.encode(encoder, images, *step)?;
+                    for output in &plan.outputs {
+                        batch.copy(encoder, session.post.output(&output.name)?);
+                    }
                 }
-            }
-            Ok(())
-        })?;
+                Ok(())
+            })?;
+        }
         let mut texels = batch.read()?.into_iter();
         Ok(frames.iter().map(|_| texels.by_ref().take(plan.outputs.len()).collect()).collect())
     }

@@ -26,7 +26,7 @@ use crate::failure::Failure;
 use crate::pipeline::assignments;
 use crate::terminal::note;
 
-/// Renders what is read.
+/// Renders the frames that are read.
 pub(super) fn render_all(
     request: &Request<'_>,
     session: &mut Session,
@@ -67,7 +67,7 @@ pub(super) fn render_all(
             break;
         }
     }
-    // Everything is rendered: the writers may end.
+    // All frames are rendered: the writers may end.
     drop(to);
     Ok(frames.times)
 }
@@ -144,7 +144,7 @@ impl Frames<'_> {
             can_be_repeated.then(|| CachedPictures { inputs: inputs.clone(), pictures, images: images.clone() });
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
-            let (output, texels) = picture(session, file)?;
+            let (output, texels) = read_output(session, file)?;
             let texels = match self.request.args.crop {
                 Some(_) => bands::part(self.request, texels)?,
                 None => texels,
@@ -168,7 +168,7 @@ impl Frames<'_> {
         Ok(rendered)
     }
 
-    /// The plan of a frame that is larger than the device, or of a part of one which leaves nothing for the next: then
+    /// The plan of a frame that is larger than the device, or of a part of one that leaves no state for the next: then
     /// only the rows of that part are computed. `None` for a frame that is rendered whole.
     fn plan_of_bands(
         &mut self,
@@ -185,14 +185,14 @@ impl Frames<'_> {
         Ok((is_large || bands::is_free(self.request, &plan)).then_some(plan))
     }
 
-    /// True if the next run can render this frame again: it is the only one, and what it is made from is kept.
+    /// True if the next run can redraw this frame: it is the only one, and its images are cached.
     fn can_be_repeated(&self, has_camera: bool) -> bool {
         let args = self.request.args;
         let is_alone = self.request.jobs.len() == 1 && self.request.measured.is_empty();
         self.repetition.keeps && is_alone && !has_camera && !args.timings
     }
 
-    /// The same for a picture that is larger than the device.
+    /// Renders a frame that is larger than the device.
     fn render_in_bands(
         &mut self,
         index: usize,
@@ -202,7 +202,7 @@ impl Frames<'_> {
     ) -> Result<Vec<Rendered>, Failure> {
         let job = &self.request.jobs[index];
         self.report.plan = Some(plan.hash().to_string());
-        let bands::Made { outputs, repairs, exposure, read, write } =
+        let bands::RenderedBands { outputs, repairs, exposure, read, write } =
             bands::render(self.request, self.session, plan, job, pictures, &self.meters)?;
         let taken = start.elapsed();
         self.times.read += read;
@@ -246,7 +246,7 @@ impl Frames<'_> {
         Ok(())
     }
 
-    /// Makes the state from what was measured in the frames before.
+    /// Integrates the measurements of earlier frames into the state.
     fn integrate(&mut self, plan: &Plan, images: &[InputImage]) -> Result<(), Failure> {
         let meters = &plan.metering();
         let measuring = MeasuringPlan::new(plan, meters);
@@ -370,8 +370,8 @@ pub(super) fn size(request: &Request<'_>, images: impl Iterator<Item = ImageDesc
     frame_size(images).unwrap_or(Size::new(width, height))
 }
 
-/// The output for the file, and its texels.
-fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
+/// The output of a file, and its texels.
+fn read_output(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
     let output = session.plan().output(Some(&target.output)).expect("the graph has this output").clone();
     let texels = session.output(&output.name)?;
     Ok((output, texels))

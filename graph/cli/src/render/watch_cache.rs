@@ -14,15 +14,15 @@ use super::request::Request;
 pub(crate) struct WatchCache {
     /// The device with compiled pipelines and the images of the last frame.
     pub(super) session: Session,
-    /// The images of a single picture.
+    /// The images of a run with a single frame.
     pub(super) pictures: Option<CachedPictures>,
 }
 
-/// The images that a picture was made from, and the inputs that they were read for.
+/// The images of a frame, and the inputs that they were read for.
 pub(super) struct CachedPictures {
     pub(super) inputs: Vec<GraphInput>,
     pub(super) pictures: Vec<InputPicture>,
-    /// Their textures.
+    /// The uploaded images.
     pub(super) images: Vec<InputImage>,
 }
 
