@@ -12,7 +12,7 @@ use afterimage_gpu::{BandReader, BandStats, BandWriter, FrameStep, Gpu, Opening,
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::{Format, ImageDesc, Size};
 use afterimage_plan::{
-    Alias, BandLimits, Caps, GivenImage, HostInputs, HostLimits, Options, Parts, Plan, PlanError, PlanRequest, Reach,
+    Alias, BandLimits, Caps, GivenImage, Halos, HostInputs, HostLimits, Options, Parts, Plan, PlanError, PlanRequest,
     Requirement, When, plan_without_tables,
 };
 use afterimage_wgsl::{BandedModule, banded};
@@ -333,7 +333,7 @@ fn a_gigapixel_fits_into_a_quarter_of_a_gibibyte() {
     for name in ["tsushima.ron", "exposure.ron"] {
         let plan = gigapixel(name);
         let banding =
-            plan.banding(limits, &Reach::default(), &padded).unwrap_or_else(|error| panic!("{name}: {error}"));
+            plan.banding(limits, &Halos::default(), &padded).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert!(banding.bytes <= limits.bytes && banding.host_bytes <= host.bytes, "{name}");
         // Each output row is made once, from the top to the bottom.
         let made = banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.outputs);

@@ -10,7 +10,7 @@ use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{BlockData, BufferLife, Origin, Resource};
 use afterimage_plan::codegen::{CodeOptions, Composed, SlotKind, compose_pass};
 use afterimage_plan::{
-    Band, BandLimits, Banding, InputRows, Plan, PlanError, PlanOutput, PlannedImage, Reach, Stage, Sweep,
+    Band, BandLimits, Banding, Halos, InputRows, Plan, PlanError, PlanOutput, PlannedImage, Stage, Sweep,
 };
 use afterimage_wgsl::{BandedModule, banded};
 use wgpu::{BindGroupEntry, BufferUsages, ShaderStages};
@@ -104,20 +104,20 @@ pub fn render_in_bands<R: BandReader, W: BandWriter<Error = R::Error>>(
     (reader, writer): (&mut R, &mut W),
 ) -> Result<BandStats, R::Error> {
     let device = &gpu.device;
-    let mut reach = Reach::default();
+    let mut halos = Halos::default();
     let pipelines = Arc::default();
     let limits = BandLimits { side: limits.side.min(device.limits().max_texture_dimension_2d), ..limits };
     for starts in 1.. {
-        let banding = plan.banding(limits, &reach, &|desc| heap::requirement(device, desc))?;
+        let banding = plan.banding(limits, &halos, &|desc| heap::requirement(device, desc))?;
         let compiled = compile::<R::Error>(device, plan, &banding, &pipelines)?;
         let constants = FrameConstants::new(frame.step.time, frame.step.dt, frame.number, true);
         let mut renderer = BandRenderer::new(gpu, plan, &banding, &compiled, &constants, frame.blocks)?;
         if let Some(missing) = renderer.probe()? {
             // Bands elsewhere may begin at another fraction of a row.
-            widen(&mut reach, plan, &banding, missing, |rows| rows + 1);
+            widen(&mut halos, plan, &banding, missing, |rows| rows + 1);
         } else if let Some(missing) = renderer.render(reader, writer)? {
             // The halo depends on pixels, and others may need a larger one.
-            widen(&mut reach, plan, &banding, missing, |rows| 2 * rows);
+            widen(&mut halos, plan, &banding, missing, |rows| 2 * rows);
         } else {
             let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
             let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
@@ -554,10 +554,10 @@ impl<'a> BandRenderer<'a> {
 }
 
 /// Enlarges the halos of passes: by `more` of the missing rows, on each side.
-fn widen(reach: &mut Reach, plan: &Plan, banding: &Banding, missing: Vec<Missing>, more: fn(u32) -> u32) {
+fn widen(halos: &mut Halos, plan: &Plan, banding: &Banding, missing: Vec<Missing>, more: fn(u32) -> u32) {
     for (pass, place, missing) in missing {
         let more = missing.map(|rows| if rows == 0 { 0 } else { more(rows) });
-        reach.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
+        halos.learn(&plan.passes[pass].pass, pass, banding.sizes[place].size, more);
     }
 }
 
@@ -605,7 +605,7 @@ fn compose<E: From<GpuError> + From<PlanError>>(
     let desc_of = |image| plan.image(image).desc;
     let sample_mode_of = |image| plan.image(image).sample_mode;
     // The first row of a drawn band is an origin above the texture.
-    let code = CodeOptions { immediates: false, in_rectangle: in_bands && planned.stage == Stage::Fragment };
+    let code = CodeOptions { immediates: false, has_origin: in_bands && planned.stage == Stage::Fragment };
     let composed = compose_pass(&planned.pass, &desc_of, &sample_mode_of, code);
     let composed = composed.map_err(|error| GpuError::Shader(error.into()))?;
     if !in_bands {

@@ -66,7 +66,6 @@ const VARIANTS: [(SampleMode, bool); 6] = [
     (SampleMode::Plain, true),
 ];
 
-/// Modules of passes.
 #[derive(Default)]
 struct Modules {
     shapes: BTreeSet<String>,

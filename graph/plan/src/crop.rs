@@ -44,10 +44,10 @@ fn crop_filtered(source: texture_2d<f32>, at: Point, params: Crop) -> vec4f {
 
 /// The pass that reads a rectangle of `source`, the host image of an input with that index in the graph.
 pub(crate) fn crop_pass(index: usize, input: &GraphInput, part: Part, source: ImageId, result: ImageId) -> Pass {
-    let is_light = input.state != ColorState::Data;
+    let is_color = input.state != ColorState::Data;
     let function = match part {
         Part::Rectangle => "crop",
-        Part::Scaled if is_light => "crop_filtered",
+        Part::Scaled if is_color => "crop_filtered",
         // Numbers between two distances or normals are none of the scene.
         Part::Scaled => "crop_nearest",
     };

@@ -60,7 +60,7 @@ mod topological;
 mod verify;
 
 pub use afterimage_base::caps::Caps;
-pub use bands::{Band, BandLimits, BandPass, BandedSize, Banding, HostLimits, InputRows, Parts, Reach, Sweep};
+pub use bands::{Band, BandLimits, BandPass, BandedSize, Banding, Halos, HostLimits, InputRows, Parts, Sweep};
 pub use contract::{contract, modules};
 pub use dynamic_nodes::{DynamicNodes, NeedsPlan};
 pub use error::{NodeShaderError, PlanError};

@@ -14,7 +14,7 @@ use afterimage_base::value::Value;
 use afterimage_graph::check::{Facts, Graph, ParameterId};
 
 /// Plans that are kept: the answers of a few conditions at two or three sizes.
-const MOST: usize = 32;
+const MAX_PLANS: usize = 32;
 
 /// A plan, and what it takes to change its dynamic parameters.
 #[derive(Clone)]
@@ -158,6 +158,6 @@ impl PlanCache {
     /// Returns the plan that is dropped for it, because that may take long.
     pub fn keep(&mut self, key: PlanKey, planned: Arc<Planned>) -> Option<Arc<Planned>> {
         self.plans.push((Arc::new(key), planned));
-        (self.plans.len() > MOST).then(|| self.plans.remove(0).1)
+        (self.plans.len() > MAX_PLANS).then(|| self.plans.remove(0).1)
     }
 }

@@ -15,7 +15,6 @@ pub struct PlanRequest<'a> {
     pub given: HostInputs,
     /// Facts about the scene.
     pub facts: Facts,
-    /// Capabilities of the device.
     pub caps: Caps,
     pub options: Options,
     /// Parameters that the host changes while the plan runs. A node that has one runs also where its present values

@@ -51,9 +51,7 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
     nodes.dedup();
     intermediates.pop();
     for image in intermediates {
-        let image = builder.recording.image(image);
-        let (image, bytes_saved) = (image.label.clone(), 2 * image.desc.bytes());
-        builder.savings.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
+        builder.savings.fused.push(Fused::new(builder.recording.image(image), &nodes));
     }
     let passes = table.passes(&mut builder.recording, run, &nodes, kernels, measures_error);
     let bytes = builder.recording.image(written(&passes[0])).desc.bytes();

@@ -21,7 +21,7 @@ pub(super) struct Run {
     pub(super) result: ImageId,
     /// The size of the table: see [`Bake::size`].
     pub(super) size: u32,
-    /// True if it begins with exposed scene light, false if with display light.
+    /// True if it begins with exposed scene colors, false if with display colors.
     pub(super) is_exposed: bool,
     /// True if a node in it reads a value that passes compute: then every frame fills the table.
     pub(super) reads_value: bool,
@@ -31,7 +31,7 @@ pub(super) struct Run {
 struct Link {
     source: ImageId,
     result: ImageId,
-    /// The color state that the pass reads. A table can begin with exposed scene light or display light.
+    /// The color state that the pass reads. A table can begin with exposed scene colors or display colors.
     reads: Option<ColorState>,
     bake: Option<Bake>,
     /// True if the file asks for a table at this node.
@@ -58,10 +58,10 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
         is_transient && !kept.contains(&image) && readers.get(&image) == Some(&1)
     };
     let mut open: BTreeMap<ImageId, Vec<(usize, Link)>> = BTreeMap::new();
-    let (mut finished, mut lightless) = (Vec::new(), BTreeSet::new());
+    let (mut finished, mut negative) = (Vec::new(), BTreeSet::new());
     for (number, pass) in passes.iter().enumerate() {
-        if can_lose_light(graph, pass, &lightless) {
-            lightless.extend(pass.results.iter().map(|result| result.image));
+        if can_be_negative(graph, pass, &negative) {
+            negative.extend(pass.results.iter().map(|result| result.image));
             continue;
         }
         let Some(link) = link(builder, graph, pass, replaced) else { continue };
@@ -80,13 +80,13 @@ pub(super) fn runs(builder: &PlanBuilder, graph: &Graph, replaced: Option<Bake>)
 }
 
 /// Returns whether results can have a luminance below 0, which tables do not cover: those of functions that move zero,
-/// and all that is made of them. `lightless` are the images that can.
-fn can_lose_light(graph: &Graph, pass: &Pass, lightless: &BTreeSet<ImageId>) -> bool {
+/// and all that is made of them. `negative` are the images that can.
+fn can_be_negative(graph: &Graph, pass: &Pass, negative: &BTreeSet<ImageId>) -> bool {
     let Some(KernelOrigin::Node { node, .. }) = pass.kernels.first().and_then(|kernel| kernel.origin) else {
         return false;
     };
     let mut read = pass.reads().into_iter().filter_map(Resource::image);
-    !graph.nodes[node].instance.invariants().non_negative || read.any(|image| lightless.contains(&image))
+    !graph.nodes[node].instance.invariants().non_negative || read.any(|image| negative.contains(&image))
 }
 
 /// The part of a chain from the node that asks for a table.

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use afterimage_graph::node::{Arg, ImageId, Origin, Pass, PassKind, Resource};
-use afterimage_wgsl::{GlobalKind, SampleMode};
+use afterimage_graph::node::{Pass, PassKind, Resource};
 
 use super::banding::{BandedSize, Sweep};
+use super::candidates::BandCandidates;
+use super::halos::Halos;
 use super::limits::BandLimits;
-use super::reach::Reach;
 use crate::codegen::rows_of_workgroup;
 use crate::error::PlanError;
 use crate::plan::{Plan, Stage};
@@ -27,7 +27,7 @@ pub(super) enum Role {
 /// A plan with some sizes in bands.
 pub(super) struct BandedPlan<'a> {
     pub(super) plan: &'a Plan,
-    pub(super) reach: &'a Reach,
+    pub(super) halos: &'a Halos,
     pub(super) limits: BandLimits,
     pub(super) sizes: Vec<[u32; 2]>,
     pub(super) images: Vec<Option<usize>>,
@@ -37,8 +37,7 @@ pub(super) struct BandedPlan<'a> {
     pub(super) writes: Vec<Vec<usize>>,
     /// Rows of results that a workgroup of each pass makes, if it makes them in order.
     workgroup_rows: Vec<Option<u32>>,
-    /// The images that a sampler filters.
-    pub(super) filtered: &'a [bool],
+    candidates: &'a BandCandidates,
     pub(super) roles: Vec<Role>,
     /// The sweep of each pass that is no part of bands alone; those that are whole run before it.
     pub(super) sweeps: Vec<u32>,
@@ -47,26 +46,26 @@ pub(super) struct BandedPlan<'a> {
 impl<'a> BandedPlan<'a> {
     pub(super) fn new(
         plan: &'a Plan,
-        reach: &'a Reach,
+        halos: &'a Halos,
         limits: BandLimits,
-        filtered: &'a [bool],
+        candidates: &'a BandCandidates,
         sizes: Vec<[u32; 2]>,
     ) -> Result<Self, PlanError> {
         let place = |image: usize| {
-            let found = sizes.iter().position(|size| *size == plan.size_of(image));
-            found.filter(|_| plan.can_be_banded(image) && (limits.filters || !filtered[image]))
+            let found = sizes.iter().position(|size| *size == plan.images[image].sides());
+            found.filter(|_| candidates.fits[image] && (limits.filters || !candidates.filtered[image]))
         };
         let images: Vec<Option<usize>> = (0..plan.images.len()).map(place).collect();
         let mut banded = Self {
             plan,
-            reach,
+            halos,
             limits,
             sizes,
             images,
             reads: Vec::new(),
             writes: Vec::new(),
             workgroup_rows: plan.work().map(|pass| rows_of_workgroup(pass, &plan.images)).collect(),
-            filtered,
+            candidates,
             roles: Vec::new(),
             sweeps: Vec::new(),
         };
@@ -182,12 +181,12 @@ impl<'a> BandedPlan<'a> {
 
     pub(super) fn longest_whole(&self) -> u32 {
         let flat = self.whole().filter(|image| !self.plan.images[*image].desc.volume);
-        flat.flat_map(|image| self.plan.size_of(image)).max().unwrap_or(0)
+        flat.flat_map(|image| self.plan.images[image].sides()).max().unwrap_or(0)
     }
 
     pub(super) fn is_filtered(&self, size: usize) -> bool {
         let banded = self.images.iter().enumerate().filter(|(_, own)| **own == Some(size));
-        banded.map(|(image, _)| image).any(|image| self.filtered[image])
+        banded.map(|(image, _)| image).any(|image| self.candidates.filtered[image])
     }
 
     pub(super) fn steps(&self, pass: usize) -> u32 {
@@ -199,7 +198,7 @@ impl<'a> BandedPlan<'a> {
         let mut images = self.outputs(pass).map(|output| self.plan.outputs[output].image.0 as usize);
         match (self.limits.rows, images.next()) {
             (Some([first, end]), Some(image)) => {
-                let end = end.min(self.plan.size_of(image)[1]).max(1);
+                let end = end.min(self.plan.images[image].sides()[1]).max(1);
                 self.making(pass, image, &(first.min(end - 1)..end))
             }
             _ => 0..self.steps(pass),
@@ -223,7 +222,7 @@ impl<'a> BandedPlan<'a> {
 
     /// The rows of an image that these steps of a pass from the top to the bottom make.
     pub(super) fn made(&self, pass: usize, image: usize, steps: &Range<u32>) -> Range<u32> {
-        let (count, height) = (self.steps(pass), self.plan.size_of(image)[1]);
+        let (count, height) = (self.steps(pass), self.plan.images[image].sides()[1]);
         let rows = self.workgroup_rows[pass].unwrap_or(height);
         let end = |step: u32| match self.is_upward(pass) {
             true => height.saturating_sub((count - step) * rows),
@@ -235,7 +234,7 @@ impl<'a> BandedPlan<'a> {
 
     /// The steps of a pass that make these rows of an image.
     pub(super) fn making(&self, pass: usize, image: usize, rows: &Range<u32>) -> Range<u32> {
-        let (count, height) = (self.steps(pass), self.plan.size_of(image)[1]);
+        let (count, height) = (self.steps(pass), self.plan.images[image].sides()[1]);
         let own = self.workgroup_rows[pass].unwrap_or(height);
         let step = |row: u32| match self.is_upward(pass) {
             true => count - 1 - (height - 1 - row) / own,
@@ -253,7 +252,7 @@ impl<'a> BandedPlan<'a> {
     /// The rows of its first result that a pass makes in these steps, or the steps without any, and how many it has.
     pub(super) fn extent(&self, pass: usize, steps: &Range<u32>) -> (Range<u32>, u32) {
         match self.pass(pass).results.first().map(|result| result.image.0 as usize) {
-            Some(result) => (self.made(pass, result, steps), self.plan.size_of(result)[1]),
+            Some(result) => (self.made(pass, result, steps), self.plan.images[result].sides()[1]),
             None => (steps.clone(), self.steps(pass)),
         }
     }
@@ -261,11 +260,11 @@ impl<'a> BandedPlan<'a> {
     /// The rows of an image that a pass reads for these steps.
     pub(super) fn read(&self, pass: usize, image: usize, steps: &Range<u32>) -> Range<u32> {
         let (made, of) = self.extent(pass, steps);
-        let size = self.plan.size_of(image);
+        let size = self.plan.images[image].sides();
         let place = |row: u32, rounded: u32| {
             ((u64::from(row) * u64::from(size[1]) + u64::from(rounded)) / u64::from(of)) as u32
         };
-        let [above, below] = self.reach.of(self.pass(pass), pass, size);
+        let [above, below] = self.halos.of(self.pass(pass), pass, size);
         place(made.start, 0).saturating_sub(above)..place(made.end, of - 1).saturating_add(below).min(size[1])
     }
 
@@ -273,7 +272,7 @@ impl<'a> BandedPlan<'a> {
     pub(super) fn textures(&self, size: usize, tallest: u32) -> BandedSize {
         let [width, height] = self.sizes[size];
         let is_filtered = self.is_filtered(size);
-        let is_taken = |rows: u32| self.whole().any(|image| self.plan.size_of(image) == [width, rows]);
+        let is_taken = |rows: u32| self.whole().any(|image| self.plan.images[image].sides() == [width, rows]);
         // A sampler finds the same places in textures whose rows are a power of two.
         let mut rows = if is_filtered { tallest.next_power_of_two() } else { tallest.max(1) };
         while rows < height && (is_taken(rows) || self.sizes.contains(&[width, rows])) {
@@ -300,47 +299,6 @@ impl<'a> BandedPlan<'a> {
             *rows = ends.max().unwrap_or(1).clamp(1, *rows);
         }
         rows
-    }
-}
-
-impl Plan {
-    pub(super) fn can_be_banded(&self, image: usize) -> bool {
-        let planned = &self.images[image];
-        let desc = planned.desc;
-        let is_plain = desc.samples == 1 && desc.levels == 1 && desc.layers == 1 && !desc.volume;
-        let is_table = matches!(planned.origin, Origin::Constant(_)) || self.is_written_on_change(image);
-        is_plain && !is_table && !desc.format.is_depth() && planned.lifetime.is_some()
-    }
-
-    fn is_written_on_change(&self, image: usize) -> bool {
-        let written = Resource::Image(ImageId(image as u32));
-        (0..self.passes.len()).any(|at| self.runs_on_change(at) && self.passes[at].pass.writes().contains(&written))
-    }
-
-    pub(super) fn size_of(&self, image: usize) -> [u32; 2] {
-        let size = self.images[image].desc.size;
-        [size.width, size.height]
-    }
-
-    /// Returns whether a pass reads an image through a filtering sampler.
-    pub(super) fn is_filtered(&self, image: usize) -> bool {
-        (0..self.passes.len()).any(|index| {
-            let pass = &self.passes[index].pass;
-            let has_sampler = pass.kernels.iter().any(|kernel| match kernel.shader.reflect() {
-                Ok(known) if pass.results.is_empty() => {
-                    known.globals.iter().any(|global| global.kind == GlobalKind::Sampler)
-                }
-                _ => kernel.args.iter().any(|arg| arg.value == Arg::Sampler),
-            });
-            let reads = pass.args().any(|arg| arg == Arg::Texture(ImageId(image as u32)));
-            has_sampler && reads && self.sample_mode(index) == SampleMode::Plain
-        })
-    }
-
-    /// The strictest way in which a pass samples.
-    fn sample_mode(&self, pass: usize) -> SampleMode {
-        let images = self.passes[pass].pass.kernels.iter().flat_map(|kernel| kernel.textures());
-        images.map(|image| self.image(image).sample_mode).max().unwrap_or_default()
     }
 }
 

@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use afterimage_graph::node::ImageId;
 
-/// A plan in bands.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Banding {
     /// The sizes of the images of which textures hold a band.

@@ -36,7 +36,6 @@ pub struct Parts {
 impl Parts {
     /// A band of one part.
     pub const ONE: Self = Self { sizes: 0, rows: u32::MAX };
-    /// Those that are tried.
     pub(super) const TRIED: [Self; 5] = [
         Self::ONE,
         Self { sizes: 1, rows: 128 },

@@ -10,14 +10,15 @@
 //! ones, which passes far down a pyramid need many rows of, the rows of the band.
 //!
 //! How far a pass reads around its pixels is not stated by its kernels, but noticed by its
-//! [module](afterimage_wgsl::banded): [`Reach`] learns it.
+//! [module](afterimage_wgsl::banded): [`Halos`] learns it.
 
 mod banded;
 mod banding;
+mod candidates;
+mod halos;
 mod limits;
 mod memory;
 mod parts;
-mod reach;
 
 use afterimage_graph::image::ImageDesc;
 
@@ -26,10 +27,11 @@ use crate::plan::{Plan, PlannedImage};
 use crate::request::Requirement;
 use banded::{BandedPlan, Role};
 pub use banding::{Band, BandPass, BandedSize, Banding, InputRows, Sweep};
+use candidates::BandCandidates;
+pub use halos::Halos;
 pub use limits::{BandLimits, HostLimits, Parts};
 use memory::BandMemory;
 use parts::BandParts;
-pub use reach::Reach;
 
 impl Plan {
     /// The plan in bands: those sizes in bands, and about as few bands, that make and upload the fewest rows again.
@@ -40,27 +42,20 @@ impl Plan {
     pub fn banding(
         &self,
         limits: BandLimits,
-        reach: &Reach,
+        halos: &Halos,
         requirement: &dyn Fn(&ImageDesc) -> Requirement,
     ) -> Result<Banding, PlanError> {
         let is_too_wide = |image: &&PlannedImage| image.lifetime.is_some() && image.desc.size.width > limits.side;
         if let Some(PlannedImage { label, desc, .. }) = self.images.iter().find(is_too_wide) {
             return Err(PlanError::TooLarge { label: label.clone(), size: desc.size, limit: limits.side });
         }
-        let mut sizes: Vec<[u32; 2]> = Vec::new();
-        for image in (0..self.images.len()).filter(|image| self.can_be_banded(*image)) {
-            let size = self.size_of(image);
-            if !sizes.contains(&size) {
-                sizes.push(size);
-            }
-        }
-        sizes.sort_by_key(|[width, height]| std::cmp::Reverse(u64::from(*width) * u64::from(*height)));
+        let candidates = BandCandidates::new(self);
+        let sizes = candidates.sizes(self);
         let (mut best, mut lacks): (Option<(u64, Banding)>, _) = (None, Vec::new());
         let parts = limits.parts.map_or(Parts::TRIED.to_vec(), |parts| vec![parts]);
-        let filtered: Vec<bool> = (0..self.images.len()).map(|image| self.is_filtered(image)).collect();
         for count in 1..=sizes.len() {
             let known = best.as_ref().map(|(cost, _)| *cost);
-            let banded = match BandedPlan::new(self, reach, limits, &filtered, sizes[..count].to_vec()) {
+            let banded = match BandedPlan::new(self, halos, limits, &candidates, sizes[..count].to_vec()) {
                 Ok(banded) if banded.longest_whole() > limits.side => continue,
                 Ok(banded) => banded,
                 Err(error) => {

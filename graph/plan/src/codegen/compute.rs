@@ -9,34 +9,32 @@ pub(super) fn compose_compute(code: &PassCode<'_>) -> Result<Composed, ShaderErr
     let kernel = &code.pass.kernels[0];
     let mut linker = code.linker();
     let instance = linker.add_copy(kernel.shader.source())?;
-    let mut slots = bind(code, kernel, &mut linker, instance)?;
+    let (slots, immediate) = bind(code, kernel, &mut linker, instance)?;
     for (name, value) in &kernel.constants {
         linker.set_override(instance, name, *value);
     }
     let reflection = kernel.shader.reflect()?;
-    let is_frame = |slot: &Slot| slot.kind == SlotKind::Frame;
-    let immediate = code.options.immediates && slots.iter().any(is_frame);
-    if immediate {
-        slots.retain(|slot| !is_frame(slot));
-        for global in reflection.globals.iter().filter(|global| global.kind == GlobalKind::Frame) {
-            linker.make_immediate(instance, &global.name);
-        }
-    }
     let workgroup = reflection.entry(&kernel.function).map_or([1; 3], |entry| entry.workgroup);
     let linked = linker.link(String::new(), &[(instance, &kernel.function)])?;
     Ok(code.composed(linked, Entry { slots, immediate, workgroup, names: &[] }))
 }
 
-/// The bindings of a kernel; sets the formats of its storage images.
+/// The bindings of a kernel, and whether it takes the frame's time from immediates; sets the formats of its storage
+/// images.
 pub(super) fn bind(
     code: &PassCode<'_>,
     kernel: &KernelCall,
     linker: &mut Linker<'_>,
     instance: Instance,
-) -> Result<Vec<Slot>, ShaderError> {
-    let mut slots = Vec::new();
+) -> Result<(Vec<Slot>, bool), ShaderError> {
+    let (mut slots, mut immediate) = (Vec::new(), false);
     for global in &kernel.shader.reflect()?.globals {
         let kind = match (&global.kind, kernel.arg(&global.name)) {
+            (GlobalKind::Frame, None) if code.options.immediates => {
+                linker.make_immediate(instance, &global.name);
+                immediate = true;
+                continue;
+            }
             (GlobalKind::Frame, None) => SlotKind::Frame,
             (GlobalKind::Uniform(_), Some(Arg::Block(block))) => SlotKind::Block(block),
             (GlobalKind::Uniform(_), None) => SlotKind::Params,
@@ -65,5 +63,5 @@ pub(super) fn bind(
         };
         slots.push(Slot { binding: global.binding, kind });
     }
-    Ok(slots)
+    Ok((slots, immediate))
 }

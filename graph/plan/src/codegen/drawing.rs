@@ -1,10 +1,10 @@
 //! A drawing pass whose entry points its author has written: its overrides and bindings are set.
 
 use afterimage_graph::node::Drawing;
-use afterimage_wgsl::{GlobalKind, SampleMode, ShaderError, SourceMap};
+use afterimage_wgsl::{SampleMode, ShaderError, SourceMap};
 
 use super::compute::bind;
-use super::module::{Composed, Draw, PassCode, Slot, SlotKind};
+use super::module::{Composed, Draw, PassCode};
 
 /// The module of a drawing pass; an empty one if the pass only clears, or the host draws.
 pub(super) fn compose_drawing(code: &PassCode<'_>, drawing: &Drawing) -> Result<Composed, ShaderError> {
@@ -13,16 +13,7 @@ pub(super) fn compose_drawing(code: &PassCode<'_>, drawing: &Drawing) -> Result<
     };
     let mut linker = code.linker();
     let instance = linker.add_copy(kernel.shader.source())?;
-    let mut slots = bind(code, kernel, &mut linker, instance)?;
-    let is_frame = |slot: &Slot| slot.kind == SlotKind::Frame;
-    let immediate = code.options.immediates && slots.iter().any(is_frame);
-    if immediate {
-        slots.retain(|slot| !is_frame(slot));
-        let globals = &kernel.shader.reflect()?.globals;
-        for global in globals.iter().filter(|global| global.kind == GlobalKind::Frame) {
-            linker.make_immediate(instance, &global.name);
-        }
-    }
+    let (slots, immediate) = bind(code, kernel, &mut linker, instance)?;
     let entries: Vec<_> =
         std::iter::once(&kernel.function).chain(&geometry.fragment).map(|name| (instance, &**name)).collect();
     let linked = linker.link(String::new(), &entries)?;

@@ -66,7 +66,7 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
     }
 }
 
-/// `origin` is the first texel of a result in a rectangle.
+/// `origin` is the first texel of the result in its image.
 fn entry_points(
     writer: &FunctionWriter<'_, '_>,
     result: &str,

@@ -70,7 +70,7 @@ impl Plan {
     /// What is wrong with a shader, at the author's line.
     pub fn compose(&self, pass: usize, immediates: bool) -> Result<Composed, ShaderError> {
         let pass = &self.passes[pass].pass;
-        let options = CodeOptions { immediates, in_rectangle: self.is_in_rectangle(pass) };
+        let options = CodeOptions { immediates, has_origin: self.has_origin(pass) };
         compose_pass(pass, &|image| self.image(image).desc, &|image| self.image(image).sample_mode, options)
     }
 }

@@ -38,8 +38,8 @@ pub enum SlotKind {
 pub struct CodeOptions {
     /// Takes the frame's time from immediates.
     pub immediates: bool,
-    /// Writes the result into a rectangle of its image.
-    pub in_rectangle: bool,
+    /// Writes the result to a part of its image: the uniform [`Extent`](SlotKind::Extent) states its first texel.
+    pub has_origin: bool,
 }
 
 /// A module that a device can run.

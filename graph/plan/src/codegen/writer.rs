@@ -182,15 +182,15 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.variable(SlotKind::Storage(image), "var", "result", &ty)
     }
 
-    /// The size of the result. Its variable has the first texel behind the size if the result lies in a rectangle.
+    /// The size of the result. Its variable has the first texel behind the size if the result has an origin.
     pub(super) fn extent(&mut self) -> String {
-        let (ty, size) = if self.code.options.in_rectangle { ("vec4f", ".xy") } else { ("vec2f", "") };
+        let (ty, size) = if self.code.options.has_origin { ("vec4f", ".xy") } else { ("vec2f", "") };
         self.variable(SlotKind::Extent, "var<uniform>", "extent", ty) + size
     }
 
-    /// The first texel of a result in a rectangle.
+    /// The first texel of the result in its image, if it is not at the corner.
     pub(super) fn origin(&mut self) -> Option<String> {
-        let extent = self.code.options.in_rectangle.then(|| self.extent())?;
+        let extent = self.code.options.has_origin.then(|| self.extent())?;
         Some(format!("vec2i({}.zw)", extent.trim_end_matches(".xy")))
     }
 

@@ -1,8 +1,8 @@
 //! A kernel function whose result is read only as "this pixel" becomes part of its reader; the image between them is
 //! never stored.
 //!
-//! A light function, which does little to one pixel, becomes part of each of several readers: to compute it again costs
-//! less than to store it.
+//! A cheap function of one pixel becomes part of each of several readers: to compute it again costs less than to store
+//! it.
 
 use super::module_limits::fit_one_module;
 use super::pass_graph::{PassGraph, is_cheap};
@@ -13,7 +13,7 @@ use afterimage_graph::node::{Arg, Origin, Pass, Recording, Resource};
 
 /// Resources that a pass reads, at most: small devices refuse more bindings.
 const MAX_BINDINGS: usize = 12;
-/// Readers into which a light pass is copied, at most.
+/// Readers into which a cheap pass is copied, at most.
 const MAX_COPIES: usize = 4;
 /// Kernels of one pass, at most: it keeps planning linear, and modules small enough for a device's compiler, whose time
 /// grows with the square of their number.
@@ -89,7 +89,7 @@ fn merge(graph: &mut PassGraph, recording: &Recording, producer: Pass, reader_nu
     nodes.extend(reader.nodes);
     nodes.dedup();
     let label = format!("{label} + {}", reader.label);
-    graph.put(reader_number, Pass::of_functions(nodes.clone(), label, kernels, result));
-    let image = recording.image(intermediate);
-    Fused { image: image.label.clone(), nodes, bytes_saved: 2 * image.desc.bytes() }
+    let fused = Fused::new(recording.image(intermediate), &nodes);
+    graph.put(reader_number, Pass::of_functions(nodes, label, kernels, result));
+    fused
 }

@@ -112,25 +112,20 @@ impl Halving {
         let rows = rows_of(recording.image(self.result).desc.size.texels());
         let kind = RowDownsample { state: self.by.state, rows, odd: self.odd, around };
         let mut pass = row_pass(nodes, label, kernels, self.result, kind);
-        let saved = |image: ImageId, nodes: &[String], times: u64| {
-            let image = recording.image(image);
-            (image.label.clone(), nodes.to_vec(), times * image.desc.bytes())
-        };
         if is_fused {
-            let (image, nodes, bytes_saved) = saved(self.source, &pass.nodes, 2);
-            savings.fused.push(Fused { image, nodes, bytes_saved });
+            savings.fused.push(Fused::new(recording.image(self.source), &pass.nodes));
         }
         let mut makes_again = false;
         if let Some(neighbors) = neighbors {
             let joined = neighbors.join_squares(graph, &mut pass);
             if joined > 0 {
-                let (image, nodes, bytes_saved) = saved(neighbors.source, &pass.nodes, joined);
-                savings.shared_reads.push(SharedRead { image, nodes, bytes_saved });
+                let image = recording.image(neighbors.source);
+                let (nodes, bytes_saved) = (pass.nodes.clone(), joined * image.desc.bytes());
+                savings.shared_reads.push(SharedRead { image: image.label.clone(), nodes, bytes_saved });
             }
             makes_again = neighbors.is_still_stored(graph);
             if neighbors.take_maker(graph) {
-                let (image, nodes, bytes_saved) = saved(neighbors.source, &pass.nodes, 2);
-                savings.fused.push(Fused { image, nodes, bytes_saved });
+                savings.fused.push(Fused::new(recording.image(neighbors.source), &pass.nodes));
             }
         }
         graph.put(self.number, pass);

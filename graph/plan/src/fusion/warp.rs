@@ -72,8 +72,7 @@ fn merge(recording: &Recording, producer: &Pass, reader: Pass) -> (Pass, Fused) 
     nodes.extend(reader.nodes);
     nodes.dedup();
     let label = format!("{} + {}", producer.label, reader.label);
-    let image = recording.image(intermediate);
-    let fused = Fused { image: image.label.clone(), nodes: nodes.clone(), bytes_saved: 2 * image.desc.bytes() };
+    let fused = Fused::new(recording.image(intermediate), &nodes);
     (Pass::of_functions(nodes, label, kernels, result), fused)
 }
 

@@ -29,6 +29,13 @@ pub struct PlannedImage {
     pub slot: Option<u32>,
 }
 
+impl PlannedImage {
+    /// Width and height.
+    pub(crate) fn sides(&self) -> [u32; 2] {
+        [self.desc.size.width, self.desc.size.height]
+    }
+}
+
 /// The batches in which an image is in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Lifetime {

@@ -12,7 +12,6 @@ use super::Plan;
 pub struct Metering {
     /// Passes that measure a frame, in the order of the plan. They read nothing of other frames.
     pub measuring: Vec<usize>,
-    /// The buffers of measurements.
     pub measured: Vec<BufferId>,
     /// Passes that make the state of the next frame from what is measured and the state before, and from nothing else;
     /// in the order of the plan.
@@ -24,8 +23,21 @@ pub struct Metering {
 impl Plan {
     /// The meters, without those that measure what earlier frames have left: their state follows from all images only.
     pub fn metering(&self) -> Metering {
+        MeterSearch { plan: self, persistent: self.persistent_resources() }.find()
+    }
+}
+
+/// A search for the meters of a plan.
+struct MeterSearch<'a> {
+    plan: &'a Plan,
+    /// Buffers that outlive frames, and cached results.
+    persistent: BTreeSet<Resource>,
+}
+
+impl MeterSearch<'_> {
+    fn find(&self) -> Metering {
         let writes_state = |pass: &usize| self.written_buffers(*pass).any(|buffer| self.outlives_frames(buffer));
-        let mut integrating: Vec<usize> = (0..self.passes.len()).filter(writes_state).collect();
+        let mut integrating: Vec<usize> = (0..self.plan.passes.len()).filter(writes_state).collect();
         // A pass that falls out may take the state away that another one reads.
         loop {
             let metering = self.metering_of(&integrating);
@@ -39,7 +51,7 @@ impl Plan {
     /// The meters if these passes make the state; those are left out that need more than it and what is measured.
     fn metering_of(&self, candidates: &[usize]) -> Metering {
         let mut state: BTreeSet<BufferId> = candidates.iter().flat_map(|pass| self.written_buffers(*pass)).collect();
-        for pass in (0..self.passes.len()).filter(|pass| !candidates.contains(pass)) {
+        for pass in (0..self.plan.passes.len()).filter(|pass| !candidates.contains(pass)) {
             for buffer in self.written_buffers(pass) {
                 state.remove(&buffer);
             }
@@ -65,7 +77,7 @@ impl Plan {
     /// The buffers that a pass reads besides the state, with the passes that measure them. `None` if the pass needs or
     /// writes anything else.
     fn measured_by(&self, index: usize, state: &BTreeSet<BufferId>) -> Option<Vec<(BufferId, BTreeSet<usize>)>> {
-        let pass = &self.passes[index].pass;
+        let pass = &self.plan.passes[index].pass;
         let is_of_state = |resource| matches!(resource, Resource::Buffer(buffer) if state.contains(&buffer));
         if pass.args().any(|arg| arg.block().is_some()) || !pass.writes().into_iter().all(is_of_state) {
             return None;
@@ -73,7 +85,7 @@ impl Plan {
         let mut measured = Vec::new();
         for resource in pass.reads() {
             let Resource::Buffer(buffer) = resource else { return None };
-            let is_constant = matches!(self.buffers[buffer.0 as usize].life, BufferLife::Constant(_));
+            let is_constant = matches!(self.plan.buffers[buffer.0 as usize].life, BufferLife::Constant(_));
             if !is_constant && !state.contains(&buffer) {
                 measured.push((buffer, self.passes_of_this_frame(buffer, index)?));
             }
@@ -86,7 +98,7 @@ impl Plan {
     fn passes_of_this_frame(&self, buffer: BufferId, reader: usize) -> Option<BTreeSet<usize>> {
         let mut needed = BTreeSet::from([Resource::Buffer(buffer)]);
         let mut passes = BTreeSet::new();
-        for (index, planned) in self.passes.iter().enumerate().rev() {
+        for (index, planned) in self.plan.passes.iter().enumerate().rev() {
             if planned.pass.writes().iter().any(|written| needed.contains(written)) {
                 if index > reader {
                     return None;
@@ -95,13 +107,13 @@ impl Plan {
                 needed.extend(planned.pass.reads());
             }
         }
-        let lasting = self.lasting_resources();
-        let is_of_the_past = |resource: &Resource| lasting.contains(resource) || self.is_of_earlier_frame(*resource);
+        let is_of_the_past =
+            |resource: &Resource| self.persistent.contains(resource) || self.plan.is_of_earlier_frame(*resource);
         (!needed.iter().any(is_of_the_past)).then_some(passes)
     }
 
     fn written_buffers(&self, pass: usize) -> impl Iterator<Item = BufferId> + use<> {
-        let written = self.passes[pass].pass.writes().into_iter();
+        let written = self.plan.passes[pass].pass.writes().into_iter();
         written.filter_map(|resource| match resource {
             Resource::Buffer(buffer) => Some(buffer),
             Resource::Image(_) => None,
@@ -109,6 +121,6 @@ impl Plan {
     }
 
     fn outlives_frames(&self, buffer: BufferId) -> bool {
-        self.buffers[buffer.0 as usize].life == BufferLife::Persistent
+        self.plan.buffers[buffer.0 as usize].life == BufferLife::Persistent
     }
 }

@@ -144,7 +144,7 @@ impl Plan {
     }
 
     /// Returns whether a pass writes an output in a rectangle.
-    pub(crate) fn is_in_rectangle(&self, pass: &Pass) -> bool {
+    pub(crate) fn has_origin(&self, pass: &Pass) -> bool {
         let mut outputs = self.outputs.iter().filter(|output| output.in_rectangle);
         outputs.any(|output| pass.function_result() == Some(output.image))
     }

@@ -10,10 +10,12 @@ use super::Plan;
 /// The frames in which a pass runs. A pass with several runs in the frames of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Refresh {
-    /// All frames.
     EachFrame,
     /// Frames whose number modulo `every` is `phase`, and those in which cached results are recomputed.
-    Every { every: u32, phase: u32 },
+    Every {
+        every: u32,
+        phase: u32,
+    },
     /// Frames before which its uniforms have changed: it evaluates a baked LUT.
     OnChange,
     /// Only frames in which cached results are recomputed: first frames, cuts, and those with changed uniforms.

@@ -1,5 +1,6 @@
 //! Work of the nodes that no frame does, or not each one.
 
+use afterimage_graph::node::VirtualImage;
 use serde::Serialize;
 
 use super::CachedResults;
@@ -39,13 +40,19 @@ pub struct Fused {
     pub bytes_saved: u64,
 }
 
+impl Fused {
+    /// The image between two passes that are one now.
+    pub(crate) fn new(image: &VirtualImage, nodes: &[String]) -> Self {
+        Self { image: image.label.clone(), nodes: nodes.to_vec(), bytes_saved: 2 * image.desc.bytes() }
+    }
+}
+
 /// A run of nodes that became a baked LUT.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Baked {
     pub nodes: Vec<String>,
-    /// The size that was asked for: levels of light.
+    /// The size that was asked for: levels of the largest channel.
     pub size: u32,
-    /// Bytes of the table.
     pub bytes: u64,
     /// True if every frame fills it, because a node reads a value that passes compute.
     #[serde(skip_serializing_if = "std::ops::Not::not")]

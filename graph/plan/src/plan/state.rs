@@ -13,7 +13,6 @@ use super::{Plan, PlannedPass};
 pub struct StateItem {
     /// Its name in the plan, `node.port`; unique among the items.
     pub name: String,
-    /// The buffer or images.
     pub content: StateContent,
     /// Number of earlier frames that it depends on, given the other items. `None` if it depends on
     /// its own past, which may reach back to the first frame.
@@ -23,11 +22,8 @@ pub struct StateItem {
 /// The buffer or images of an item of the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateContent {
-    /// A buffer.
     Buffer {
-        /// The buffer.
         buffer: BufferId,
-        /// Its size in bytes.
         bytes: u64,
     },
     /// The images of the last frames, or the cached one.
@@ -104,7 +100,7 @@ impl Plan {
     /// results, are items of their own.
     fn is_made_from_the_past(&self, resource: Resource) -> bool {
         let mut needed = BTreeSet::from([resource]);
-        let items = self.lasting_resources();
+        let items = self.persistent_resources();
         for PlannedPass { pass, .. } in self.passes.iter().rev() {
             if pass.writes().iter().any(|resource| needed.contains(resource)) {
                 needed.extend(pass.reads().into_iter().filter(|read| !items.contains(read)));
@@ -114,7 +110,7 @@ impl Plan {
     }
 
     /// Buffers that outlive frames, and cached results.
-    pub(super) fn lasting_resources(&self) -> BTreeSet<Resource> {
+    pub(super) fn persistent_resources(&self) -> BTreeSet<Resource> {
         let buffers = self.buffers.iter().zip(0..).filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
         let buffers = buffers.map(|(_, id)| Resource::Buffer(BufferId(id)));
         buffers.chain(self.cached_results().into_keys()).collect()

@@ -14,9 +14,7 @@ pub struct PlanDiff {
     pub removed: Vec<String>,
     /// Images that both have, with what each states of them, where size or format differ.
     pub resized: Vec<(String, String, String)>,
-    /// Passes of each.
     pub passes: (u64, u64),
-    /// Batches of each.
     pub batches: (u64, u64),
     /// Bytes that each moves in one frame.
     pub bytes_moved: (u64, u64),

@@ -25,27 +25,27 @@ impl Plan {
     /// The hash of the passes that measure, with their uniforms: plans in which it is equal measure frames alike, on
     /// one adapter bit for bit.
     pub fn measuring_hash(&self, metering: &Metering) -> PlanHash {
-        let passes = metering.measuring.iter().map(|&index| self.measuring_words(&self.passes[index]));
+        let passes = metering.measuring.iter().map(|&index| measuring_words(self, &self.passes[index]));
         PlanHash(fnv1a(passes.collect::<String>().as_bytes()))
     }
+}
 
-    /// A description of a pass without the names of its resources, which depend on other passes.
-    fn measuring_words(&self, planned: &PlannedPass) -> String {
-        let PlannedPass { pass, stage, workgroups, uniform, .. } = planned;
-        let mut words = format!("{stage:?} {workgroups:?} {:032x}\n", fnv1a(&uniform.bytes));
-        for kernel in &pass.kernels {
-            let text = fnv1a(kernel.shader.text().as_bytes());
-            words += &format!("{} {text:032x} {:?}\n", kernel.function, kernel.constants);
-        }
-        for resource in pass.resources() {
-            words += &match resource {
-                Resource::Image(image) => {
-                    let image = self.image(image);
-                    format!("{:?} {:?}\n", image.desc, image.sample_mode)
-                }
-                Resource::Buffer(buffer) => format!("{} bytes\n", self.buffers[buffer.0 as usize].bytes),
-            };
-        }
-        words
+/// A description of a pass without the names of its resources, which depend on other passes.
+fn measuring_words(plan: &Plan, planned: &PlannedPass) -> String {
+    let PlannedPass { pass, stage, workgroups, uniform, .. } = planned;
+    let mut words = format!("{stage:?} {workgroups:?} {:032x}\n", fnv1a(&uniform.bytes));
+    for kernel in &pass.kernels {
+        let text = fnv1a(kernel.shader.text().as_bytes());
+        words += &format!("{} {text:032x} {:?}\n", kernel.function, kernel.constants);
     }
+    for resource in pass.resources() {
+        words += &match resource {
+            Resource::Image(image) => {
+                let image = plan.image(image);
+                format!("{:?} {:?}\n", image.desc, image.sample_mode)
+            }
+            Resource::Buffer(buffer) => format!("{} bytes\n", plan.buffers[buffer.0 as usize].bytes),
+        };
+    }
+    words
 }

@@ -12,9 +12,21 @@ use afterimage_graph::node::Resource;
 impl Plan {
     /// The plan as a table for people, with the memory that it needs and the nodes that it skips.
     pub fn to_text(&self) -> String {
-        let (names, savings) = (Names::new(self), &self.savings);
-        let outputs = self.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
-        let dynamic = self.dynamic.iter().map(|name| vec![format!("  {name}")]);
+        TextReport { plan: self, names: Names::new(self) }.text()
+    }
+}
+
+/// A plan as a table for people.
+struct TextReport<'a> {
+    plan: &'a Plan,
+    names: Names,
+}
+
+impl TextReport<'_> {
+    fn text(&self) -> String {
+        let (plan, savings) = (self.plan, &self.plan.savings);
+        let outputs = plan.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
+        let dynamic = plan.dynamic.iter().map(|name| vec![format!("  {name}")]);
         let skipped = savings.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
         let fused = savings.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
         let shared = savings.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
@@ -36,7 +48,7 @@ impl Plan {
             };
             vec![format!("  {node}"), when]
         });
-        let state = self.state().into_iter().map(|item| {
+        let state = plan.state().into_iter().map(|item| {
             let reach = match item.reach {
                 Some(1) => "made from 1 frame".to_owned(),
                 Some(frames) => format!("made from {frames} frames"),
@@ -46,7 +58,7 @@ impl Plan {
         });
         let sections = [
             self.heading(),
-            table(&self.pass_table(&names)),
+            table(&self.pass_table()),
             section("outputs", outputs.collect()),
             section("parameters that change without a new plan", dynamic.collect()),
             section("skipped", skipped.collect()),
@@ -56,45 +68,45 @@ impl Plan {
             saved_bytes("read once by passes that are joined", shared.collect()),
             section("state that the next frame reads", state.collect()),
             self.memory_text(),
-            format!("\nhash {}\n", self.hash()),
+            format!("\nhash {}\n", plan.hash()),
         ];
         sections.concat()
     }
 
     fn heading(&self) -> String {
-        let passes = count(self.passes.len(), "pass");
-        let batches = count(self.batches.len(), "batch");
-        let transitions: usize = self.batches.iter().map(|batch| batch.transitions.len()).sum();
-        let aliasing: usize = self.batches.iter().map(|batch| batch.aliasing.len()).sum();
+        let passes = count(self.plan.passes.len(), "pass");
+        let batches = count(self.plan.batches.len(), "batch");
+        let transitions: usize = self.plan.batches.iter().map(|batch| batch.transitions.len()).sum();
+        let aliasing: usize = self.plan.batches.iter().map(|batch| batch.aliasing.len()).sum();
         format!(
             "{passes} in {batches} at {}; {}, {}; {} moved a frame\n\n",
-            self.size,
+            self.plan.size,
             count(transitions, "transition"),
             count(aliasing, "aliasing barrier"),
-            mebibytes(self.bytes_moved())
+            mebibytes(self.plan.bytes_moved())
         )
     }
 
-    fn pass_table(&self, names: &Names) -> Vec<Vec<String>> {
+    fn pass_table(&self) -> Vec<Vec<String>> {
         let heading = ["batch", "node", "does", "stage", "size", "format", "reads -> writes"];
         let mut rows = vec![heading.map(str::to_owned).to_vec()];
-        for (number, batch) in self.batches.iter().enumerate() {
+        for (number, batch) in self.plan.batches.iter().enumerate() {
             for at in batch.passes.clone() {
                 let number = if at == batch.passes.start { number.to_string() } else { String::new() };
-                rows.extend(self.pass_rows(names, number, at));
+                rows.extend(self.pass_rows(number, at));
             }
         }
         rows
     }
 
     /// One row for a pass, and one more for each further pass that fusion has put into it.
-    fn pass_rows(&self, names: &Names, batch: String, at: usize) -> Vec<Vec<String>> {
-        let PlannedPass { pass, stage, .. } = &self.passes[at];
+    fn pass_rows(&self, batch: String, at: usize) -> Vec<Vec<String>> {
+        let PlannedPass { pass, stage, .. } = &self.plan.passes[at];
         let list = |resources: Vec<Resource>| {
-            let named: Vec<&str> = resources.into_iter().map(|resource| names.of(resource)).collect();
+            let named: Vec<&str> = resources.into_iter().map(|resource| self.names.of(resource)).collect();
             named.join(", ")
         };
-        let target = pass.written_image().map(|image| self.image(image).desc);
+        let target = pass.written_image().map(|image| self.plan.image(image).desc);
         let labels: Vec<&str> = pass.label.split(" + ").collect();
         let nodes: Vec<&str> = pass.nodes.iter().map(String::as_str).collect();
         let one_each = labels.len() == nodes.len();
@@ -115,13 +127,13 @@ impl Plan {
     }
 
     fn memory_text(&self) -> String {
-        let memory = &self.memory;
+        let memory = &self.plan.memory;
         let share = |bytes: u64| match memory.unaliased {
             0 => String::new(),
             all => format!("{:.1} %", 100.0 * bytes as f64 / all as f64),
         };
         let row = |name: &str, bytes: u64, alias: Option<Alias>| {
-            let used = if alias == Some(self.options.alias) { "in use" } else { "" };
+            let used = if alias == Some(self.plan.options.alias) { "in use" } else { "" };
             vec![format!("  {name}"), mebibytes(bytes), share(bytes), used.to_owned()]
         };
         let rows = [
@@ -141,7 +153,7 @@ impl Plan {
     }
 
     fn verdict(&self) -> String {
-        let (placed, bound) = (self.memory.placed, self.memory.lower_bound);
+        let (placed, bound) = (self.plan.memory.placed, self.plan.memory.lower_bound);
         match 100.0 * (placed - bound) as f64 / bound as f64 {
             _ if placed == bound => "the placement is the best there is for this order".to_owned(),
             gap => format!("the placement is within {gap:.2} % of the best that this order allows"),

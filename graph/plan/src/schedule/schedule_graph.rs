@@ -69,7 +69,6 @@ impl ScheduleGraph {
         Self { before: self.after.clone(), after: self.before.clone(), ..self.clone() }
     }
 
-    /// Number of passes.
     pub(crate) fn len(&self) -> usize {
         self.before.len()
     }

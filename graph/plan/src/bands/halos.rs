@@ -6,9 +6,9 @@ use afterimage_graph::node::Pass;
 
 /// Rows that passes read above and below those that they write, in images of each size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Reach(BTreeMap<(usize, [u32; 2]), [u32; 2]>);
+pub struct Halos(BTreeMap<(usize, [u32; 2]), [u32; 2]>);
 
-impl Reach {
+impl Halos {
     /// Adds rows, above and below, to those that a pass is given.
     pub fn learn(&mut self, pass: &Pass, index: usize, size: [u32; 2], more: [u32; 2]) {
         let known = self.of(pass, index, size);
