@@ -105,8 +105,8 @@ fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
 {load}    return {run};
 }}",
         HEIGHT * rows,
-        loads = writer.load_host_pixels(rows, "    "),
-        load = writer.load_host_pixels(1, "    "),
+        loads = writer.load_pixels(rows, "    "),
+        load = writer.load_pixels(1, "    "),
         run = writer.call_at("run", 0),
     )
 }
