@@ -1,7 +1,7 @@
 //! Tables in the place of nodes: how close they are to the nodes, when they are filled, what they hold at their ends,
 //! and which nodes become one.
 
-use afterimage::offline::{Session, TableErrors};
+use afterimage::offline::{LutErrors, Session, faults};
 use afterimage_generators::Rng;
 use afterimage_gpu::{Frame, Gpu, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph};
@@ -180,9 +180,9 @@ fn a_run_ends_where_a_node_needs_more_than_a_color() {
     let baked = |nodes: &str, bake: Option<Bake>| {
         let plan = plan(&graph(&pipeline(nodes)), bake);
         assert_eq!(verify(&plan), Ok(()), "{}", plan.to_text());
-        let filling = (0..plan.passes.len()).filter(|pass| plan.evaluates_lut(*pass)).count();
-        assert_eq!(filling, plan.baked.len(), "{}", plan.to_text());
-        plan.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size)).collect::<Vec<_>>()
+        let filling = (0..plan.passes.len()).filter(|pass| plan.runs_on_change(*pass)).count();
+        assert_eq!(filling, plan.savings.baked.len(), "{}", plan.to_text());
+        plan.savings.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size)).collect::<Vec<_>>()
     };
     let run = |nodes: &str, size: u32| vec![(nodes.to_owned(), size)];
     let whole = r#""white": WhiteBalance(source: "in", temperature: 5000.0, mode: Temperature),
@@ -218,11 +218,11 @@ fn a_run_ends_where_a_node_needs_more_than_a_color() {
 fn an_exact_plan_and_a_small_device_have_no_tables() {
     let graph = graph(&tone_map(""));
     let gpu = gpu();
-    assert_eq!(Run::new(&graph).exact().plan(&gpu, &[("in", &gray_ramp())]).baked, []);
+    assert_eq!(Run::new(&graph).exact().plan(&gpu, &[("in", &gray_ramp())]).savings.baked, []);
     let mut narrow: Gpu = (*gpu).clone();
     // A table of size 64 has 8192 texels a row.
     narrow.caps.max_side = 2048;
-    assert_eq!(Run::new(&graph).plan(&narrow, &[("in", &gray_ramp())]).baked, []);
+    assert_eq!(Run::new(&graph).plan(&narrow, &[("in", &gray_ramp())]).savings.baked, []);
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn verify_finds_a_lut_that_is_evaluated_from_the_image() {
     let mut plan = plan(&graph(&tone_map("")), None);
     let lookup = plan.passes.iter().position(|planned| planned.pass.function_result() == Some(plan.outputs[0].image));
     let pixel = plan.passes[lookup.expect("a pass makes the output")].pass.kernels[0].args[0].clone();
-    let filling = (0..plan.passes.len()).find(|pass| plan.evaluates_lut(*pass)).expect("a pass evaluates the LUT");
+    let filling = (0..plan.passes.len()).find(|pass| plan.runs_on_change(*pass)).expect("a pass evaluates the LUT");
     let color = &mut plan.passes[filling].pass.kernels[1].args[0];
     color.value = pixel.value;
     let faults: Vec<String> = verify(&plan).expect_err("it is wrong").iter().map(Fault::to_string).collect();
@@ -260,11 +260,11 @@ fn a_lut_is_evaluated_when_a_number_in_it_has_changed() {
         let graph = graph(&text(white, dark));
         player.load(&Run::new(&graph), &[("in", &colors)]);
         player.run(&Frame { inputs: &[("in", &input)], ..Frame::default() }).expect("a frame");
-        filled.push(player.executor.has_evaluated_luts());
+        filled.push(player.executor.has_run_on_change());
         let mut other = Player::new();
         other.load(&Run::new(&graph), &[("in", &colors)]);
         other.frame(&[("in", &colors)], 0.0, false);
-        assert!(other.executor.has_evaluated_luts());
+        assert!(other.executor.has_run_on_change());
         assert!(player.output("out") == other.output("out"), "{white} {dark}");
     }
     assert_eq!(filled, [true, false, true, false, false, false, true]);
@@ -283,8 +283,8 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
     let probed = |size: u32| {
         let options = Options { bake: Some(Bake::Size(size)), ..Options::default() };
         let mut session = Session::new(&gpu, graph.clone(), Facts::default(), options);
-        let all = session.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
-        let [TableErrors { colors, grays }] = all.as_slice() else { panic!("one table and not {}", all.len()) };
+        let all = faults::lut_errors(&mut session, texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
+        let [LutErrors { colors, grays }] = all.as_slice() else { panic!("one table and not {}", all.len()) };
         assert_eq!((colors.len(), grays.len()), (1 << 20, 1 << 16));
         // The published curve, with light at which middle gray is that of the others; and a ramp without a fall.
         let curve = |at: usize| {
@@ -305,7 +305,9 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
         assert!((0..2).all(|i| (found[i] / seen[i] - 1.0).abs() < 0.2), "{size}: {found:?} and {seen:?}");
     }
     let mut exact = Session::new(&gpu, graph.clone(), Facts::default(), Options { exact: true, ..Options::default() });
-    assert!(exact.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders").is_empty());
+    assert!(
+        faults::lut_errors(&mut exact, texels.desc.size, std::slice::from_ref(&image)).expect("it renders").is_empty()
+    );
 }
 
 /// The parts of random chains: what they take, and what they give.
@@ -364,7 +366,7 @@ fn random_chains_with_and_without_a_table_agree() {
     for seed in 0..16 {
         let text = pipeline(&chain(seed));
         let graph = graph_with(&text, std::slice::from_ref(&fade));
-        let baked = plan(&graph, None).baked;
+        let baked = plan(&graph, None).savings.baked;
         let is_metered = baked.iter().any(|baked| baked.in_every_frame);
         assert_eq!(baked.len(), usize::from(!text.contains("Cdl")), "{text}");
         assert_eq!(is_metered, !baked.is_empty() && text.contains("Fade"), "{text}");
@@ -435,7 +437,7 @@ fn a_table_with_a_meter_in_it_is_that_of_the_frame() {
             run.options.bake = bake;
             let plan = player.load(&run, &[("in", &pictures[0])]);
             assert_eq!(verify(&plan), Ok(()));
-            let found: Vec<_> = plan.baked.iter().map(|baked| (baked.size, baked.in_every_frame)).collect();
+            let found: Vec<_> = plan.savings.baked.iter().map(|baked| (baked.size, baked.in_every_frame)).collect();
             assert_eq!(found, if bake.is_none() { vec![(48, true)] } else { vec![] }, "{}", plan.to_text());
             let mut shown = Vec::new();
             for pictures in pictures.chunks(recorded) {
@@ -448,7 +450,7 @@ fn a_table_with_a_meter_in_it_is_that_of_the_frame() {
                 player.gpu.queue.submit([encoder.finish()]);
                 shown.push(player.output("out"));
             }
-            assert!(!player.executor.has_evaluated_luts(), "no LUT outlives a frame");
+            assert!(!player.executor.has_run_on_change(), "no LUT outlives a frame");
             shown
         };
         let (exact, tables, by_threes) = (frames(Some(Bake::Off), 1), frames(None, 1), frames(None, 3));
@@ -491,7 +493,8 @@ fn a_kind_in_a_folder_is_part_of_a_run_if_it_says_so() {
     ));
     let [says_so, does_not] = [KIND.to_owned(), KIND.replace(" of_color: true,", "")];
     let with = graph_with(&text, &[kind(&says_so, ("tint.wgsl", SHADER))]);
-    let nodes = |graph: &Graph| plan(graph, None).baked.iter().map(|baked| baked.nodes.join(" ")).collect::<Vec<_>>();
+    let nodes =
+        |graph: &Graph| plan(graph, None).savings.baked.iter().map(|baked| baked.nodes.join(" ")).collect::<Vec<_>>();
     assert_eq!(nodes(&with), ["before mapped result"]);
     assert_eq!(nodes(&graph_with(&text, &[kind(&does_not, ("tint.wgsl", SHADER))])), ["before"]);
     let colors = colors(5);

@@ -229,7 +229,7 @@ fn without_a_camera_its_nodes_are_skipped_or_it_is_an_error() {
     let data = light.data().expect("its matrices have inverses");
     host.frame(&[("light", &data)]).unwrap_or_else(|error| panic!("{error}"));
     compare(&host, None, &light);
-    let skipped = &host.post.plan().expect("it renders").skipped;
+    let skipped = &host.post.plan().expect("it renders").savings.skipped;
     assert_eq!(skipped[0].why, "nothing arrives at its input `camera`");
     let error = host.frame(&[("camera", &data)]).expect_err("`light` is not optional").to_string();
     assert_eq!(error, "no Camera was given for input `light`: set it in `Frame::blocks`");

@@ -167,7 +167,7 @@ fn what_does_not_move_is_the_same_without_a_step() {
             let [one, other] = [&mut one, &mut other].map(|film| film.frame(frame, &picture, dt, reset));
             assert!(one == other, "{name}: frame {frame}");
         }
-        assert!(!other.session.plan().cached.is_empty());
+        assert!(!other.session.plan().savings.cached.is_empty());
     }
 }
 
@@ -205,13 +205,13 @@ fn a_cut_another_size_and_another_number_run_all() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn nodes_with_a_state_are_not_cached() {
     let held = plan(&meter("", "every: 4"));
-    assert!(held.cached[0].results.is_empty() && running(&held).count() == held.passes.len());
+    assert!(held.savings.cached[0].results.is_empty() && running(&held).count() == held.passes.len());
     assert!(held.to_text().contains("metered  runs in every frame, because it keeps a state"));
     let remembered = "Pipeline(inputs: { \"scene\": Color }, nodes: { \
         \"trail\": Composite(base: \"scene\", bloom: \"trail@previous\", every: 4) }, \
         outputs: { \"out\": \"trail\" })";
     let held = plan(&checked(remembered, &NoFiles));
-    assert!(held.cached[0].results.is_empty(), "{}", held.to_text());
+    assert!(held.savings.cached[0].results.is_empty(), "{}", held.to_text());
 }
 
 /// With what it meters shown, a meter runs in every frame, and its own `hold` keeps the exposure.

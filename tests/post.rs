@@ -201,16 +201,16 @@ fn a_parameter_of_a_baked_lut_needs_no_plan() {
     let [hue, strength] = ["mapped.keep_hue", "lit.strength"].map(|name| host.post.parameter::<f32>(name).unwrap());
     host.shown();
     let plan = host.plan();
-    assert_eq!(plan.baked.len(), 1, "{}", plan.to_text());
-    assert!(host.post.executor().has_evaluated_luts());
+    assert_eq!(plan.savings.baked.len(), 1, "{}", plan.to_text());
+    assert!(host.post.executor().has_run_on_change());
     host.shown();
-    assert!(!host.post.executor().has_evaluated_luts());
+    assert!(!host.post.executor().has_run_on_change());
     host.post.set(strength, 0.3).unwrap();
     host.shown();
-    assert!(!host.post.executor().has_evaluated_luts());
+    assert!(!host.post.executor().has_run_on_change());
     host.post.set(hue, 0.5).unwrap();
     let shown = host.shown();
-    assert!(host.post.executor().has_evaluated_luts());
+    assert!(host.post.executor().has_run_on_change());
     assert!(Arc::ptr_eq(&plan, &host.plan()));
     assert_same(&shown, &fresh("lynx.ron", Some("high"), &[("lit.strength", "0.3"), ("mapped.keep_hue", "0.5")]));
 }
@@ -342,7 +342,7 @@ fn another_size_evaluates_the_luts() {
     host.post.set(hue, 0.5).unwrap();
     host.scene = scene(&host.gpu, Size::new(48, 27));
     let shown = host.shown();
-    assert!(host.post.executor().has_evaluated_luts());
+    assert!(host.post.executor().has_run_on_change());
     let mut alone = Host::new(changed("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
     alone.scene = host.scene.clone();
     assert_same(&shown, &alone.shown());

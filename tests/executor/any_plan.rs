@@ -71,7 +71,7 @@ fn every_way_to_run_a_random_graph_gives_the_same_bits() {
             hold_some(&mut graph, seed);
         }
         let plan = planned(&player, &graph, "picture", |_| {});
-        assert_eq!(!plan.cached.is_empty(), holds);
+        assert_eq!(!plan.savings.cached.is_empty(), holds);
         let wanted = film(&mut player, &plan, "picture");
         changing += usize::from(wanted[0] != wanted[2 * graph.outputs.len()]);
         for alias in ALIASES {

@@ -112,12 +112,12 @@ fn no_share_of_the_fog_and_no_volume_skip_the_node() {
     let off = node(", amount: 0.0");
     let off = Nodes::new(&off, &INPUTS);
     let plan = Run::new(&off.graph()).plan(&gpu(), &off.named(&[&scene, &depth, &volume]));
-    assert!(plan.skipped.iter().any(|skipped| skipped.node == "result"), "{:?}", plan.skipped);
+    assert!(plan.savings.skipped.iter().any(|skipped| skipped.node == "result"), "{:?}", plan.savings.skipped);
     let inputs = [INPUTS[0], INPUTS[1], ("fog", "Color(volume: true, optional: true)")];
     let text = node("");
     let graph = Nodes::new(&text, &inputs).graph();
     let plan = Run::new(&graph).plan(&gpu(), &[("in", &scene), ("depth", &depth)]);
-    assert!(plan.skipped.iter().any(|skipped| skipped.node == "result"), "{:?}", plan.skipped);
+    assert!(plan.savings.skipped.iter().any(|skipped| skipped.node == "result"), "{:?}", plan.savings.skipped);
 }
 
 /// The size of the frame is that of the images, wherever the volume stands, and the device filters a copy that is

@@ -12,7 +12,7 @@ use std::slice;
 
 use afterimage::FrameKind;
 use afterimage::host::{Camera, FrameStep, ImageDesc, Matrix, Size};
-use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, GivenImage, Offline, OfflineFrame, RenderedImage, format_of};
 
 use error::{Fault, guarded};
 
@@ -274,15 +274,15 @@ pub unsafe extern "C" fn afterimage_output(
         let (name, output) = found.ok_or_else(|| Fault("no frame with such an output was rendered".to_owned()))?;
         *image = AfterimageImage {
             name: name.as_ptr(),
-            numbers: output.numbers.bytes().as_ptr().cast(),
+            numbers: output.data.bytes().as_ptr().cast(),
             width: output.desc.size.width,
             height: output.desc.size.height,
             channels: output.channels as u32,
-            number_type: match output.numbers.ty() {
-                NumberType::U8 => AFTERIMAGE_U8,
-                NumberType::U16 => AFTERIMAGE_U16,
-                NumberType::F16 => AFTERIMAGE_F16,
-                NumberType::F32 => AFTERIMAGE_F32,
+            number_type: match output.data.ty() {
+                ComponentType::U8 => AFTERIMAGE_U8,
+                ComponentType::U16 => AFTERIMAGE_U16,
+                ComponentType::F16 => AFTERIMAGE_F16,
+                ComponentType::F32 => AFTERIMAGE_F32,
             },
             slices: if output.desc.volume { output.desc.size.depth } else { 0 },
         };
@@ -348,8 +348,8 @@ unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> 
         // SAFETY: the same. The text lives as long as the frame.
         let input = unsafe { text(image.name, "name") }?;
         let ty = match image.number_type {
-            AFTERIMAGE_F16 => Some(NumberType::F16),
-            AFTERIMAGE_F32 => Some(NumberType::F32),
+            AFTERIMAGE_F16 => Some(ComponentType::F16),
+            AFTERIMAGE_F32 => Some(ComponentType::F32),
             _ => None,
         };
         let format = ty.and_then(|ty| format_of(ty, image.channels));

@@ -6,7 +6,7 @@ use afterimage_base::image::{Format, Size};
 use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassKind, Recording, VirtualImage};
 use afterimage_wgsl::{Shader, UniformValue};
 
-use crate::plan::{Baked, CachedResults, Fused, PlanOutput, SharedRead, Skipped};
+use crate::plan::{PlanOutput, Savings};
 use crate::record_context::NodeContext;
 
 /// The plan under construction, before its passes are ordered.
@@ -17,16 +17,7 @@ pub(crate) struct PlanBuilder {
     /// The images that the host gives: input name and image.
     pub(crate) inputs: Vec<(String, ImageId)>,
     pub(crate) outputs: Vec<PlanOutput>,
-    /// Nodes that are not in the plan, and why.
-    pub(crate) skipped: Vec<Skipped>,
-    /// Images that fusion has removed.
-    pub(crate) fused: Vec<Fused>,
-    /// Images that several kernels read together in one pass.
-    pub(crate) shared_reads: Vec<SharedRead>,
-    /// Runs of nodes that became baked LUTs.
-    pub(crate) baked: Vec<Baked>,
-    /// The results of nodes that do not run in every frame.
-    pub(crate) cached: Vec<CachedResults>,
+    pub(crate) savings: Savings,
     /// The nodes with dynamic parameters that run, by their indices in the graph.
     pub(crate) dynamic: BTreeMap<usize, NodeContext>,
 }

@@ -114,7 +114,7 @@ impl Modules {
     fn variants(&mut self, pass: &Pass, recording: &Recording, form: &str, variants: &[(SampleMode, bool)]) {
         let desc_of = |image: ImageId| recording.image(image).desc;
         for (mode, immediates) in variants.iter().copied() {
-            let options = CodeOptions { immediates, in_rectangle: false };
+            let options = CodeOptions { immediates, ..CodeOptions::default() };
             let composed = compose_pass(pass, &desc_of, &|_| mode, options);
             self.plain.extend(composed.iter().filter(|_| !immediates).map(|composed| composed.source.clone()));
             let fault = match composed {

@@ -25,7 +25,10 @@ pub(crate) fn cull(builder: &mut PlanBuilder) {
     let (gone, stay) = (names(false, &needed), names(true, &needed));
     let forgotten = forget(&mut builder.recording, &read);
     let skipped = gone.difference(&stay).cloned().chain(forgotten);
-    builder.skipped.extend(skipped.map(|node| Skipped { node, why: "no pass reads it at the present values".into() }));
+    builder
+        .savings
+        .skipped
+        .extend(skipped.map(|node| Skipped { node, why: "no pass reads it at the present values".into() }));
     let mut needed = needed.into_iter();
     builder.recording.passes.retain(|_| needed.next().unwrap_or(true));
 }

@@ -2,8 +2,8 @@
 //! are not finite, and those where their loops are ended. Other passes read limited results, so they do not see these
 //! faults.
 
-use afterimage_base::image::{ColorState, Format, ImageDesc, Signedness};
-use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Origin, Pass, PassResult, Recording, VirtualImage};
+use afterimage_base::image::{Format, ImageDesc, Signedness};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Origin, Pass, PassResult, Recording, VirtualImage};
 use afterimage_wgsl::Shader;
 
 use crate::builder::PlanBuilder;
@@ -32,9 +32,8 @@ pub(crate) fn add_fault_counters(builder: &mut PlanBuilder) {
         builder.recording.passes.push(pass);
         let Some((counter, image)) = counter else { continue };
         builder.recording.passes.push(counter);
-        let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
         let name = builder.recording.image(image).label.clone();
-        builder.outputs.push(PlanOutput { name, image, state, colorimetry, in_rectangle: false });
+        builder.outputs.push(PlanOutput::of_data(name, image));
     }
 }
 

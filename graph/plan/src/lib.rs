@@ -69,8 +69,8 @@ pub use heap_placement::{HeapPlacement, PlacedPlan};
 pub use options::{Alias, Options, When};
 pub use plan::{
     AliasingBarrier, Baked, Batch, CachedResults, Fused, Lifetime, Memory, Metering, Plan, PlanOutput, PlannedBlock,
-    PlannedImage, PlannedPass, RectangleInput, Refresh, ScheduledPass, SharedRead, Skipped, Slot, Stage, StateContent,
-    StateItem, Transition, UniformBlock, Use,
+    PlannedImage, PlannedPass, RectangleInput, Refresh, Savings, ScheduledPass, SharedRead, Skipped, Slot, Stage,
+    StateContent, StateItem, Transition, UniformBlock, Use,
 };
 pub use plan_cache::{PlanCache, PlanKey, Planned};
 pub use planner::{plan, plan_dynamic, plan_without_tables};

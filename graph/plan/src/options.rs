@@ -5,7 +5,7 @@ use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct Options {
-    /// Fuses passes of point functions and warps.
+    /// Joins passes: functions of a pixel, warps, and halvings by rows where they pay.
     pub fuse: bool,
     /// Selects the halvings that run row by row.
     pub row_downsample: When,
@@ -28,8 +28,8 @@ pub struct Options {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bake: Option<Bake>,
     /// Runs each untrusted function once more, to count the pixels where it returns numbers that are not finite or
-    /// has loops that are ended: see [`Plan::fault_counters`](crate::Plan::fault_counters); and compares tables with
-    /// their nodes: see [`Baked::error`](crate::Baked::error).
+    /// has loops that are ended: see [`Plan::fault_counters`](crate::Plan::fault_counters). Compares tables with their
+    /// nodes.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub count_faults: bool,
 }

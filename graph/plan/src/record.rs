@@ -6,7 +6,7 @@ use crate::builder::{PlanBuilder, copy_pass, finite_image, float_format, scale_p
 use crate::crop::crop_pass;
 use crate::decoding::{Decoding, decoded_desc};
 use crate::error::{NodeShaderError, PlanError};
-use crate::plan::{CachedResults, PlanOutput, Refresh};
+use crate::plan::{CachedResults, PlanOutput, Refresh, Savings};
 use crate::record_context::{FrameContext, NodeContext};
 use crate::recording_limits::RecordingLimits;
 use crate::refresh;
@@ -84,7 +84,8 @@ impl<'a> RecordAttempt<'a> {
         guesses: &'a [Vec<ImageDesc>],
         colors: &'a ImageColors,
     ) -> Self {
-        let builder = PlanBuilder { skipped: specialized.skipped.clone(), ..PlanBuilder::default() };
+        let savings = Savings { skipped: specialized.skipped.clone(), ..Savings::default() };
+        let builder = PlanBuilder { savings, ..PlanBuilder::default() };
         let made = vec![Vec::new(); graph.nodes.len()];
         let given = vec![None; graph.inputs.len()];
         let (histories, known) = (Vec::new(), BTreeMap::new());
@@ -247,7 +248,7 @@ impl<'a> RecordAttempt<'a> {
         };
         if let Some(refresh) = seldom.filter(|_| !self.request.options.exact) {
             let results = refresh::results(&self.builder.recording, &made, [first_image, first_buffer], refresh);
-            self.builder.cached.push(CachedResults { node: node.name.clone(), refresh, results });
+            self.builder.savings.cached.push(CachedResults { node: node.name.clone(), refresh, results });
         }
         self.made[index] = made;
         for error in errors {
@@ -303,7 +304,7 @@ impl<'a> RecordAttempt<'a> {
             // An image that later frames read, that is cached, or that is an output already, cannot be the host's: it
             // gets a copy. So does an attachment, whose format pipelines depend on.
             let is_cached = |image: &ImageId| {
-                self.builder.cached.iter().any(|cached| cached.results.contains(&Resource::Image(*image)))
+                self.builder.savings.cached.iter().any(|cached| cached.results.contains(&Resource::Image(*image)))
             };
             let taken = |image: &ImageId| {
                 kept.contains(image)

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use afterimage_graph::node::{BufferId, BufferLife, ImageId, InputValue, Origin, Pass, Recording, Resource};
 
 use crate::builder::PlanBuilder;
-use crate::plan::{CachedResults, PlannedImage, Refresh, ScheduledPass, passes_only_for};
+use crate::plan::{CachedResults, PlannedImage, Refresh, Savings, ScheduledPass, passes_only_for};
 
 /// The images and buffers of a node that can be cached. None if it keeps a state, unless `Once` initializes it. The
 /// recording had these numbers of images and buffers before the node.
@@ -40,7 +40,7 @@ pub(crate) fn results(
 /// Caches no results of nodes of which a later frame reads an image.
 pub(crate) fn exclude_histories(builder: &mut PlanBuilder) {
     let read_later = builder.kept();
-    for cached in &mut builder.cached {
+    for cached in &mut builder.savings.cached {
         if cached.results.iter().filter_map(|result| result.image()).any(|image| read_later.contains(&image)) {
             cached.results.clear();
         }
@@ -49,7 +49,7 @@ pub(crate) fn exclude_histories(builder: &mut PlanBuilder) {
 
 /// Gives cached results memory of their own and a phase, once it is known which passes are needed.
 pub(crate) fn cache_results(builder: &mut PlanBuilder) {
-    let PlanBuilder { recording, cached, .. } = builder;
+    let PlanBuilder { recording, savings: Savings { cached, .. }, .. } = builder;
     if cached.is_empty() {
         return;
     }
@@ -74,18 +74,20 @@ pub(crate) fn cache_results(builder: &mut PlanBuilder) {
     cached.retain(|cached| cached.refresh == Refresh::Once || !is_read_once(cached));
     let images: Vec<ImageId> =
         cached.iter().flat_map(|cached| &cached.results).filter_map(|result| result.image()).collect();
-    images.into_iter().for_each(|image| recording.images[image.0 as usize].origin = Origin::Cached);
+    images.into_iter().for_each(|image| recording.images[image.0 as usize].origin = Origin::Retained);
     follow_readers(builder);
     stagger(builder);
 }
 
 /// Fills in the frames in which each pass runs.
 pub(crate) fn refresh(passes: &mut [ScheduledPass], images: &[PlannedImage], builder: &PlanBuilder) {
-    let results = builder.cached.iter();
+    let results = builder.savings.cached.iter();
     let mut cached: BTreeMap<Resource, Refresh> =
         results.flat_map(|cached| cached.results.iter().map(|result| (*result, cached.refresh))).collect();
-    let luts = images.iter().zip(0..).filter(|(image, _)| image.origin == Origin::Baked);
-    cached.extend(luts.map(|(_, id)| (Resource::Image(ImageId(id)), Refresh::OnChange)));
+    // What is retained and is no result of a node is a table.
+    for (_, id) in images.iter().zip(0..).filter(|(image, _)| image.origin == Origin::Retained) {
+        cached.entry(Resource::Image(ImageId(id))).or_insert(Refresh::OnChange);
+    }
     let recorded: Vec<&Pass> = passes.iter().map(|scheduled| &scheduled.pass).collect();
     let refreshes = passes_only_for(&recorded, &cached, &persistent(builder), Refresh::EachFrame);
     passes.iter_mut().zip(refreshes).for_each(|(scheduled, refresh)| scheduled.refresh = refresh);
@@ -110,13 +112,13 @@ fn follow_readers(builder: &mut PlanBuilder) {
         persistent.remove(&image);
         let reader = only_user(builder, &persistent, |pass| pass.reads().contains(&past_image));
         let Some(at) = reader.filter(|_| is_once && !is_read && !is_shown) else { continue };
-        let Some(every) = builder.cached[at].refresh.every() else { continue };
-        builder.cached[at].results.push(image);
+        let Some(every) = builder.savings.cached[at].refresh.every() else { continue };
+        builder.savings.cached[at].results.push(image);
         if only_user(builder, &persistent, |pass| pass.writes().contains(&image)) == Some(at) {
             let frames = frames * every;
             builder.recording.images[past].origin = Origin::Previous { of, frames };
         } else {
-            builder.cached[at].results.pop();
+            builder.savings.cached[at].results.pop();
         }
     }
 }
@@ -135,7 +137,7 @@ fn only_user(builder: &PlanBuilder, persistent: &BTreeSet<Resource>, is_one: imp
 /// For each pass the indices of the nodes with cached results for which alone it runs; `None` stands for all frames.
 fn users(builder: &PlanBuilder, persistent: &BTreeSet<Resource>) -> Vec<BTreeSet<Option<usize>>> {
     let passes: Vec<&Pass> = builder.recording.passes.iter().collect();
-    let cached = builder.cached.iter().enumerate();
+    let cached = builder.savings.cached.iter().enumerate();
     let cached = cached.flat_map(|(at, cached)| cached.results.iter().map(move |result| (*result, Some(at)))).collect();
     passes_only_for(&passes, &cached, persistent, None)
 }
@@ -151,7 +153,7 @@ fn persistent(builder: &PlanBuilder) -> BTreeSet<Resource> {
 /// Spreads the work over the frames: nodes run in frames of their own, but those that share passes which no other frame
 /// needs run together, because these passes would run for each.
 fn stagger(builder: &mut PlanBuilder) {
-    let mut groups: Vec<usize> = (0..builder.cached.len()).collect();
+    let mut groups: Vec<usize> = (0..builder.savings.cached.len()).collect();
     for users in users(builder, &persistent(builder)) {
         let joined: BTreeSet<usize> = users.into_iter().flatten().map(|at| groups[at]).collect();
         if let Some(first) = joined.first() {
@@ -160,12 +162,12 @@ fn stagger(builder: &mut PlanBuilder) {
     }
     // In the order of names, which every way of planning has.
     let mut by_name: Vec<usize> = (0..groups.len()).collect();
-    by_name.sort_by_key(|at| &builder.cached[*at].node);
+    by_name.sort_by_key(|at| &builder.savings.cached[*at].node);
     let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
     for at in by_name {
         let next = numbers.len() as u32;
         let number = *numbers.entry(groups[at]).or_insert(next);
-        if let Refresh::Every { every, phase } = &mut builder.cached[at].refresh {
+        if let Refresh::Every { every, phase } = &mut builder.savings.cached[at].refresh {
             *phase = number % *every;
         }
     }

@@ -23,7 +23,7 @@ fn planned(nodes: &str) -> Plan {
 
 /// The nodes of each table, joined.
 fn tables(plan: &Plan) -> Vec<String> {
-    plan.baked.iter().map(|baked| baked.nodes.join(" ")).collect()
+    plan.savings.baked.iter().map(|baked| baked.nodes.join(" ")).collect()
 }
 
 #[test]
@@ -82,12 +82,12 @@ fn what_all_nodes_are_told_replaces_what_they_ask_for_but_off() {
         let options = Options { bake: replaced, ..Options::default() };
         let nodes = format!(r#""out": ToneMap(source: "in"{asks})"#);
         let plan = planned_with(&nodes, all_formats(), options);
-        assert_eq!(plan.baked.first().map(|baked| baked.size), size, "{asks} {replaced:?}");
+        assert_eq!(plan.savings.baked.first().map(|baked| baked.size), size, "{asks} {replaced:?}");
         let exact = planned_with(&nodes, all_formats(), Options { exact: true, ..options });
-        assert!(exact.baked.is_empty(), "a reference has no tables");
+        assert!(exact.savings.baked.is_empty(), "a reference has no tables");
     }
     let sizes = r#""a": Exposure(source: "in", stops: 1.0, bake: 48), "out": ToneMap(source: "a", bake: 33)"#;
-    assert_eq!(planned(sizes).baked.iter().map(|baked| baked.size).collect::<Vec<_>>(), [48], "the largest one");
+    assert_eq!(planned(sizes).savings.baked.iter().map(|baked| baked.size).collect::<Vec<_>>(), [48], "the largest one");
 }
 
 /// A meter fills its table in every frame, so a size asks for it and `Auto` does not.
@@ -111,15 +111,15 @@ fn a_value_of_the_device_enters_a_run_that_has_been_given_a_size() {
                "out": Encode(source: "b", bake: Auto)"#
         );
         let plan = planned_with(&nodes, all_formats(), Options { bake: replaced, ..Options::default() });
-        let baked = plan.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size, baked.in_every_frame));
+        let baked = plan.savings.baked.iter().map(|baked| (baked.nodes.join(" "), baked.size, baked.in_every_frame));
         let expected: Vec<_> = expected.into_iter().map(|(nodes, size, each)| (nodes.to_owned(), size, each)).collect();
         assert_eq!(baked.collect::<Vec<_>>(), expected, "{meter} {curve} {replaced:?}");
-        for (baked, (nodes, ..)) in plan.baked.iter().zip(&expected) {
+        for (baked, (nodes, ..)) in plan.savings.baked.iter().zip(&expected) {
             let fills = |pass: &&Pass| pass.label.starts_with("fill table") && pass.nodes.join(" ") == *nodes;
             let fill = plan.work().find(fills).expect("a pass fills the table");
             let table = plan.image(fill.function_result().expect("it writes it"));
             // What each frame fills is an image of the frame, whose bytes count.
-            let origin = if baked.in_every_frame { Origin::Transient } else { Origin::Baked };
+            let origin = if baked.in_every_frame { Origin::Transient } else { Origin::Retained };
             assert_eq!((table.origin.clone(), table.desc.bytes()), (origin, baked.bytes));
             assert_eq!(plan.to_text().contains("evaluated in every frame"), expected.iter().any(|(.., each)| *each));
         }
@@ -128,7 +128,7 @@ fn a_value_of_the_device_enters_a_run_that_has_been_given_a_size() {
 
 /// The passes that fill a table and that read it.
 fn passes(plan: &Plan) -> (&Pass, &Pass) {
-    let fills = |at: &usize| plan.evaluates_lut(*at);
+    let fills = |at: &usize| plan.runs_on_change(*at);
     let fill = (0..plan.passes.len()).find(fills).expect("a pass fills the table");
     let table = plan.passes[fill].pass.function_result().expect("it writes it");
     let reads = |pass: &&Pass| pass.args().any(|arg| arg == Arg::Texture(table));
@@ -148,7 +148,7 @@ fn a_table_has_the_layout_that_its_shader_reads() {
         assert!(look.label.contains("look up"), "{}", look.label);
         assert_eq!(fill.nodes, ["a", "b", "out"]);
         let table = plan.image(fill.function_result().expect("it writes it"));
-        assert_eq!((table.label.as_str(), table.origin.clone()), ("a.table", Origin::Baked));
+        assert_eq!((table.label.as_str(), table.origin.clone()), ("a.table", Origin::Retained));
         assert_eq!((table.desc.format, table.signedness), (Format::Rgba16Float, Signedness::Unsigned));
         // The first kernel makes the colors, and each other one changes those of the one before.
         let functions: Vec<&str> = fill.kernels.iter().map(|kernel| &*kernel.function).collect();
@@ -172,16 +172,16 @@ fn a_table_has_the_layout_that_its_shader_reads() {
         assert_eq!(levels, (width as f32 / (ratios + 1.0)).floor() - 1.0);
         assert!(levels >= 2.0 * size as f32 - 1.0, "a level for each step of the size: {levels}");
         assert_eq!((lowest, x, y), (0.0, 1.0 / width as f32, 1.0 / height as f32));
-        assert_eq!((plan.baked[0].size, plan.baked[0].bytes), (size, 8 * u64::from(width) * u64::from(height)));
+        assert_eq!((plan.savings.baked[0].size, plan.savings.baked[0].bytes), (size, 8 * u64::from(width) * u64::from(height)));
         let text = plan.to_text();
         let row = text.lines().skip_while(|line| *line != "baked LUTs in place of nodes").nth(1).expect("a LUT");
-        let bytes = format!("{:.1} MiB", plan.baked[0].bytes as f64 / f64::from(1 << 20));
+        let bytes = format!("{:.1} MiB", plan.savings.baked[0].bytes as f64 / f64::from(1 << 20));
         let parts = [row.starts_with("  a + b + out"), row.contains(&format!("size {size}")), row.ends_with(&bytes)];
         assert_eq!(parts, [true; 3], "{row}");
         // Two images are not stored, each of which a pass would write and another one read.
         let saved = 2 * u64::from(FRAME.width) * u64::from(FRAME.height) * 8;
         let fused: Vec<(&str, u64)> =
-            plan.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved)).collect();
+            plan.savings.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved)).collect();
         assert!(fused.contains(&("a.result", saved)) && fused.contains(&("b.result", saved)), "{fused:?}");
     }
 }
@@ -205,6 +205,6 @@ fn a_chain_of_many_nodes_has_tables_of_at_most_48_functions() {
         })
         .collect();
     let plan = planned(&format!(r#"{chain} "out": ToneMap(source: "n99", bake: 33)"#));
-    let lengths: Vec<usize> = plan.baked.iter().map(|baked| baked.nodes.len()).collect();
+    let lengths: Vec<usize> = plan.savings.baked.iter().map(|baked| baked.nodes.len()).collect();
     assert_eq!(lengths, [48, 48, 4]);
 }

@@ -175,7 +175,7 @@ fn passes_are_fused_as_far_as_a_device_has_uniform_buffers() {
 #[test]
 fn a_node_without_its_block_gives_its_fallback_and_a_block_that_must_be_there_is_named() {
     let plan = planned(&["light"]);
-    assert!(plan.skipped.iter().any(|skipped| skipped.node == "low"), "{:?}", plan.skipped);
+    assert!(plan.savings.skipped.iter().any(|skipped| skipped.node == "low"), "{:?}", plan.savings.skipped);
     assert_eq!(plan.blocks.len(), 1);
     let error = afterimage_plan::plan(&graph(), &request(&["eye"])).expect_err("the light is missing");
     assert_eq!(error, PlanError::MissingInput("light".into()));

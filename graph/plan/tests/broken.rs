@@ -128,7 +128,7 @@ fn a_lut_that_depends_on_the_frame_is_named() {
     );
     let plan = plan_images(&graph, Format::Rgba16Float, Facts::default(), all_formats(), Options::default());
     assert_eq!(verify(&plan), Ok(()));
-    let fill = (0..plan.passes.len()).find(|pass| plan.evaluates_lut(*pass)).expect("a pass evaluates the LUT");
+    let fill = (0..plan.passes.len()).find(|pass| plan.runs_on_change(*pass)).expect("a pass evaluates the LUT");
     let (input, given) = (plan.inputs[0].1, plan.image_names()[plan.inputs[0].1.0 as usize].clone());
     let transient = plan.images.iter().position(|image| image.origin == Origin::Transient).expect("one is made");
     let changed = |value: Arg| {

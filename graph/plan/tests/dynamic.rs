@@ -89,7 +89,8 @@ const LOOK: &str = r#"Pipeline(
 fn a_node_with_a_dynamic_parameter_runs_also_where_it_changes_nothing() {
     let graph = checked(LOOK);
     let strength = BTreeSet::from([graph.parameter("lit.strength").unwrap()]);
-    let is_skipped = |planned: &Planned, node: &str| planned.plan.skipped.iter().any(|skipped| skipped.node == node);
+    let is_skipped =
+        |planned: &Planned, node: &str| planned.plan.savings.skipped.iter().any(|skipped| skipped.node == node);
     let still = planned(&graph, &BTreeSet::new(), &[("emissive", true)]);
     assert!(is_skipped(&still, "lit") && is_skipped(&still, "bloom"), "a strength of 0 needs no bloom");
     let moving = planned(&graph, &strength, &[("emissive", true)]);
@@ -250,11 +251,11 @@ fn an_identity_of_several_parameters_is_none_at_other_values() {
     for parameters in [vec!["seen.illuminance"], vec!["seen.illuminance", "seen.strength", "seen.scale"]] {
         let dynamic = parameters.iter().map(|name| graph.parameter(name).unwrap()).collect();
         let planned = planned(&graph, &dynamic, &[]);
-        assert!(planned.plan.skipped.is_empty(), "{parameters:?}: {:?}", planned.plan.skipped);
+        assert!(planned.plan.savings.skipped.is_empty(), "{parameters:?}: {:?}", planned.plan.savings.skipped);
     }
     // By day no strength changes anything, so the node is skipped; at another illuminance it would be missed.
     let mut by_day = planned(&graph, &BTreeSet::from([graph.parameter("seen.strength").unwrap()]), &[]);
-    assert_eq!(by_day.plan.skipped.len(), 1);
+    assert_eq!(by_day.plan.savings.skipped.len(), 1);
     let mut at_night = graph.clone();
     let illuminance = graph.parameter("seen.illuminance").unwrap();
     at_night.nodes[seen].instance.set(illuminance.index, Value::Float(0.1));

@@ -100,8 +100,8 @@ fn what_a_fact_rules_out_is_skipped() {
             let [unknown, written, without] = [Facts::default(), written, without].map(|facts| planned(&graph, facts));
             assert_eq!(unknown.hash(), written.hash(), "{file}: {name}");
             let why = format!("`when: {name}");
-            let is_skipped = without.skipped.iter().any(|skipped| skipped.why.starts_with(&why));
-            assert!(is_skipped, "{file} without {name}: {:?}", without.skipped);
+            let is_skipped = without.savings.skipped.iter().any(|skipped| skipped.why.starts_with(&why));
+            assert!(is_skipped, "{file} without {name}: {:?}", without.savings.skipped);
             // Night vision is a part of a pass that does more.
             let saves = without.passes.len() < written.passes.len() || name == "illuminance";
             assert!(saves && without.hash() != written.hash(), "{file} does as much without {name}");
@@ -118,7 +118,7 @@ fn fog_that_is_not_there_is_skipped() {
     let skipped = |graph: &Graph, is_given: bool| {
         let inputs = graph.inputs.iter().filter(|input| is_given || input.name != "fog");
         let given = HostInputs::everything(FRAME, inputs, image);
-        let skipped = planned_for(graph, Facts::default(), given).skipped;
+        let skipped = planned_for(graph, Facts::default(), given).savings.skipped;
         ["foggy", "volumetric"].map(|node| skipped.iter().any(|skipped| skipped.node == node))
     };
     let written = built_in("cinematic.ron");

@@ -55,7 +55,7 @@ fn the_memory_that_is_kept_is_that_of_outputs_histories_and_tables() {
                     rings += 1;
                 }
                 Origin::Previous { of, .. } => drop(textures.insert(of, 1)),
-                Origin::Baked => {
+                Origin::Retained => {
                     textures.insert(ImageId(id), 1);
                     tables += 1;
                 }
@@ -95,8 +95,8 @@ fn each_image_of_a_pass_is_moved_once() {
             let moved: u64 = images.iter().map(|image| plan.image(*image).desc.bytes()).sum();
             assert_eq!(plan.bytes_moved_by(at), moved, "{}", pass.label);
             let mut written = pass.writes().into_iter().filter_map(Resource::image);
-            let fills = written.any(|image| plan.image(image).origin == Origin::Baked);
-            assert_eq!(plan.evaluates_lut(at), fills, "{}", pass.label);
+            let fills = written.any(|image| plan.image(image).origin == Origin::Retained);
+            assert_eq!(plan.runs_on_change(at), fills, "{}", pass.label);
             all += if fills { 0 } else { moved };
         }
         assert_eq!(plan.bytes_moved(), all);

@@ -198,7 +198,7 @@ fn what_looks_at_neighbors_is_made_in_the_halving() {
     // The kernels: a copy of the pixel, the limit, the selection, the halving, the peaks.
     let plan = lights("", r#"source: "in""#, "", r#""out": "out""#);
     assert_eq!((by_rows(&plan), plan.passes.len()), (vec![5], 2), "{}", plan.to_text());
-    assert_eq!((full_size(&plan), plan.shared_reads.len()), (vec![], 1), "{}", plan.to_text());
+    assert_eq!((full_size(&plan), plan.savings.shared_reads.len()), (vec![], 1), "{}", plan.to_text());
     // The pixel is made again for others that read no more.
     let dim = r#""dim": Dim(source: "in"),"#;
     let plan = lights(dim, r#"source: "dim""#, r#""shown": Dim(source: "dim")"#, r#""out": "out", "shown": "shown""#);

@@ -78,7 +78,7 @@ fn the_code_of_each_kind_of_pass_is_as_known() {
     let always = Options { row_downsample: When::Always, ..Options::default() };
     let mut seen = Vec::new();
     let mut text = String::new();
-    for options in [always, Options { fuse: false, ..Options::default() }] {
+    for options in [always, Options { fuse: false, ..always }] {
         let plan = kinds(Size::new(1300, 724), options);
         for (index, planned) in plan.passes.iter().enumerate() {
             let composed = plan.compose(index, index % 2 == 0).unwrap_or_else(|error| panic!("{error}"));

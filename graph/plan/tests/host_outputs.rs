@@ -71,7 +71,7 @@ fn an_output_of_a_node_that_is_skipped_has_the_state_of_its_wire() {
     let text = r#"Pipeline(inputs: { "scene": Color }, nodes: { "same": Exposure(source: "scene", stops: 0.0) },
         outputs: { "out": "same", "scene": "scene" })"#;
     let plan = planned(text, &[]);
-    assert_eq!(plan.skipped.len(), 1);
+    assert_eq!(plan.savings.skipped.len(), 1);
     assert_eq!(
         plan.outputs.iter().map(|output| output.state).collect::<Vec<_>>(),
         [ColorState::Exposed, ColorState::Scene]

@@ -229,7 +229,7 @@ fn a_chain_of_thousands_of_points_is_cut_into_passes_of_a_bounded_size() {
     let kernels: Vec<usize> = plan.work().map(|pass| pass.kernels.len()).collect();
     assert_eq!(kernels.iter().sum::<usize>(), nodes);
     assert!(kernels.iter().all(|count| *count <= 24), "{kernels:?}");
-    let names: usize = plan.fused.iter().map(|fused| fused.nodes.len()).sum();
+    let names: usize = plan.savings.fused.iter().map(|fused| fused.nodes.len()).sum();
     assert!(names <= 24 * nodes, "{names} names of fused nodes");
     assert_eq!(verify(&plan), Ok(()));
 }

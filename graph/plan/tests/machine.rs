@@ -228,14 +228,12 @@ impl<'p> Machine<'p> {
     fn image(&self, image: ImageId) -> Result<Term, String> {
         let resource = Resource::Image(image);
         match &self.plan.image(image).origin {
-            Origin::Transient | Origin::Baked | Origin::Cached if self.ready.contains(&resource) => self
+            Origin::Transient | Origin::Retained if self.ready.contains(&resource) => self
                 .contents
                 .get(&resource)
                 .copied()
                 .ok_or_else(|| format!("{image:?} was overwritten, or never written")),
-            Origin::Transient | Origin::Baked | Origin::Cached => {
-                Err(format!("no barrier after {image:?} was written"))
-            }
+            Origin::Transient | Origin::Retained => Err(format!("no barrier after {image:?} was written")),
             Origin::Input(name) => Ok(term(("input", name, self.number))),
             Origin::Constant(bytes) => Ok(term(bytes)),
             Origin::Previous { of, frames } => {

@@ -216,7 +216,7 @@ fn skipped(graph: &Graph, change: impl FnOnce(&mut PlanRequest<'static>)) -> Res
     change(&mut request);
     let plan = plan(graph, &request)?;
     assert_eq!(verify(&plan), Ok(()));
-    Ok(plan.skipped.into_iter().map(|skipped| format!("{}: {}", skipped.node, skipped.why)).collect())
+    Ok(plan.savings.skipped.into_iter().map(|skipped| format!("{}: {}", skipped.node, skipped.why)).collect())
 }
 
 #[test]

@@ -79,7 +79,7 @@ fn cached_results_are_the_same_in_every_way() {
         hold_some(&mut graph, seed);
         let size = Size::new(640, 360);
         let plain = plan_at(&graph, size, PLAIN).expect("the graph can be planned");
-        cached += plain.cached.iter().filter(|cached| !cached.results.is_empty()).count();
+        cached += plain.savings.cached.iter().filter(|cached| !cached.results.is_empty()).count();
         spared += plain.passes.iter().filter(|pass| !pass.refresh.contains(&Refresh::EachFrame)).count();
         let film = |plan: &Plan| Machine::frames(plan, 9).unwrap_or_else(|fault| panic!("{fault}: {}", plan.to_text()));
         let wanted = film(&plain);

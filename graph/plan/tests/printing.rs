@@ -27,10 +27,12 @@ fn the_text_lists_every_pass_and_every_skipped_node() {
         let in_parts = pass.nodes.iter().zip(pass.label.split(" + ")).all(line);
         assert!(whole || in_parts, "{}: {}\n{text}", pass.nodes.join(" + "), pass.label);
     }
-    for skipped in &plan.skipped {
+    for skipped in &plan.savings.skipped {
         assert!(text.lines().any(|line| line.contains(&skipped.node) && line.ends_with(&skipped.why)), "{text}");
     }
-    assert!(!plan.skipped.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string()));
+    assert!(
+        !plan.savings.skipped.is_empty() && text.contains("lower bound") && text.contains(&plan.hash().to_string())
+    );
     assert!(text.lines().all(|line| line == line.trim_end()), "no spaces at the ends of lines");
 }
 
@@ -81,7 +83,7 @@ fn a_plan_does_not_differ_from_itself() {
     assert!(!change.added.is_empty() && !change.removed.is_empty());
     let (passes, moved) = (change.passes, change.bytes_moved);
     assert_eq!(passes.0 as usize - passes.1 as usize, change.removed.len() - change.added.len());
-    let saved: u64 = plan.fused.iter().map(|fused| fused.bytes_saved).sum();
+    let saved: u64 = plan.savings.fused.iter().map(|fused| fused.bytes_saved).sum();
     assert!(moved.0 >= moved.1 + saved, "fusion moves less: {moved:?}, {saved} less");
     let back = diff(&plan, &unfused);
     assert_eq!((back.added, back.removed), (change.removed.clone(), change.added.clone()));

@@ -187,7 +187,7 @@ fn what_fusion_removes_is_counted_among_what_the_nodes_describe() {
         let recipe = Recipe { seed, nodes: 40, histories: 0, off: 0 };
         let (fused, whole) =
             (checked(recipe, Options::default()), checked(recipe, Options { fuse: false, ..Options::default() }));
-        assert!(!fused.fused.is_empty() && fused.memory.unshared < whole.memory.unshared);
+        assert!(!fused.savings.fused.is_empty() && fused.memory.unshared < whole.memory.unshared);
         assert_eq!(whole.memory.unaliased, whole.memory.unshared);
         assert_eq!(fused.memory.unaliased, whole.memory.unaliased);
     }

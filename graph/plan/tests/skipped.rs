@@ -29,9 +29,10 @@ fn caracal_without_emissive_surfaces_has_no_pass_for_its_glow() {
     assert!(GLOW.iter().all(|node| running(&lit).contains(node)), "{:?}", running(&lit));
     let dark = planned(&graph, &[("emissive", false)]);
     assert!(!running(&dark).iter().any(|node| GLOW.contains(node)), "{:?}", running(&dark));
-    let passes = (0..dark.passes.len()).filter(|pass| !dark.evaluates_lut(*pass)).count();
+    let passes = (0..dark.passes.len()).filter(|pass| !dark.runs_on_change(*pass)).count();
     assert_eq!(passes, 1, "exposure, curve and encoding are one pass: {:?}", running(&dark));
-    let glowing = dark.skipped.iter().find(|skipped| skipped.node == "glowing").expect("the plan lists the node");
+    let glowing =
+        dark.savings.skipped.iter().find(|skipped| skipped.node == "glowing").expect("the plan lists the node");
     assert!(glowing.why.contains("emissive"), "{}", glowing.why);
     assert!(dark.memory.placed < lit.memory.placed / 10, "{} of {} bytes", dark.memory.placed, lit.memory.placed);
 }
@@ -46,7 +47,7 @@ fn night_vision_runs_at_night_and_not_at_noon() {
 fn neutral_grading_of_a_pipeline_is_skipped_and_listed() {
     let plan = planned(&built_in("tsushima.ron"), &[]);
     for node in ["seen", "white", "graded", "look", "grain"] {
-        assert!(plan.skipped.iter().any(|skipped| skipped.node == node), "`{node}` is at its neutral values");
+        assert!(plan.savings.skipped.iter().any(|skipped| skipped.node == node), "`{node}` is at its neutral values");
         assert!(!running(&plan).contains(&node));
     }
 }
@@ -57,7 +58,7 @@ fn skipped(nodes: &str) -> (Vec<String>, usize) {
         format!(r#"Pipeline(inputs: {{ "scene": Color }}, nodes: {{ {nodes} }}, outputs: {{ "out": "result" }})"#);
     let plan = planned(&checked(&text), &[]);
     assert!(plan.work().all(|pass| pass.kind.is_drawable()));
-    (plan.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.passes.len())
+    (plan.savings.skipped.iter().map(|skipped| skipped.node.clone()).collect(), plan.passes.len())
 }
 
 #[test]
@@ -195,9 +196,9 @@ fn what_no_pass_reads_of_the_frame_before_is_not_made() {
     };
     let has_peaks = |plan: &Plan| plan.work().any(|pass| pass.label.contains("extract_peaks"));
     let (limit, keep) = (plan("Limit"), plan("Keep"));
-    assert!(has_peaks(&limit) && limit.skipped.is_empty(), "{:?}", limit.skipped);
+    assert!(has_peaks(&limit) && limit.savings.skipped.is_empty(), "{:?}", limit.savings.skipped);
     assert!(!has_peaks(&keep) && keep.passes.len() == 1, "{}", keep.to_text());
-    let skipped: Vec<&str> = keep.skipped.iter().map(|skipped| skipped.node.as_str()).collect();
+    let skipped: Vec<&str> = keep.savings.skipped.iter().map(|skipped| skipped.node.as_str()).collect();
     assert_eq!(skipped, ["result.peaks@previous"], "{}", keep.to_text());
     assert!(keep.memory.kept < limit.memory.kept, "{} and {} bytes", keep.memory.kept, limit.memory.kept);
 }
@@ -220,7 +221,7 @@ fn what_only_feeds_an_unread_input_is_skipped() {
         planned(&checked(&text), &[])
     };
     assert_eq!(running(&plan("Keep")), ["result"]);
-    let (skipped, read) = (plan("Keep").skipped, plan("Limit"));
+    let (skipped, read) = (plan("Keep").savings.skipped, plan("Limit"));
     let names: Vec<&str> = skipped.iter().map(|skipped| skipped.node.as_str()).collect();
     assert_eq!(names, ["older", "soft", "soft.result@previous"]);
     assert!(["older", "soft", "result"].iter().all(|node| running(&read).contains(node)), "{}", read.to_text());

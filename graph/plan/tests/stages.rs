@@ -310,7 +310,7 @@ fn a_node_whose_past_is_read_runs_also_where_it_changes_nothing() {
 fn glowing(nodes: &str, outputs: &str) -> (usize, Vec<String>) {
     let plan = planned(nodes, outputs);
     let passes = plan.work().filter(|pass| pass.nodes.iter().any(|node| node == "glow")).count();
-    (passes, plan.skipped.iter().map(|skipped| format!("{}: {}", skipped.node, skipped.why)).collect())
+    (passes, plan.savings.skipped.iter().map(|skipped| format!("{}: {}", skipped.node, skipped.why)).collect())
 }
 
 #[test]

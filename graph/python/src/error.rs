@@ -130,7 +130,7 @@ impl From<LabError> for Failure {
             LabError::Machine(message) => Self::Device(message),
             LabError::File(error) => error.into(),
             LabError::Pipeline(diagnostics) => diagnostics.into(),
-            LabError::Session(error) => error.into(),
+            LabError::Post(error) => error.into(),
         }
     }
 }

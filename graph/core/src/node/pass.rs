@@ -161,4 +161,9 @@ impl PassKind {
     pub fn is_drawable(&self) -> bool {
         matches!(self, Self::Point | Self::Gather)
     }
+
+    /// Rows of a source that the pass reads, at least, above and below those that correspond to its result.
+    pub fn min_halo(&self) -> u32 {
+        if matches!(self, Self::RowDownsample(_)) { 2 } else { 1 }
+    }
 }

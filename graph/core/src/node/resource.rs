@@ -46,10 +46,9 @@ pub enum Origin {
     Input(String),
     /// Filled once, when the plan is set up.
     Constant(#[serde(serialize_with = "hash_of")] Arc<[u8]>),
-    /// A baked LUT: evaluated in the first frame of a plan, and again when the uniforms of its pass have changed.
-    Baked,
-    /// The result of a node that runs in some frames only. It keeps its contents in the others.
-    Cached,
+    /// Made in some frames, and kept in the others: a table that is made after a change of uniforms, or the result of a
+    /// node that does not run in every frame.
+    Retained,
     /// The image `of` of so many frames ago.
     Previous {
         /// The image that is written in each frame.

@@ -322,17 +322,17 @@ impl Executor {
         self.loaded.as_ref()?.due.redrawn()
     }
 
-    /// True if the last recorded frame has evaluated the baked LUTs of the plan: the first one does, and each before
-    /// which a number in them has changed.
-    pub fn has_evaluated_luts(&self) -> bool {
-        self.loaded.as_ref().is_some_and(|loaded| loaded.due.evaluates_luts(&loaded.plan))
+    /// True if the last recorded frame has run passes that run [after a change](afterimage_plan::Refresh::OnChange) of
+    /// their uniforms: the first frame of a plan does.
+    pub fn has_run_on_change(&self) -> bool {
+        self.loaded.as_ref().is_some_and(|loaded| loaded.due.any_on_change(&loaded.plan))
     }
 
-    /// Has the next frame evaluate the baked LUTs of the plan, as after a change of a number in them.
+    /// Has the next frame run all passes of the plan that run after a change of their uniforms.
     #[doc(hidden)] // For the crate `afterimage`.
-    pub fn invalidate_luts(&mut self) {
+    pub fn force_on_change(&mut self) {
         if let Some(loaded) = &mut self.loaded {
-            loaded.due.invalidate_luts(&loaded.plan);
+            loaded.due.force_on_change(&loaded.plan);
             loaded.set_last_constants(None);
         }
     }

@@ -10,7 +10,7 @@ use wgpu::CommandEncoder;
 #[repr(u8)]
 pub(crate) enum Lost {
     Nothing,
-    /// Uniforms, tables and cached results.
+    /// Uniforms, and results that outlive the frame.
     Commands,
     /// Also the beginning of histories and state.
     State,

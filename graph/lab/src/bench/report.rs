@@ -20,7 +20,6 @@ pub struct BenchReport {
     pub frame: FrameFigures,
     /// Microseconds of the host for recording, finishing and submitting a frame.
     pub host_us: f64,
-    /// The same, split.
     pub host: HostTimes,
     /// The copy bandwidth of the device in gigabytes per second; reads and writes both count.
     pub copy_gbps: f64,
@@ -107,7 +106,7 @@ pub struct PassReport {
     pub stage: &'static str,
     pub ms: f64,
     /// True for a pass that evaluates a baked LUT, in frames before which a number in it has changed.
-    pub evaluates_lut: bool,
+    pub runs_on_change: bool,
     /// Bytes that it reads and writes.
     pub bytes: u64,
     /// Its bytes per time, as a share of the copy bandwidth.
@@ -136,7 +135,7 @@ impl BenchReport {
     fn passes(&self) -> Table {
         let row = |pass: &PassReport| {
             let drawn = if pass.stage == "fragment" { " (drawn)" } else { "" };
-            let seldom = if pass.evaluates_lut { " (after a change)" } else { "" };
+            let seldom = if pass.runs_on_change { " (after a change)" } else { "" };
             vec![
                 format!("{}{drawn}{seldom}", pass.name),
                 format!("{:.4}", pass.ms),
@@ -144,7 +143,7 @@ impl BenchReport {
                 percent(pass.share),
             ]
         };
-        let sum: f64 = self.passes.iter().filter(|pass| !pass.evaluates_lut).map(|pass| pass.ms).sum();
+        let sum: f64 = self.passes.iter().filter(|pass| !pass.runs_on_change).map(|pass| pass.ms).sum();
         let all = vec!["sum, without overlap".into(), format!("{sum:.4}"), megabytes(self.bytes), String::new()];
         table(&["pass", "ms", "MB", "of copy"], self.passes.iter().map(row).chain([all]))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage::offline::Session;
-use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, GpuError, Texels};
+use afterimage_gpu::{Clock, FrameTime, Gpu, GpuError};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Pass};
@@ -44,10 +44,10 @@ impl Cost {
     }
 }
 
-/// Renders graphs one after another on the same device.
+/// Loads variants of a graph one after another, and times them.
 pub(crate) struct SequenceRunner {
-    session: Session,
-    clock: Clock,
+    pub(crate) session: Session,
+    pub(crate) clock: Clock,
     options: Options,
     samples: Option<u32>,
 }
@@ -66,11 +66,6 @@ impl SequenceRunner {
     ) -> Result<Self, GpuError> {
         let session = Session::new(gpu, graph.clone(), facts, options);
         Ok(Self { session, clock: Clock::new(gpu)?, options, samples })
-    }
-
-    /// The clock of the times.
-    pub(crate) fn clock_source(&self) -> ClockSource {
-        self.clock.source()
     }
 
     /// The number of samples of each time.
@@ -93,21 +88,6 @@ impl SequenceRunner {
         Ok(self.session.load(sequence.size, sequence.images(0))?.clone())
     }
 
-    /// Starts the loaded plan at its first frame.
-    pub(crate) fn restart(&mut self) {
-        self.session.restart();
-    }
-
-    /// Renders a frame of the sequence.
-    pub(crate) fn render(&mut self, sequence: &TestSequence, frame: usize) -> Result<(), LabError> {
-        Ok(self.session.submit(sequence.images(frame), sequence.step(frame))?)
-    }
-
-    /// The texels of an output of the last frame.
-    pub(crate) fn output(&mut self, name: &str) -> Result<Texels, LabError> {
-        Ok(self.session.output(name)?)
-    }
-
     /// The cost of a frame of the loaded plan with the first images of the sequence.
     pub(crate) fn cost(&mut self, sequence: &TestSequence, samples: u32) -> Result<Cost, LabError> {
         let time = frame_time(&self.session, &self.clock, samples, sequence.images(0))?;
@@ -127,19 +107,22 @@ pub(crate) fn run_alike(a: &Plan, b: &Plan) -> bool {
         let resources = plan.work().flat_map(Pass::resources);
         resources.map(|resource| Some(plan.image(resource.image()?).desc)).collect()
     };
-    let stages = |plan: &Plan| plan.passes.iter().map(|planned| planned.stage).collect::<Vec<_>>();
-    a.cached == b.cached && a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
+    let stages = |plan: &Plan| {
+        let passes = plan.passes.iter().map(|planned| (planned.stage, planned.refresh.clone()));
+        passes.collect::<Vec<_>>()
+    };
+    a.work().eq(b.work()) && stages(a) == stages(b) && used(a) == used(b)
 }
 
 /// True if frames of a plan depend on earlier frames.
 pub(crate) fn has_histories(plan: &Plan) -> bool {
     reads_earlier_images(plan)
-        || !plan.cached.is_empty()
+        || !plan.runs_all_passes()
         || plan.buffers.iter().any(|buffer| buffer.life == BufferLife::Persistent)
 }
 
 /// The number of frames of a still image on which a plan is measured, at most `most`. Images of earlier frames add up
-/// over many. Buffers and cached results of one image are the same from the second frame on.
+/// over many. Buffers and retained results of one image are the same from the second frame on.
 pub(crate) fn frames_of_still(plan: &Plan, most: u32) -> u32 {
     let frames = if reads_earlier_images(plan) { most } else { 2 };
     if has_histories(plan) { frames.min(most) } else { 1 }

@@ -6,9 +6,8 @@
 mod run;
 mod table;
 
-use afterimage_base::image::ColorState;
 use afterimage_graph::check::Graph;
-use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Pass};
+use afterimage_graph::node::{Arg, ImageId, KernelCall, Pass};
 
 use crate::builder::PlanBuilder;
 use crate::plan::{Baked, Fused, PlanOutput};
@@ -54,18 +53,17 @@ fn replace(builder: &mut PlanBuilder, run: &Run, passes: Vec<Pass>, table: Table
     for image in intermediates {
         let image = builder.recording.image(image);
         let (image, bytes_saved) = (image.label.clone(), 2 * image.desc.bytes());
-        builder.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
+        builder.savings.fused.push(Fused { image, nodes: nodes.clone(), bytes_saved });
     }
     let passes = table.passes(&mut builder.recording, run, &nodes, kernels, measures_error);
     let bytes = builder.recording.image(written(&passes[0])).desc.bytes();
     let error = measures_error.then(|| {
         let image = written(&passes[1]);
-        let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
         let name = builder.recording.image(image).label.clone();
-        builder.outputs.push(PlanOutput { name: name.clone(), image, state, colorimetry, in_rectangle: false });
+        builder.outputs.push(PlanOutput::of_data(name.clone(), image));
         name
     });
-    builder.baked.push(Baked { nodes, size: run.size, bytes, in_every_frame: run.reads_value, error });
+    builder.savings.baked.push(Baked { nodes, size: run.size, bytes, in_every_frame: run.reads_value, error });
     passes
 }
 

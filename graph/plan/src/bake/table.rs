@@ -71,7 +71,7 @@ impl Table {
         let result = recording.image(run.result);
         let signedness = result.signedness;
         // What each frame fills is like any image of a frame.
-        let origin = if run.reads_value { Origin::Transient } else { Origin::Baked };
+        let origin = if run.reads_value { Origin::Transient } else { Origin::Retained };
         let desc = ImageDesc::new(self.texels()).format(Format::Rgba16Float);
         let label = format!("{node}.table");
         let table = recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness });

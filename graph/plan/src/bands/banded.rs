@@ -308,8 +308,13 @@ impl Plan {
         let planned = &self.images[image];
         let desc = planned.desc;
         let is_plain = desc.samples == 1 && desc.levels == 1 && desc.layers == 1 && !desc.volume;
-        let is_made = !matches!(planned.origin, Origin::Constant(_) | Origin::Baked);
-        is_plain && is_made && !desc.format.is_depth() && planned.lifetime.is_some()
+        let is_table = matches!(planned.origin, Origin::Constant(_)) || self.is_written_on_change(image);
+        is_plain && !is_table && !desc.format.is_depth() && planned.lifetime.is_some()
+    }
+
+    fn is_written_on_change(&self, image: usize) -> bool {
+        let written = Resource::Image(ImageId(image as u32));
+        (0..self.passes.len()).any(|at| self.runs_on_change(at) && self.passes[at].pass.writes().contains(&written))
     }
 
     pub(super) fn size_of(&self, image: usize) -> [u32; 2] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use afterimage_graph::node::{Pass, PassKind};
+use afterimage_graph::node::Pass;
 
 /// Rows that passes read above and below those that they write, in images of each size.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -16,7 +16,6 @@ impl Reach {
     }
 
     pub(super) fn of(&self, pass: &Pass, index: usize, size: [u32; 2]) -> [u32; 2] {
-        let first = if matches!(pass.kind, PassKind::RowDownsample(_)) { 2 } else { 1 };
-        self.0.get(&(index, size)).copied().unwrap_or([first; 2])
+        self.0.get(&(index, size)).copied().unwrap_or([pass.kind.min_halo(); 2])
     }
 }

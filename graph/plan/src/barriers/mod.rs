@@ -82,7 +82,7 @@ fn of_image(origin: &Origin) -> Use {
     match origin {
         Origin::Transient => Use::Undefined,
         Origin::Input(_) | Origin::Constant(_) => Use::Host,
-        Origin::Previous { .. } | Origin::Baked | Origin::Cached => Use::PreviousFrame,
+        Origin::Previous { .. } | Origin::Retained => Use::PreviousFrame,
     }
 }
 

@@ -1,7 +1,6 @@
 //! Code generation: what a device needs to run the passes. Workgroups and uniforms are part of the plan; the module of
 //! a pass, with entry points and bindings, is made when it is asked for.
 
-mod compose;
 mod compute;
 mod drawing;
 mod functions;
@@ -12,11 +11,18 @@ mod uniforms;
 mod workgroups;
 mod writer;
 
-use afterimage_wgsl::ShaderError;
+use afterimage_base::image::ImageDesc;
+use afterimage_graph::node::{ImageId, Pass, PassKind};
+use afterimage_wgsl::{SampleMode, ShaderError};
 
 use crate::plan::{Plan, PlannedImage, PlannedPass, ScheduledPass};
+use compute::compose_compute;
+use drawing::compose_drawing;
+use functions::compose_functions;
+use in_workgroup::compose_in_workgroup;
+use module::PassCode;
+use row_downsample::compose_row_downsample;
 
-pub use compose::compose_pass;
 pub(crate) use functions::functions_cover;
 pub use module::{CodeOptions, Composed, Draw, Slot, SlotKind};
 pub use uniforms::UNIFORM_ALIGNMENT;
@@ -33,6 +39,27 @@ pub fn codegen(passes: Vec<ScheduledPass>, images: &[PlannedImage]) -> Vec<Plann
         planned.push(PlannedPass { pass, stage, stores, recorded, refresh, workgroups, uniform });
     }
     planned
+}
+
+/// The module of a pass. `desc_of` describes its images; `sample_mode_of` states how each is sampled, and the strictest
+/// of a pass's textures holds for all of its taps.
+///
+/// # Errors
+/// Errors in the shaders, at the author's line.
+pub fn compose_pass(
+    pass: &Pass,
+    desc_of: &dyn Fn(ImageId) -> ImageDesc,
+    sample_mode_of: &dyn Fn(ImageId) -> SampleMode,
+    options: CodeOptions,
+) -> Result<Composed, ShaderError> {
+    let code = PassCode { pass, desc_of, sample_mode_of, options };
+    match &pass.kind {
+        PassKind::Point | PassKind::Gather => compose_functions(&code),
+        PassKind::RowDownsample(rows) => compose_row_downsample(&code, rows),
+        PassKind::Workgroup(invocations) => compose_in_workgroup(&code, *invocations),
+        PassKind::Compute => compose_compute(&code),
+        PassKind::Drawing(drawing) => compose_drawing(&code, drawing),
+    }
 }
 
 impl Plan {

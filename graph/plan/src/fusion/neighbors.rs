@@ -38,9 +38,10 @@ impl Neighbors {
         if recording.image(source).desc.size != recording.image(result).desc.size {
             return None;
         }
-        // Cached images are written in other frames than images for later ones.
-        let is_cached = graph.function_pass(halving).is_some_and(|(_, image)| recording.is_cached(image));
-        let mut squares = if is_cached { Vec::new() } else { squares(graph, recording, source) };
+        // A retained image is written in other frames than images for later ones.
+        let is_retained = |image: ImageId| recording.image(image).origin == Origin::Retained;
+        let is_retained = graph.function_pass(halving).is_some_and(|(_, image)| is_retained(image));
+        let mut squares = if is_retained { Vec::new() } else { squares(graph, recording, source) };
         squares.truncate(caps.max_storage_images as usize - 1);
         let mut joined = squares.clone();
         joined.push(number);

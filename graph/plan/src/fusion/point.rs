@@ -6,7 +6,6 @@
 
 use super::module_limits::fit_one_module;
 use super::pass_graph::{PassGraph, is_cheap};
-use super::row_downsample::RowDownsampling;
 use crate::builder::PlanBuilder;
 use crate::plan::Fused;
 use afterimage_base::caps::Caps;
@@ -21,12 +20,16 @@ const MAX_COPIES: usize = 4;
 const MAX_KERNELS: usize = 24;
 
 /// Fuses until no pass can become part of its readers. A pass that changes puts those that make its images back on the
-/// stack. A halving that `by_rows` will take stays alone: by rows it costs less than its readers save.
-pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps, by_rows: Option<RowDownsampling>) {
+/// stack. `stays` selects passes that become part of none.
+pub(super) fn fuse_points(
+    builder: &mut PlanBuilder,
+    caps: &Caps,
+    stays: &dyn Fn(&PassGraph, &Recording, usize) -> bool,
+) {
     let mut graph = PassGraph::new(builder);
     let mut pending: Vec<usize> = (0..graph.len()).rev().collect();
     while let Some(number) = pending.pop() {
-        if by_rows.is_some_and(|by_rows| by_rows.takes(&graph, &builder.recording, number)) {
+        if stays(&graph, &builder.recording, number) {
             continue;
         }
         let readers = pixel_readers(&graph, &builder.recording, caps, number);
@@ -35,7 +38,7 @@ pub(super) fn fuse_points(builder: &mut PlanBuilder, caps: &Caps, by_rows: Optio
         // The last reader takes the pass itself: a long chain would otherwise be copied at every link.
         let copies: Vec<Pass> = others.iter().map(|_| producer.clone()).collect();
         for (reader, producer) in others.iter().zip(copies).chain([(last, producer)]) {
-            builder.fused.push(merge(&mut graph, &builder.recording, producer, *reader));
+            builder.savings.fused.push(merge(&mut graph, &builder.recording, producer, *reader));
             // Two readers of one image may have become one, so the pass that makes it can perhaps be fused now.
             let reads = graph.get(*reader).map(Pass::reads).unwrap_or_default();
             pending.extend(reads.into_iter().flat_map(|resource| graph.writers(resource).collect::<Vec<_>>()));

@@ -92,7 +92,7 @@ impl Halving {
     /// Puts the pass by rows in the place of the halving and of the pass that makes its source, if that one is given.
     /// Whether it makes an image again that is still stored.
     fn replace(self, graph: &mut PassGraph, builder: &mut PlanBuilder, maker: Option<Maker>) -> bool {
-        let PlanBuilder { recording, fused, shared_reads, .. } = builder;
+        let PlanBuilder { recording, savings, .. } = builder;
         let made = maker.as_ref().and_then(|maker| graph.take(maker.number));
         let neighbors = maker.and_then(|maker| maker.neighbors);
         let is_fused = made.is_some();
@@ -118,19 +118,19 @@ impl Halving {
         };
         if is_fused {
             let (image, nodes, bytes_saved) = saved(self.source, &pass.nodes, 2);
-            fused.push(Fused { image, nodes, bytes_saved });
+            savings.fused.push(Fused { image, nodes, bytes_saved });
         }
         let mut makes_again = false;
         if let Some(neighbors) = neighbors {
             let joined = neighbors.join_squares(graph, &mut pass);
             if joined > 0 {
                 let (image, nodes, bytes_saved) = saved(neighbors.source, &pass.nodes, joined);
-                shared_reads.push(SharedRead { image, nodes, bytes_saved });
+                savings.shared_reads.push(SharedRead { image, nodes, bytes_saved });
             }
             makes_again = neighbors.is_still_stored(graph);
             if neighbors.take_maker(graph) {
                 let (image, nodes, bytes_saved) = saved(neighbors.source, &pass.nodes, 2);
-                fused.push(Fused { image, nodes, bytes_saved });
+                savings.fused.push(Fused { image, nodes, bytes_saved });
             }
         }
         graph.put(self.number, pass);

@@ -19,7 +19,7 @@ pub(super) fn fuse_warps(builder: &mut PlanBuilder, caps: &Caps) {
         let taker = graph.take(reader).expect("a reader was found");
         let (pass, fused) = merge(&builder.recording, &producer, taker);
         graph.put(reader, pass);
-        builder.fused.push(fused);
+        builder.savings.fused.push(fused);
     }
     graph.finish(builder);
 }

@@ -28,7 +28,7 @@ pub(crate) fn memory(
     alias: Alias,
 ) -> Memory {
     lifetimes::set_lifetimes(images, schedule, &builder.kept());
-    let unaliased = described_bytes(images, &builder.fused);
+    let unaliased = described_bytes(images, &builder.savings.fused);
     for image in images.iter_mut().filter(|image| image.lifetime.is_none()) {
         image.requirement = None;
     }
@@ -81,7 +81,7 @@ fn kept_bytes(images: &[PlannedImage], builder: &PlanBuilder, request: &PlanRequ
             *count = (*count).max(ring);
         }
     }
-    let own = images.iter().zip(0..).filter(|(image, _)| matches!(image.origin, Origin::Baked | Origin::Cached));
+    let own = images.iter().zip(0..).filter(|(image, _)| image.origin == Origin::Retained);
     textures.extend(own.map(|(_, id)| (ImageId(id), 1)));
     let mut bytes = 0;
     for (image, count) in textures {

@@ -62,7 +62,7 @@ pub struct Memory {
     pub pooled: u64,
     /// The most bytes that live at once: no placement of this order needs less.
     pub lower_bound: u64,
-    /// Bytes of outputs, histories, baked LUTs and cached results, which share nothing.
+    /// Bytes of images that leave the frame or outlive it, which share nothing.
     pub kept: u64,
 }
 

@@ -95,12 +95,8 @@ impl Plan {
                 needed.extend(planned.pass.reads());
             }
         }
-        let cached = self.cached_results();
-        let is_of_the_past = |resource: &Resource| match *resource {
-            _ if cached.contains_key(resource) => true,
-            Resource::Image(image) => self.image(image).origin.previous_of().is_some(),
-            Resource::Buffer(buffer) => self.outlives_frames(buffer),
-        };
+        let lasting = self.lasting_resources();
+        let is_of_the_past = |resource: &Resource| lasting.contains(resource) || self.is_of_earlier_frame(*resource);
         (!needed.iter().any(is_of_the_past)).then_some(passes)
     }
 

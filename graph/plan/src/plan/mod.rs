@@ -1,7 +1,6 @@
 //! The plan: a value that states everything about a frame, equal for equal inputs.
 
 mod barrier;
-mod cached;
 mod image;
 mod metering;
 mod names;
@@ -12,16 +11,16 @@ mod state;
 
 use afterimage_base::color::Colorimetry;
 use afterimage_base::image::{ColorState, Size};
-use afterimage_graph::node::{BlockId, HostBlock, ImageId, Pass, Resource, VirtualBuffer};
+use afterimage_graph::node::{BlockId, HostBlock, ImageColor, ImageId, Pass, Resource, VirtualBuffer};
 use serde::{Serialize, Serializer};
 
 pub use barrier::{AliasingBarrier, Batch, Transition, Use};
-pub(crate) use cached::passes_only_for;
 pub use image::{Lifetime, Memory, PlannedImage, Slot};
 pub use metering::Metering;
 pub use pass::{PlannedPass, ScheduledPass, Stage, UniformBlock};
+pub(crate) use refresh::passes_only_for;
 pub use refresh::{CachedResults, Refresh};
-pub use savings::{Baked, Fused, SharedRead, Skipped};
+pub use savings::{Baked, Fused, Savings, SharedRead, Skipped};
 pub use state::{StateContent, StateItem};
 
 use crate::options::Options;
@@ -50,18 +49,9 @@ pub struct Plan {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<PlannedBlock>,
     pub outputs: Vec<PlanOutput>,
-    /// Nodes that are not in the plan, and why.
-    pub skipped: Vec<Skipped>,
-    /// Images that fusion has removed.
-    pub fused: Vec<Fused>,
-    /// Images that several kernels read together in one pass.
-    pub shared_reads: Vec<SharedRead>,
-    /// Runs of nodes that became baked LUTs.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub baked: Vec<Baked>,
-    /// The results of nodes that do not run in every frame.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub cached: Vec<CachedResults>,
+    /// The work of the nodes that frames do not do.
+    #[serde(flatten)]
+    pub savings: Savings,
     /// Parameters that change while the plan runs, as `node.parameter`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub dynamic: Vec<String>,
@@ -118,6 +108,14 @@ pub struct RectangleInput {
     pub places: Vec<u64>,
 }
 
+impl PlanOutput {
+    /// An output that the planner adds for measurements.
+    pub(crate) fn of_data(name: String, image: ImageId) -> Self {
+        let ImageColor { state, colorimetry } = ImageColor::of(ColorState::Data);
+        Self { name, image, state, colorimetry, in_rectangle: false }
+    }
+}
+
 impl Plan {
     /// The output of that name; the first if `None`.
     pub fn output(&self, name: Option<&str>) -> Option<&PlanOutput> {
@@ -172,8 +170,8 @@ impl Plan {
         self.passes.iter().map(|planned| &planned.pass)
     }
 
-    /// Bytes that all passes read and write in one frame, each image once a pass, without the evaluation of baked LUTs;
-    /// savings by caches of the device are not counted. A pass that does not run in every frame counts by its share.
+    /// Bytes that all passes read and write in one frame, each image once a pass, savings by
+    /// caches of the device are not counted. A pass that does not run in every frame counts by its share.
     pub fn bytes_moved(&self) -> u64 {
         let of_pass = |pass: usize| {
             let (share, bytes) = (self.share_of_frames(pass), self.bytes_moved_by(pass));

@@ -1,6 +1,25 @@
-//! Nodes, images and reads that planning has removed.
+//! Work of the nodes that no frame does, or not each one.
 
 use serde::Serialize;
+
+use super::CachedResults;
+
+/// The work of the nodes that frames do not do: the results of the stages that avoid it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Savings {
+    /// Nodes that are not in the plan, and why.
+    pub skipped: Vec<Skipped>,
+    /// Images that fusion has removed.
+    pub fused: Vec<Fused>,
+    /// Images that several kernels read together in one pass.
+    pub shared_reads: Vec<SharedRead>,
+    /// Runs of nodes that became baked LUTs.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub baked: Vec<Baked>,
+    /// The results of nodes that do not run in every frame.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cached: Vec<CachedResults>,
+}
 
 /// A node that is not in the plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

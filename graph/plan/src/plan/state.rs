@@ -104,18 +104,24 @@ impl Plan {
     /// results, are items of their own.
     fn is_made_from_the_past(&self, resource: Resource) -> bool {
         let mut needed = BTreeSet::from([resource]);
-        let cached = self.cached_results();
-        let is_item = |resource: &Resource| match *resource {
-            _ if cached.contains_key(resource) => true,
-            Resource::Buffer(buffer) => self.buffers[buffer.0 as usize].life == BufferLife::Persistent,
-            Resource::Image(_) => false,
-        };
+        let items = self.lasting_resources();
         for PlannedPass { pass, .. } in self.passes.iter().rev() {
             if pass.writes().iter().any(|resource| needed.contains(resource)) {
-                needed.extend(pass.reads().into_iter().filter(|read| !is_item(read)));
+                needed.extend(pass.reads().into_iter().filter(|read| !items.contains(read)));
             }
         }
-        let mut images = needed.into_iter().filter_map(Resource::image);
-        images.any(|image| self.image(image).origin.previous_of().is_some())
+        needed.into_iter().any(|resource| self.is_of_earlier_frame(resource))
+    }
+
+    /// Buffers that outlive frames, and cached results.
+    pub(super) fn lasting_resources(&self) -> BTreeSet<Resource> {
+        let buffers = self.buffers.iter().zip(0..).filter(|(buffer, _)| buffer.life == BufferLife::Persistent);
+        let buffers = buffers.map(|(_, id)| Resource::Buffer(BufferId(id)));
+        buffers.chain(self.cached_results().into_keys()).collect()
+    }
+
+    /// True for the image of an earlier frame.
+    pub(super) fn is_of_earlier_frame(&self, resource: Resource) -> bool {
+        resource.image().is_some_and(|image| self.image(image).origin.previous_of().is_some())
     }
 }

@@ -12,18 +12,18 @@ use afterimage_graph::node::Resource;
 impl Plan {
     /// The plan as a table for people, with the memory that it needs and the nodes that it skips.
     pub fn to_text(&self) -> String {
-        let names = Names::new(self);
+        let (names, savings) = (Names::new(self), &self.savings);
         let outputs = self.outputs.iter().map(|output| vec![format!("  {}", output.name), described(output)]);
         let dynamic = self.dynamic.iter().map(|name| vec![format!("  {name}")]);
-        let skipped = self.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
-        let fused = self.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
-        let shared = self.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
-        let baked = self.baked.iter().map(|baked| {
+        let skipped = savings.skipped.iter().map(|skipped| vec![format!("  {}", skipped.node), skipped.why.clone()]);
+        let fused = savings.fused.iter().map(|fused| (fused.image.as_str(), fused.bytes_saved));
+        let shared = savings.shared_reads.iter().map(|read| (read.image.as_str(), read.bytes_saved));
+        let baked = savings.baked.iter().map(|baked| {
             let when = if baked.in_every_frame { ", evaluated in every frame" } else { "" };
             let size = format!("size {}{when}", baked.size);
             vec![format!("  {}", baked.nodes.join(" + ")), size, mebibytes(baked.bytes)]
         });
-        let cached = self.cached.iter().map(|cached| {
+        let cached = savings.cached.iter().map(|cached| {
             let CachedResults { node, refresh, results } = cached;
             let when = match refresh {
                 Refresh::Every { every, phase } if !results.is_empty() => {
@@ -52,8 +52,8 @@ impl Plan {
             section("skipped", skipped.collect()),
             section("baked LUTs in place of nodes", baked.collect()),
             section("cached between the frames that compute them", cached.collect()),
-            savings("never stored, because their passes are fused", fused.collect()),
-            savings("read once by passes that are joined", shared.collect()),
+            saved_bytes("never stored, because their passes are fused", fused.collect()),
+            saved_bytes("read once by passes that are joined", shared.collect()),
             section("state that the next frame reads", state.collect()),
             self.memory_text(),
             format!("\nhash {}\n", self.hash()),
@@ -150,7 +150,7 @@ impl Plan {
 }
 
 /// Images and the bytes that each of them saves, under a heading with their sum; nothing if there are none.
-fn savings(why: &str, saved: Vec<(&str, u64)>) -> String {
+fn saved_bytes(why: &str, saved: Vec<(&str, u64)>) -> String {
     let sum = saved.iter().map(|(_, bytes)| bytes).sum();
     let rows = saved.iter().map(|(image, bytes)| vec![format!("  {image}"), format!("{} less", mebibytes(*bytes))]);
     section(&format!("{why}: {} less moved a frame", mebibytes(sum)), rows.collect())

@@ -25,7 +25,8 @@ pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
     for (name, stated, found) in figures.into_iter().filter(|(_, stated, found)| stated != found) {
         faults.add(format!("the plan states {stated} bytes for `{name}`, but its places come to {found}"));
     }
-    if memory.unaliased < memory.unshared || (walk.plan.fused.is_empty() && memory.unaliased != memory.unshared) {
+    if memory.unaliased < memory.unshared || (walk.plan.savings.fused.is_empty() && memory.unaliased != memory.unshared)
+    {
         faults
             .add(format!("the plan stores {} bytes of {} that its nodes describe", memory.unshared, memory.unaliased));
     }

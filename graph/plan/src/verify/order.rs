@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::walk::{Access, Faults, Walk};
-use crate::plan::Refresh;
+use crate::plan::{CachedResults, Refresh};
 use afterimage_graph::node::{Arg, BufferId, BufferLife, ImageId, Origin, Resource};
 
 pub(super) fn check(walk: &Walk<'_>, faults: &mut Faults) {
@@ -26,13 +26,12 @@ fn check_refresh(walk: &Walk<'_>, faults: &mut Faults) {
     let plan = walk.plan;
     for (at, planned) in plan.passes.iter().enumerate() {
         let mut written = walk.accesses[at].iter().filter(|access| access.writes);
-        let is_lut = |image| plan.image(image).origin == Origin::Baked;
-        let writes_lut = written.any(|access| access.resource.image().is_some_and(is_lut));
-        if planned.refresh.is_empty() || plan.evaluates_lut(at) != writes_lut {
+        let writes_lut = written.any(|access| access.resource.image().is_some_and(|image| is_lut(walk, image)));
+        if planned.refresh.is_empty() || plan.runs_on_change(at) != writes_lut {
             faults.add(format!("pass `{}` does not run in the frames that need its result", walk.passes[at]));
         }
     }
-    if plan.cached.is_empty() {
+    if plan.runs_all_passes() {
         return;
     }
     let refresh: Vec<&BTreeSet<Refresh>> = plan.passes.iter().map(|planned| &planned.refresh).collect();
@@ -41,7 +40,7 @@ fn check_refresh(walk: &Walk<'_>, faults: &mut Faults) {
     let outputs: Vec<Resource> = plan.outputs.iter().map(|output| Resource::Image(output.image)).collect();
     let remembered: Vec<ImageId> = plan.images.iter().filter_map(|image| image.origin.previous_of()).collect();
     let histories = walk.histories();
-    let seldom = |pass: usize| !runs_always(pass) && !plan.evaluates_lut(pass);
+    let seldom = |pass: usize| !runs_always(pass) && !plan.runs_on_change(pass);
     for (pass, access) in walk.uses().filter(|(pass, access)| access.writes && seldom(*pass)) {
         let (resource, own) = (access.resource, refresh[pass]);
         let lasts = match resource {
@@ -117,12 +116,12 @@ fn check_sequence(walk: &Walk<'_>, resource: Resource, history: &[(usize, Access
 fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], faults: &mut Faults) {
     let name = &walk.images[image.0 as usize];
     let origin = &walk.plan.image(image).origin;
-    if *origin == Origin::Baked {
+    if is_lut(walk, image) {
         for (pass, _) in history.iter().filter(|(_, access)| access.writes) {
             check_fill(walk, *pass, faults);
         }
     }
-    if matches!(origin, Origin::Transient | Origin::Baked | Origin::Cached) {
+    if matches!(origin, Origin::Transient | Origin::Retained) {
         if let Some((pass, _)) = history.first().filter(|(_, access)| access.reads) {
             faults.add(format!("pass `{}` reads `{name}` before any pass has written it", walk.passes[*pass]));
         }
@@ -131,11 +130,17 @@ fn check_origin(walk: &Walk<'_>, image: ImageId, history: &[(usize, Access)], fa
     }
 }
 
+/// Returns whether an image is a baked LUT: it is retained, and no result of a node.
+fn is_lut(walk: &Walk<'_>, image: ImageId) -> bool {
+    let is_result = |cached: &CachedResults| cached.results.contains(&Resource::Image(image));
+    walk.plan.image(image).origin == Origin::Retained && !walk.plan.savings.cached.iter().any(is_result)
+}
+
 /// A pass that evaluates a baked LUT reads nothing that changes from frame to frame, since it does not run in all of
 /// them.
 fn check_fill(walk: &Walk<'_>, pass: usize, faults: &mut Faults) {
     let lasts = |resource: Resource| match resource {
-        Resource::Image(image) => matches!(walk.plan.image(image).origin, Origin::Constant(_) | Origin::Baked),
+        Resource::Image(image) => matches!(walk.plan.image(image).origin, Origin::Constant(_)) || is_lut(walk, image),
         Resource::Buffer(buffer) => matches!(walk.plan.buffers[buffer.0 as usize].life, BufferLife::Constant(_)),
     };
     let mut changing = walk.accesses[pass].iter().filter(|access| access.reads && !lasts(access.resource));

@@ -79,7 +79,7 @@ fn at_first(walk: &Walk<'_>, resource: Resource) -> Use {
     match resource {
         Resource::Image(image) => match walk.plan.image(image).origin {
             Origin::Transient => Use::Undefined,
-            Origin::Previous { .. } | Origin::Baked | Origin::Cached => Use::PreviousFrame,
+            Origin::Previous { .. } | Origin::Retained => Use::PreviousFrame,
             Origin::Input(_) | Origin::Constant(_) => Use::Host,
         },
         Resource::Buffer(buffer) => match walk.plan.buffers[buffer.0 as usize].life {

@@ -104,9 +104,7 @@ impl<'p> Executor<'p> {
         let filled = |number| Image::new(size.width as usize, size.height as usize, |_, _| [number; 4]);
         match &planned.origin {
             Origin::Input(_) => self.picture.clone(),
-            Origin::Transient | Origin::Baked | Origin::Cached => {
-                self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN))
-            }
+            Origin::Transient | Origin::Retained => self.contents.get(&id).cloned().unwrap_or_else(|| filled(f64::NAN)),
             Origin::Previous { of, frames } => {
                 let past = self.past.get(*frames as usize - 1).map(|past| past.get(of).cloned());
                 past.map_or_else(|| filled(0.0), |image| image.unwrap_or_else(|| filled(f64::NAN)))

@@ -50,7 +50,7 @@ impl Prices {
         };
         let plan = plan(graph, &request).unwrap_or_else(|error| panic!("{name}: {error}"));
         // Tables are not filled in every frame.
-        let passes = (0..plan.passes.len()).filter(|pass| !plan.evaluates_lut(*pass));
+        let passes = (0..plan.passes.len()).filter(|pass| !plan.runs_on_change(*pass));
         let operations: f64 = passes.clone().map(|pass| operations_of(&plan, pass)).sum();
         let figures = [
             plan.bytes_moved() as f64 / 1e6,

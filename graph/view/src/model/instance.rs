@@ -10,7 +10,7 @@ use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ColorState;
 use afterimage_graph::node::BlockData;
 use afterimage_graph::value::Value;
-use afterimage_plan::{Options, Plan, When};
+use afterimage_plan::{Options, Plan};
 
 use super::{Changes, FrameImages, Target};
 use crate::Problem;
@@ -44,13 +44,9 @@ impl PlanPreset {
         match self {
             Self::Show => Options::default(),
             Self::CountFaults => Options { count_faults: true, ..Options::default() },
-            Self::Inspect | Self::Reference => Options {
-                fuse: false,
-                row_downsample: When::Never,
-                repeatable: true,
-                exact: self == Self::Reference,
-                ..Options::default()
-            },
+            Self::Inspect | Self::Reference => {
+                Options { fuse: false, repeatable: true, exact: self == Self::Reference, ..Options::default() }
+            }
         }
     }
 }

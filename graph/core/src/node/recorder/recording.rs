@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::node::kernel::{Arg, KernelCall};
 use crate::node::pass::Pass;
-use crate::node::resource::{BufferId, ImageId, Origin, VirtualBuffer, VirtualImage};
+use crate::node::resource::{BufferId, ImageId, VirtualBuffer, VirtualImage};
 
 /// The images, buffers and passes that nodes have recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,11 +54,6 @@ impl Recording {
     /// The image with that id.
     pub fn image(&self, id: ImageId) -> &VirtualImage {
         &self.images[id.0 as usize]
-    }
-
-    /// True if the image is the result of a node that runs in some frames only.
-    pub fn is_cached(&self, id: ImageId) -> bool {
-        self.image(id).origin == Origin::Cached
     }
 
     /// The buffer with that id.

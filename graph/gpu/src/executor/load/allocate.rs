@@ -149,7 +149,7 @@ impl<'a> Memory<'a> {
                     ImageBinding::Ring(self.ring(plan, id, known.unwrap_or_default()), 0)
                 }
                 (None, Some(output)) => ImageBinding::Output(output, self.take(image.desc, &image.label)),
-                (None, None) if matches!(image.origin, Origin::Baked | Origin::Cached) => {
+                (None, None) if image.origin == Origin::Retained => {
                     ImageBinding::Fixed(self.take(image.desc, &image.label))
                 }
                 (None, None) => {
@@ -174,7 +174,7 @@ impl<'a> Memory<'a> {
                 Some(ImageBinding::Input(input.expect("every input image is listed")))
             }
             Origin::Constant(bytes) => Some(ImageBinding::Fixed(self.constant(image.desc, bytes)?)),
-            Origin::Transient | Origin::Baked | Origin::Cached => None,
+            Origin::Transient | Origin::Retained => None,
         })
     }
 

@@ -70,9 +70,9 @@ impl DuePasses {
         buffer.writers.iter().any(|pass| self.due[*pass])
     }
 
-    /// True if the frame evaluates a baked LUT.
-    pub(crate) fn evaluates_luts(&self, plan: &Plan) -> bool {
-        (0..self.due.len()).any(|pass| self.due[pass] && plan.evaluates_lut(pass))
+    /// True if the frame runs a pass that runs after a change of its uniforms.
+    pub(crate) fn any_on_change(&self, plan: &Plan) -> bool {
+        (0..self.due.len()).any(|pass| self.due[pass] && plan.runs_on_change(pass))
     }
 
     /// The number of passes that run in a frame which draws the last one again; `None` for other frames.
@@ -80,10 +80,10 @@ impl DuePasses {
         self.is_redraw.then(|| self.due.iter().filter(|due| **due).count())
     }
 
-    /// True if the next frame computes baked LUTs or cached results because they are stale, or because their uniforms
-    /// have changed.
+    /// True if the next frame computes results that outlive it because they are stale, or because their uniforms have
+    /// changed.
     pub(crate) fn renews_results(&self, plan: &Plan, uniforms: &[u8]) -> bool {
-        let outlives = |pass: &usize| self.feeds_cached[*pass] || plan.evaluates_lut(*pass);
+        let outlives = |pass: &usize| self.feeds_cached[*pass] || plan.runs_on_change(*pass);
         (0..self.due.len()).filter(outlives).any(|pass| self.is_dirty(plan, pass, uniforms))
     }
 
@@ -105,10 +105,10 @@ impl DuePasses {
         self.stale.fill(true);
     }
 
-    /// Has the next frame evaluate the baked LUTs.
-    pub(crate) fn invalidate_luts(&mut self, plan: &Plan) {
-        let luts = (0..self.stale.len()).filter(|pass| plan.evaluates_lut(*pass));
-        luts.for_each(|pass| self.stale[pass] = true);
+    /// Has the next frame run the passes that run after a change of their uniforms.
+    pub(crate) fn force_on_change(&mut self, plan: &Plan) {
+        let on_change = (0..self.stale.len()).filter(|pass| plan.runs_on_change(*pass));
+        on_change.for_each(|pass| self.stale[pass] = true);
     }
 
     fn is_dirty(&self, plan: &Plan, pass: usize, uniforms: &[u8]) -> bool {

@@ -65,7 +65,7 @@ fn explicit_transitions(
             images_to_read(plan, batch).filter(|(_, from)| from.writes()).map(|(i, _)| i).collect();
         let mut before = Vec::new();
         // Barriers of a pass that may not run are none to rely on.
-        let may_not_run = !plan.cached.is_empty();
+        let may_not_run = !plan.runs_all_passes();
         if may_not_run || !is_dispatched || !all_read_by(plan, first, &made) {
             let read = images_to_read(plan, batch).filter(|_| batch.passes.len() > 1);
             before.extend(read.map(|(image, _)| (image, TextureUses::RESOURCE)));
@@ -81,12 +81,12 @@ fn explicit_transitions(
     transitions
 }
 
-/// The images that begin to be read in the batch, and their use before. Baked LUTs are none of them: most frames do
-/// not evaluate them, and then no barrier waits.
+/// The images that begin to be read in the batch, and their use before. Retained ones are none of them: most frames do
+/// not write them, and then no barrier waits.
 fn images_to_read(plan: &Plan, batch: &Batch) -> impl Iterator<Item = (ImageId, Use)> {
     let read = batch.transitions.iter().filter(|transition| transition.to == Use::Read);
     let images = read.filter_map(|transition| Some((transition.resource.image()?, transition.from)));
-    images.filter(|(image, _)| plan.image(*image).origin != Origin::Baked)
+    images.filter(|(image, _)| plan.image(*image).origin != Origin::Retained)
 }
 
 /// True if one pass reads all of these images: then its own barrier is enough.
@@ -109,9 +109,7 @@ mod tests {
     use afterimage_graph::document::parse;
     use afterimage_graph::node::{ImageId, NodeKind, Registry};
     use afterimage_graph::prelude::*;
-    use afterimage_plan::{
-        AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, When, plan,
-    };
+    use afterimage_plan::{AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
     use wgpu::TextureUses;
 
     use super::explicit_transitions;
@@ -142,7 +140,7 @@ mod tests {
             },
             facts: Facts::default(),
             caps: Caps { storage: Format::ALL.into(), ..Caps::default() },
-            options: Options { row_downsample: When::Never, ..options },
+            options,
             dynamic: Default::default(),
             requirement: &Requirement::typical,
         };

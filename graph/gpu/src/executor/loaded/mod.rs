@@ -123,8 +123,7 @@ impl Loaded {
         self.due.renews_results(&self.plan, self.uniforms.bytes()) || self.shares_old_heap
     }
 
-    /// Chooses the passes of a frame of that number, after one of the number `before`. Without one, all cached results
-    /// are recomputed.
+    /// Chooses the passes of a frame of that number, after one of the number `before`. Without one, all of them run.
     pub(crate) fn choose_passes(&mut self, number: u32, before: Option<u32>) {
         self.due.choose(&self.plan, self.uniforms.bytes(), number, before);
     }

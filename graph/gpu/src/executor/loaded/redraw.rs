@@ -17,10 +17,11 @@ pub(crate) struct Redraw {
 }
 
 impl Redraw {
-    /// `None` for plans that need not be drawn again, that have cached results, or that the host draws into.
+    /// `None` for plans that need not be drawn again, that do not run all passes in each frame, or that the host draws
+    /// into.
     pub(crate) fn new(device: &Device, plan: &Plan, buffers: &[Buffer], persistent: &[WrittenBuffer]) -> Option<Self> {
         let has_host_draws = plan.work().any(|pass| host_node(pass).is_some());
-        if !plan.options.repeatable || !plan.cached.is_empty() || has_host_draws {
+        if !plan.options.repeatable || !plan.runs_all_passes() || has_host_draws {
             return None;
         }
         let usage = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;

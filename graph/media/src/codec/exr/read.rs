@@ -1,4 +1,4 @@
-//! From the file's header to a picture.
+//! Reads the headers of an EXR file, and decodes a layer to a picture.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -11,7 +11,8 @@ use exr::meta::attribute::{Chromaticities as ExrChromaticities, IntegerBounds, S
 use exr::meta::header::{Header, standard_names};
 
 use super::attributes::{Head, is_window, keep_bytes};
-use super::decode::{BATCH_BYTES, Placement, decode_blocks};
+use super::blocks::BATCH_BYTES;
+use super::decode::{Placement, decode_blocks};
 use super::label::{Interop, interop, is_data, named_colors};
 use super::select::{Choice, choose, chosen_layer};
 use super::{explain, subsampled, unsupported};
@@ -104,7 +105,7 @@ pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Opened<R>, CodecErro
     Ok(Opened { reader, headers })
 }
 
-/// The fault of a header, by the name of the channel or the attribute if that is known.
+/// The error of a header; it names the channel or the attribute if that is known.
 fn explain_header(error: &Error, head: Option<&Head>) -> CodecError {
     let known = match error {
         Error::Invalid(what) | Error::NotSupported(what) if what.contains("sampling") => {
@@ -189,7 +190,7 @@ pub(super) fn stated_colors(
     file_colors(header)
 }
 
-/// The primaries and the function that the file states for all its layers of light.
+/// The primaries and the transfer function that the file states for all its color layers.
 pub(super) fn file_colors(header: &Header) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
     let named = named_colors(header).map(|(primaries, transfer, _)| (primaries, transfer));
     let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named) };

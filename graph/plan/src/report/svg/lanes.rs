@@ -117,7 +117,7 @@ fn with_own_memory(picture: &Picture<'_>) -> Vec<usize> {
         let rank = match plan.images[*image].origin {
             Origin::Input(_) => 0,
             Origin::Previous { .. } => 1,
-            Origin::Constant(_) | Origin::Baked | Origin::Cached => 2,
+            Origin::Constant(_) | Origin::Retained => 2,
             Origin::Transient => 3,
         };
         (rank, *image)
@@ -156,8 +156,7 @@ fn origin(picture: &Picture<'_>, image: usize) -> &'static str {
     match picture.plan.images[image].origin {
         Origin::Input(_) => "input",
         Origin::Constant(_) => "constant",
-        Origin::Baked => "table",
-        Origin::Cached => "cached",
+        Origin::Retained => "retained",
         Origin::Previous { .. } => "earlier frame",
         Origin::Transient if is_output => "output",
         Origin::Transient if picture.plan.images[image].requirement.is_none() => "history",

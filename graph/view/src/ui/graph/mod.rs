@@ -55,7 +55,8 @@ impl Roles {
     fn of(plan: Option<&Plan>) -> Self {
         let mut roles = Self::default();
         let Some(plan) = plan else { return roles };
-        roles.skipped = plan.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
+        roles.skipped =
+            plan.savings.skipped.iter().map(|skipped| (skipped.node.clone(), skipped.why.clone())).collect();
         for (index, pass) in plan.work().enumerate().filter(|(_, pass)| pass.nodes.len() > 1) {
             for node in &pass.nodes {
                 roles.fused.entry(node.clone()).or_insert(index);
@@ -194,7 +195,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// A ground under the nodes of one pass, in a color of its own.
+    /// A background behind the nodes of one pass, in its own color.
     fn fused(&self, ui: &Ui) {
         for placed in self.placed {
             let Item::Node(node) = placed.item else { continue };
