@@ -51,7 +51,7 @@ impl Expansion<'_> {
         if bytes > MAX_NAME {
             let message = format!("the name has {bytes} bytes with those of the pipelines around it");
             let error = Diagnostic::error("long-name", message).at(&name.location, "");
-            self.report(error.help(format!("a name has at most {MAX_NAME} bytes")));
+            self.fields.reports.push(error.help(format!("a name has at most {MAX_NAME} bytes")));
         }
         bytes <= MAX_NAME
     }

@@ -50,10 +50,6 @@ impl<'a> Expansion<'a> {
         Self { registry, fields, drafted: DraftGraph::default(), changes: Vec::new(), tier: None }
     }
 
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
-        self.fields.report(diagnostic);
-    }
-
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
         let name = Spanned::new(String::new(), document.location.clone());
@@ -143,7 +139,7 @@ impl<'a> Expansion<'a> {
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
-            self.report(self.fields.reports.with_nearest(diagnostic, &name.value, known()));
+            self.fields.reports.push(self.fields.reports.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -157,7 +153,7 @@ impl<'a> Expansion<'a> {
                 .at(&ty.location, "")
                 .help(format!("the types are {}", list(names.iter().copied(), 24)))
                 .did_you_mean(&ty.value, names);
-        self.report(diagnostic);
+        self.fields.reports.push(diagnostic);
         false
     }
 
@@ -169,7 +165,7 @@ impl<'a> Expansion<'a> {
                 .at(&node.location, "")
                 .also(&input.location, "the inner pipeline needs this input")
                 .help(format!("add `{}: \"...\"`, or declare the input with `(optional: true)`", input.value));
-            self.report(diagnostic);
+            self.fields.reports.push(diagnostic);
         }
     }
 
@@ -183,7 +179,9 @@ impl<'a> Expansion<'a> {
             None => return self.is_short(scope, name),
         };
         let diagnostic = Diagnostic::error("bad-name", message).at(&name.location, "");
-        self.report(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
+        self.fields
+            .reports
+            .push(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
         false
     }
 
@@ -192,7 +190,7 @@ impl<'a> Expansion<'a> {
         let first = self.drafted.scopes[scope].inputs[*index].0.name.location.clone();
         let message = format!("a node and an input are both called {}", quote(&name.value));
         let diagnostic = Diagnostic::error("doubled", message).at(&name.location, "the node").also(&first, "the input");
-        self.report(diagnostic.help("a wire could mean either: give one of them another name"));
+        self.fields.reports.push(diagnostic.help("a wire could mean either: give one of them another name"));
         false
     }
 
@@ -209,7 +207,7 @@ impl<'a> Expansion<'a> {
                 "set" => changes = self.inner_settings(item),
                 "when" => around.when = self.fields.condition(self.drafted.facts(scope), &item),
                 "label" => around.label = self.fields.label(&item),
-                field @ ("format" | "bake" | "every") => self.report(
+                field @ ("format" | "bake" | "every") => self.fields.reports.push(
                     Diagnostic::error("unknown-field", format!("a pipeline has no {field} of its own"))
                         .at(&name.location, "")
                         .help(format!("name a node inside: `set: {{ \"node.{field}\": ... }}`")),
@@ -228,11 +226,11 @@ impl<'a> Expansion<'a> {
     fn inner_settings(&mut self, item: Item) -> Vec<Override> {
         match settings(item, "`set`") {
             Ok((settings, problems)) => {
-                problems.into_iter().for_each(|problem| self.report(problem));
+                problems.into_iter().for_each(|problem| self.fields.reports.push(problem));
                 settings
             }
             Err(problem) => {
-                self.report(problem);
+                self.fields.reports.push(problem);
                 Vec::new()
             }
         }
@@ -246,7 +244,7 @@ impl<'a> Expansion<'a> {
             Some(Item { value: Tree::Broken, .. }) => return None,
             Some(item) => {
                 let seen = format!("this is {}", item.value.describe());
-                self.report(
+                self.fields.reports.push(
                     Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.location, seen).help(help),
                 );
                 return None;
@@ -254,13 +252,15 @@ impl<'a> Expansion<'a> {
             None if entry.fields.is_partial => return None,
             None => {
                 let message = format!("{} does not say which pipeline it is", quote(&entry.name.value));
-                self.report(Diagnostic::error("missing-file", message).at(location, "`file` is missing").help(help));
+                self.fields
+                    .reports
+                    .push(Diagnostic::error("missing-file", message).at(location, "`file` is missing").help(help));
                 return None;
             }
         };
         let path = join(&named.location.file, &named.value);
         if files.contains(&path) || files.len() > MAX_DEPTH {
-            self.report(holds_itself(&named, &path, files));
+            self.fields.reports.push(holds_itself(&named, &path, files));
             return None;
         }
         self.fields.document(&named)

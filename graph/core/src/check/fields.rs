@@ -30,10 +30,6 @@ impl<'a> FieldReader<'a> {
         Self { used: UsedFiles::new(files), reports: Reports::new(diagnostics), facts: BTreeMap::new() }
     }
 
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
-        self.reports.push(diagnostic);
-    }
-
     /// The document with what it inherits.
     pub(super) fn inherited(&mut self, document: &Document) -> Document {
         self.used.inherited(document, &mut self.reports)
@@ -100,7 +96,7 @@ impl<'a> FieldReader<'a> {
         let message = format!("the port {} takes the name of a node or an input in quotes", quote(port));
         let diagnostic =
             Diagnostic::error("wrong-type", message).at(&item.location, format!("this is {}", item.value.describe()));
-        self.report(match &item.value {
+        self.reports.push(match &item.value {
             Tree::Name(name) => diagnostic.help(format!("write `{port}: \"{name}\"`")).rewrite(format!("\"{name}\"")),
             _ => diagnostic.help(format!("write `{port}: \"name\"`")),
         });
@@ -115,7 +111,7 @@ impl<'a> FieldReader<'a> {
             }
             let message = format!("`when` is a condition in quotes, not {}", item.value.describe());
             let diagnostic = Diagnostic::error("wrong-type", message).at(&item.location, "");
-            self.report(match &item.value {
+            self.reports.push(match &item.value {
                 Tree::Name(name) => diagnostic.help(format!("write `when: \"{name}\"`")).rewrite(format!("\"{name}\"")),
                 _ => diagnostic.help("write it as `when: \"emissive and illuminance < 10\"`"),
             });
@@ -129,7 +125,7 @@ impl<'a> FieldReader<'a> {
             }
             Err(error) => {
                 let location = inner.map_or(item.location.clone(), |inner| inner.part(error.span));
-                self.report(Diagnostic::error("condition", error.message).at(&location, "").help(error.help));
+                self.reports.push(Diagnostic::error("condition", error.message).at(&location, "").help(error.help));
                 None
             }
         }
@@ -157,7 +153,7 @@ impl<'a> FieldReader<'a> {
                 let diagnostic = Diagnostic::error("unknown-fact", format!("no fact is called {}", quote(name)))
                     .at(&location, "")
                     .help(help);
-                self.report(self.reports.with_nearest(diagnostic, name, known.iter().map(String::as_str)));
+                self.reports.push(self.reports.with_nearest(diagnostic, name, known.iter().map(String::as_str)));
                 continue;
             }
             self.fact_kind(name, kind, &location);
@@ -180,7 +176,7 @@ impl<'a> FieldReader<'a> {
             let diagnostic = Diagnostic::error("fact-kind", message)
                 .at(location, format!("here it is {}", kind.describe()))
                 .also(first, format!("here it is {}", known.describe()));
-            self.report(diagnostic.help("the host can tell it only one way: use two names"));
+            self.reports.push(diagnostic.help("the host can tell it only one way: use two names"));
         }
     }
 
@@ -205,7 +201,7 @@ impl<'a> FieldReader<'a> {
                 .at(&item.location, format!("this is {}", other.describe()))
                 .help(format!("the formats are {}", list(names, names.len()))),
         };
-        self.report(diagnostic);
+        self.reports.push(diagnostic);
         None
     }
 
@@ -223,7 +219,7 @@ impl<'a> FieldReader<'a> {
             let diagnostic = Diagnostic::error("unknown-bake", "`bake` is `Off`, `Auto` or the size of a table")
                 .at(&item.location, format!("this is {}", item.value.describe()))
                 .help(format!("its values are {}", list(names.iter().copied(), names.len())));
-            self.report(match &item.value {
+            self.reports.push(match &item.value {
                 Tree::Name(name) => diagnostic.did_you_mean(name, ["Off", "Auto"]),
                 _ => diagnostic,
             });
@@ -241,14 +237,14 @@ impl<'a> FieldReader<'a> {
         let diagnostic = Diagnostic::error("bad-every", format!("`every` is a number from 1 to {MAX_EVERY}"))
             .at(&item.location, format!("this is {}", item.value.describe()))
             .help("`every: 4` runs the node in each fourth frame");
-        self.report(diagnostic);
+        self.reports.push(diagnostic);
         1
     }
 
     fn short_label(&mut self, label: &str, location: &Location) -> Option<String> {
         if label.len() > MAX_NAME {
             let error = Diagnostic::error("long-name", format!("the label has {} bytes", label.len()));
-            self.report(error.at(location, "").help(format!("a label has at most {MAX_NAME} bytes")));
+            self.reports.push(error.at(location, "").help(format!("a label has at most {MAX_NAME} bytes")));
             return None;
         }
         Some(shown(label).into_owned())
@@ -262,7 +258,7 @@ impl<'a> FieldReader<'a> {
             return None;
         }
         let diagnostic = Diagnostic::error("wrong-type", "`label` is a text in quotes");
-        self.report(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
+        self.reports.push(diagnostic.at(&item.location, format!("this is {}", item.value.describe())));
         None
     }
 }

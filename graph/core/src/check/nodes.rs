@@ -21,7 +21,11 @@ impl Expansion<'_> {
             let message = format!("no node kind is called {}", quote(name));
             let diagnostic = Diagnostic::error("unknown-kind", message).at(&entry.kind.location, "");
             let diagnostic = diagnostic.help(topic.unwrap_or_else(|| known_kinds(self.registry)));
-            self.report(self.fields.reports.with_nearest(diagnostic, name, self.registry.names().chain([PIPELINE])));
+            self.fields.reports.push(self.fields.reports.with_nearest(
+                diagnostic,
+                name,
+                self.registry.names().chain([PIPELINE]),
+            ));
             return Named::Broken;
         };
         let mut draft = draft(scope, entry, kind);
@@ -60,7 +64,7 @@ impl Expansion<'_> {
                 }
                 _ => diagnostic,
             };
-            self.report(self.fields.reports.with_nearest(diagnostic, &name.value, known));
+            self.fields.reports.push(self.fields.reports.with_nearest(diagnostic, &name.value, known));
         }
     }
 
@@ -80,7 +84,7 @@ impl Expansion<'_> {
                 let needs = format!("{} needs it", quote(draft.kind.name()));
                 let what = port.doc.trim().trim_end_matches('.');
                 let help = format!("add `{}: \"...\"`, the name of a node or an input: {what}", port.name);
-                self.report(Diagnostic::error("missing-port", message).at(location, needs).help(help));
+                self.fields.reports.push(Diagnostic::error("missing-port", message).at(location, needs).help(help));
             }
         }
     }

@@ -15,13 +15,13 @@ impl FieldReader<'_> {
         let value = match self.typed(kind, param, item) {
             Ok(value) => value,
             Err(diagnostic) => {
-                self.report(diagnostic);
+                self.reports.push(diagnostic);
                 return None;
             }
         };
         if let Err(why) = param.accepts(&value) {
             let diagnostic = Diagnostic::error("out-of-domain", why).at(&item.location, "");
-            self.report(diagnostic.help(about(param)));
+            self.reports.push(diagnostic.help(about(param)));
             return None;
         }
         Some(value)

@@ -33,7 +33,7 @@ impl Expansion<'_> {
             start = value_start + value.len() + 1;
             match command_line_value(&file, value, &location) {
                 Ok(item) => settings.push(Override { key: Spanned::new(key.clone(), key_location), value: item }),
-                Err(diagnostic) => self.report(diagnostic),
+                Err(diagnostic) => self.fields.reports.push(diagnostic),
             }
         }
         self.changes.push(Change { scope: 0, settings, tier: None });
@@ -112,7 +112,7 @@ impl Overrides<'_, '_> {
                         let error = no_such_node(&self.drafted.scopes[scope], part, key, has_hint);
                         let is_alone = has_hint && error.correction.is_none() && key.value == part;
                         let owner = is_alone.then(|| self.drafted.owner(scope, part)).flatten();
-                        self.fields.report(error.maybe_help(owner.map(|owner| {
+                        self.fields.reports.push(error.maybe_help(owner.map(|owner| {
                             format!("a parameter is set by `node.parameter`: {}", quote(&format!("{owner}.{part}")))
                         })));
                     }
@@ -135,7 +135,7 @@ impl Overrides<'_, '_> {
                     Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
                         .at(&setting.value.location, format!("this is {}", other.describe()))
                         .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"));
-                self.fields.report(match other {
+                self.fields.reports.push(match other {
                     Tree::Name(word) => diagnostic.did_you_mean(word, ["Off", "On"]),
                     _ => diagnostic,
                 });
@@ -159,7 +159,7 @@ impl Overrides<'_, '_> {
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")
             .help(format!("{} has {}", quote(kind.name()), list(known(), 16)));
-        self.fields.report(self.fields.reports.with_nearest(diagnostic, field, known()));
+        self.fields.reports.push(self.fields.reports.with_nearest(diagnostic, field, known()));
     }
 
     /// Wires a port to something else. The old source is still needed: without this change, or in another tier.
@@ -170,7 +170,7 @@ impl Overrides<'_, '_> {
             let message = format!("{} is a port inside a pipeline, whose wires cannot be set", quote(&name));
             let help = "wire the inputs of that pipeline, or write the node anew in a file that `extends` it";
             let diagnostic = Diagnostic::error("unknown-field", message).at(&setting.key.location, "");
-            return self.fields.report(diagnostic.help(help));
+            return self.fields.reports.push(diagnostic.help(help));
         }
         let Some(text) = self.fields.wire(&name, &setting.value) else { return };
         let unused = if self.is_made { self.drafted.nodes[node].wire_texts[port].replace(text) } else { Some(text) };
@@ -197,7 +197,8 @@ impl Overrides<'_, '_> {
                     node_names(&self.drafted.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
                 let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
                 self.fields
-                    .report(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
+                    .reports
+                    .push(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
             }
         }
     }

@@ -12,7 +12,7 @@ impl Expansion<'_> {
             let is_there = document.tiers.iter().take(MAX_TIERS).any(|(known, _)| known.value == name.value);
             // What could not be read may have it.
             if !is_there && !document.is_partial {
-                self.report(unknown_tier(document, &name.value, &name.location));
+                self.fields.reports.push(unknown_tier(document, &name.value, &name.location));
             }
         }
     }
@@ -21,7 +21,7 @@ impl Expansion<'_> {
     pub(super) fn tier(&mut self, document: Document, name: Option<&str>) -> Document {
         let Some(name) = name else { return document };
         let Some((_, tier)) = document.tiers.iter().find(|(known, _)| known.value == name) else {
-            self.report(unknown_tier(&document, name, &document.location));
+            self.fields.reports.push(unknown_tier(&document, name, &document.location));
             return document;
         };
         match tier {

@@ -203,7 +203,8 @@ fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
 
 /// Light whose negative components are as small as it takes for a luminance of 0 or more.
 fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
-    let (positive, negative) = (rec709_luminance(rgb.map(|x| x.max(0.0))), -rec709_luminance(rgb.map(|x| x.min(0.0))));
+    let positive = rec709_luminance(rgb.map(|x| x.max(0.0)));
+    let negative = -rec709_luminance(rgb.map(|x| x.min(0.0)));
     if negative <= positive { rgb } else { rgb.map(|x| if x < 0.0 { x * (positive / negative) } else { x }) }
 }
 

@@ -48,7 +48,7 @@ impl<'a> State<'a> {
         let document = expansion.tier(document, tier);
         expansion.expand_top(&document);
         if expansion.fields.used.has_document(&join("", &document.file)) {
-            expansion.report(used_twice(&document));
+            expansion.fields.reports.push(used_twice(&document));
         }
         let made = expansion.changes.iter().filter(|change| change.tier.is_some() && expansion.is_made(change));
         let values = made.flat_map(|change| &change.settings).map(|setting| setting.value.location.clone());
