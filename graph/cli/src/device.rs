@@ -1,4 +1,4 @@
-//! The device of a command: how it is opened, its sessions, and the cache of what earlier runs know of it.
+//! The device of a command, its sessions, and the cache of compiled pipelines of earlier runs.
 //!
 //! The cache of each graphics adapter holds the driver's pipelines. It can be deleted at any time. Errors with it do
 //! not stop the program; it only starts slower.

@@ -8,8 +8,8 @@ use crate::LabError;
 /// Seconds between two frames.
 const STEP: f32 = 1.0 / 60.0;
 
-/// The time of a frame of the plan that is loaded, on these images in every frame. It runs in memory of its own: where
-/// images lie in memory changes the time by several percent, and would otherwise depend on the plans before.
+/// The time of a frame of the loaded plan with these images. It runs with fresh allocations: their addresses change the
+/// time by several percent, and would otherwise depend on earlier plans.
 pub(crate) fn frame_time(
     session: &Session,
     clock: &Clock,

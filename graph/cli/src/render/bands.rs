@@ -22,7 +22,7 @@ use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
 use crate::process::pool;
-use crate::save::{ImageInfo, is_light, write_rows};
+use crate::save::{ImageInfo, is_color, write_rows};
 use crate::terminal::note;
 
 /// The inputs of a picture.
@@ -101,7 +101,7 @@ pub(super) fn render(
         let stated = ImageInfo { meta, frame: job.frame.unwrap_or(0), ..ImageInfo::of(&output) };
         let encoding = target.saving.encoding(&stated);
         let file = (is_large && !encoding.needs_all_rows()).then(|| (file.as_path(), encoding, stated.attributes()));
-        if file.is_some() && encoding.format == ImageFormat::Exr && is_light(output.state) {
+        if file.is_some() && encoding.format == ImageFormat::Exr && is_color(output.state) {
             say_left_out(request, job)?;
         }
         outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });

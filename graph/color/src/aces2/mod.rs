@@ -130,7 +130,7 @@ impl OutputTransform {
         }
     }
 
-    /// The light above which AP1 is clipped.
+    /// The value above which AP1 is clipped.
     pub fn brightest(&self) -> f64 {
         self.brightest
     }
@@ -165,7 +165,7 @@ impl OutputTransform {
         &self.segments
     }
 
-    /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².
+    /// Linear AP1 to display-linear color, from 0 to the peak, in units of 100 cd/m².
     pub fn apply(&self, ap1: DVec3) -> DVec3 {
         let limited = ap1.clamp(DVec3::ZERO, DVec3::splat(self.brightest));
         let jmh = self.source.to_jmh(Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0) * limited);

@@ -17,7 +17,7 @@ choices! {
     }
 }
 
-/// The spaces of a table, and the light around it.
+/// The color spaces of a table, and the linear color around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {
     /// The space of the table's entry; not `Same` in front of another space of the result.
@@ -26,11 +26,11 @@ pub struct Conversion {
     pub to: LutSpace,
     /// The state of the result.
     pub state: LutState,
-    /// The luminance of light of 1, for `Pq`.
+    /// The luminance of a linear value of 1, for `Pq`.
     pub white_nits: f64,
     /// The colorimetry of the image.
     pub source: Colorimetry,
-    /// The primaries of a result that is light.
+    /// The primaries of a linear result.
     pub result: Chromaticities,
 }
 
@@ -56,7 +56,7 @@ impl Conversion {
         Parts { unchanged: Process::new(enter(self.to())), changed, after, keeps_source, ..Parts::default() }
     }
 
-    /// The function between light and the numbers of the image.
+    /// The transfer function of the image.
     fn wire(&self) -> Encoding {
         Encoding::of(&self.source, self.white_nits)
     }

@@ -22,7 +22,6 @@ use crate::{LabError, scene};
 /// Frames that a renderer has in flight while it records another.
 const IN_FLIGHT: usize = 2;
 
-/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
     /// Pixels of a frame.
@@ -39,7 +38,7 @@ pub struct BenchOptions {
 /// text.
 ///
 /// # Errors
-/// What `load` reports, and errors of the device.
+/// Errors of `load`, and of the device.
 pub fn bench<E: From<LabError>>(
     gpu: &Gpu,
     registry: &Registry,

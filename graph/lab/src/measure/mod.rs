@@ -45,7 +45,6 @@ use view::View;
 use crate::files::{file_name, make_folder};
 use crate::{LabError, Progress};
 
-/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct MeasureOptions {
     pub sequences: SequenceOptions,

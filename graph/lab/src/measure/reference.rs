@@ -13,7 +13,6 @@ use crate::metrics::{PIXELS_PER_DEGREE, Shown, difference, flip, mean, percentil
 /// The frames of the reference on one sequence.
 pub(crate) struct Reference {
     pub(crate) frames: Vec<Shown>,
-    /// The [codes](Shown::codes) of each.
     codes: Vec<Vec<[f32; 3]>>,
     /// The output that is compared.
     output: String,
@@ -29,9 +28,7 @@ pub(crate) struct CodeErrors {
 /// The figures of a variant on one sequence, or the worst of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
-    /// Time and memory.
     pub cost: Cost,
-    /// Differences from the reference.
     pub errors: Errors,
 }
 

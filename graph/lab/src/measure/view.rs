@@ -1,4 +1,4 @@
-//! From the values of an output to the light or the signal of a display.
+//! Conversion of the values of an output to the luminance or the signal of a display.
 
 use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, GraphOutput};
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use crate::LabError;
 use crate::metrics::{Range, Shown, srgb_encode};
 
-/// The interpretation of an output as displayed light.
+/// The interpretation of an output as a displayed image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct View {
     colorimetry: Colorimetry,
-    /// The numbers are a signal, and not light, which has no upper limit.
+    /// The values are a signal, and not linear color, which has no upper limit.
     is_encoded: bool,
 }
 
@@ -30,7 +30,7 @@ impl View {
         Err(LabError::request(message).hint("choose another output with `--output`"))
     }
 
-    /// SDR or HDR, by the display.
+    /// The range of the display.
     pub(crate) fn range(self) -> Range {
         if self.is_encoded && !self.colorimetry.is_hdr() { Range::Sdr } else { Range::Hdr }
     }
@@ -65,20 +65,20 @@ impl View {
         }
     }
 
-    /// The light of an HDR image in cd/m², in its own primaries.
+    /// The color of an HDR image in cd/m², in its own primaries.
     fn nits(self, numbers: DVec3) -> DVec3 {
         let Colorimetry { primaries, transfer, white_nits, peak_nits, .. } = self.colorimetry;
-        let light = numbers.map(|x| transfer.to_light(x));
+        let linear = numbers.map(|x| transfer.to_light(x));
         match transfer {
-            Transfer::Pq => light * 10000.0,
+            Transfer::Pq => linear * 10000.0,
             Transfer::Hlg => {
                 // The system gamma of ITU-R BT.2100, on a display of 1000 cd/m² where no peak is stated.
                 let peak = peak_nits.map_or(1000.0, |peak| peak.get());
-                let luminance = light.dot(primaries.to_xyz().row(1)).max(0.0);
-                light * peak * luminance.powf(hlg_gamma(peak) - 1.0)
+                let luminance = linear.dot(primaries.to_xyz().row(1)).max(0.0);
+                linear * peak * luminance.powf(hlg_gamma(peak) - 1.0)
             }
             Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => {
-                light * white_nits.unwrap_or(GRAPHICS_WHITE).get()
+                linear * white_nits.unwrap_or(GRAPHICS_WHITE).get()
             }
         }
     }

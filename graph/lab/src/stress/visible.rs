@@ -1,4 +1,4 @@
-//! Kinds that only stress has: they turn wires that cannot be outputs into images, and measure the device's filter.
+//! Kinds of `stress` alone: they show wires that cannot be outputs as images, and measure the filter of the device.
 
 use afterimage_graph::prelude::*;
 

@@ -73,7 +73,6 @@ fn header<R: BufRead>(mut reader: R) -> Result<(Vec<u8>, Orientation, R), CodecE
     }
 }
 
-/// Reads the header only.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let (header, orientation, reader) = header(reader)?;
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(header).chain(reader)).map_err(explain)?;

@@ -25,10 +25,9 @@ impl LightLevel {
     }
 }
 
-/// Codes to light.
 struct Nits {
-    /// Light of each code: in cd/m2 for PQ, scene light for HLG.
-    light: Vec<f32>,
+    /// The linear value of each code: in cd/m2 for PQ, scene-linear for HLG.
+    linear: Vec<f32>,
     /// HLG: luminance weights, the peak and the system gamma less 1.
     display: Option<([f32; 3], f32, f32)>,
 }
@@ -41,8 +40,8 @@ impl Nits {
             Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => return None,
         };
         let last = (1_u32 << bits) - 1;
-        let light = |code: u32| (color.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
-        Some(Self { light: (0..=last).map(light).collect(), display })
+        let linear = |code: u32| (color.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
+        Some(Self { linear: (0..=last).map(linear).collect(), display })
     }
 
     /// The brightest pixel and the sum of a group of pixels.
@@ -52,7 +51,7 @@ impl Nits {
     }
 
     fn pixel(&self, codes: [u16; 3]) -> f32 {
-        let [r, g, b] = codes.map(|code| self.light[usize::from(code)]);
+        let [r, g, b] = codes.map(|code| self.linear[usize::from(code)]);
         let brightest = r.max(g).max(b);
         match self.display {
             None => brightest,

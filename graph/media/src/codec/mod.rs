@@ -55,7 +55,7 @@ pub use write::{encode, row_writer};
 /// channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
-/// What the decoders report, a layer of a format without layers, and an encoded `space` for a file of linear light. A
+/// Errors of the decoders, a layer of a format without layers, and an encoded `space` for a file of linear color. A
 /// panic of a decoder is an error, too.
 pub fn decode(
     mut reader: impl BufRead + Seek,
@@ -82,7 +82,7 @@ pub fn decode(
 /// parts are preserved bit for bit, with the attributes of their parts. Returns the file, and sentences about what is
 /// left out.
 ///
-/// Channels keep their names, so the picture takes those of the old one. Where layers of light are preserved and
+/// Channels keep their names, so the picture takes those of the old one. Where color layers are preserved and
 /// `encoding` names no primaries, the file has those of the original. Nothing is preserved of a file that is no EXR, or
 /// whose data window is not the display window in the size of the picture.
 ///
@@ -175,7 +175,7 @@ fn not_linear(space: &ColorSpace) -> CodecError {
         .hint(format!("name a linear space: {}", linear.join(", ")))
 }
 
-/// The numbers of all channels, part by part, in the order of [`describe`]; for other files as linear light of
+/// The statistics of all channels, part by part, in the order of [`describe`]; of files without layers in linear
 /// Rec.709.
 ///
 /// # Errors

@@ -102,7 +102,7 @@ pub fn read_description(source: &Source) -> Result<Description, FileError> {
     source.named(describe(source.open()?, source.layer()))
 }
 
-/// The numbers of all channels of a file with this description.
+/// The statistics of all channels of a file with this description.
 ///
 /// # Errors
 /// See [`FileError`] and [`measure`].
@@ -114,8 +114,8 @@ pub fn read_statistics(
     source.named(measure(source.open()?, description, budget))
 }
 
-/// The statements of the headers of a file of an earlier run, after everything in it was decoded, to its last byte. The
-/// file is no input of this run, which may replace it.
+/// Decodes a file of an earlier run to its last byte, and returns its description. The file is no input of this run,
+/// which may replace it.
 ///
 /// # Errors
 /// See [`FileError`], [`describe`] and [`measure`]; and a PNG or a JPEG without an end.

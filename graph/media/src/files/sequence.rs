@@ -105,7 +105,6 @@ pub struct FrameFiles {
     pattern: Option<Pattern>,
     file: PathBuf,
     layer: Option<String>,
-    /// Every frame on disk.
     there: OnceLock<BTreeSet<u32>>,
 }
 

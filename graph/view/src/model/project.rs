@@ -35,7 +35,7 @@ pub trait Project {
     /// name.
     ///
     /// # Errors
-    /// Why they cannot be written.
+    /// The values cannot be written.
     fn saved(
         &self,
         text: &str,
@@ -47,7 +47,7 @@ pub trait Project {
     /// The bytes of a file that the pipeline may name.
     ///
     /// # Errors
-    /// Why there are none, for people.
+    /// The reason why it cannot be read, for people.
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
     /// True if it has a place for [`write`](Self::write). A built-in pipeline has none.
@@ -56,7 +56,7 @@ pub trait Project {
     /// Writes a text to the place of the pipeline, and returns that place, for people.
     ///
     /// # Errors
-    /// Why it is written nowhere, for people.
+    /// The reason why it cannot be written, for people.
     fn write(&mut self, text: &str) -> Result<String, String>;
 
     /// The files that a text of it names and that are in memory alone: their paths beside it, and their bytes.
@@ -133,7 +133,7 @@ impl Checked {
 /// The text of a pipeline with changes in it: see [`Project::saved`].
 ///
 /// # Errors
-/// Why they cannot be written.
+/// The values cannot be written.
 pub fn saved(
     saver: &Saver<'_>,
     tier: Option<&str>,

@@ -22,8 +22,8 @@ struct Placement {
 }
 
 const SMOOTH = 1u;
-// The numbers are light, to be encoded for the window.
-const IS_LIGHT = 2u;
+// The values are linear, to be encoded for the window.
+const IS_LINEAR = 2u;
 const FALSE_COLOR = 4u;
 const CLIPPING = 8u;
 const FAULTS = 16u;
@@ -132,7 +132,7 @@ fn visible(value: vec4f, pixel: vec2f) -> vec3f {
         }
     }
     let scaled = raw * placement.gain + placement.bias;
-    let signal = select(scaled, encode(scaled), has(IS_LIGHT));
+    let signal = select(scaled, encode(scaled), has(IS_LINEAR));
     if (has(FALSE_COLOR)) {
         return false_color(decode(signal));
     }

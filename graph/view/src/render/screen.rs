@@ -19,7 +19,6 @@ const PQ_UNIT: f64 = 10_000.0;
 /// The nominal peak of HLG.
 const HLG_PEAK: f64 = 1000.0;
 
-/// The uniform of `screen.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 struct Numbers {

@@ -7,7 +7,7 @@ struct Screen {
     blue: vec4f,
     // The encoding of the swap chain: see the constants.
     encoding: u32,
-    // The light of SDR white, in the unit of the encoding.
+    // The luminance of SDR white, in the unit of the encoding.
     white: f32,
     // The exponent of HLG's system.
     gamma: f32,

@@ -15,7 +15,6 @@ pub(super) struct ScopePanel {
     vectors: Option<egui::TextureHandle>,
 }
 
-/// All of a texture.
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: Pos2 { x: 1.0, y: 1.0 } };
 
 const CHANNELS: [Color32; 3] =
@@ -26,7 +25,6 @@ impl ScopePanel {
         Self { grid: Grid::new(device), scopes: None, waveform: None, vectors: None }
     }
 
-    /// Continues on another device.
     pub(super) fn rebuild(&mut self, device: &wgpu::Device) {
         self.grid = Grid::new(device);
     }

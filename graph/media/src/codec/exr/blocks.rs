@@ -38,7 +38,6 @@ pub(super) fn read_batches<R: Read + Seek>(
     }
 }
 
-/// Unpacks a chunk.
 pub(super) fn unpack(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock, CodecError> {
     let header = meta.headers.get(chunk.layer_index).ok_or_else(missing_blocks)?;
     let block = check_chunk(&chunk, header).and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false));

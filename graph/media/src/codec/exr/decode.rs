@@ -20,7 +20,7 @@ use crate::codec::codes::Colors;
 use crate::codec::limits::zeroed;
 use crate::codec::{CodecError, guarded};
 
-/// What to read, and where it lies on the display window.
+/// The channels to read, and their place in the display window.
 pub(super) struct Placement {
     pub(super) choice: Choice,
     pub(super) display: IntegerBounds,
@@ -221,17 +221,17 @@ fn spread<T: Sample>(bytes: &[u8], sample_type: SampleType, out: &mut [T]) {
 }
 
 fn to_rec709<T: Sample>(colors: &Colors, values: &mut [T]) {
-    if colors.is_rec709_light() {
+    if colors.is_linear_rec709() {
         return;
     }
-    let mut light = Vec::new();
+    let mut floats = Vec::new();
     for part in values.chunks_mut(4096) {
-        light.clear();
-        light.extend(part.iter().map(|value| value.to_float()));
-        colors.to_light(&mut light);
-        for (pixel, light) in part.as_chunks_mut::<4>().0.iter_mut().zip(light.as_chunks::<4>().0) {
+        floats.clear();
+        floats.extend(part.iter().map(|value| value.to_float()));
+        colors.decode(&mut floats);
+        for (pixel, rgba) in part.as_chunks_mut::<4>().0.iter_mut().zip(floats.as_chunks::<4>().0) {
             for slot in 0..3 {
-                pixel[slot] = T::from_float(light[slot]);
+                pixel[slot] = T::from_float(rgba[slot]);
             }
         }
     }

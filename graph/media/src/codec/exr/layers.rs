@@ -19,7 +19,7 @@ use super::label::is_cryptomatte;
 use super::pack::Parts;
 use super::read::{Opened, file_colors, open};
 use super::rows::ExrRows;
-use super::select::{Choice, choose, light_channels};
+use super::select::{Choice, choose, color_channels};
 use super::write::{part_of, picture_names, settle};
 use crate::codec::encoding::{Buffer, Image, RowWriter as _};
 use crate::codec::limits::{check_size, zeroed};
@@ -98,7 +98,6 @@ struct PreservedLayers {
     part: usize,
     /// Its channels that are no part of the picture.
     channels: Vec<usize>,
-    /// The other parts.
     parts: Vec<usize>,
     /// The primaries of the new file.
     primaries: Option<Chromaticities>,
@@ -148,17 +147,17 @@ impl PreservedLayers {
         Ok(kept)
     }
 
-    /// Layers of light keep their numbers, so that the file keeps its primaries, or loses them.
+    /// Preserved color layers keep their values, so the file keeps its primaries; otherwise they are left out.
     fn choose_primaries(
         &mut self,
         headers: &[Header],
         encoding: &Encoding,
         reading: &ReadOptions,
     ) -> Result<(), CodecError> {
-        let light: Vec<Vec<usize>> = headers.iter().map(light_channels).collect();
-        let has_light = self.parts.iter().any(|part| !light[*part].is_empty())
-            || self.channels.iter().any(|channel| light[self.part].contains(channel));
-        if encoding.color.is_none() || !has_light {
+        let colors: Vec<Vec<usize>> = headers.iter().map(color_channels).collect();
+        let has_colors = self.parts.iter().any(|part| !colors[*part].is_empty())
+            || self.channels.iter().any(|channel| colors[self.part].contains(channel));
+        if encoding.color.is_none() || !has_colors {
             return Ok(());
         }
         let header = &headers[self.part];
@@ -168,7 +167,7 @@ impl PreservedLayers {
         };
         if transfer != Transfer::Linear {
             let why = "their numbers are encoded, and those of the output are light";
-            self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+            self.leave_out(headers, |part, channel| colors[part].contains(&channel), why);
             return Ok(());
         }
         match self.primaries {
@@ -178,7 +177,7 @@ impl PreservedLayers {
             Some(asked) if asked.close_to(&own, TOLERANCE) => {}
             Some(_) => {
                 let why = "they are light in the primaries of the input, and the output has others";
-                self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+                self.leave_out(headers, |part, channel| colors[part].contains(&channel), why);
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! The numbers of all channels of an EXR file.
+//! Statistics of all channels of an EXR file.
 
 use std::io::{Read, Seek};
 
@@ -14,7 +14,7 @@ use super::read::{Opened, open, working_bytes};
 use crate::codec::statistics::ChannelStatistics;
 use crate::codec::{Budget, CodecError, guarded};
 
-/// The numbers of the largest level of each channel, part by part.
+/// The statistics of the largest level of each channel, part by part.
 pub(crate) fn measure(reader: impl Read + Seek, budget: Budget) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {
     let Opened { reader, .. } = open(reader)?;
     let mut parts: Vec<Vec<_>> =

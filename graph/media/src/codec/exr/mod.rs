@@ -31,7 +31,7 @@ pub(crate) use read::check;
 pub(crate) use read::decode;
 pub(crate) use rows::ExrRows;
 
-/// Puts an error of the decoder into the user's words.
+/// Explains an error of the decoder to the user.
 fn explain(error: &Error) -> CodecError {
     match error {
         Error::Io(error) => CodecError::reading(error),

@@ -34,7 +34,6 @@ pub(super) struct Parts {
     pub(super) preserved: Vec<u8>,
 }
 
-/// The source of blocks.
 pub(super) struct Content<'p> {
     pub(super) width: u32,
     /// Rows of the picture, from `first_row` on.
@@ -188,7 +187,7 @@ fn spread<T: Copy, const N: usize>(row: &[T], slot: usize, to_bytes: impl Fn(T) 
     out.extend(row[slot..].iter().step_by(4).flat_map(|&value| to_bytes(value)));
 }
 
-/// Finite stays finite: beyond the range of a half, the largest half is written.
+/// Converts to a half float; finite values beyond its range become its largest.
 fn to_half(value: f32) -> f16 {
     if value.is_finite() { f16::from_f32(value.clamp(-65504.0, 65504.0)) } else { f16::from_f32(value) }
 }

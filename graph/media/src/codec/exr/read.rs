@@ -1,4 +1,4 @@
-//! From the file's header to a picture.
+//! Reads the headers of an EXR file, and decodes a layer to a picture.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -105,7 +105,7 @@ pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Opened<R>, CodecErro
     Ok(Opened { reader, headers })
 }
 
-/// The fault of a header, by the name of the channel or the attribute if that is known.
+/// The error of a header; it names the channel or the attribute if that is known.
 fn explain_header(error: &Error, head: Option<&Head>) -> CodecError {
     let known = match error {
         Error::Invalid(what) | Error::NotSupported(what) if what.contains("sampling") => {
@@ -190,7 +190,7 @@ pub(super) fn stated_colors(
     file_colors(header)
 }
 
-/// The primaries and the function that the file states for all its layers of light.
+/// The primaries and the transfer function that the file states for all its color layers.
 pub(super) fn file_colors(header: &Header) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
     let named = named_colors(header).map(|(primaries, transfer, _)| (primaries, transfer));
     let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named) };

@@ -10,7 +10,7 @@ use crate::codec::limits::too_large;
 use crate::codec::orientation::Orientation;
 use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, ReadOptions, icc};
 
-/// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear light. An ICC
+/// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear color. An ICC
 /// profile is applied; without one, the colors are sRGB. The orientation of EXIF is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let file = whole(reader, options.budget.0)?;

@@ -5,15 +5,15 @@ use std::io::{BufRead, Seek};
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
 use super::chunks;
-use super::light::colors;
+use super::colors::colors;
 use crate::codec::codes::{Alpha, Codes};
 use crate::codec::limits::{MAX_PNG_EXTRAS, too_large, zeroed};
 use crate::codec::orientation::Orientation;
 use crate::codec::{CodecError, Description, Picture, ReadOptions};
 
-/// Decodes a PNG to linear light. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
+/// Decodes a PNG to linear color. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
 /// applied; those before it are noted. The straight alpha of the file
-/// is multiplied into the light, unless `options` keep it apart. The orientation of
+/// is multiplied into the color, unless `options` keep it apart. The orientation of
 /// an `eXIf` chunk before the pixels is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let (chunks, rest) = chunks::read(reader)?;

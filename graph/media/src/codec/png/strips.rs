@@ -41,7 +41,6 @@ const HEAD: [u8; 2] = [0x78, 0x01];
 const ADLER: u64 = 65521;
 
 impl Strips {
-    /// Begins a stream.
     pub(super) fn new(width: u32, channels: usize, bits: u32) -> Self {
         let row = width as usize * channels;
         Self { row, channels, bits, above: vec![0; row], waiting: Vec::new(), held: HEAD.to_vec(), sums: [1, 0] }
@@ -57,7 +56,6 @@ impl Strips {
         self.pack(to, self.waiting.len() / strip * strip)
     }
 
-    /// Ends the stream.
     pub(super) fn finish<W: Write>(mut self, to: &mut Writer<W>) -> Result<(), EncodingError> {
         self.pack(to, self.waiting.len())?;
         // An empty block that is the last one.
@@ -66,7 +64,6 @@ impl Strips {
         to.write_chunk(IDAT, &self.held)
     }
 
-    /// Bytes of a code.
     fn bytes(&self) -> usize {
         self.bits as usize / 8
     }
@@ -78,7 +75,6 @@ impl Strips {
         }
     }
 
-    /// Codes of a strip.
     fn strip(&self) -> usize {
         (STRIP_BYTES / (self.row * self.bytes())).max(1) * self.row
     }
