@@ -5,7 +5,7 @@ use std::path::Path;
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, TypedKind};
-use afterimage_media::{Source, StatedCamera, read_camera, read_text};
+use afterimage_media::{CameraMatrices, Source, read_camera, read_text};
 use afterimage_nodes::DemoScene;
 use serde::Deserialize;
 
@@ -62,8 +62,8 @@ impl CameraFile {
     }
 }
 
-impl From<StatedCamera> for CameraFile {
-    fn from(StatedCamera { view, projection }: StatedCamera) -> Self {
+impl From<CameraMatrices> for CameraFile {
+    fn from(CameraMatrices { view, projection }: CameraMatrices) -> Self {
         Self {
             view,
             projection,

@@ -8,7 +8,7 @@ use afterimage_graph::diagnostic::shown;
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal::{note, tell_farm};
+use crate::terminal::{note, report_to_farm};
 
 /// The time between two lines where standard error is no terminal.
 const PAUSE: Duration = Duration::from_secs(5);
@@ -65,8 +65,8 @@ impl Bar {
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
         if self.openjd {
             let share = 100.0 * done as f64 / all.max(1) as f64;
-            tell_farm("progress", &format!("{share:.1}"));
-            tell_farm("status", &format!("{name}, {done} of {all} {}", self.what));
+            report_to_farm("progress", &format!("{share:.1}"));
+            report_to_farm("status", &format!("{name}, {done} of {all} {}", self.what));
         }
         if done < all {
             self.note(name);

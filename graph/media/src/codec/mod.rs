@@ -36,7 +36,7 @@ pub use description::{ChannelDescription, Description, PartDescription, PictureC
 pub use encoding::{Alpha, Encoding, Image, RowWriter, Sink};
 pub(crate) use error::guarded;
 pub use error::{CodecError, ErrorKind};
-pub use exr::StatedCamera;
+pub use exr::CameraMatrices;
 #[cfg(test)]
 pub(crate) use exr::of_attributes;
 pub use exr_compression::ExrCompression;
@@ -122,7 +122,7 @@ pub fn exr_left_out(
 ///
 /// # Errors
 /// Another format, what the decoder reports, and a file that states no camera.
-pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<StatedCamera, CodecError> {
+pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<CameraMatrices, CodecError> {
     if ImageFormat::of_content(&mut reader)? != ImageFormat::Exr {
         return Err(CodecError::new(ErrorKind::Unsupported, "only EXR files state a camera")
             .hint("write the camera into a JSON file: `--input camera=FILE.json`"));

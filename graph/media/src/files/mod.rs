@@ -31,8 +31,8 @@ pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, ChannelStatistics, CodecError, Description, Encoding, Image, Picture, ReadOptions, StatedCamera, check_end,
-    decode, decode_camera, describe, encode_beside, encode_with_notes, exr_left_out, measure,
+    Budget, CameraMatrices, ChannelStatistics, CodecError, Description, Encoding, Image, Picture, ReadOptions,
+    check_end, decode, decode_camera, describe, encode_beside, encode_with_notes, exr_left_out, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -90,7 +90,7 @@ pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<P
 ///
 /// # Errors
 /// See [`FileError`] and [`decode_camera`].
-pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
+pub fn read_camera(source: &Source) -> Result<CameraMatrices, FileError> {
     source.named(decode_camera(source.open()?, source.layer()))
 }
 

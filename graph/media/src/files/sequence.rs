@@ -130,8 +130,8 @@ impl FrameFiles {
     pub fn find_filled(&self, frame: u32) -> Option<(Source, bool)> {
         let Some(pattern) = &self.pattern else { return Some((self.source(self.file.clone()), true)) };
         let there = self.there.get_or_init(|| pattern.frames().unwrap_or_default().into_iter().collect());
-        let held = *there.range(..=frame).next_back()?;
-        (*there.last()? >= frame).then(|| (self.source(pattern.at(held)), held == frame))
+        let last = *there.range(..=frame).next_back()?;
+        (*there.last()? >= frame).then(|| (self.source(pattern.at(last)), last == frame))
     }
 
     fn source(&self, path: PathBuf) -> Source {

@@ -14,13 +14,14 @@ use rayon::prelude::*;
 
 use super::attributes::remove_unwritable;
 use super::blocks::{missing_blocks, read_batches, unpack};
+use super::colors::file_colors;
 use super::explain;
 use super::label::is_cryptomatte;
 use super::pack::Parts;
-use super::read::{Opened, file_colors, open};
+use super::read::{Opened, open};
 use super::rows::ExrRows;
 use super::select::{Choice, choose, color_channels};
-use super::write::{part_of, picture_names, settle};
+use super::write::{finish_attributes, part_of, picture_names};
 use crate::codec::encoding::{Buffer, Image, RowWriter as _};
 use crate::codec::limits::{check_size, zeroed};
 use crate::codec::{CodecError, Encoding, Metadata, ReadOptions, guarded};
@@ -53,7 +54,7 @@ pub(crate) fn encode_beside(
     let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
     let (mut header, columns) = part_of(size, meta, encoding, &names, list, parts.is_empty());
     keep_attributes(&old[part].own_attributes, &mut header.own_attributes, !channels.is_empty());
-    notes.extend(settle(&mut header, meta));
+    notes.extend(finish_attributes(&mut header, meta));
     let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
     let needed = bytes as u64 * u64::from(size.0) * u64::from(size.1);
     reading.budget.check((size.0.into(), size.1.into()), 4, needed)?;

@@ -4,6 +4,7 @@
 mod attributes;
 mod blocks;
 mod camera;
+mod colors;
 mod decode;
 mod describe;
 mod dwa_counters;
@@ -20,7 +21,7 @@ use exr::error::Error;
 
 use crate::codec::{CodecError, ErrorKind};
 
-pub use camera::StatedCamera;
+pub use camera::CameraMatrices;
 pub(crate) use camera::camera;
 #[cfg(test)]
 pub(crate) use camera::of_attributes;

@@ -7,9 +7,9 @@ use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names
 use glam::Mat3;
 
 use super::attributes::{attribute_names, attributes_left_out, is_structure, remove_unwritable};
+use super::colors::{adapted, point, to_attribute};
 use super::label::{describes_old_pixels, name_primaries};
 use super::pack::Column;
-use super::read::{adapted, point, to_attribute};
 use crate::codec::chromaticities::{adopted_white, conversion};
 use crate::codec::{Alpha, Encoding, ExrCompression, Metadata};
 
@@ -27,7 +27,7 @@ impl Encoding {
 
 /// Removes the attributes of a part that cannot be written. Returns notes about them, and about attributes of the
 /// picture that the part lacks.
-pub(super) fn settle(header: &mut Header, meta: &Metadata) -> Vec<String> {
+pub(super) fn finish_attributes(header: &mut Header, meta: &Metadata) -> Vec<String> {
     let before = attribute_names(&meta.image, &meta.layer);
     let wanted = attribute_names(&header.shared_attributes, &header.own_attributes);
     let mut notes = remove_unwritable(header);
