@@ -127,6 +127,7 @@ mod tests {
         before.jitter = [0.0, 0.125];
         let data = file.data(Some(&before)).expect("its matrices have inverses");
         assert_eq!(data.get("previous_view").expect("a member")[12], 4.0);
+        assert_eq!(data.get("jitter"), Some(vec![0.25, -0.5]));
         assert_eq!(data.get("previous_jitter"), Some(vec![0.0, 0.125]));
     }
 

@@ -198,3 +198,17 @@ impl OutputTransform {
         norm * toe(limit - widened, limit, share * self.chroma.compression, rest)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::toe;
+
+    #[test]
+    fn the_toe_begins_at_zero_and_meets_the_identity_at_its_limit() {
+        for (limit, k1, k2) in [(1.0, 0.4, 0.5), (30.0, 2.0, 0.1), (0.2, 0.0, 0.0)] {
+            let toe = |x| toe(x, limit, k1, k2);
+            assert!(toe(0.0).abs() < 1e-12 && (toe(limit) - limit).abs() < 1e-12, "{limit}, {k1}, {k2}");
+            assert!(toe(0.4 * limit) < toe(0.5 * limit) && toe(0.5 * limit) <= 0.5 * limit, "{limit}, {k1}, {k2}");
+        }
+    }
+}

@@ -71,3 +71,23 @@ impl Conversion {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The space of the result may be that of the entry or another one.
+    #[test]
+    fn only_the_state_says_whether_the_state_of_the_source_stays() {
+        for to in [LutSpace::Same, LutSpace::Srgb, LutSpace::AcesCct] {
+            let keeps = |state| {
+                let source = Colorimetry::SRGB;
+                let from = LutSpace::Srgb;
+                let conversion = Conversion { from, to, state, white_nits: 100.0, source, result: source.primaries };
+                conversion.around(Process::default()).keeps_source
+            };
+            assert!(keeps(LutState::Source), "{to:?}");
+            assert!(!keeps(LutState::DisplayLinear), "{to:?}");
+        }
+    }
+}

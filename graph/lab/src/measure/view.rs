@@ -86,6 +86,10 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use afterimage_graph::check::{CheckOptions, NoFiles, check};
+    use afterimage_graph::document::parse;
+    use afterimage_graph::node::Registry;
+
     use super::*;
 
     fn encoded(colorimetry: Colorimetry) -> View {
@@ -99,6 +103,28 @@ mod tests {
     #[track_caller]
     fn close(found: [f32; 3], expected: f32) {
         assert!(found.iter().all(|x| (x - expected).abs() < 5e-4 * expected.max(1.0)), "{found:?} is not {expected}");
+    }
+
+    #[test]
+    fn an_output_is_seen_as_its_nodes_state() {
+        let text = r#"Pipeline(inputs: { "in": Color },
+            nodes: {
+                "exposed": Exposure(source: "in"),
+                "mapped": ToneMap(source: "exposed"),
+                "hdr": Encode(source: "mapped", transfer: Pq, primaries: Rec2020),
+                "depth": DemoScene(),
+            },
+            outputs: { "hdr": "hdr", "depth": "depth.depth" })"#;
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let document = parse("view.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+        let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+        let graph = check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors}")).0;
+        let view = View::of(&graph, &graph.outputs[0]).expect("a picture");
+        let seen = (view.colorimetry.transfer, view.colorimetry.primaries, view.is_encoded);
+        assert_eq!(seen, (Transfer::Pq, Chromaticities::REC2020, true));
+        assert!(
+            View::of(&graph, &graph.outputs[1]).is_err_and(|error| error.to_string().contains("cannot be displayed"))
+        );
     }
 
     #[test]

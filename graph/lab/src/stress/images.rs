@@ -262,6 +262,8 @@ mod tests {
         assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);
         assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [3.0, 0.0, 3.0, 1e-30]);
         assert_eq!(row(&[one, one], Signedness::Unsigned)[0], [0.0, 0.0, 65504.0, 1e-30]);
+        let between = [[f32::INFINITY; 4], [f32::NAN; 4], [3.0; 4]];
+        assert_eq!(row(&between, Signedness::Unsigned)[1], [3.0; 4]);
         let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
         assert_eq!(row(&[signed, [-3.0; 4]], Signedness::Signed)[0], [-2.0, -3.0, 0.5, 65504.0]);
     }

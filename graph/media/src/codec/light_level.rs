@@ -68,3 +68,24 @@ fn hlg_display(primaries: &Chromaticities, peak: f64) -> ([f32; 3], f32, f32) {
     let weights = primaries.to_xyz().row(1).as_vec3().to_array();
     (weights, peak as f32, (hlg_gamma(peak) - 1.0) as f32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pictures of several groups; in the second ones the last pixel is the brightest.
+    #[test]
+    fn the_level_is_that_of_all_pixels_whatever_the_channels() {
+        let color = Colorimetry::new(Chromaticities::REC709, Transfer::Pq);
+        for channels in [3, 4] {
+            let mut codes = [100_u16, 180, 60, 255][..channels].repeat(10_000);
+            let level = LightLevel::of(&codes, channels, 8, &color).expect("HDR");
+            let nits = |code: f64| color.transfer.to_light(code / 255.0) * 10000.0;
+            assert!((level.max / nits(180.0) - 1.0).abs() < 1e-6 && (level.mean / level.max - 1.0).abs() < 1e-6);
+            codes[channels * 9_999] = 200;
+            let level = LightLevel::of(&codes, channels, 8, &color).expect("HDR");
+            assert!((level.max / nits(200.0) - 1.0).abs() < 1e-6, "{level:?}");
+        }
+        assert_eq!(LightLevel::of(&[0; 3], 3, 8, &Colorimetry::SRGB), None);
+    }
+}

@@ -251,3 +251,31 @@ impl Project for TextProject {
         loader.0.into_inner().into_iter().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::check::NoFiles;
+
+    use super::*;
+
+    #[test]
+    fn a_wire_has_the_state_and_the_type_of_its_port() {
+        let text = r#"Pipeline(inputs: { "light": Color, "eye": Camera },
+            nodes: { "room": DemoScene(), "bins": Histogram(source: "light") },
+            outputs: { "room": "room", "light": "light" })"#;
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let checked = Checked::of("wires.ron", text, None, &registry, &NoFiles);
+        let checked = checked.unwrap_or_else(|errors| panic!("{errors}"));
+        for (wire, state, ty) in [
+            ("light", Some(ColorState::Scene), Some(PortType::Image)),
+            ("eye", None, Some(PortType::Block)),
+            ("room.result", Some(ColorState::Scene), Some(PortType::Image)),
+            ("room.depth", Some(ColorState::Data), Some(PortType::Image)),
+            ("bins.result", None, Some(PortType::Table)),
+            ("bins.nothing", None, None),
+            ("nothing.result", None, None),
+        ] {
+            assert_eq!((checked.wire_state(wire), checked.wire_type(wire)), (state, ty), "{wire}");
+        }
+    }
+}
