@@ -12,7 +12,7 @@ use afterimage_graph::node::{
 };
 use afterimage_graph::prelude::*;
 use afterimage_plan::{
-    BandLimits, Caps, HostLimits, Options, Plan, PlanError, PlannedPass, Reach, Requirement, Stage, contract, verify,
+    BandLimits, Caps, Halos, HostLimits, Options, Plan, PlanError, PlannedPass, Requirement, Stage, contract, verify,
 };
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
@@ -97,7 +97,7 @@ fn geometry_is_why_an_image_cannot_be_rendered_in_bands() {
     let (parts, rows, host) = (None, None, HostLimits::NONE);
     for bytes in [1, 1 << 30] {
         let limits = BandLimits { bytes, taken: 0, block: 0, side: 4096, filters: true, least: 1, parts, rows, host };
-        let error = plan.banding(limits, &Reach::default(), &Requirement::typical).expect_err("it draws");
+        let error = plan.banding(limits, &Halos::default(), &Requirement::typical).expect_err("it draws");
         assert!(error.to_string().contains("it draws geometry"), "{error}");
     }
 }
