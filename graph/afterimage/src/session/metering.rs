@@ -26,7 +26,7 @@ impl Session {
         let mut measured = Vec::new();
         for id in &metering.measured {
             let length = self.plan().buffers[id.0 as usize].bytes;
-            let buffer = self.post.executor().plan_buffer(*id).expect("the plan is loaded").clone();
+            let buffer = self.post.executor().loaded().expect("a plan is loaded").plan_buffer(*id).clone();
             let mut bytes = self.readback.bytes(&buffer, buffer.size())?;
             bytes.truncate(length as usize);
             measured.push(bytes);
@@ -53,7 +53,7 @@ impl Session {
         assert_eq!(metering.measured.len(), measured.len(), "the meters are those of another plan");
         let queue = self.gpu.queue.clone();
         for (id, bytes) in metering.measured.iter().zip(measured) {
-            let buffer = self.post.executor().plan_buffer(*id).expect("the plan is loaded").clone();
+            let buffer = self.post.executor().loaded().expect("a plan is loaded").plan_buffer(*id).clone();
             caught("what was measured", || queue.write_buffer(&buffer, 0, bytes))?;
         }
         self.submit_passes(images, step, &metering.integrating)

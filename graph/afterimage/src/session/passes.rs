@@ -1,6 +1,6 @@
 //! The split of a frame by passes.
 
-use afterimage_gpu::{Clock, FrameStep, GpuError, InputImage, TimedCommands, median};
+use afterimage_gpu::{Clock, FrameStep, GpuError, InputImage, LoadedPlan, TimedCommands, median};
 
 use super::{Session, with_frame};
 
@@ -25,7 +25,7 @@ impl Session {
         }
         let mut all = vec![Vec::new(); self.plan().passes.len()];
         for _ in 0..samples {
-            self.executor().force_on_change();
+            self.executor().loaded_mut().into_iter().for_each(LoadedPlan::force_on_change);
             let times = self.one(images, steps())?;
             all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
         }
@@ -46,7 +46,7 @@ impl Session {
 
     fn one(&mut self, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, GpuError> {
         self.submit(images, step)?;
-        Ok(self.executor().pass_times()?.unwrap_or_default())
+        Ok(self.executor().loaded().map_or(Ok(None), LoadedPlan::pass_times)?.unwrap_or_default())
     }
 
     fn alone(

@@ -109,9 +109,7 @@ mod tests {
     use afterimage_graph::document::parse;
     use afterimage_graph::node::{ImageId, NodeKind, Registry};
     use afterimage_graph::prelude::*;
-    use afterimage_plan::{
-        AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan,
-    };
+    use afterimage_plan::{AliasingBarrier, GivenImage, HostInputs, Options, Plan, PlanRequest, Requirement, plan};
     use wgpu::TextureUses;
 
     use super::explicit_transitions;
