@@ -3,7 +3,7 @@
 
 use afterimage::offline::{LutErrors, Session, faults};
 use afterimage_generators::Rng;
-use afterimage_gpu::{Frame, Gpu, Texels, input_image};
+use afterimage_gpu::{Frame, Gpu, LoadedPlan, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::node::{Bake, NodeKind, folder_kind_of};
 use afterimage_plan::{Fault, Options, Plan, verify};
@@ -260,11 +260,11 @@ fn a_lut_is_evaluated_when_a_number_in_it_has_changed() {
         let graph = graph(&text(white, dark));
         player.load(&Run::new(&graph), &[("in", &colors)]);
         player.run(&Frame { inputs: &[("in", &input)], ..Frame::default() }).expect("a frame");
-        filled.push(player.executor.has_run_on_change());
+        filled.push(player.executor.loaded().is_some_and(LoadedPlan::has_run_on_change));
         let mut other = Player::new();
         other.load(&Run::new(&graph), &[("in", &colors)]);
         other.frame(&[("in", &colors)], 0.0, false);
-        assert!(other.executor.has_run_on_change());
+        assert!(other.executor.loaded().is_some_and(LoadedPlan::has_run_on_change));
         assert!(player.output("out") == other.output("out"), "{white} {dark}");
     }
     assert_eq!(filled, [true, false, true, false, false, false, true]);
@@ -450,7 +450,7 @@ fn a_table_with_a_meter_in_it_is_that_of_the_frame() {
                 player.gpu.queue.submit([encoder.finish()]);
                 shown.push(player.output("out"));
             }
-            assert!(!player.executor.has_run_on_change(), "no LUT outlives a frame");
+            assert!(!player.executor.loaded().is_some_and(LoadedPlan::has_run_on_change), "no LUT outlives a frame");
             shown
         };
         let (exact, tables, by_threes) = (frames(Some(Bake::Off), 1), frames(None, 1), frames(None, 3));

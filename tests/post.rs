@@ -21,7 +21,7 @@ use std::sync::Arc;
 use afterimage::Post;
 use afterimage::host::{ExpectedFrame, HostImage, PostError};
 use afterimage::offline::Session;
-use afterimage_gpu::{Frame, FrameKind, FrameStep, Gpu, InputImage, Texels, download, upload, wgpu};
+use afterimage_gpu::{Frame, FrameKind, FrameStep, Gpu, InputImage, LoadedPlan, Texels, download, upload, wgpu};
 use afterimage_graph::check::{CheckOptions, Facts, Graph, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::{ImageDesc, Size};
@@ -202,15 +202,15 @@ fn a_parameter_of_a_baked_lut_needs_no_plan() {
     host.shown();
     let plan = host.plan();
     assert_eq!(plan.savings.baked.len(), 1, "{}", plan.to_text());
-    assert!(host.post.executor().has_run_on_change());
+    assert!(host.post.executor().loaded().is_some_and(LoadedPlan::has_run_on_change));
     host.shown();
-    assert!(!host.post.executor().has_run_on_change());
+    assert!(!host.post.executor().loaded().is_some_and(LoadedPlan::has_run_on_change));
     host.post.set(strength, 0.3).unwrap();
     host.shown();
-    assert!(!host.post.executor().has_run_on_change());
+    assert!(!host.post.executor().loaded().is_some_and(LoadedPlan::has_run_on_change));
     host.post.set(hue, 0.5).unwrap();
     let shown = host.shown();
-    assert!(host.post.executor().has_run_on_change());
+    assert!(host.post.executor().loaded().is_some_and(LoadedPlan::has_run_on_change));
     assert!(Arc::ptr_eq(&plan, &host.plan()));
     assert_same(&shown, &fresh("lynx.ron", Some("high"), &[("lit.strength", "0.3"), ("mapped.keep_hue", "0.5")]));
 }
@@ -342,7 +342,7 @@ fn another_size_evaluates_the_luts() {
     host.post.set(hue, 0.5).unwrap();
     host.scene = scene(&host.gpu, Size::new(48, 27));
     let shown = host.shown();
-    assert!(host.post.executor().has_run_on_change());
+    assert!(host.post.executor().loaded().is_some_and(LoadedPlan::has_run_on_change));
     let mut alone = Host::new(changed("lynx.ron", Some("high"), &[("mapped.keep_hue", "0.5")]));
     alone.scene = host.scene.clone();
     assert_same(&shown, &alone.shown());

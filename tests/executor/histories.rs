@@ -89,12 +89,21 @@ fn another_plan_is_timed_as_the_one_before() {
     let mut player = Player::new();
     load(&mut player, TRAIL, &scene);
     if !player.executor.enable_timing().expect("queries can be made") {
-        return assert!(player.executor.pass_times().expect("nothing fails").is_none(), "the device has no queries");
+        return assert!(
+            player.executor.loaded().expect("a plan is loaded").pass_times().expect("nothing fails").is_none(),
+            "the device has no queries"
+        );
     }
     for (text, passes) in [(TRAIL, 1), (BRIGHTER, 1), (TRAIL, 1)] {
         load(&mut player, text, &scene);
         step(&mut player, &scene, false);
-        let times = player.executor.pass_times().expect("they can be read").expect("they are measured");
+        let times = player
+            .executor
+            .loaded()
+            .expect("a plan is loaded")
+            .pass_times()
+            .expect("they can be read")
+            .expect("they are measured");
         assert!(times.len() >= passes, "{} times", times.len());
     }
 }

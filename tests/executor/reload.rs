@@ -98,7 +98,7 @@ fn images_keep_their_places_in_the_heap() {
     player.executor.load(old.clone()).expect("the first plan");
     step(&mut player, &scene);
     player.executor.load(new.clone()).expect("the second plan");
-    let running = player.executor.placed_plan().expect("a plan is loaded");
+    let running = player.executor.loaded().expect("a plan is loaded").placed_plan();
     assert_eq!(running.placement.heap, old.memory.placed);
     assert_eq!(afterimage_plan::verify_placed(&running), Ok(()));
     let (kept, fresh) = (in_place(&running, &old), in_place(&PlacedPlan::new(new.clone()), &old));

@@ -12,14 +12,13 @@
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use wgpu::{BufferUsages, CommandEncoder, Features};
+use wgpu::{CommandEncoder, Features};
 
 use crate::Gpu;
-use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::median::MedianEstimate;
 use crate::platform::watched;
-use crate::stream::map;
+use crate::timing::Timestamps;
 
 /// The frequency is steady when no burst was faster for this long.
 const STEADY: Duration = Duration::from_millis(500);
@@ -111,7 +110,8 @@ pub type TimedCommands<'r> = Box<dyn FnMut(&mut CommandEncoder) -> Result<(), Gp
 /// Measures work on one GPU.
 pub struct Clock {
     gpu: Gpu,
-    stamps: Option<Stamps>,
+    /// The two around a frame.
+    stamps: Option<Timestamps>,
     /// The end of the last measurement: until then the GPU ran at full frequency.
     warm: Cell<Option<Instant>>,
 }
@@ -122,7 +122,12 @@ impl Clock {
     /// # Errors
     /// The device has timestamps and is lost, or has no memory for these.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let stamps = watched(&gpu.device, "the timestamps of a frame", || Ok(Stamps::new(gpu)))?;
+        let needed = Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let has_stamps = !gpu.is_processor() && gpu.device.features().contains(needed);
+        // A lost device is an error, and not a reason for the host's clock.
+        let stamps = watched(&gpu.device, "the timestamps of a frame", || {
+            Ok(has_stamps.then(|| Timestamps::new(&gpu.device, &gpu.queue, 2)))
+        })?;
         Ok(Self { gpu: gpu.clone(), stamps, warm: Cell::new(None) })
     }
 
@@ -150,7 +155,7 @@ impl Clock {
         Ok(all.into_iter().map(time).collect())
     }
 
-    fn on_gpu(&self, stamps: &Stamps, samples: u32, work: &mut TimedCommands<'_>) -> Result<Vec<f64>, GpuError> {
+    fn on_gpu(&self, stamps: &Timestamps, samples: u32, work: &mut TimedCommands<'_>) -> Result<Vec<f64>, GpuError> {
         let burst = (BURST_MS / self.time_burst(stamps, 2, work)?).clamp(2.0, BURST) as u32;
         if self.warm.get().is_none_or(|warm| warm.elapsed() > STAYS_WARM) {
             self.warm_up(stamps, burst, work)?;
@@ -161,7 +166,7 @@ impl Clock {
     }
 
     /// Runs bursts until none was faster for [`STEADY`].
-    fn warm_up(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<(), GpuError> {
+    fn warm_up(&self, stamps: &Timestamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<(), GpuError> {
         let start = Instant::now();
         let (mut fastest, mut since) = (f64::INFINITY, start);
         while since.elapsed() < STEADY && start.elapsed() < MAX_WARM_UP {
@@ -174,7 +179,7 @@ impl Clock {
     }
 
     /// Milliseconds of the last of `frames` frames that are submitted without gaps.
-    fn time_burst(&self, stamps: &Stamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<f64, GpuError> {
+    fn time_burst(&self, stamps: &Timestamps, frames: u32, work: &mut TimedCommands<'_>) -> Result<f64, GpuError> {
         for _ in 1..frames {
             self.gpu.submit(&mut *work)?;
         }
@@ -185,7 +190,7 @@ impl Clock {
             stamps.resolve(encoder);
             Ok::<(), GpuError>(())
         })?;
-        stamps.read(&self.gpu)
+        Ok(stamps.read()?[0])
     }
 
     /// The samples of each entry of `work`; a round takes one of each.
@@ -202,50 +207,5 @@ impl Clock {
             }
         }
         Ok(all)
-    }
-}
-
-/// The two timestamps around a frame.
-struct Stamps {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    readable: wgpu::Buffer,
-    /// Milliseconds of a tick.
-    period: f64,
-}
-
-impl Stamps {
-    fn new(gpu: &Gpu) -> Option<Self> {
-        let needed = Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-        if gpu.is_processor() || !gpu.device.features().contains(needed) {
-            return None;
-        }
-        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-            label: Some("frame"),
-            ty: wgpu::QueryType::Timestamp,
-            count: 2,
-        });
-        let buffer = |usage| buffer(&gpu.device, "frame", 16, usage);
-        Some(Self {
-            queries,
-            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            readable: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
-            period: f64::from(gpu.queue.get_timestamp_period()) * 1e-6,
-        })
-    }
-
-    fn resolve(&self, encoder: &mut CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
-        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, 16);
-    }
-
-    fn read(&self, gpu: &Gpu) -> Result<f64, GpuError> {
-        map(&gpu.device, &self.readable, wgpu::MapMode::Read)?;
-        let words: [u64; 2] = {
-            let mapped = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-            bytemuck::pod_read_unaligned(&mapped)
-        };
-        self.readable.unmap();
-        Ok(words[1].saturating_sub(words[0]) as f64 * self.period)
     }
 }

@@ -149,6 +149,10 @@ impl GpuError {
         Self::UnknownOutput { name: name.to_owned(), known: list(known, 16) }
     }
 
+    pub(crate) fn unfit(port: &str, why: impl Into<String>) -> Self {
+        Self::UnfitImage { port: port.to_owned(), why: why.into() }
+    }
+
     /// The device is lost, for the reason that wgpu gives.
     #[doc(hidden)] // For the crate `afterimage`.
     pub fn lost(why: &dyn std::fmt::Display) -> Self {

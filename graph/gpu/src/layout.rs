@@ -14,9 +14,7 @@ use crate::device::texture_format;
 /// A compute or a render pipeline.
 #[derive(Clone)]
 pub(crate) enum Pipeline {
-    /// For dispatches.
     Compute(wgpu::ComputePipeline),
-    /// For full-screen triangles.
     Render(wgpu::RenderPipeline),
     /// For the geometry of a drawing pass.
     Drawing(wgpu::RenderPipeline),
@@ -25,7 +23,6 @@ pub(crate) enum Pipeline {
 }
 
 impl Pipeline {
-    /// Dispatch or draw.
     pub(crate) fn stage(&self) -> Stage {
         match self {
             Self::Compute(_) => Stage::Compute,

@@ -49,7 +49,7 @@ pub use bands::{BandReader, BandStats, BandWriter, BandedFrame, bytes_of_whole_f
 pub use clock::{Clock, ClockSource, FrameTime, TimedCommands};
 pub use device::{ErrorLog, Gpu, Opening, caps, texture_format, wanted_features};
 pub use error::GpuError;
-pub use executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw, Preparation, Rectangle};
+pub use executor::{DrawTargets, Executor, Frame, FrameKind, HostDraw, LoadedPlan, Preparation, Rectangle};
 pub use full_screen::{FullScreenPipeline, color_pass};
 #[cfg(not(target_family = "wasm"))]
 pub use input_image::{FrameStep, InputImage, input_image};
@@ -69,7 +69,7 @@ pub mod internal {
     //! Parts for the crate `afterimage`, which no other crate may use.
     pub use crate::buffer::buffer;
     pub use crate::device::image_format;
-    pub use crate::executor::{MULTISAMPLED, PreparedPlan, Residency, VOLUME, view_of};
+    pub use crate::executor::{Fork, MULTISAMPLED, PreparedPlan, Residency, VOLUME, has_host_draws, view_of};
     pub use crate::heap::requirement;
     pub use crate::platform::{Worker, scoped, watched};
     #[cfg(not(target_family = "wasm"))]

@@ -194,8 +194,7 @@ impl Readback {
             wgpu::TextureFormat::Depth32Float => wgpu::TextureFormat::R32Float,
             format => format,
         };
-        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == stored);
-        let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
+        let format = format_to_read(stored)?;
         let size = Size::volume(texture.width(), texture.height(), texture.depth_or_array_layers());
         let (row, pitch) = row_and_pitch(size, format);
         let mut bytes = Vec::with_capacity(row * rows(size));
@@ -214,8 +213,7 @@ impl Readback {
         rows: std::ops::Range<u32>,
         bytes: &mut Vec<u8>,
     ) -> Result<(), GpuError> {
-        let format = Format::ALL.into_iter().find(|format| texture_format(*format) == texture.format());
-        let format = format.ok_or_else(|| GpuError::Format { what: format!("reading {:?} back", texture.format()) })?;
+        let format = format_to_read(texture.format())?;
         let size = Size::new(texture.width(), rows.end - rows.start);
         let (row, pitch) = row_and_pitch(size, format);
         bytes.clear();
@@ -245,11 +243,7 @@ impl Readback {
             encoder.copy_texture_to_buffer(part, to, extent);
             Ok::<(), GpuError>(())
         })?;
-        map(&self.device, &buffer, wgpu::MapMode::Read)?;
-        let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-        append_without_padding(bytes, &mapped[..length], row, pitch);
-        drop(mapped);
-        buffer.unmap();
+        read_mapped(&self.device, &buffer, |mapped| append_without_padding(bytes, &mapped[..length], row, pitch))?;
         self.buffer = Some(buffer);
         Ok(())
     }
@@ -270,9 +264,7 @@ impl Readback {
             encoder.copy_buffer_to_buffer(source, 0, &copy, 0, bytes);
             Ok::<(), GpuError>(())
         })?;
-        map(&self.device, &copy, wgpu::MapMode::Read)?;
-        let mapped = copy.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-        Ok(mapped.to_vec())
+        read_mapped(&self.device, &copy, <[u8]>::to_vec)
     }
 
     /// The previous buffer if it has this size at least, otherwise a new one.
@@ -319,19 +311,24 @@ impl ReadbackBatch {
 
     /// The texels of all textures, once the copies are submitted. Waits for the GPU.
     pub fn read(self) -> Result<Vec<Texels>, GpuError> {
-        map(&self.device, &self.buffer, wgpu::MapMode::Read)?;
-        let mapped = self.buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
-        let mut rest: &[u8] = &mapped;
-        let texels = self.descs.iter().map(|desc| {
-            let (padded, after) = rest.split_at(padded_bytes(desc) as usize);
-            rest = after;
-            let (row, pitch) = row_and_pitch(desc.size, desc.format);
-            let mut bytes = Vec::with_capacity(row * rows(desc.size));
-            append_without_padding(&mut bytes, padded, row, pitch);
-            Texels { desc: *desc, bytes }
-        });
-        Ok(texels.collect())
+        read_mapped(&self.device, &self.buffer, |mut rest| {
+            let mut texels = Vec::with_capacity(self.descs.len());
+            for desc in &self.descs {
+                let (padded, after) = rest.split_at(padded_bytes(desc) as usize);
+                rest = after;
+                let (row, pitch) = row_and_pitch(desc.size, desc.format);
+                let mut bytes = Vec::with_capacity(row * rows(desc.size));
+                append_without_padding(&mut bytes, padded, row, pitch);
+                texels.push(Texels { desc: *desc, bytes });
+            }
+            texels
+        })
     }
+}
+
+fn format_to_read(format: wgpu::TextureFormat) -> Result<Format, GpuError> {
+    let same = Format::ALL.into_iter().find(|known| texture_format(*known) == format);
+    same.ok_or_else(|| GpuError::Format { what: format!("reading {format:?} back") })
 }
 
 /// Bytes of an image whose rows are padded for copies.
@@ -345,11 +342,25 @@ pub fn download(device: &wgpu::Device, queue: &wgpu::Queue, texture: &wgpu::Text
 }
 
 /// Maps a buffer. Waits for the GPU. Buffers of a lost device are invalid, which is a validation error in wgpu.
-pub(crate) fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
+fn map(device: &wgpu::Device, buffer: &wgpu::Buffer, mode: wgpu::MapMode) -> Result<(), GpuError> {
     scoped(device, "a buffer for the host", || {
         buffer.slice(..).map_async(mode, |_| {});
         wait(device, None)
     })
+}
+
+/// Gives the bytes of a buffer to `read`. Waits for the GPU.
+pub(crate) fn read_mapped<T>(
+    device: &wgpu::Device,
+    buffer: &wgpu::Buffer,
+    read: impl FnOnce(&[u8]) -> T,
+) -> Result<T, GpuError> {
+    map(device, buffer, wgpu::MapMode::Read)?;
+    let mapped = buffer.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+    let result = read(&mapped);
+    drop(mapped);
+    buffer.unmap();
+    Ok(result)
 }
 
 /// Bytes of a row of texels, and the aligned distance between rows in a buffer.

@@ -1,13 +1,15 @@
-//! GPU time of every pass, by timestamps inside the one compute pass.
+//! Timestamps on the GPU.
 
 use crate::buffer::buffer;
 use crate::error::GpuError;
 use crate::platform::watched;
 #[cfg(not(target_family = "wasm"))]
-use crate::stream::map;
+use crate::stream::read_mapped;
 
-/// Timestamps around the passes of one frame.
-pub(crate) struct Timing {
+/// Timestamps of one frame, and the buffers through which the host reads them.
+pub(crate) struct Timestamps {
+    #[cfg(not(target_family = "wasm"))]
+    device: wgpu::Device,
     pub(crate) queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     readable: wgpu::Buffer,
@@ -15,31 +17,35 @@ pub(crate) struct Timing {
     period_ns: f32,
 }
 
-impl Timing {
-    /// Timestamps for `passes` passes; `None` where the device has no timestamps inside passes.
+impl Timestamps {
+    /// Timestamps around each of `passes` passes; `None` where the device has none inside passes.
     ///
     /// # Errors
     /// The device is lost or has no memory for them.
-    pub(crate) fn watched(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Result<Option<Self>, GpuError> {
-        watched(device, "the times of passes", || Ok(Self::new(device, queue, passes)))
+    pub(crate) fn of_passes(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Result<Option<Self>, GpuError> {
+        let needed = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
+        let has_stamps = device.features().contains(needed);
+        watched(device, "the times of passes", || Ok(has_stamps.then(|| Self::new(device, queue, passes + 1))))
     }
 
-    /// As [`watched`](Self::watched), where the caller watches.
-    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, passes: u32) -> Option<Self> {
-        let needed = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
-        if !device.features().contains(needed) {
-            return None;
-        }
-        let count = passes + 1;
+    /// That many timestamps, for a device that has them. The caller watches for errors.
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, count: u32) -> Self {
+        const LABEL: &str = "timestamps";
         let queries = device.create_query_set(&wgpu::QuerySetDescriptor {
-            label: Some("pass times"),
+            label: Some(LABEL),
             ty: wgpu::QueryType::Timestamp,
             count,
         });
-        let buffer = |usage| buffer(device, "pass times", u64::from(count) * 8, usage);
-        let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
-        let readable = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
-        Some(Self { queries, resolved, readable, count, period_ns: queue.get_timestamp_period() })
+        let buffer = |usage| buffer(device, LABEL, u64::from(count) * 8, usage);
+        Self {
+            #[cfg(not(target_family = "wasm"))]
+            device: device.clone(),
+            queries,
+            resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            readable: buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST),
+            count,
+            period_ns: queue.get_timestamp_period(),
+        }
     }
 
     /// Copies the timestamps to where the host can read them.
@@ -48,23 +54,20 @@ impl Timing {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, u64::from(self.count) * 8);
     }
 
-    /// Milliseconds of each pass of the frame submitted last. Waits for it.
+    /// Milliseconds between each two timestamps of the frame submitted last. Waits for it.
     ///
     /// # Errors
     /// The device is lost.
     #[cfg(not(target_family = "wasm"))]
-    pub(crate) fn read(&self, device: &wgpu::Device) -> Result<Vec<f64>, GpuError> {
-        map(device, &self.readable, wgpu::MapMode::Read)?;
-        let ticks: Vec<u64> = {
-            let bytes = self.readable.slice(..).get_mapped_range().map_err(|error| GpuError::lost(&error))?;
+    pub(crate) fn read(&self) -> Result<Vec<f64>, GpuError> {
+        let ticks: Vec<u64> = read_mapped(&self.device, &self.readable, |bytes| {
             bytes.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().expect("chunks of eight"))).collect()
-        };
-        self.readable.unmap();
+        })?;
         Ok(between(&ticks, self.period_ns))
     }
 
     /// The buffer with the timestamps of the frame that is recorded, and the nanoseconds of a tick.
-    pub(crate) fn timestamps(&self) -> (&wgpu::Buffer, f32) {
+    pub(crate) fn resolved(&self) -> (&wgpu::Buffer, f32) {
         (&self.resolved, self.period_ns)
     }
 }

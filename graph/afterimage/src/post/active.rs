@@ -69,7 +69,10 @@ impl ActivePlan {
     /// Writes the uniforms that the executor of this plan does not have yet, in one range.
     pub(super) fn write(&mut self, executor: &mut Executor) {
         if let Some(range) = self.unwritten.take() {
-            executor.set_uniforms(range.start as u64, &self.uniforms[range]);
+            let loaded = executor.loaded_mut();
+            loaded
+                .into_iter()
+                .for_each(|loaded| loaded.set_uniforms(range.start as u64, &self.uniforms[range.clone()]));
         }
     }
 }

@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
-use afterimage_gpu::internal::{Residency, part_view, scoped, watched};
+use afterimage_gpu::internal::{Fork, Residency, has_host_draws, part_view, scoped, watched};
 use afterimage_gpu::wgpu::{self, CommandEncoder, Device, RenderPipeline, TextureFormat, TextureUsages, TextureView};
-use afterimage_gpu::{Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, Rectangle, color_pass};
+use afterimage_gpu::{
+    Executor, Frame, FrameKind, FullScreenPipeline, GpuError, HostDraw, LoadedPlan, Rectangle, color_pass,
+};
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Resource;
 use afterimage_plan::{Plan, PlanOutput};
@@ -35,15 +37,13 @@ pub(super) struct Fade {
 
 /// The executor that continues the old plan, and the pipeline of the mix: the parts of a fade that are made in the
 /// background.
-pub(super) type FadeParts = (Executor, Mixer);
+pub(super) type FadeParts = (Fork, Mixer);
 
 /// An old plan that renders next to the new one.
 struct RunningFade {
     old: ActivePlan,
-    fork: Executor,
+    fork: Fork,
     mixer: Mixer,
-    /// The memory of the old plan, until it is copied.
-    memory: Option<Arc<Residency>>,
     /// The number of the next frame, from 1, and the number of frames.
     number: u16,
     frames: u16,
@@ -102,8 +102,8 @@ impl Fade {
     /// Drops the old plan and the resources of a fade, if there is one.
     fn release(&mut self, executor: &mut Executor) -> bool {
         let Some(running) = self.running.take() else { return false };
-        executor.drop_later(running);
-        executor.drop_bind_groups_of_own_outputs();
+        executor.compiler.drop_later(running);
+        executor.loaded_mut().into_iter().for_each(LoadedPlan::drop_bind_groups_of_own_outputs);
         true
     }
 
@@ -114,9 +114,9 @@ impl Fade {
         active: &ActivePlan,
     ) -> Option<impl FnOnce() -> Result<FadeParts, GpuError> + Send + use<>> {
         let output = output_of(&active.plan).ok().filter(|_| self.frames > 0)?;
-        let format = executor.last_format(&active.plan, output);
-        let (fork, plan, uniforms) = (executor.fork(), active.plan.clone(), active.uniforms.clone());
-        let device = executor.device().clone();
+        let format = executor.host.last_format(&active.plan, output);
+        let (fork, plan, uniforms) = (Fork::prepare(executor), active.plan.clone(), active.uniforms.clone());
+        let device = executor.compiler.device.clone();
         Some(move || Ok((fork(plan, uniforms)?, Mixer::new(&device, format)?)))
     }
 
@@ -141,12 +141,11 @@ impl Fade {
         });
         match begun {
             Ok((memory, (mut fork, mixer))) if self.frames > 0 => {
-                fork.adopt_state(executor, &old.uniforms);
-                let (memory, number, frames) = (Some(memory), 1, self.frames);
-                self.running = Some(RunningFade { old, fork, mixer, memory, number, frames });
+                fork.continue_from(executor, memory, &old.uniforms);
+                self.running = Some(RunningFade { old, fork, mixer, number: 1, frames: self.frames });
                 return None;
             }
-            Ok((_, parts)) => executor.drop_later(parts),
+            Ok((_, parts)) => executor.compiler.drop_later(parts),
             Err(why) => self.skip(&why),
         }
         Some(old)
@@ -193,15 +192,12 @@ impl RunningFade {
             return Err(NEW_IMAGES.to_owned());
         }
         let refused = |error: GpuError| error.to_string();
-        let format = executor.format_of(output, view, frame).map_err(refused)?;
+        let device = &executor.compiler.device;
+        let format = executor.host.format_of(device, output, view, frame).map_err(refused)?;
         if self.mixer.format != format {
-            self.mixer = Mixer::new(executor.device(), format).map_err(refused)?;
+            self.mixer = Mixer::new(device, format).map_err(refused)?;
         }
-        self.old.write(&mut self.fork);
-        if let Some(memory) = self.memory.take() {
-            self.fork.copy_memory(&memory, encoder);
-            executor.drop_later(memory);
-        }
+        self.old.write(&mut self.fork.executor);
         self.fork.encode(encoder, &Frame { outputs: &[], ..*frame }).map_err(refused)
     }
 
@@ -209,12 +205,13 @@ impl RunningFade {
     fn mix(&self, executor: &Executor, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
         let Self { fork, mixer, number, frames, .. } = self;
         let [(name, view)] = frame.outputs else { return Err(GpuError::NoPlan) };
-        let (old, new) = (fork.output(name).ok_or(GpuError::NoPlan)?, executor.output(name).ok_or(GpuError::NoPlan)?);
-        let images = scoped(executor.device(), LABEL, || {
+        let [old, new] = [&fork.executor, executor].map(|executor| executor.output(name).ok_or(GpuError::NoPlan));
+        let (old, new, device) = (old?, new?, &executor.compiler.device);
+        let images = scoped(device, LABEL, || {
             let [old, new] = [old, new].map(|texture| part_view(texture, 0, 0));
             let entry =
                 |binding, view| wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) };
-            Ok::<_, GpuError>(executor.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            Ok::<_, GpuError>(device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(LABEL),
                 layout: &mixer.pipeline.get_bind_group_layout(0),
                 entries: &[entry(0, &old), entry(1, &new)],
@@ -274,7 +271,7 @@ const OUTPUTS: &str = "the plans do not have one output each, of the same name a
 /// The output of a plan that can be faded.
 fn output_of(plan: &Plan) -> Result<&PlanOutput, &'static str> {
     let [output] = plan.outputs.as_slice() else { return Err(OUTPUTS) };
-    if Executor::has_host_draws(plan) {
+    if has_host_draws(plan) {
         return Err("the host draws into images of the pipeline");
     }
     // In the host's image it may have another precision than in ours.

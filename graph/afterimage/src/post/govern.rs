@@ -1,6 +1,6 @@
 //! A pipeline that changes its tier by itself to hold a budget.
 
-use afterimage_gpu::GpuError;
+use afterimage_gpu::{GpuError, LoadedPlan};
 use afterimage_graph::check::Graph;
 
 use super::Post;
@@ -90,7 +90,7 @@ impl Post {
         if governed.source != TimeSource::Passes {
             return Ok(());
         }
-        if self.executor.timestamps().is_none() && !self.executor.enable_timing()? {
+        if self.executor.loaded().and_then(LoadedPlan::timestamps).is_none() && !self.executor.enable_timing()? {
             governed.source = TimeSource::None;
         }
         if let Some(times) = &self.readings.pass_times.latest

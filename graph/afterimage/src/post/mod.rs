@@ -133,7 +133,7 @@ impl Post {
     /// The attachments of a pass that the host fills, by the name of its node: what its pipelines are made for. `None`
     /// before a plan is loaded, and if the plan has no such pass.
     pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
-        self.executor.draw_targets(node)
+        self.executor.loaded()?.draw_targets(node)
     }
 
     /// `true` while a plan is being made, and if one will be at the next frame.
@@ -211,7 +211,7 @@ impl Post {
     /// Creates and compiles plans in the host's task pool from now on, and not on the threads of the crate. See
     /// [`TaskPool`].
     pub fn set_task_pool(&mut self, pool: TaskPool) {
-        self.executor.set_task_pool(pool);
+        self.executor.compiler.pool = Some(pool);
     }
 
     /// Replaces the graph by one that the host has checked, until the next tier or reload. Values that the host has
@@ -233,12 +233,10 @@ impl Post {
     /// Continues on another device, after the first was lost, with all values, facts, options and handles. Histories
     /// start again, and the next frame waits for its plan.
     pub fn rebuild(&mut self, gpu: &Gpu) {
-        let pool = self.executor.task_pool().cloned();
+        let pool = self.executor.compiler.pool.clone();
         self.fade.end(&mut self.executor, fade::NEW_BEGINNING);
         self.executor = Executor::with_caps(&gpu.device, &gpu.queue, caps(&gpu.adapter, &gpu.device));
-        if let Some(pool) = pool {
-            self.executor.set_task_pool(pool);
-        }
+        self.executor.compiler.pool = pool;
         self.plans = self.plans.without_plans();
         self.readings.reset();
     }
@@ -248,7 +246,7 @@ impl Post {
     /// # Errors
     /// [`GpuError::DeviceLost`].
     pub fn check_device(&self) -> Result<(), GpuError> {
-        watched(self.executor.device(), "a check of the device", || Ok(()))
+        watched(&self.executor.compiler.device, "a check of the device", || Ok(()))
     }
 
     /// Records a frame into the host's encoder. Frames are submitted in the order in which they are recorded, each
@@ -286,7 +284,7 @@ impl Post {
         if self.frame.is_multiple_of(FRAMES_BETWEEN_CHECKS) {
             self.check_device()?;
         }
-        let levels = self.executor.view_levels(frame)?;
+        let levels = self.executor.host.levels(&self.executor.compiler.device, frame)?;
         let with_levels = Frame { levels: &levels, ..*frame };
         let updated = self.update_plan(&with_levels);
         self.names.update(&self.values, &self.plans, &self.bindings, &self.readings, frame, draws);
@@ -317,7 +315,7 @@ impl Post {
             return Ok(None);
         }
         self.executor.recover();
-        if frame.kind == FrameKind::Cut || self.executor.is_fresh() || self.fade.has_lost_frames() {
+        if frame.kind == FrameKind::Cut || self.executor.frames.is_fresh || self.fade.has_lost_frames() {
             self.fade.end(&mut self.executor, fade::NEW_BEGINNING);
         }
         let mut failure = None;
@@ -371,7 +369,7 @@ impl Post {
         let rendering = [self.plans.active.as_ref(), self.fade.old()].map(|plan| plan.map(ActivePlan::revision));
         let unused = self.values.take_unused(|revision| rendering.contains(&Some(revision)));
         if !unused.is_empty() {
-            self.executor.drop_later(unused);
+            self.executor.compiler.drop_later(unused);
         }
     }
 
@@ -417,20 +415,21 @@ impl Post {
     fn activate(&mut self, job: Job<NextPlan>, frame: Option<&Frame<'_>>) -> Result<(), PostError> {
         if job.revision.graph != self.values.revision.graph {
             // A plan for the present graph follows.
-            self.executor.drop_later(job.worker);
+            self.executor.compiler.drop_later(job.worker);
             return Ok(());
         }
         let NextPlan { active, prepared, new, fade } = job.worker.join()??;
         // A host may have loaded another plan into the executor.
         let is_loaded = self.executor.plan().is_some_and(|plan| self.plan().is_some_and(|own| Arc::ptr_eq(plan, own)));
-        let memory = self.executor.residency().filter(|_| is_loaded && !self.executor.is_fresh()).cloned();
+        let memory = self.executor.loaded().filter(|_| is_loaded && !self.executor.frames.is_fresh);
+        let memory = memory.map(|loaded| loaded.residency().clone());
         self.names.queue();
         let old_memory = self.executor.install(prepared)?;
         new.keep(&self.executor, &mut self.values, job.revision);
         let plan = active.plan.clone();
         let old = self.plans.active.replace(active);
         let old = old.and_then(|old| self.fade.start(&self.executor, (old, memory), &plan, frame, fade));
-        self.executor.drop_later((old_memory, old));
+        self.executor.compiler.drop_later((old_memory, old));
         Ok(())
     }
 
@@ -532,7 +531,7 @@ impl Post {
 
     /// The number of the last frame that shaders saw, from which noise is made.
     pub fn noise_number(&self) -> u32 {
-        self.executor.last_number()
+        self.executor.frames.last_number()
     }
 
     /// The number of frames that have been recorded: that of the last one, counted from 1.
@@ -544,7 +543,7 @@ impl Post {
     /// [`Plan::image_names`]. It holds the texels of the last frame where the plan shares no memory:
     /// [`Alias::None`](afterimage_plan::Alias::None). `None` for images of the host, and for those that no pass uses.
     pub fn image(&self, name: &str) -> Option<&wgpu::Texture> {
-        self.executor.image(name)
+        self.executor.loaded()?.image(name)
     }
 
     /// The texture of an output of the last frame, unless the host gave one.
@@ -559,7 +558,7 @@ impl Post {
     /// The buffer of a table or value of the loaded plan, by its label.
     #[cfg(all(feature = "offline", not(target_family = "wasm")))]
     pub(crate) fn buffer(&self, label: &str) -> Option<&wgpu::Buffer> {
-        self.executor.buffer(label)
+        self.executor.loaded()?.buffer(label)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Weak};
 
 use afterimage_gpu::wgpu::CommandEncoder;
-use afterimage_gpu::{Executor, GpuError, internal};
+use afterimage_gpu::{Executor, GpuError, LoadedPlan, internal};
 use afterimage_plan::Plan;
 
 use super::buffer_copies::BufferCopies;
@@ -46,7 +46,8 @@ impl TimedPasses {
         frame: u64,
         encoder: &mut CommandEncoder,
     ) -> Result<(), GpuError> {
-        let Some((timestamps, period_ns)) = executor.timestamps() else { return Ok(()) };
+        let loaded = executor.loaded();
+        let Some((timestamps, period_ns)) = loaded.and_then(LoadedPlan::timestamps) else { return Ok(()) };
         if !std::ptr::eq(self.plan.as_ptr(), Arc::as_ptr(plan)) {
             // Copies of the previous plan have other passes.
             *self = Self { plan: Arc::downgrade(plan), ..Self::default() };
@@ -56,7 +57,7 @@ impl TimedPasses {
             let ms = milliseconds(&reading.bytes, period_ns);
             self.latest = Some(PassTimes { frame: reading.frame, ms });
         }
-        self.copies.record(executor.device(), timestamps, frame, encoder)
+        self.copies.record(&executor.compiler.device, timestamps, frame, encoder)
     }
 }
 

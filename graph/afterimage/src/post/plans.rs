@@ -120,7 +120,7 @@ impl Plans {
 
     fn request(&self, executor: &Executor, values: &Values, inputs: HostInputs) -> OwnedRequest {
         OwnedRequest {
-            device: executor.device().clone(),
+            device: executor.compiler.device.clone(),
             inputs,
             facts: self.facts.clone(),
             caps: executor.caps().clone(),
@@ -195,7 +195,7 @@ impl Plans {
         }
         let (graph, revision, changes) = (values.shared_graph(), values.revision, values.changes().clone());
         let (compile, prepare_fade) = (executor.compilation(), fade.preparation(executor, active));
-        let worker = Worker::new(executor.task_pool(), move || {
+        let worker = Worker::new(executor.compiler.pool.as_ref(), move || {
             span!("afterimage::prepare");
             let new = request.planned(&graph)?;
             let values = GraphValues { graph: &graph, revision: revision.graph, changes: &changes };
@@ -253,8 +253,8 @@ impl Plans {
             if request.cached.as_ref().is_some_and(is_compiled) {
                 continue;
             }
-            let (graph, compile) = (values.shared_graph(), executor.compilation_ahead(frame.drawn()));
-            let worker = Worker::new(executor.task_pool(), move || {
+            let (graph, compile) = (values.shared_graph(), executor.compiler.ahead(frame.drawn()));
+            let worker = Worker::new(executor.compiler.pool.as_ref(), move || {
                 span!("afterimage::prepare");
                 let new = request.planned(&graph)?;
                 compile(&new.planned.plan)?;
@@ -270,7 +270,7 @@ impl NewPlan {
     pub(super) fn keep(self, executor: &Executor, values: &mut Values, revision: Revision) {
         let Some(key) = self.key.filter(|_| revision == values.revision) else { return };
         if let Some(evicted) = values.cache().keep(key, self.planned) {
-            executor.drop_later(evicted);
+            executor.compiler.drop_later(evicted);
         }
     }
 }

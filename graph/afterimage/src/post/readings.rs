@@ -88,8 +88,8 @@ impl Readings {
     ) -> Result<(), GpuError> {
         for WatchedBuffer { label, copies, .. } in &mut self.watched {
             copies.collect()?;
-            if let Some(buffer) = executor.buffer(label) {
-                copies.record(executor.device(), buffer, frame, encoder)?;
+            if let Some(buffer) = executor.loaded().and_then(|loaded| loaded.buffer(label)) {
+                copies.record(&executor.compiler.device, buffer, frame, encoder)?;
             }
         }
         match plan {

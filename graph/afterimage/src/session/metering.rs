@@ -24,7 +24,7 @@ pub fn measure(
     let mut measured = Vec::new();
     for id in &metering.measured {
         let length = session.plan().buffers[id.0 as usize].bytes;
-        let buffer = session.post.executor().plan_buffer(*id).expect("the plan is loaded").clone();
+        let buffer = session.post.executor().loaded().expect("a plan is loaded").plan_buffer(*id).clone();
         let mut bytes = session.readback.bytes(&buffer, buffer.size())?;
         bytes.truncate(length as usize);
         measured.push(bytes);
@@ -50,7 +50,7 @@ pub fn integrate(
 ) -> Result<(), GpuError> {
     assert_eq!(metering.measured.len(), measured.len(), "the meters are those of another plan");
     for (id, bytes) in metering.measured.iter().zip(measured) {
-        let buffer = session.post.executor().plan_buffer(*id).expect("the plan is loaded");
+        let buffer = session.post.executor().loaded().expect("a plan is loaded").plan_buffer(*id);
         caught("what was measured", || session.gpu.queue.write_buffer(buffer, 0, bytes))?;
     }
     submit_passes(session, images, step, &metering.integrating)

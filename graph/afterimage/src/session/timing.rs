@@ -1,6 +1,6 @@
 //! Times of the loaded plan. All tools time with these functions, so that they report the same quantities.
 
-use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, GpuError, InputImage, TimedCommands, median};
+use afterimage_gpu::{Clock, FrameKind, FrameStep, FrameTime, GpuError, InputImage, LoadedPlan, TimedCommands, median};
 
 use super::Session;
 
@@ -57,7 +57,7 @@ pub fn pass_times(
     }
     let mut all = vec![Vec::new(); session.plan().passes.len()];
     for number in 1..=samples {
-        session.post.executor().force_on_change();
+        session.post.executor().loaded_mut().into_iter().for_each(LoadedPlan::force_on_change);
         let times = times_within(session, images, timed_step(number))?;
         all.iter_mut().zip(times).for_each(|(samples, time)| samples.push(time));
     }
@@ -82,7 +82,7 @@ pub fn pass_times_once(
 
 fn times_within(session: &mut Session, images: &[InputImage], step: FrameStep) -> Result<Vec<f64>, GpuError> {
     session.submit(images, step)?;
-    Ok(session.post.executor().pass_times()?.unwrap_or_default())
+    Ok(session.post.executor().loaded().map_or(Ok(None), LoadedPlan::pass_times)?.unwrap_or_default())
 }
 
 fn times_alone(

@@ -2,76 +2,62 @@
 
 use std::sync::Arc;
 
-use afterimage_plan::{Plan, PlanOutput};
-use wgpu::{CommandEncoder, TextureFormat, TextureUsages, TextureView};
+use afterimage_plan::Plan;
+use wgpu::{CommandEncoder, TextureUsages};
 
 use super::Executor;
 use super::frame::Frame;
-use super::host_draw::host_node;
 use super::recorded::Lost;
-use crate::device::texture_format;
 use crate::error::GpuError;
-use crate::executor::bind::host_images::check_encoding;
-use crate::executor::loaded::Loaded;
 use crate::executor::loaded::due_passes::WrittenBuffer;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::store::{self, Stored};
 
-impl Executor {
-    /// Makes an executor that shares what is compiled, on any thread.
-    pub(super) fn other(&self) -> impl FnOnce() -> Self + Send + use<> {
-        let (compiler, queue, caps) = (self.compiler.clone(), self.queue.clone(), self.caps.clone());
-        let labeled = self.labeled;
-        move || {
-            let mut other = Self::with_caps(&compiler.device, &queue, caps);
-            other.compiler.pipelines = compiler.pipelines;
-            other.compiler.compiled = compiler.compiled;
-            other.compiler.pool = compiler.pool;
-            other.labeled = labeled;
-            other
-        }
-    }
+/// An executor that continues the plan of another one.
+pub struct Fork {
+    /// The executor.
+    pub executor: Executor,
+    /// The memory of the plan in the other executor, until it is copied.
+    memory: Option<Arc<Residency>>,
+}
 
-    /// Makes, on any thread, an executor with memory of its own for a plan that this one has compiled.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn fork(&self) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
-        let other = self.other();
+impl Fork {
+    /// Makes, on any thread, an executor with memory of its own for a plan that the other one has compiled.
+    pub fn prepare(other: &Executor) -> impl FnOnce(Arc<Plan>, Vec<u8>) -> Result<Self, GpuError> + Send + use<> {
+        let fork = self::other(other);
         move |plan, uniforms| {
-            let mut fork = other();
-            fork.load_with(plan, uniforms)?;
-            Ok(fork)
+            let mut executor = fork();
+            executor.load_with(plan, uniforms)?;
+            Ok(Self { executor, memory: None })
         }
     }
 
-    /// Continues the frames of an executor with the same plan: takes its frame number and uniforms. Histories are
-    /// copied by [`copy_memory`](Self::copy_memory).
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn adopt_state(&mut self, other: &Self, uniforms: &[u8]) {
-        self.frames.continue_from(&other.frames);
-        if let Some(loaded) = &mut self.loaded {
+    /// Continues the frames of the other executor: its frame number, these uniforms, and the histories in `memory`.
+    pub fn continue_from(&mut self, other: &Executor, memory: Arc<Residency>, uniforms: &[u8]) {
+        self.executor.frames.continue_from(&other.frames);
+        if let Some(loaded) = &mut self.executor.loaded {
             // It is copied.
             loaded.uninitialized.clear();
+            loaded.set_uniforms(0, uniforms);
         }
-        self.set_uniforms(0, uniforms);
+        self.memory = Some(memory);
     }
 
-    /// The memory of the plan in use.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn residency(&self) -> Option<&Arc<Residency>> {
-        self.loaded.as_ref().map(|loaded| &loaded.residency)
+    /// Records a frame. The first one copies histories, and buffers that outlive frames.
+    ///
+    /// # Errors
+    /// As [`Executor::encode`].
+    pub fn encode(&mut self, encoder: &mut CommandEncoder, frame: &Frame<'_>) -> Result<(), GpuError> {
+        if let Some(memory) = self.memory.take() {
+            self.copy_memory(&memory, encoder);
+            self.executor.compiler.drop_later(memory);
+        }
+        self.executor.encode(encoder, frame)
     }
 
-    /// True if a frame was recorded and dropped on which later ones rely.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn has_lost_frames(&self) -> bool {
-        self.recorded.take_lost() > Lost::Nothing
-    }
-
-    /// Copies histories, and buffers that outlive frames, from the memory of the same plan in another executor.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
-        let Some(loaded) = &self.loaded else { return };
-        self.recorded.watch(encoder, Lost::State);
+    fn copy_memory(&self, from: &Residency, encoder: &mut CommandEncoder) {
+        let Some(loaded) = &self.executor.loaded else { return };
+        self.executor.recorded.watch(encoder, Lost::State);
         for &WrittenBuffer { index, .. } in &loaded.persistent {
             encoder.copy_buffer_to_buffer(&from.buffers[index], 0, &loaded.residency.buffers[index], 0, None);
         }
@@ -81,54 +67,22 @@ impl Executor {
         }
     }
 
-    /// Drops the bind groups of frames that write an output to a texture of ours.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn drop_bind_groups_of_own_outputs(&mut self) {
-        let Some(Loaded { plan, residency, bind_groups, .. }) = &mut self.loaded else { return };
-        let mut ours: Vec<&TextureView> = Vec::new();
-        for output in &plan.outputs {
-            if let ImageBinding::Output(_, stored) = &residency.bindings[output.image.0 as usize] {
-                ours.push(&stored.view);
-            }
-        }
-        bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(|view| ours.contains(&view)));
+    /// True if a frame was recorded and dropped on which later ones rely.
+    pub fn has_lost_frames(&self) -> bool {
+        self.executor.recorded.take_lost() > Lost::Nothing
     }
+}
 
-    /// True if the next frame resets histories.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn is_fresh(&self) -> bool {
-        self.frames.is_fresh
-    }
-
-    /// The format of the host's view for an output, as it is drawn to.
-    ///
-    /// # Errors
-    /// It cannot be drawn to, or the device would encode it a second time.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn format_of(
-        &mut self,
-        output: &PlanOutput,
-        view: &TextureView,
-        frame: &Frame<'_>,
-    ) -> Result<TextureFormat, GpuError> {
-        let (device, stated) = (&self.compiler.device, frame.stated_format(&output.name));
-        let format = self.host.formats.of_view(device, &output.name, view, stated)?;
-        check_encoding(output, Some(format), view.texture().format())?;
-        Ok(format)
-    }
-
-    /// The format of the host's view for an output in the last frame that drew it; the planned one if a pass stores to
-    /// the view.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn last_format(&self, plan: &Plan, output: &PlanOutput) -> TextureFormat {
-        let drawn = self.host.formats.last().iter().find(|(name, _)| *name == output.name).map(|(_, format)| *format);
-        drawn.unwrap_or_else(|| texture_format(plan.image(output.image).desc.format))
-    }
-
-    /// True if the host fills passes of a plan.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn has_host_draws(plan: &Plan) -> bool {
-        plan.work().any(|pass| host_node(pass).is_some())
+/// Makes an executor that shares what is compiled, on any thread.
+pub(super) fn other(executor: &Executor) -> impl FnOnce() -> Executor + Send + use<> {
+    let (compiler, caps, labeled) = (executor.compiler.clone(), executor.caps.clone(), executor.labeled);
+    move || {
+        let mut other = Executor::with_caps(&compiler.device, &compiler.queue, caps);
+        other.compiler.pipelines = compiler.pipelines;
+        other.compiler.compiled = compiler.compiled;
+        other.compiler.pool = compiler.pool;
+        other.labeled = labeled;
+        other
     }
 }
 

@@ -10,7 +10,7 @@ use super::rectangle::Rectangle;
 #[derive(Clone, Copy, Default)]
 pub struct Frame<'a> {
     /// The host's images, by the names of the pipeline's inputs; names that the plan does not need are ignored. Their
-    /// textures have the usage `TEXTURE_BINDING`, and for light best the format `Rgba16Float`. The size of the first
+    /// textures have the usage `TEXTURE_BINDING`, and for colors best the format `Rgba16Float`. The size of the first
     /// one is that of the frame: another one needs no call, but a plan.
     pub inputs: &'a [(&'a str, &'a TextureView)],
     /// The host's blocks, such as its camera, by the names of the pipeline's inputs; likewise.

@@ -4,7 +4,7 @@ use super::frame::{Frame, FrameKind};
 use crate::frame_constants::FrameConstants;
 
 /// Counts the frames of an executor.
-pub(crate) struct FrameCounter {
+pub struct FrameCounter {
     /// The number of the next frame since the last reset of the count: it selects the textures of histories.
     pub(crate) index: u32,
     /// The difference between it and the number that shaders see.
@@ -14,7 +14,7 @@ pub(crate) struct FrameCounter {
     /// The constants of the last frame.
     pub(crate) constants: FrameConstants,
     /// The next frame resets histories and adaptation.
-    pub(crate) is_fresh: bool,
+    pub is_fresh: bool,
 }
 
 /// The numbers of one frame.
@@ -53,7 +53,7 @@ impl FrameCounter {
     }
 
     /// The number that shaders saw in the last frame; that of the next one before any.
-    pub(crate) fn last_number(&self) -> u32 {
+    pub fn last_number(&self) -> u32 {
         self.last.unwrap_or(self.next_number())
     }
 

@@ -54,6 +54,11 @@ pub(crate) fn host_node(pass: &Pass) -> Option<&str> {
     pass.nodes.first().map(String::as_str)
 }
 
+/// True if the host fills passes of a plan.
+pub fn has_host_draws(plan: &Plan) -> bool {
+    plan.work().any(|pass| host_node(pass).is_some())
+}
+
 /// Each pass that the host fills has its draws.
 pub(crate) fn check_filled(plan: &Plan, passes: Range<usize>, draws: &[HostDraw<'_>]) -> Result<(), GpuError> {
     let is_filled = |node: &str| draws.iter().any(|draw| draw.node == node);

@@ -6,20 +6,17 @@ mod frame;
 mod frame_counter;
 mod host_bindings;
 mod host_draw;
-mod inspection;
 mod load;
 mod loaded;
-#[cfg(not(target_family = "wasm"))]
-mod metering;
 mod record;
 mod recorded;
 mod rectangle;
-mod redraw;
 
 use std::sync::Arc;
 
 use afterimage_graph::image::{Format, ImageDesc};
-use afterimage_plan::{Caps, PlacedPlan, Plan, Requirement};
+use afterimage_graph::node::Resource;
+use afterimage_plan::{Caps, Plan, Requirement};
 use wgpu::{CommandEncoder, Device, Queue};
 
 use crate::cache;
@@ -29,35 +26,38 @@ use crate::frame_constants::{self, FrameConstants};
 use crate::heap;
 use crate::pipelines::Pipelines;
 use crate::platform::{TaskPool, Worker, scoped, watched};
-use crate::timing::Timing;
+use crate::timing::Timestamps;
 use bind::binder::Binder;
 pub use bind::host_images::{MULTISAMPLED, VOLUME};
+pub use fork::Fork;
 pub use frame::view_of;
 pub use frame::{Frame, FrameKind};
-use frame_counter::FrameCounter;
+use frame_counter::{FrameCounter, FrameNumbers};
 use host_bindings::HostBindings;
 use host_draw::check_filled;
-pub use host_draw::{DrawTargets, HostDraw};
+pub use host_draw::{DrawTargets, HostDraw, has_host_draws};
 pub use load::Preparation;
 pub use load::PreparedPlan;
 use load::{PlanCompiler, PreparedMemory, Preparing};
-use loaded::Loaded;
+pub use loaded::LoadedPlan;
 use loaded::previous::PreviousPlan;
 pub use loaded::residency::Residency;
 use loaded::uniforms::Staging;
-use record::{FrameCommands, clear_memory, separate_from_old_plan};
+use record::{clear_memory, separate_from_old_plan};
 use recorded::{Lost, RecordedFrames};
 pub use rectangle::Rectangle;
 
 /// Runs plans on the host's device.
 pub struct Executor {
-    compiler: PlanCompiler,
-    queue: Queue,
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub compiler: PlanCompiler,
     caps: Caps,
     staging: Staging,
-    loaded: Option<Loaded>,
-    host: HostBindings,
-    frames: FrameCounter,
+    loaded: Option<LoadedPlan>,
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub host: HostBindings,
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub frames: FrameCounter,
     /// Passes are labeled with their nodes.
     labeled: bool,
     recorded: RecordedFrames,
@@ -104,7 +104,6 @@ impl Executor {
                 immediates: frame_constants::has_immediates(device),
                 broken: made.err(),
             },
-            queue: queue.clone(),
             caps,
             staging: Staging::new(device),
             loaded: None,
@@ -118,7 +117,7 @@ impl Executor {
     /// Another executor on the same device, with images and histories of its own. Both share the pipelines that are
     /// compiled, so that a plan which one has loaded needs only memory in the other.
     pub fn clone_for_view(&self) -> Self {
-        self.other()()
+        fork::other(self)()
     }
 
     /// The same executor with a cache of the driver's pipelines, which begins with the result of an earlier
@@ -135,38 +134,13 @@ impl Executor {
     /// The same executor with the host's task pool: plans are prepared and compiled there, and not on the crate's
     /// threads. See [`TaskPool`].
     pub fn with_task_pool(mut self, pool: TaskPool) -> Self {
-        self.set_task_pool(pool);
-        self
-    }
-
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn set_task_pool(&mut self, pool: TaskPool) {
         self.compiler.pool = Some(pool);
-    }
-
-    /// The host's task pool, if it has one.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn task_pool(&self) -> Option<&TaskPool> {
-        self.compiler.pool.as_ref()
+        self
     }
 
     /// The driver's pipelines as bytes, for the next run of the program; `None` without a cache.
     pub fn pipeline_cache_data(&self) -> Option<Vec<u8>> {
         cache::seal(self.compiler.pipelines.cache.as_ref()?)
-    }
-
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn device(&self) -> &Device {
-        &self.compiler.device
-    }
-
-    /// Changes bytes of the uniforms of the plan in use from the next frame on. Blocks and rectangles between them are
-    /// those of that frame.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
-        if let Some(loaded) = &mut self.loaded {
-            loaded.uniforms.set(offset, bytes);
-        }
     }
 
     /// The capabilities that plans for this executor may use.
@@ -185,9 +159,20 @@ impl Executor {
         self.loaded.as_ref().map(|loaded| &loaded.plan)
     }
 
-    /// The plan in use, and the offsets of its images in the heap.
-    pub fn placed_plan(&self) -> Option<PlacedPlan> {
-        self.loaded.as_ref().map(Loaded::placed_plan)
+    /// The plan in use with its memory, and what the last frame has left there.
+    pub fn loaded(&self) -> Option<&LoadedPlan> {
+        self.loaded.as_ref()
+    }
+
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn loaded_mut(&mut self) -> Option<&mut LoadedPlan> {
+        self.loaded.as_mut()
+    }
+
+    /// The texture of an output that the host gave no image for.
+    pub fn output(&self, name: &str) -> Option<&wgpu::Texture> {
+        let LoadedPlan { plan, residency, .. } = self.loaded()?;
+        residency.own_output(plan.output(Some(name))?.image).map(wgpu::TextureView::texture)
     }
 
     /// Compiles and installs a plan before this returns. A program that must not wait between two frames uses
@@ -211,7 +196,7 @@ impl Executor {
     /// Starts to compile a plan on threads of its own, while the plan in use renders. One core is left to the renderer.
     pub fn prepare(&self, plan: Arc<Plan>) -> Preparation {
         let compile = self.compilation();
-        let worker = Worker::new(self.task_pool(), move || {
+        let worker = Worker::new(self.compiler.pool.as_ref(), move || {
             let uniforms = plan.uniform_buffer();
             compile(plan, uniforms)
         });
@@ -232,25 +217,8 @@ impl Executor {
     /// in a first frame. On an error the old plan stays as it is, with its histories.
     pub fn swap(&mut self, preparation: Preparation) -> Result<(), GpuError> {
         let old = self.install(preparation.worker.join()??)?;
-        self.drop_later(old);
+        self.compiler.drop_later(old);
         Ok(())
-    }
-
-    /// Drops a value on another thread, because freeing memory takes as long as allocating it.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn drop_later<T: Send + 'static>(&self, left: T) {
-        drop(Worker::new(self.task_pool(), move || drop(left)));
-    }
-
-    /// Compiles the passes of a plan that may be loaded later, on any thread. `drawn` are the formats of the host's
-    /// images for outputs.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn compilation_ahead(
-        &self,
-        drawn: Vec<(String, wgpu::TextureFormat)>,
-    ) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
-        let compiler = self.compiler.clone();
-        move |plan| compiler.passes(plan, &PreviousPlan { drawn, ..PreviousPlan::default() }, 1).map(drop)
     }
 
     /// The parts of the plan in use that the next plan can reuse.
@@ -276,15 +244,37 @@ impl Executor {
             (PreparedMemory::Allocated { loaded: mut new, previous }, old)
                 if previous.as_ref().map(Arc::as_ptr) == old.as_ref().map(|old| Arc::as_ptr(&old.residency)) =>
             {
+                new.last_index = self.frames.index.wrapping_sub(1);
                 new.labels = self.labeled.then(|| new.plan.pass_names());
                 if old.as_ref().is_some_and(|old| old.timing.is_some()) {
-                    new.timing = Timing::watched(&self.compiler.device, &self.queue, new.passes.len() as u32)?;
+                    new.timing =
+                        Timestamps::of_passes(&self.compiler.device, &self.compiler.queue, new.passes.len() as u32)?;
                 }
                 Ok(old.replace(*new))
             }
             // Another plan was loaded meanwhile, or ring indices differ.
             _ => self.load_with(plan, uniforms).map(|()| None),
         }
+    }
+
+    /// Labels each pass with its nodes in the commands, for tools such as RenderDoc.
+    pub fn label_passes(&mut self, on: bool) {
+        self.labeled = on;
+        if let Some(loaded) = &mut self.loaded {
+            loaded.labels = on.then(|| loaded.plan.pass_names());
+        }
+    }
+
+    /// Measures the GPU time of each of the plan's passes from now on, in this plan and those after it. `false` before
+    /// a plan is loaded, and where the device has no timestamps inside passes.
+    ///
+    /// # Errors
+    /// The device is lost or has no memory for them.
+    pub fn enable_timing(&mut self) -> Result<bool, GpuError> {
+        let Some(loaded) = &mut self.loaded else { return Ok(false) };
+        let PlanCompiler { device, queue, .. } = &self.compiler;
+        loaded.timing = Timestamps::of_passes(device, queue, loaded.passes.len() as u32)?;
+        Ok(loaded.timing.is_some())
     }
 
     /// Resets histories and adaptation in the next frame.
@@ -304,46 +294,10 @@ impl Executor {
         self.frames.number_next(number);
     }
 
-    /// The number that shaders saw in the last frame; that of the next one before any.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn last_number(&self) -> u32 {
-        self.frames.last_number()
-    }
-
     /// For how many passes the last recorded frame has made bind groups: those with a view of the host that the frame
     /// before did not have. An attachment is in no bind group. 0 while the host alternates between a few images.
     pub fn passes_bound(&self) -> usize {
         self.host.made
-    }
-
-    /// The number of passes that the last recorded frame ran, if it was a [redraw](FrameKind::Redraw) of those that
-    /// depend on changed values.
-    pub fn passes_redrawn(&self) -> Option<usize> {
-        self.loaded.as_ref()?.due.redrawn()
-    }
-
-    /// True if the last recorded frame has run passes that run [after a change](afterimage_plan::Refresh::OnChange) of
-    /// their uniforms: the first frame of a plan does.
-    pub fn has_run_on_change(&self) -> bool {
-        self.loaded.as_ref().is_some_and(|loaded| loaded.due.any_on_change(&loaded.plan))
-    }
-
-    /// Has the next frame run all passes of the plan that run after a change of their uniforms.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn force_on_change(&mut self) {
-        if let Some(loaded) = &mut self.loaded {
-            loaded.due.force_on_change(&loaded.plan);
-            loaded.set_last_constants(None);
-        }
-    }
-
-    /// The mip levels of the views of a frame whose textures have several.
-    ///
-    /// # Errors
-    /// One is not known, or its texture does not have it.
-    #[doc(hidden)] // For the crate `afterimage`.
-    pub fn view_levels<'f>(&mut self, frame: &Frame<'f>) -> Result<Vec<(&'f str, u32)>, GpuError> {
-        self.host.levels.of(&self.compiler.device, frame)
     }
 
     /// Notices frames that were recorded and dropped: what later ones rely on is recorded again, and where they began
@@ -385,12 +339,12 @@ impl Executor {
         draws: &mut [HostDraw<'_>],
     ) -> Result<(), GpuError> {
         self.recover();
-        let levels = self.view_levels(frame)?;
+        let levels = self.host.levels(&self.compiler.device, frame)?;
         let frame = &Frame { levels: &levels, ..*frame };
         let plan = self.plan().ok_or(GpuError::NoPlan)?;
         check_filled(plan, 0..plan.passes.len(), draws)?;
         let numbers = self.frames.next(frame.kind);
-        let last = self.loaded.as_ref().and_then(Loaded::last_constants).filter(|_| numbers.is_redraw);
+        let last = self.loaded.as_ref().and_then(LoadedPlan::last_constants).filter(|_| numbers.is_redraw);
         let constants = last.unwrap_or_else(|| numbers.constants(frame));
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         let groups = self.host.bind(&self.compiler, loaded, frame)?;
@@ -400,12 +354,7 @@ impl Executor {
         }
         self.begin_frame(encoder, constants, last.is_some())?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
-        let commands = FrameCommands {
-            loaded,
-            groups: &loaded.bind_groups[groups],
-            ring_index: (numbers.index % loaded.residency.ring_length) as usize,
-            constants: &constants,
-        };
+        let commands = loaded.commands(groups, numbers.index, &constants);
         commands.clear_zeroed(encoder);
         commands.record(0..loaded.passes.len(), encoder, draws);
         if let Some(timing) = loaded.timing.as_ref().filter(|_| loaded.due.redrawn().is_none()) {
@@ -416,6 +365,7 @@ impl Executor {
         loaded.due.finish(loaded.uniforms.bytes());
         // This frame has initialized all of it.
         loaded.uninitialized.clear();
+        loaded.last_index = numbers.index;
         self.frames.finish(numbers, constants);
         Ok(())
     }
@@ -433,8 +383,8 @@ impl Executor {
         } else if loaded.is_needed_later() {
             self.recorded.watch(encoder, Lost::Commands);
         }
-        if restores_state {
-            loaded.restore_state(encoder);
+        if let Some(redraw) = loaded.redraw.as_ref().filter(|_| restores_state) {
+            redraw.restore(&loaded.due, encoder);
         } else {
             if constants.reset() {
                 loaded.uniforms.invalidate();
@@ -443,7 +393,7 @@ impl Executor {
                     Ok::<(), GpuError>(())
                 })?;
             }
-            loaded.save_state(encoder);
+            loaded.redraw.iter().for_each(|redraw| redraw.save(encoder));
         }
         if std::mem::take(&mut loaded.shares_old_heap) {
             separate_from_old_plan(loaded, encoder);
@@ -465,26 +415,48 @@ impl Executor {
         frame: &Frame<'_>,
         pass: usize,
     ) -> Result<(), GpuError> {
-        let levels = self.view_levels(frame)?;
+        let levels = self.host.levels(&self.compiler.device, frame)?;
         let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
         let groups = self.host.bind(&self.compiler, loaded, &Frame { levels: &levels, ..*frame })?;
         loaded.uniforms.write(&self.compiler.device, &mut self.staging, encoder)?;
         loaded.due.choose_only(&[pass]);
         check_filled(&loaded.plan, pass..pass + 1, &[])?;
-        let commands = FrameCommands {
-            loaded,
-            groups: &loaded.bind_groups[groups],
-            ring_index: (self.frames.index % loaded.residency.ring_length) as usize,
-            constants: &self.frames.constants,
-        };
+        let commands = loaded.commands(groups, self.frames.index, &self.frames.constants);
         commands.record(pass..pass + 1, encoder, &mut []);
         loaded.set_last_constants(None);
         Ok(())
     }
 
-    /// The attachments of a pass that the host fills, by the name of its node; `None` if the plan in use has none.
-    pub fn draw_targets(&self, node: &str) -> Option<DrawTargets> {
-        DrawTargets::of(self.plan()?, node)
+    /// Records some passes of a frame, which need no draws of the host, and no other: those of meters make the state
+    /// without the rest. What these do not write stays as the frames before have left it; the frame number stays, too.
+    /// Unless `frame` resets, state and histories go on.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn encode_passes(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        frame: &Frame<'_>,
+        passes: &[usize],
+    ) -> Result<(), GpuError> {
+        let numbers = FrameNumbers { resets: frame.kind == FrameKind::Cut, ..self.frames.next(frame.kind) };
+        let constants = numbers.constants(frame);
+        let levels = self.host.levels(&self.compiler.device, frame)?;
+        let frame = &Frame { levels: &levels, ..*frame };
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        let groups = self.host.bind(&self.compiler, loaded, frame)?;
+        loaded.set_host_uniforms(frame)?;
+        loaded.due.choose_only(passes);
+        self.begin_frame(encoder, constants, false)?;
+        let loaded = self.loaded.as_mut().ok_or(GpuError::NoPlan)?;
+        let commands = loaded.commands(groups, numbers.index, &constants);
+        commands.clear_zeroed(encoder);
+        for &pass in passes {
+            commands.record(pass..pass + 1, encoder, &mut []);
+        }
+        let written: Vec<Resource> = passes.iter().flat_map(|pass| loaded.plan.passes[*pass].pass.writes()).collect();
+        loaded.uninitialized.retain(|resource| !written.contains(resource));
+        loaded.set_last_constants(None);
+        self.frames.is_fresh = false;
+        Ok(())
     }
 }
 

@@ -64,16 +64,16 @@ fn with_errors<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> (T, Option
 
 /// True if the device gives no memory any more, not even a few bytes.
 fn is_lost(device: &wgpu::Device) -> bool {
-    let probe = || {
-        let probe = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("probe"),
+    let refuses_buffer = || {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("a check of the device"),
             size: wgpu::COPY_BUFFER_ALIGNMENT,
             usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: true,
         });
-        probe.get_mapped_range_mut(..).is_err()
+        buffer.get_mapped_range_mut(..).is_err()
     };
-    with_errors(device, probe).0
+    with_errors(device, refuses_buffer).0
 }
 
 /// Calls a function of wgpu 30 that panics for some errors of a driver: the end of a wait or of an encoder.

@@ -9,7 +9,7 @@ use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, Device, TextureView}
 use crate::bind_group::{PassBindings, Samplers};
 use crate::buffer::buffer;
 use crate::error::GpuError;
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::loaded::bind_groups::BoundPass;
 use crate::executor::loaded::uniforms::Staging;
 use crate::frame_constants::{self, FrameConstants};
@@ -24,7 +24,6 @@ pub(crate) struct Binder {
     /// The constants of the last frame, for shaders that do not take them from immediates: first those of most passes,
     /// then those of passes whose memory begins in that frame.
     frame: Buffer,
-    /// The offsets of both.
     pub(crate) frame_offsets: [u32; 2],
 }
 
@@ -55,7 +54,13 @@ impl Binder {
     }
 
     /// The bind groups and attachments of a pass. `views` are the host's: of all inputs, then of all outputs.
-    pub(crate) fn bind_pass(&self, loaded: &Loaded, index: usize, built: Built, views: &[TextureView]) -> BoundPass {
+    pub(crate) fn bind_pass(
+        &self,
+        loaded: &LoadedPlan,
+        index: usize,
+        built: Built,
+        views: &[TextureView],
+    ) -> BoundPass {
         let mut pass = BoundPass { built, groups: Arc::new([]), attachments: Vec::new() };
         self.bind(loaded, index, views, &mut pass);
         self.attach(loaded, index, views, &mut pass);
@@ -63,7 +68,7 @@ impl Binder {
     }
 
     /// Sets the bind groups of a pass, in the memory of those that it had and that nothing else uses.
-    pub(crate) fn bind(&self, loaded: &Loaded, index: usize, views: &[TextureView], pass: &mut BoundPass) {
+    pub(crate) fn bind(&self, loaded: &LoadedPlan, index: usize, views: &[TextureView], pass: &mut BoundPass) {
         let ring_indices = ring_indices(loaded, index);
         match Arc::get_mut(&mut pass.groups).filter(|groups| groups.len() == ring_indices.len()) {
             Some(groups) => {
@@ -80,7 +85,7 @@ impl Binder {
     }
 
     /// Sets the attachments of a draw; several if the pass binds a history image, one for each ring index.
-    pub(crate) fn attach(&self, loaded: &Loaded, index: usize, views: &[TextureView], pass: &mut BoundPass) {
+    pub(crate) fn attach(&self, loaded: &LoadedPlan, index: usize, views: &[TextureView], pass: &mut BoundPass) {
         let planned = &loaded.plan.passes[index].pass;
         let view = |image, ring_index| loaded.residency.view(image, views, ring_index);
         let ring_indices = ring_indices(loaded, index);
@@ -102,7 +107,7 @@ impl Binder {
 
     fn bind_group(
         &self,
-        loaded: &Loaded,
+        loaded: &LoadedPlan,
         index: usize,
         built: &Built,
         views: &[TextureView],
@@ -124,6 +129,6 @@ impl Binder {
 }
 
 /// All ring indices if the pass binds a history image, or else one.
-fn ring_indices(loaded: &Loaded, index: usize) -> std::ops::Range<u32> {
+fn ring_indices(loaded: &LoadedPlan, index: usize) -> std::ops::Range<u32> {
     0..if loaded.in_rings[index] { loaded.residency.ring_length } else { 1 }
 }

@@ -13,7 +13,7 @@ use crate::executor::bind::formats::HostFormats;
 use crate::executor::bind::host_images::{check_encoding, must_be_drawn};
 use crate::executor::bind::views::choose_views;
 use crate::executor::frame::{Frame, view_of};
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::loaded::bind_groups::{BindGroups, BoundPass};
 use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::previous::PreviousPlan;
@@ -25,7 +25,7 @@ use crate::platform::{scoped, watched};
 pub(crate) struct BindGroupBuilder<'a> {
     pub(crate) binder: &'a Binder,
     pub(crate) pipelines: &'a Pipelines,
-    pub(crate) loaded: &'a Loaded,
+    pub(crate) loaded: &'a LoadedPlan,
 }
 
 /// The changes of a pass for other views of the host.
@@ -231,7 +231,7 @@ fn writable<'a>(pass: &'a mut Arc<BoundPass>, known: &BoundPass) -> &'a mut Boun
 }
 
 /// The attachment's format if the image is an output that is drawn into the host's.
-fn attachment_of_host(loaded: &Loaded, image: ImageId, drawn: &[Option<TextureFormat>]) -> Option<TextureFormat> {
+fn attachment_of_host(loaded: &LoadedPlan, image: ImageId, drawn: &[Option<TextureFormat>]) -> Option<TextureFormat> {
     let ImageBinding::Output(index, _) = &loaded.residency.bindings[image.0 as usize] else { return None };
     drawn[*index]
 }

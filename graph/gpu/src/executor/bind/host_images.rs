@@ -38,16 +38,12 @@ pub(crate) fn check_input(
     check_dimension(port, texture, size, planned.desc)?;
     // A device filters no depth. Only an image that is finite is read by its filter.
     if texture.format().is_depth_stencil_format() && planned.sample_mode == SampleMode::Plain {
-        return Err(unfit(port, "it is a depth, which no device filters: do not promise that it is finite"));
+        return Err(GpuError::unfit(port, "it is a depth, which no device filters: do not promise that it is finite"));
     }
     if texture.usage().contains(TextureUsages::TEXTURE_BINDING) {
         return Ok(());
     }
-    Err(unfit(port, "its texture lacks the usage `TEXTURE_BINDING`"))
-}
-
-fn unfit(port: &str, why: impl Into<String>) -> GpuError {
-    GpuError::UnfitImage { port: port.to_owned(), why: why.into() }
+    Err(GpuError::unfit(port, "its texture lacks the usage `TEXTURE_BINDING`"))
 }
 
 fn wrong_format(port: &str, texture: &Texture, planned: ImageDesc) -> GpuError {
@@ -65,7 +61,7 @@ fn check_samples(port: &str, given: u32, planned: u32) -> Result<(), GpuError> {
         (_, 1) => MULTISAMPLED.into(),
         _ => format!("it has {given} samples in each pixel, and the plan is made for {planned}"),
     };
-    Err(GpuError::UnfitImage { port: port.to_owned(), why })
+    Err(GpuError::unfit(port, why))
 }
 
 /// The reason why a multisampled image does not fit an input that is not declared so.
@@ -82,7 +78,7 @@ fn check_dimension(port: &str, texture: &Texture, size: Size, planned: ImageDesc
         (true, false) => VOLUME.into(),
         (false, true) => "it is no 3-D texture, and the plan is made for a volume".into(),
     };
-    Err(GpuError::UnfitImage { port: port.to_owned(), why })
+    Err(GpuError::unfit(port, why))
 }
 
 /// The reason why a volume does not fit an input that is not declared so.
@@ -94,10 +90,10 @@ pub(crate) fn check_output(plan: &Plan, output: &PlanOutput, view: &TextureView,
     let desc = plan.image(image).desc;
     check_size(plan, port, image, size)?;
     if texture.dimension() != TextureDimension::D2 {
-        return Err(unfit(port, "its texture is not 2-D"));
+        return Err(GpuError::unfit(port, "its texture is not 2-D"));
     }
     if texture.sample_count() > 1 {
-        return Err(unfit(
+        return Err(GpuError::unfit(
             port,
             format!("it has {} samples in each pixel, and outputs have one", texture.sample_count()),
         ));
@@ -111,13 +107,15 @@ pub(crate) fn check_output(plan: &Plan, output: &PlanOutput, view: &TextureView,
         return match texture.usage().contains(TextureUsages::RENDER_ATTACHMENT) {
             true => Ok(()),
             false if texture.format() == texture_format(desc.format) => {
-                Err(unfit(port, "its texture lacks the usages `STORAGE_BINDING` and `RENDER_ATTACHMENT`"))
+                Err(GpuError::unfit(port, "its texture lacks the usages `STORAGE_BINDING` and `RENDER_ATTACHMENT`"))
             }
-            false => Err(unfit(port, "its texture lacks the usage `RENDER_ATTACHMENT`")),
+            false => Err(GpuError::unfit(port, "its texture lacks the usage `RENDER_ATTACHMENT`")),
         };
     }
     match texture.format() == texture_format(desc.format) {
-        true => Err(unfit(port, "its texture lacks the usage `STORAGE_BINDING`, and no draw makes this image")),
+        true => {
+            Err(GpuError::unfit(port, "its texture lacks the usage `STORAGE_BINDING`, and no draw makes this image"))
+        }
         false => Err(wrong_format(port, texture, desc)),
     }
 }
@@ -133,7 +131,7 @@ pub(crate) fn check_encoding(
     let is_encoded = output.state == ColorState::Encoded && transfer != Transfer::Linear;
     let Some(format) = drawn.filter(|format| format.is_srgb() && is_encoded) else { return Ok(()) };
     let port = &output.name;
-    Err(unfit(
+    Err(GpuError::unfit(
         port,
         match transfer {
             Transfer::Pq | Transfer::Hlg => format!(
@@ -163,7 +161,7 @@ pub(crate) fn check_apart(plan: &Plan, views: &[TextureView]) -> Result<(), GpuE
             let both = |pass: &&Pass| pass.reads().contains(&read) && pass.writes().contains(&written);
             if let Some(pass) = plan.work().find(both) {
                 let why = format!("it is the image of input `{name}`, which `{}` reads while it writes", pass.label);
-                return Err(GpuError::UnfitImage { port: output.name.clone(), why });
+                return Err(GpuError::unfit(&output.name, why));
             }
         }
     }

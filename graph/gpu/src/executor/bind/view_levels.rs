@@ -22,7 +22,7 @@ impl ViewLevels {
         let mut levels = Vec::new();
         for (name, view) in frame.views() {
             let count = view.texture().mip_level_count();
-            let unfit = |why: String| GpuError::UnfitImage { port: name.to_owned(), why };
+            let unfit = |why: String| GpuError::unfit(name, why);
             match frame.stated_level(name) {
                 Some(level) if level < count => levels.push((name, level)),
                 Some(level) => return Err(unfit(format!("the level {level} is stated, and its texture has {count}"))),

@@ -6,18 +6,17 @@ use wgpu::TextureView;
 use crate::error::GpuError;
 use crate::executor::bind::host_images::{check_apart, check_input, check_output};
 use crate::executor::frame::{Frame, view_of};
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::loaded::bind_groups::BindGroups;
-use crate::executor::loaded::residency::ImageBinding;
 
 /// The index of the bind groups that were made for exactly this frame's host images.
-pub(crate) fn cached_groups(loaded: &Loaded, frame: &Frame<'_>) -> Option<usize> {
+pub(crate) fn cached_groups(loaded: &LoadedPlan, frame: &Frame<'_>) -> Option<usize> {
     let inputs = loaded.plan.inputs.iter().filter_map(|(name, _)| view_of(frame.inputs, name));
     let outputs = loaded.plan.outputs.iter().filter_map(|output| output_view(loaded, output, frame));
     loaded.bind_groups.find(inputs.chain(outputs), |groups| has_same_views(loaded, groups, frame))
 }
 
-fn has_same_views(loaded: &Loaded, groups: &BindGroups, frame: &Frame<'_>) -> bool {
+fn has_same_views(loaded: &LoadedPlan, groups: &BindGroups, frame: &Frame<'_>) -> bool {
     let (inputs, outputs) = groups.views.split_at(loaded.plan.inputs.len());
     let mut inputs = loaded.plan.inputs.iter().zip(inputs);
     let mut outputs = loaded.plan.outputs.iter().zip(outputs);
@@ -26,11 +25,8 @@ fn has_same_views(loaded: &Loaded, groups: &BindGroups, frame: &Frame<'_>) -> bo
 }
 
 /// The destination of an output: the host's image, or ours.
-fn output_view<'a>(loaded: &'a Loaded, output: &PlanOutput, frame: &Frame<'a>) -> Option<&'a TextureView> {
-    view_of(frame.outputs, &output.name).or_else(|| match &loaded.residency.bindings[output.image.0 as usize] {
-        ImageBinding::Output(_, stored) => Some(&stored.view),
-        _ => None,
-    })
+fn output_view<'a>(loaded: &'a LoadedPlan, output: &PlanOutput, frame: &Frame<'a>) -> Option<&'a TextureView> {
+    view_of(frame.outputs, &output.name).or_else(|| loaded.residency.own_output(output.image))
 }
 
 /// Replaces `views` by those of all inputs, then of all outputs. Those of the last frame are not checked again.
@@ -38,7 +34,7 @@ fn output_view<'a>(loaded: &'a Loaded, output: &PlanOutput, frame: &Frame<'a>) -
 /// # Errors
 /// A view is missing or does not fit the plan.
 pub(crate) fn choose_views(
-    loaded: &Loaded,
+    loaded: &LoadedPlan,
     frame: &Frame<'_>,
     last: Option<&BindGroups>,
     views: &mut Vec<TextureView>,

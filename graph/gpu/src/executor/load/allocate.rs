@@ -105,19 +105,19 @@ impl<'a> Memory<'a> {
     fn buffers(&mut self, plan: &Plan, old: Option<(&Plan, &Residency)>) -> Result<Vec<Buffer>, GpuError> {
         let mut kept: FxHashMap<(&str, u64), &Buffer> = FxHashMap::default();
         if let Some((plan, old)) = old {
-            let lasting = plan.buffers.iter().zip(&old.buffers);
-            let lasting = lasting.filter(|(described, _)| described.life == BufferLife::Persistent);
-            kept.extend(lasting.map(|(described, buffer)| ((described.label.as_str(), described.bytes), buffer)));
+            let persistent = plan.buffers.iter().zip(&old.buffers);
+            let persistent = persistent.filter(|(described, _)| described.life == BufferLife::Persistent);
+            kept.extend(persistent.map(|(described, buffer)| ((described.label.as_str(), described.bytes), buffer)));
         }
         let ranges = buffers_of_ranges(plan);
         let mut buffers = Vec::with_capacity(plan.buffers.len());
         for (index, described) in plan.buffers.iter().enumerate() {
             let id = BufferId(index as u32);
             let usage = if ranges.contains(&id) { USAGE | BufferUsages::INDIRECT } else { USAGE };
-            let lasts = described.life == BufferLife::Persistent;
-            let known = lasts.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
+            let is_persistent = described.life == BufferLife::Persistent;
+            let known = is_persistent.then(|| kept.remove(&(described.label.as_str(), described.bytes))).flatten();
             let known = known.filter(|known| known.usage().contains(usage));
-            if lasts && known.is_none() {
+            if is_persistent && known.is_none() {
                 self.uninitialized.push(Resource::Buffer(id));
             }
             buffers.push(match known {

@@ -23,7 +23,7 @@ use crate::executor::loaded::previous::PreviousPlan;
 use crate::executor::loaded::redraw::Redraw;
 use crate::executor::loaded::residency::Residency;
 use crate::executor::loaded::uniforms::Uniforms;
-use crate::executor::loaded::{HostViews, Loaded, LoadedPass, LoadedPasses, planned_attachment};
+use crate::executor::loaded::{HostViews, LoadedPass, LoadedPasses, LoadedPlan, planned_attachment};
 use crate::heap::{Place, Placed};
 use crate::pipelines::{Built, PipelineRequest, Pipelines};
 use crate::platform::{TaskPool, Worker, watched};
@@ -53,7 +53,7 @@ pub(crate) enum PreparedMemory {
     /// The plan takes all of it from this one, from which it differs in values of uniforms only.
     UniformsOnly(Arc<Plan>),
     /// It is allocated, with what can be reused of the memory of the plan in use.
-    Allocated { loaded: Box<Loaded>, previous: Option<Arc<Residency>> },
+    Allocated { loaded: Box<LoadedPlan>, previous: Option<Arc<Residency>> },
     /// Not at all: which texture of a history is the newest is known in the frame that installs the plan.
     PassesOnly,
 }
@@ -69,14 +69,15 @@ pub(crate) enum Preparing {
 
 /// Compiles plans and allocates their memory.
 #[derive(Clone)]
-pub(crate) struct PlanCompiler {
-    pub(crate) device: Device,
+pub struct PlanCompiler {
+    /// The host's device.
+    pub device: Device,
     pub(crate) queue: Queue,
     pub(crate) binder: Binder,
     pub(crate) pipelines: Arc<Pipelines>,
     pub(crate) compiled: Arc<CompiledPasses>,
-    /// The host's threads, if it has a pool.
-    pub(crate) pool: Option<TaskPool>,
+    /// The host's task pool, if it has one: plans are compiled there, and not on the crate's threads.
+    pub pool: Option<TaskPool>,
     /// True if passes take the frame constants from immediates.
     pub(crate) immediates: bool,
     /// The error of the device when the executor was made, if there was one.
@@ -84,6 +85,21 @@ pub(crate) struct PlanCompiler {
 }
 
 impl PlanCompiler {
+    /// Drops a value on another thread, because freeing memory takes as long as allocating it.
+    pub fn drop_later<T: Send + 'static>(&self, left: T) {
+        drop(Worker::new(self.pool.as_ref(), move || drop(left)));
+    }
+
+    /// Compiles the passes of a plan that may be loaded later, on any thread. `drawn` are the formats of the host's
+    /// images for outputs.
+    pub fn ahead(
+        &self,
+        drawn: Vec<(String, TextureFormat)>,
+    ) -> impl FnOnce(&Arc<Plan>) -> Result<(), GpuError> + Send + use<> {
+        let compiler = self.clone();
+        move |plan| compiler.passes(plan, &PreviousPlan { drawn, ..PreviousPlan::default() }, 1).map(drop)
+    }
+
     /// Compiles the plan with this many threads, and allocates its memory and the bind groups without an image of the
     /// host. Its images keep their offsets in the heap where those still fit.
     pub(crate) fn prepare(
@@ -135,7 +151,7 @@ impl PlanCompiler {
         passes: LoadedPasses,
         before: &PreviousPlan,
         frame: u32,
-    ) -> Result<Loaded, GpuError> {
+    ) -> Result<LoadedPlan, GpuError> {
         let old = before.plan.as_ref().map(|(plan, residency)| (&**plan, &**residency));
         let PlacedPlan { plan, placement } = keep_places(plan, before);
         let old_heap = old.and_then(|(_, residency)| residency.placed.as_ref());
@@ -152,7 +168,7 @@ impl PlanCompiler {
         let explicit_transitions = Arc::new(ExplicitTransitions::new(&plan, &residency, is_drawn.collect()));
         let drawn = self.drawn(&plan, &passes, before)?;
         let persistent = buffers_that_live(&plan, &BufferLife::Persistent);
-        let mut loaded = Loaded {
+        let mut loaded = LoadedPlan {
             zeroed: buffers_that_live(&plan, &BufferLife::Zeroed),
             redraw: Redraw::new(&self.device, &plan, &residency.buffers, &persistent),
             persistent,
@@ -174,6 +190,7 @@ impl PlanCompiler {
             frame_offsets: self.binder.frame_offsets,
             uninitialized,
             shares_old_heap,
+            last_index: 0,
         };
         let mut bound = Vec::with_capacity(loaded.passes.len());
         for (index, pass) in loaded.passes.iter().enumerate() {
@@ -185,7 +202,7 @@ impl PlanCompiler {
     }
 
     /// Makes bind groups for a plan that is loaded.
-    pub(crate) fn bind_groups<'a>(&'a self, loaded: &'a Loaded) -> BindGroupBuilder<'a> {
+    pub(crate) fn bind_groups<'a>(&'a self, loaded: &'a LoadedPlan) -> BindGroupBuilder<'a> {
         BindGroupBuilder { binder: &self.binder, pipelines: &self.pipelines, loaded }
     }
 

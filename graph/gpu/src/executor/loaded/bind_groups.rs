@@ -22,7 +22,6 @@ pub(crate) struct BindGroups {
 }
 
 impl BindGroups {
-    /// Without passes.
     pub(crate) fn new(explicit_transitions: Arc<ExplicitTransitions>) -> Self {
         Self {
             views: Vec::new(),

@@ -124,6 +124,7 @@ impl DuePasses {
 }
 
 /// A buffer of a plan and the passes that write it.
+#[derive(Clone)]
 pub(crate) struct WrittenBuffer {
     pub(crate) index: usize,
     writers: Vec<usize>,

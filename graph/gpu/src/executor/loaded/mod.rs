@@ -4,6 +4,7 @@ pub(crate) mod bind_group_cache;
 pub(crate) mod bind_groups;
 pub(crate) mod due_passes;
 pub(crate) mod explicit_transitions;
+mod inspection;
 pub(crate) mod previous;
 pub(crate) mod redraw;
 pub(crate) mod residency;
@@ -24,12 +25,14 @@ use crate::executor::loaded::explicit_transitions::ExplicitTransitions;
 use crate::executor::loaded::redraw::Redraw;
 use crate::executor::loaded::residency::{ImageBinding, Residency};
 use crate::executor::loaded::uniforms::Uniforms;
+use crate::executor::record::FrameCommands;
 use crate::executor::rectangle::Rectangle;
+use crate::frame_constants::FrameConstants;
 use crate::pipelines::Built;
-use crate::timing::Timing;
+use crate::timing::Timestamps;
 
-/// A plan with its pipelines, memory and bind groups.
-pub(crate) struct Loaded {
+/// The plan in use with its pipelines, memory and bind groups.
+pub struct LoadedPlan {
     pub(crate) plan: Arc<Plan>,
     pub(crate) residency: Arc<Residency>,
     pub(crate) passes: LoadedPasses,
@@ -54,7 +57,7 @@ pub(crate) struct Loaded {
     /// The explicit transitions for these formats.
     pub(crate) explicit_transitions: Arc<ExplicitTransitions>,
     pub(crate) bind_groups: BindGroupCache,
-    pub(crate) timing: Option<Timing>,
+    pub(crate) timing: Option<Timestamps>,
     /// The names of the passes, if they are labeled.
     pub(crate) labels: Option<Vec<String>>,
     /// Offsets of the frame constants in their buffer: for most passes, and for those that use uninitialized memory.
@@ -63,6 +66,8 @@ pub(crate) struct Loaded {
     pub(crate) uninitialized: Vec<Resource>,
     /// True if the previous plan used the same heap.
     pub(crate) shares_old_heap: bool,
+    /// The number of the last frame, which selects the textures of histories.
+    pub(crate) last_index: u32,
 }
 
 /// A view of the host, and the name of its input or output.
@@ -71,7 +76,6 @@ pub(crate) type NamedView = (String, TextureView);
 /// The passes of one plan, which every executor that runs it shares.
 pub(crate) type LoadedPasses = Arc<[LoadedPass]>;
 
-/// One draw or dispatch.
 pub(crate) struct LoadedPass {
     pub(crate) composed: Composed,
     pub(crate) workgroups: [u32; 3],
@@ -107,7 +111,7 @@ impl HostViews {
     }
 }
 
-impl Loaded {
+impl LoadedPlan {
     /// Recorded commands may never run: the next frame records everything that later ones depend on, except histories
     /// and state.
     pub(crate) fn invalidate(&mut self) {
@@ -115,6 +119,52 @@ impl Loaded {
         self.due.invalidate();
         self.shares_old_heap |= self.residency.placed.is_some();
         self.set_last_constants(None);
+    }
+
+    /// Changes bytes of the uniforms from the next frame on. Blocks and rectangles between them are those of that
+    /// frame.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn set_uniforms(&mut self, offset: u64, bytes: &[u8]) {
+        self.uniforms.set(offset, bytes);
+    }
+
+    /// Has the next frame run all passes that run after a change of their uniforms.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn force_on_change(&mut self) {
+        self.due.force_on_change(&self.plan);
+        self.set_last_constants(None);
+    }
+
+    /// The constants of the last frame, if it can be drawn again from the state before it.
+    pub(crate) fn last_constants(&self) -> Option<FrameConstants> {
+        self.redraw.as_ref()?.constants
+    }
+
+    /// Sets the constants of the last frame; `None` if it cannot be drawn again.
+    pub(crate) fn set_last_constants(&mut self, constants: Option<FrameConstants>) {
+        if let Some(redraw) = &mut self.redraw {
+            redraw.constants = constants;
+        }
+    }
+
+    /// The commands of a frame of that number with these bind groups.
+    pub(crate) fn commands<'a>(
+        &'a self,
+        groups: usize,
+        index: u32,
+        constants: &'a FrameConstants,
+    ) -> FrameCommands<'a> {
+        let ring_index = (index % self.residency.ring_length) as usize;
+        FrameCommands { loaded: self, groups: &self.bind_groups[groups], ring_index, constants }
+    }
+
+    /// Drops the bind groups of frames that write an output to a texture of ours.
+    #[doc(hidden)] // For the crate `afterimage`.
+    pub fn drop_bind_groups_of_own_outputs(&mut self) {
+        let Self { plan, residency, bind_groups, .. } = self;
+        let ours: Vec<&TextureView> =
+            plan.outputs.iter().filter_map(|output| residency.own_output(output.image)).collect();
+        bind_groups.retain(|groups| !groups.views[plan.inputs.len()..].iter().any(|view| ours.contains(&view)));
     }
 
     /// True if later frames depend on the next one, besides histories, state and values of parameters. A cut, as the
@@ -151,17 +201,13 @@ impl Loaded {
         let Some(groups) = self.bind_groups.last() else { return Default::default() };
         let (inputs, outputs) = groups.views.split_at(self.plan.inputs.len());
         let inputs = self.plan.inputs.iter().zip(inputs).map(|((name, _), view)| (name.clone(), view.clone()));
-        let is_ours = |image: ImageId, view: &TextureView| {
-            let binding = &self.residency.bindings[image.0 as usize];
-            matches!(binding, ImageBinding::Output(_, own) if own.view == *view)
-        };
         let outputs = self.plan.outputs.iter().zip(outputs);
-        let given = outputs.filter(|(output, view)| !is_ours(output.image, view));
+        let given = outputs.filter(|(output, view)| self.residency.own_output(output.image) != Some(*view));
         (inputs.collect(), given.map(|(output, view)| (output.name.clone(), view.clone())).collect())
     }
 
     /// The plan, and where its images lie.
-    pub(crate) fn placed_plan(&self) -> PlacedPlan {
+    pub fn placed_plan(&self) -> PlacedPlan {
         PlacedPlan { plan: self.plan.clone(), placement: self.residency.placement.clone() }
     }
 

@@ -59,6 +59,14 @@ impl Residency {
         }
     }
 
+    /// Our view of an output, for frames in which the host gives none.
+    pub(crate) fn own_output(&self, image: ImageId) -> Option<&TextureView> {
+        match &self.bindings[image.0 as usize] {
+            ImageBinding::Output(_, stored) => Some(&stored.view),
+            _ => None,
+        }
+    }
+
     /// True if the image is a history image, whose texture rotates every frame.
     pub(crate) fn is_in_ring(&self, image: ImageId) -> bool {
         matches!(self.bindings[image.0 as usize], ImageBinding::Ring(..))

@@ -4,7 +4,7 @@ use afterimage_graph::node::{BufferId, ColorAttachment, DrawContents, DrawRange,
 use wgpu::{CommandEncoder, RenderPass, RenderPipeline};
 
 use crate::executor::host_draw::{HostDraw, host_node};
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::record::FrameCommands;
 use crate::executor::rectangle::Rectangle;
 use crate::full_screen::color_pass;
@@ -99,7 +99,7 @@ fn begin<'e>(
     })
 }
 
-fn draw(loaded: &Loaded, geometry: &Geometry, pass: &mut RenderPass<'_>) {
+fn draw(loaded: &LoadedPlan, geometry: &Geometry, pass: &mut RenderPass<'_>) {
     let buffer = |buffer: BufferId| &loaded.residency.buffers[buffer.0 as usize];
     for (slot, vertices) in geometry.vertices.iter().enumerate() {
         pass.set_vertex_buffer(slot as u32, buffer(vertices.buffer).slice(..));

@@ -8,16 +8,16 @@ use std::ops::Range;
 use wgpu::{CommandEncoder, Device, TextureUses, TextureView};
 
 use crate::executor::host_draw::HostDraw;
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::loaded::bind_groups::BindGroups;
 use crate::executor::loaded::residency::ImageBinding;
 use crate::frame_constants::FrameConstants;
 use crate::layout::Pipeline;
 use crate::store;
-use crate::timing::Timing;
+use crate::timing::Timestamps;
 
 /// Histories and adaptation as they are before a first frame: zero.
-pub(crate) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut CommandEncoder) {
+pub(crate) fn clear_memory(device: &Device, loaded: &LoadedPlan, encoder: &mut CommandEncoder) {
     for buffer in &loaded.persistent {
         encoder.clear_buffer(&loaded.residency.buffers[buffer.index], 0, None);
     }
@@ -29,7 +29,7 @@ pub(crate) fn clear_memory(device: &Device, loaded: &Loaded, encoder: &mut Comma
 
 /// Separates the first frame on a heap from the plan that used it before: after this, the first write of each image
 /// waits for all earlier passes.
-pub(crate) fn separate_from_old_plan(loaded: &Loaded, encoder: &mut CommandEncoder) {
+pub(crate) fn separate_from_old_plan(loaded: &LoadedPlan, encoder: &mut CommandEncoder) {
     let textures = loaded.residency.heap_textures().map(|texture| wgpu::TextureTransition {
         texture,
         selector: None,
@@ -40,7 +40,7 @@ pub(crate) fn separate_from_old_plan(loaded: &Loaded, encoder: &mut CommandEncod
 
 /// One frame of a loaded plan.
 pub(crate) struct FrameCommands<'a> {
-    pub(crate) loaded: &'a Loaded,
+    pub(crate) loaded: &'a LoadedPlan,
     pub(crate) groups: &'a BindGroups,
     /// The position of this frame's images in the rings of histories.
     pub(crate) ring_index: usize,
@@ -117,7 +117,7 @@ impl FrameCommands<'_> {
         index
     }
 
-    fn timing(&self) -> Option<&Timing> {
+    fn timing(&self) -> Option<&Timestamps> {
         self.loaded.timing.as_ref()
     }
 

@@ -5,10 +5,10 @@ use afterimage_plan::{Part, Plan, PlanOutput, RectangleInput};
 
 use crate::error::GpuError;
 use crate::executor::frame::{Frame, view_of};
-use crate::executor::loaded::Loaded;
+use crate::executor::loaded::LoadedPlan;
 use crate::executor::rectangle::Rectangle;
 
-impl Loaded {
+impl LoadedPlan {
     /// Sets the blocks, rectangles and factors of a frame.
     pub(crate) fn set_host_uniforms(&mut self, frame: &Frame<'_>) -> Result<(), GpuError> {
         self.set_blocks(frame)?;
@@ -62,7 +62,7 @@ fn check_stated(plan: &Plan, frame: &Frame<'_>) -> Result<(), GpuError> {
         let is_written = plan.outputs.iter().any(|output| output.name == port && !output.in_rectangle);
         let is_whole = is_read && !plan.rectangles.iter().any(|input| input.name == port);
         if is_whole || is_written && view_of(frame.outputs, port).is_some() {
-            return Err(unfit(port, "the plan was made for the whole image and no factor".into()));
+            return Err(GpuError::unfit(port, "the plan was made for the whole image and no factor"));
         }
     }
     Ok(())
@@ -80,7 +80,10 @@ fn input_uniform(
     check(&input.name, rectangle, size, planned)?;
     let factor = frame.factors.iter().find(|(name, _)| *name == input.name).map_or(1.0, |(_, factor)| *factor);
     if !(factor.is_finite() && factor >= 0.0) {
-        return Err(unfit(&input.name, format!("its factor is {factor}, which must be a number of at least 0")));
+        return Err(GpuError::unfit(
+            &input.name,
+            format!("its factor is {factor}, which must be a number of at least 0"),
+        ));
     }
     Ok(input.uniform([rectangle.x, rectangle.y], [rectangle.width, rectangle.height], factor))
 }
@@ -97,7 +100,10 @@ fn output_rectangle(plan: &Plan, output: &PlanOutput, frame: &Frame<'_>) -> Resu
 fn check(port: &str, rectangle: Rectangle, size: Size, planned: Option<Size>) -> Result<(), GpuError> {
     if !rectangle.lies_in(size) {
         let (width, height) = (size.width, size.height);
-        return Err(unfit(port, format!("its rectangle, {rectangle}, is no part of its {width}x{height} texels")));
+        return Err(GpuError::unfit(
+            port,
+            format!("its rectangle, {rectangle}, is no part of its {width}x{height} texels"),
+        ));
     }
     match planned.filter(|planned| *planned != rectangle.size()) {
         None => Ok(()),
@@ -107,8 +113,4 @@ fn check(port: &str, rectangle: Rectangle, size: Size, planned: Option<Size>) ->
             planned: planned.to_string(),
         }),
     }
-}
-
-fn unfit(port: &str, why: String) -> GpuError {
-    GpuError::UnfitImage { port: port.to_owned(), why }
 }
