@@ -12,9 +12,9 @@ struct DepthOfField {
     focus: f32,
     rings: i32,
     blades: f32,
-    rotation: f32,  // radians
-    strength: f32,  // the radius of the circle of confusion at an infinite distance, in pixels
-    most: f32,      // the largest radius, in pixels
+    rotation: f32,    // radians
+    strength: f32,    // the radius of the circle of confusion at an infinite distance, in pixels
+    max_radius: f32,  // the largest radius, in pixels
     tile: i32,
 }
 
@@ -23,7 +23,7 @@ const DEPTH_OF_FIELD_PI: f32 = 3.14159265;
 // The radius of the circle of confusion in pixels. The gather reads whole pixels and softens the edge of the circle by
 // one: that adds at least the variance of a pixel to the circle's, which is taken off here.
 fn depth_of_field_radius(z: f32, params: DepthOfField) -> f32 {
-    let radius = min(params.strength * abs(z - params.focus) / z, params.most);
+    let radius = min(params.strength * abs(z - params.focus) / z, params.max_radius);
     return sqrt(max(radius * radius - 1.0 / 6.0, 0.0));
 }
 

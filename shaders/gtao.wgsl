@@ -11,7 +11,7 @@ struct Gtao {
     falloff: f32,
     slices: i32,
     steps: i32,
-    most: f32,         // the longest way in pixels of the depth image
+    max_radius: f32,   // the longest way in pixels of the depth image
     is_world: f32,     // 1 if the normals are in the world's space
     stride: f32,       // pixels of the depth image from one texel of the result to the next
 }
@@ -82,7 +82,7 @@ fn gtao_slice(
     let angle = select(-acos(cosine), acos(cosine), dot(tangent, within) >= 0.0);
     let image = vec2f(textureDimensions(depth));
     let way = camera_uv_apart(camera, direction * params.radius, -point.place.z) * image;
-    let limited = way * min(1.0, params.most / max(length(way), 1e-6));
+    let limited = way * min(1.0, params.max_radius / max(length(way), 1e-6));
     if length(limited) < 1.0 { return size * (cos(angle) + angle * sin(angle)); }
     let half_turn = 0.5 * GTAO_PI;
     let lows = vec2f(cos(angle + half_turn), cos(angle - half_turn));

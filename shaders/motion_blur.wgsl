@@ -11,14 +11,14 @@
 struct MotionBlur {
     samples: i32,
     tile: i32,
-    most: f32,     // the longest half of a path, in pixels
-    scale: vec2f,  // from the numbers of the motion image to half of the path in pixels
+    max_radius: f32,  // the longest half of a path, in pixels
+    scale: vec2f,     // from the numbers of the motion image to half of the path in pixels
 }
 
 // Half of the path of a pixel while the shutter is open, in pixels.
 fn motion_blur_limited(motion: vec2f, params: MotionBlur) -> vec2f {
     let path = clamp(motion * params.scale, vec2f(-1e4), vec2f(1e4));
-    return path * min(1.0, params.most / max(length(path), 1e-6));
+    return path * min(1.0, params.max_radius / max(length(path), 1e-6));
 }
 
 // 1 if the first depth is well before the second, 0 if it is not before it.

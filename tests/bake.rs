@@ -1,7 +1,7 @@
 //! Tables in the place of nodes: how close they are to the nodes, when they are filled, what they hold at their ends,
 //! and which nodes become one.
 
-use afterimage::offline::{Session, TableErrors};
+use afterimage::offline::{LutErrors, Session, faults};
 use afterimage_generators::Rng;
 use afterimage_gpu::{Frame, Gpu, LoadedPlan, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph};
@@ -283,8 +283,8 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
     let probed = |size: u32| {
         let options = Options { bake: Some(Bake::Size(size)), ..Options::default() };
         let mut session = Session::new(&gpu, graph.clone(), Facts::default(), options);
-        let all = session.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
-        let [TableErrors { colors, grays }] = all.as_slice() else { panic!("one table and not {}", all.len()) };
+        let all = faults::lut_errors(&mut session, texels.desc.size, std::slice::from_ref(&image)).expect("it renders");
+        let [LutErrors { colors, grays }] = all.as_slice() else { panic!("one table and not {}", all.len()) };
         assert_eq!((colors.len(), grays.len()), (1 << 20, 1 << 16));
         // The published curve, with light at which middle gray is that of the others; and a ramp without a fall.
         let curve = |at: usize| {
@@ -305,7 +305,9 @@ fn a_table_is_compared_with_its_nodes_on_the_device() {
         assert!((0..2).all(|i| (found[i] / seen[i] - 1.0).abs() < 0.2), "{size}: {found:?} and {seen:?}");
     }
     let mut exact = Session::new(&gpu, graph.clone(), Facts::default(), Options { exact: true, ..Options::default() });
-    assert!(exact.table_errors(texels.desc.size, std::slice::from_ref(&image)).expect("it renders").is_empty());
+    assert!(
+        faults::lut_errors(&mut exact, texels.desc.size, std::slice::from_ref(&image)).expect("it renders").is_empty()
+    );
 }
 
 /// The parts of random chains: what they take, and what they give.

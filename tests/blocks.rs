@@ -34,12 +34,19 @@ fn fog() -> NodeKind {
     folder_kind_of(("node.ron", FOG[0]), &[shader]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-params! {
+node_kind! {
     /// The distance of what is seen, by a compute kernel.
     pub struct Distance {
         /// A factor.
         pub scale: f32 = 1.0 => within(0.0..=10.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("depth", "Depth as the projection writes it.").accepts(&[ColorState::Data]),
+        Input::block("eye", &CAMERA, "The camera."),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The distance.").or_input("depth")];
 }
 
 static DISTANCE: Shader = Shader::new(
@@ -61,13 +68,6 @@ fn distance_of(@builtin(global_invocation_id) id: vec3u) {
 );
 
 impl Node for Distance {
-    const INPUTS: &'static [Input] = &[
-        Input::image("depth", "Depth as the projection writes it.").accepts(&[ColorState::Data]),
-        Input::block("eye", &CAMERA, "The camera."),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "The distance.").or_input("depth")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let depth = pass.image("depth");
         let desc = pass.desc(depth).format(Format::Rgba16Float);

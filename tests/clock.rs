@@ -50,7 +50,7 @@ fn benched(gpu: &Gpu, graph: &Graph, samples: u32) -> (FrameTime, serde_json::Va
     (report.frame.time(), serde_json::to_value(&report).expect("names and numbers are JSON"))
 }
 
-/// Only the clock makes a `FrameTime`, and only `Session::frame_time` gives the clock a frame.
+/// Only the clock makes a `FrameTime`, and only `timing::frame_time` gives the clock a frame.
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn measure_and_bench_time_a_frame_by_the_same_function() {
@@ -79,8 +79,8 @@ fn a_frame_is_timed_in_the_memory_of_its_own_plan_whatever_ran_before() {
     session.change(graph, Options::default());
     let plan = session.load(desc.size, &images).expect("the plan is loaded").clone();
     let own = PlacedPlan::new(plan);
-    let kept = session.executor().loaded().expect("a plan is loaded").placed_plan();
+    let kept = session.post().executor().loaded().expect("a plan is loaded").placed_plan();
     assert_ne!(kept.placement, own.placement, "the session keeps the larger heap of the reference");
     let mut timed = session.clone_with_fresh_allocations(&images).expect("the device has room");
-    assert_eq!(timed.executor().loaded().expect("a plan is loaded").placed_plan(), own);
+    assert_eq!(timed.post().executor().loaded().expect("a plan is loaded").placed_plan(), own);
 }

@@ -26,7 +26,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// The output transform of ACES 2.0: tone scale, chroma compression and gamut compression in one operator.
     ///
     /// After the Academy's reference (the CTL of aces-output): the light is limited to AP1, a color appearance model
@@ -53,9 +53,7 @@ params! {
         /// 1000 cd/m2.
         pub middle_gray: MiddleGray = MiddleGray::Matched;
     }
-}
 
-impl Node for Aces2Output {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
@@ -64,7 +62,9 @@ impl Node for Aces2Output {
     )
     .or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for Aces2Output {
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         if self.peak <= 1.0 {
             return Ok(());

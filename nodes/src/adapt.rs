@@ -6,7 +6,7 @@ use crate::metering::{Adaptation, EV100_OF_LUMINANCE, HIGHEST_EV, LOWEST_EV, giv
 
 static SHADER: Shader = shader!("adapt");
 
-params! {
+node_kind! {
     /// Computes the exposure that maps a mean luminance to `key`, and adapts it over time. The result is in stops.
     ///
     /// The adaptation in time and the four numbers of the result are those of `AutoExposure`, so that either kind can
@@ -32,16 +32,16 @@ params! {
         /// still follow the scene; otherwise nothing is metered, and with rates of 0 neither.
         pub hold: bool = false => neutral(false);
     }
-}
 
-impl Node for Adapt {
     const INPUTS: &'static [Input] =
         &[Input::new("mean", PortType::Value, "The result of a `MeanLuminance`.").content("mean-luminance")];
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops, mean, lux, and 1 once they are valid.")
             .content("exposure")];
     const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
+}
 
+impl Node for Adapt {
     fn verify(&self) -> Result<(), String> {
         if self.min_ev <= self.max_ev { Ok(()) } else { Err("`max_ev` must not be below `min_ev`".into()) }
     }

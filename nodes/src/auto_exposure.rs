@@ -16,7 +16,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Computes the exposure that maps the mean log2 luminance to `key`, and adapts it over time.
     ///
     /// The mean is that of the counted pixels between two percentiles. It is cut exactly at the percentiles: a bin that
@@ -83,12 +83,7 @@ params! {
             => within(0.01..=65504.0), usually(0.5..=20.0), unit("luminance"),
                when("highlights", [AutoExposureHighlights::Protect]);
     }
-}
 
-/// Larger than any exposure in stops: with it, highlights never limit the exposure.
-const NO_LIMIT: f32 = 256.0;
-
-impl Node for AutoExposure {
     const INPUTS: &'static [Input] =
         &[Input::new("histogram", PortType::Table, "The result of a `Histogram`, with its range.")
             .content("histogram")];
@@ -104,7 +99,12 @@ impl Node for AutoExposure {
             .content("luminance-range"),
     ];
     const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
+}
 
+/// Larger than any exposure in stops: with it, highlights never limit the exposure.
+const NO_LIMIT: f32 = 256.0;
+
+impl Node for AutoExposure {
     fn verify(&self) -> Result<(), String> {
         if self.min_ev > self.max_ev {
             return Err("`max_ev` must not be below `min_ev`".into());

@@ -6,7 +6,7 @@ use crate::surface;
 
 static SHADER: Shader = shader!("bilateral_blur");
 
-params! {
+node_kind! {
     /// Blurs an image within surfaces, and not over their edges: for occlusion, shadows and other noisy light.
     ///
     /// A Gaussian along one axis and then along the other. A neighbor counts less the farther it lies off the plane of
@@ -21,6 +21,15 @@ params! {
         /// 1 minus the cosine between two normals beyond which nothing counts.
         pub normal_threshold: f32 = 0.3 => within(0.001..=2.0), usually(0.05..=1.0), when_wired("normal", true);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image.").accepts(STATES),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
+        Input::image("normal", "Normals of any length, in x, y and z.").accepts(&[ColorState::Data]).optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 }
 
 const STATES: &[ColorState] =
@@ -53,15 +62,6 @@ struct Reads {
 }
 
 impl Node for BilateralBlur {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image.").accepts(STATES),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
-        Input::image("normal", "Normals of any length, in x, y and z.").accepts(&[ColorState::Data]).optional(),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.radius == 0 || inputs.is_zero("source")
     }

@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("cas");
 
-params! {
+node_kind! {
     /// Sharpens an image for a display, less where there is much contrast already: contrast adaptive sharpening.
     ///
     /// Lottes, "FidelityFX CAS", AMD, 2019: each pixel minus a share of the four next to it, with a weight from the
@@ -22,15 +22,15 @@ params! {
         /// that are not sharpened.
         pub white: f32 = 1.0 => within(0.5..=128.0), usually(1.0..=16.0);
     }
-}
 
-impl Node for Cas {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, after the tone curve.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The sharper image.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
+}
 
+impl Node for Cas {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || inputs.is_zero("source")
     }

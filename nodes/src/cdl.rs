@@ -9,7 +9,7 @@ use afterimage_color::lut::{ColorCorrection, LutError, parse_correction};
 
 static SHADER: Shader = shader!("cdl");
 
-params! {
+node_kind! {
     /// An ASC color decision list: slope, offset, power and saturation, as cameras and grading programs exchange them.
     ///
     /// `(source * slope + offset)^power`, then `saturation` scales the distance from the gray of the same luminance.
@@ -32,9 +32,7 @@ params! {
         /// Factor of the distance from gray. 0 is gray, 1 changes nothing.
         pub saturation: f32 = 1.0 => within(0.0..=4.0), usually(0.0..=2.0), neutral(1.0);
     }
-}
 
-impl Node for Cdl {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The image, in the color state that the list was made for.").accepts(&[
             ColorState::Exposed,
@@ -44,7 +42,9 @@ impl Node for Cdl {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The graded image.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { non_negative: false, ..Invariants::OF_COLOR };
+}
 
+impl Node for Cdl {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.values().is_ok_and(|values| values == ColorCorrection::NEUTRAL)
     }

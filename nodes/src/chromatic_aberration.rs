@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("chromatic_aberration");
 
-params! {
+node_kind! {
     /// Moves red and blue outwards or inwards, so that edges far from the center have colored fringes.
     ///
     /// A lens magnifies colors differently (lateral chromatic aberration). A channel of the pixel at a place p from
@@ -24,9 +24,7 @@ params! {
         /// The optical center, from the center of the image.
         pub center: [f32; 2] = [0.0, 0.0] => within(-0.5..=0.5), unit("uv");
     }
-}
 
-impl Node for ChromaticAberration {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, best before the tone curve.").accepts(&[
         ColorState::Scene,
         ColorState::Exposed,
@@ -36,7 +34,9 @@ impl Node for ChromaticAberration {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with fringes.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
+}
 
+impl Node for ChromaticAberration {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || self.red == 0.0 && self.blue == 0.0 || inputs.is_zero("source")
     }

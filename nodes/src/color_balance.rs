@@ -7,7 +7,7 @@ use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("color_balance");
 
-params! {
+node_kind! {
     /// Tints shadows, midtones and highlights separately, and scales the channels.
     ///
     /// The channels are multiplied first. Then the shift of each range is added, with weights that depend on luminance
@@ -26,15 +26,15 @@ params! {
         /// `multiply`.
         pub keep_luminance: bool = true => live();
     }
-}
 
-impl Node for ColorBalance {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve, preferably encoded.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The tinted image, 0 or more.").or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for ColorBalance {
     fn is_identity(&self, _: &InputValues) -> bool {
         let still = [self.shadows, self.midtones, self.highlights] == [[0.0; 3]; 3];
         still && self.multiply == [1.0; 3]

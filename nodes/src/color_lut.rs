@@ -24,7 +24,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Grades by a look-up table or another color file.
     ///
     /// The file is a `.cube` table, a PNG with tiles or in HALD layout, or a `.clf` file in Common LUT Format (version
@@ -67,9 +67,7 @@ params! {
         /// Share of the table's result, in the space of `to`. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
-}
 
-impl Node for ColorLut {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The image. Without `from`, in the state that the table was made for.").accepts(&[
             ColorState::Exposed,
@@ -79,7 +77,9 @@ impl Node for ColorLut {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The graded image.").or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for ColorLut {
     fn is_identity(&self, _: &InputValues) -> bool {
         let keeps = self.state == LutState::Source;
         let does_nothing = || self.is_plain() && self.shaper == Shaper::None && self.decoded().is_identity;
@@ -136,7 +136,7 @@ struct ProcessKey {
     shaper: Shaper,
     shape: Shape,
     interpolation: Interpolation,
-    is_light: bool,
+    is_extended: bool,
 }
 
 impl ColorLut {
@@ -181,14 +181,14 @@ impl ColorLut {
         let source = pass.color("source").colorimetry;
         let result = pass.output_color("result").colorimetry.primaries;
         let (from, to, state, white_nits) = (self.from, self.to, self.state, f64::from(self.white_nits));
-        let is_light = pass.output_color("result").state.signedness() == Signedness::Extended;
+        let is_extended = pass.output_color("result").state.signedness() == Signedness::Extended;
         let key = ProcessKey {
             conversion: Conversion { from, to, state, white_nits, source, result },
             layout: self.layout,
             shaper: self.shaper,
             shape: self.shape(),
             interpolation: self.interpolation,
-            is_light: is_light && !self.is_plain(),
+            is_extended: is_extended && !self.is_plain(),
         };
         let make = || ProcessPass::new(key, process());
         let known = match &self.file.bytes {
@@ -204,7 +204,7 @@ impl ColorLut {
     fn record_table(&self, pass: &mut Recorder<'_>, decoded: &Decoded, lut: &Lut) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let half = self.precision == LutPrecision::Fast && !pass.exact();
+        let half = self.precision == LutPrecision::Fast && !pass.exact;
         let ([curve_low, curve_scale], [cube_low, cube_scale]) = (domain(&lut.curve), domain(&lut.cube));
         let shape = self.shape();
         let kernel = pass
@@ -265,7 +265,7 @@ impl ProcessPass {
 
     fn new(of: ProcessKey, process: Process) -> Self {
         let mut parts = of.conversion.around(process);
-        parts.is_scene_light = of.is_light;
+        parts.is_scene_light = of.is_extended;
         let (text, textures) = function(Self::FUNCTION, &parts);
         Self { of, shader: Arc::new(Shader::loaded("color_lut.wgsl".into(), text)), images: textures.images() }
     }

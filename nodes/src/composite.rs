@@ -19,7 +19,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Combines light with an image: bloom before the tone curve, or glare in display-linear light after it.
     ///
     /// Both images must be in the same color state. The light may have any size and is resampled; light of the size of
@@ -37,6 +37,13 @@ params! {
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the bloom"),
                when("filter", [UpsampleFilter::Tent]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("base", "The image.").accepts(STATES),
+        Input::image("bloom", "The light to combine with it, of any size.").accepts(STATES).optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("base"), "The image with the light.").or_input("base")];
 }
 
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
@@ -71,13 +78,6 @@ impl Composite {
 }
 
 impl Node for Composite {
-    const INPUTS: &'static [Input] = &[
-        Input::image("base", "The image.").accepts(STATES),
-        Input::image("bloom", "The light to combine with it, of any size.").accepts(STATES).optional(),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("base"), "The image with the light.").or_input("base")];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let adds_nothing = inputs.is_zero("bloom") && (self.blend != CompositeBlend::Mix || inputs.is_zero("base"));
         self.strength == 0.0 || inputs.is_absent("bloom") || adds_nothing
@@ -90,7 +90,7 @@ impl Node for Composite {
         let strength = if wired { self.factor() } else { 0.0 };
         // A black base has no size.
         let size = if pass.is_zero("base") {
-            pass.frame_size()
+            pass.frame_size
         } else {
             let base = pass.image("base");
             pass.desc(base).size

@@ -14,7 +14,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Scales the distance of values from a pivot, which stays constant.
     ///
     /// `Log` is `pivot * (x / pivot)^amount`. `Linear` is `(x - pivot) * amount + pivot`, clipped at 0.
@@ -26,16 +26,16 @@ params! {
         /// The value that stays constant: 0.18 is middle gray in light, 0.5 the middle of encoded values.
         pub pivot: f32 = 0.18 => within(0.01..=16.0), usually(0.05..=0.6);
     }
-}
 
-impl Node for Contrast {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light, or an image after the tone curve.")
         .accepts(&[ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with its new contrast, 0 or more.")
             .or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
+impl Node for Contrast {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 1.0
     }

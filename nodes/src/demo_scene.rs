@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3, dvec3};
 static LIBRARY: Library = Library::new(afterimage_shaders::DEMO);
 static SHADER: Shader = shader!("demo_scene").with_library(&LIBRARY);
 
-params! {
+node_kind! {
     /// The built-in scene: a loft at golden hour, with a dim room, a bright window, a low sun, neon and fine detail.
     ///
     /// The shader traces rays through analytic shapes, so the scene needs no files and has any size. Equal parameters
@@ -39,10 +39,7 @@ params! {
         /// The distance of the focus along the view axis.
         pub focus: f32 = 4.0 => within(0.1..=1000.0), usually(0.5..=20.0), unit("m"), unless("aperture", [0.0f32]);
     }
-}
 
-impl Node for DemoScene {
-    const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::image(
             "result",
@@ -72,9 +69,11 @@ impl Node for DemoScene {
         ),
     ];
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for DemoScene {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         let kernels = [
             ("result", "demo_scene"),
             ("depth", "demo_scene_depth"),

@@ -8,7 +8,7 @@ use crate::tiles::{self, Vectors};
 
 static SHADER: Shader = shader!("depth_of_field");
 
-params! {
+node_kind! {
     /// Blurs what is nearer or farther than the focus, as a lens does.
     ///
     /// The circle of confusion on the sensor has the diameter F^2 / N / (s - F) |z - s| / z, for the focal length F,
@@ -41,6 +41,13 @@ params! {
         /// The direction of a corner of the aperture.
         pub rotation: f32 = 0.0 => within(-360.0..=360.0), unit("degrees");
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
 }
 
 impl DepthOfField {
@@ -52,30 +59,22 @@ impl DepthOfField {
     }
 }
 
-/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     strength: f64,
-    most: f64,
+    max_radius: f64,
     tile: u32,
     rotation: f64,
 }
 
 impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
-        let pass = pass.set("strength", self.strength).set("most", self.most).set("tile", self.tile);
+        let pass = pass.set("strength", self.strength).set("max_radius", self.max_radius).set("tile", self.tile);
         pass.set("rotation", self.rotation)
     }
 }
 
 impl Node for DepthOfField {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image in focus.").or_input("source")];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || self.largest == 0.0 || inputs.is_zero("source")
     }
@@ -84,10 +83,10 @@ impl Node for DepthOfField {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
         let height = f64::from(desc.size.height);
-        let most = f64::from(self.largest) * height;
-        let tile = tiles::side(most);
+        let max_radius = f64::from(self.largest) * height;
+        let tile = tiles::side(max_radius);
         let rotation = f64::from(self.rotation).to_radians();
-        let numbers = Numbers { strength: self.strength(height), most, tile, rotation };
+        let numbers = Numbers { strength: self.strength(height), max_radius, tile, rotation };
         let depth = surface::at_size(pass, "depth", desc.size);
         let circle = pass.transient("circle", desc);
         numbers.set(pass.function(&SHADER, "depth_of_field_circle").read("depth", depth)).write_to(circle);

@@ -7,7 +7,7 @@ static SHADER: Shader = shader!("dither");
 /// Half floats keep codes apart up to this many bits, also on devices that round toward 0.
 const HALF_BITS: u32 = 10;
 
-params! {
+node_kind! {
     /// Quantizes an encoded image to the codes of a file or a display, with noise against banding.
     ///
     /// The noise has a triangular distribution, so neither the mean nor the variance of the error depends on the image.
@@ -26,14 +26,14 @@ params! {
         /// Selects the noise.
         pub seed: u32 = 0 => within(0.0..=65535.0), live();
     }
-}
 
-impl Node for Dither {
     const INPUTS: &'static [Input] = &[Input::image("source", "The encoded image.").accepts(&[ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image in exact codes, 0 to 1.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for Dither {
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let bits = self.bits;
         let keeps = match format {

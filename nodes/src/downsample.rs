@@ -39,7 +39,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Makes a pyramid of images, each half the size of the previous one.
     ///
     /// The first level is half the size of the source. Sizes are rounded down and at least 1.
@@ -62,6 +62,12 @@ params! {
         /// How the first halving limits single very bright pixels. Brightness is the largest channel.
         pub firefly: Firefly = Firefly::Off => neutral(Firefly::Off);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
+        Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
+    ];
 }
 
 impl DownsampleFilter {
@@ -167,14 +173,8 @@ impl Downsample {
 }
 
 impl Node for Downsample {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image to downsample.")];
-    const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels, finest first."),
-        Output::image("coarsest", OutputState::same("source"), "The coarsest level: a small image for wide blurs."),
-    ];
-
-    fn invariants(&self) -> Invariants {
-        Invariants { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..Invariants::DEFAULT }
+    fn invariants(&self, declared: Invariants) -> Invariants {
+        Invariants { keeps_constant: true, keeps_sum: self.firefly == Firefly::Off, ..declared }
     }
 
     fn is_identity(&self, inputs: &InputValues) -> bool {
@@ -184,7 +184,7 @@ impl Node for Downsample {
     fn record(&self, pass: &mut Recorder<'_>) {
         let mut above = pass.image("source");
         let mut desc = ImageDesc::new(pass.desc(above).size);
-        let more = octaves(pass.frame_size(), self.lines).ceil() as i64;
+        let more = octaves(pass.frame_size, self.lines).ceil() as i64;
         let count = (i64::from(self.levels) + more).min(i64::from(desc.size.levels())).max(1);
         for index in 0..count {
             desc = desc.half();

@@ -24,7 +24,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Maps HDR light that was made for one peak to a display with a lower one.
     ///
     /// The electrical-electrical transfer function of ITU-R BT.2390 (section 5.4): in PQ, light below a knee stays the
@@ -44,16 +44,16 @@ params! {
         /// What the curve is applied to.
         pub on: EetfOn = EetfOn::Largest;
     }
-}
 
-impl Node for Eetf {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Display-linear light up to `source_nits`.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "Display-linear light up to `peak_nits`.")
             .or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for Eetf {
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let peak_nits = self.peak_nits.min(self.source_nits).into();
         DisplayRange { white_nits: self.white_nits.into(), peak_nits }.suits(display)

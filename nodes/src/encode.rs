@@ -46,7 +46,7 @@ impl Primaries {
     }
 }
 
-params! {
+node_kind! {
     /// Encodes display-linear light for a file or a display. A pipeline needs exactly one of these nodes.
     ///
     /// The result is stored in half floats unless `format` says otherwise, so that a `Dither` after it reads unrounded
@@ -75,15 +75,15 @@ params! {
             => within(100.0..=10000.0), usually(400.0..=4000.0), unit("cd/m2"), replans(),
                when("transfer", [Transfer::Pq, Transfer::Hlg]);
     }
-}
 
-impl Node for Encode {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Display-linear light.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal, 0 to 1.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
+impl Node for Encode {
     fn color(&self) -> ColorChange {
         let primaries = self.primaries.space();
         let (white, peak) = (f64::from(self.white_nits), f64::from(self.peak_nits));

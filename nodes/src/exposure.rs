@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("exposure");
 
-params! {
+node_kind! {
     /// Scales scene light by 2^stops, so that the tone curve maps the important part of it well.
     ///
     /// With `meter` wired, the x of that value is added to `stops`: it is the exposure that a metering node computed.
@@ -14,9 +14,7 @@ params! {
         /// Exponent of the factor: 1 doubles the light, -1 halves it, 0 changes nothing.
         pub stops: f32 = 0.0 => within(-24.0..=24.0), usually(-6.0..=6.0), unit("stops"), neutral(0.0);
     }
-}
 
-impl Node for Exposure {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "Scene light.").accepts(&[ColorState::Scene]),
         Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
@@ -28,7 +26,9 @@ impl Node for Exposure {
         &[Output::image("result", OutputState::Always(ColorState::Exposed), "The light times 2^stops, at most 65504.")
             .or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
+impl Node for Exposure {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.stops == 0.0 && inputs.is_absent("meter")
     }

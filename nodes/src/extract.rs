@@ -4,7 +4,6 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("extract");
 
-/// The states of light.
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
 
 choices! {
@@ -47,7 +46,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Selects the light that bloom spreads: the color of the source times a weight.
     ///
     /// Place it after the exposure, so that the threshold is a display brightness and does not depend on the units of
@@ -77,6 +76,20 @@ params! {
         /// Factor of the result. 1 changes nothing.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=4.0), neutral(1.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
+        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
+        Output::image(
+            "peaks",
+            OutputState::same("source"),
+            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame. Its size is \
+             rounded up.",
+        ),
+    ];
 }
 
 /// Values of the shader's parameters: threshold, knee and intensity.
@@ -124,20 +137,6 @@ impl Extract {
 }
 
 impl Node for Extract {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, exposed if the threshold is a display brightness.").accepts(STATES),
-        Input::image("before", "For `fireflies: Limit`: `peaks` of the previous frame.").accepts(STATES).optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The selected light, black elsewhere."),
-        Output::image(
-            "peaks",
-            OutputState::same("source"),
-            "The largest channel of each 2x2 pixels of the source, in red: for `before` of the next frame. Its size is \
-             rounded up.",
-        ),
-    ];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         // With `method: All` it still has peaks, so the source does not replace it.
         inputs.is_zero("source")
@@ -148,7 +147,7 @@ impl Node for Extract {
         let result = ImageDesc::new(pass.desc(source).size);
         if pass.is_output_used("peaks") {
             let peaks = ImageDesc::new(result.size.div_up(2)).format(Format::R16Float);
-            pass.function(&SHADER, "extract_peaks").by_square("extract_peaks_of_square").write("peaks", peaks);
+            pass.function(&SHADER, "extract_peaks").quad_variant("extract_peaks_of_square").write("peaks", peaks);
         }
         let light = match self.fireflies {
             Fireflies::Keep => source,

@@ -6,7 +6,7 @@ use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("film_grain");
 
-params! {
+node_kind! {
     /// Adds film grain: random, but equal on every device for equal seeds and frames.
     ///
     /// The grain is strongest in midtones and fades to zero at black and white, so it never clips. The mean of a flat
@@ -31,15 +31,15 @@ params! {
         /// Selects the grain.
         pub seed: u32 = 0 => within(0.0..=65535.0), live();
     }
-}
 
-impl Node for FilmGrain {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image after the tone curve.")
         .accepts(&[ColorState::DisplayLinear, ColorState::Encoded])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with grain.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for FilmGrain {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }

@@ -7,7 +7,7 @@ use crate::surface;
 
 static SHADER: Shader = shader!("fog");
 
-params! {
+node_kind! {
     /// Puts fog between the camera and the scene: uniform, or thinner with the height, lit by the sky and by the sun.
     ///
     /// Along each ray the light of the scene is multiplied by exp(-optical depth), and the rest is `color` plus
@@ -44,9 +44,7 @@ params! {
         /// Vertical field of view of the camera, if none is wired.
         pub fov: f32 = 46.0 => within(1.0..=170.0), usually(20.0..=110.0), unit("degrees"), when_wired("camera", false);
     }
-}
 
-impl Node for Fog {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene, ColorState::Exposed]),
         Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
@@ -55,7 +53,9 @@ impl Node for Fog {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The scene in fog.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for Fog {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.density == 0.0 || self.most == 0.0
     }

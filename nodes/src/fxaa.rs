@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Smooths the steps of edges in a finished image, from its colors alone: FXAA.
     ///
     /// Lottes, "FXAA", NVIDIA, 2009, in the form of FXAA 3.11 for quality. An edge is found by its contrast, followed
@@ -37,6 +37,10 @@ params! {
         pub search: FxaaSearch = FxaaSearch::Long
             => quality(FxaaSearch::Long, [FxaaSearch::Medium, FxaaSearch::Short]);
     }
+
+    const INPUTS: &'static [Input] = antialiasing::INPUTS;
+    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 }
 
 impl Fxaa {
@@ -53,10 +57,6 @@ impl Fxaa {
 }
 
 impl Node for Fxaa {
-    const INPUTS: &'static [Input] = antialiasing::INPUTS;
-    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
-    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
     }

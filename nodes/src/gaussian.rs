@@ -31,8 +31,8 @@ choices! {
 
 /// Declares a kind with the parameters of a blur.
 macro_rules! blur {
-    ($(#[doc = $doc:literal])* $kind:ident { $($own:tt)* }) => {
-        params! {
+    ($(#[doc = $doc:literal])* $kind:ident { $($own:tt)* } $($ports:tt)*) => {
+        node_kind! {
             $(#[doc = $doc])*
             pub struct $kind {
                 /// The weights.
@@ -51,6 +51,8 @@ macro_rules! blur {
                        when("kernel", [GaussianKernel::Sigma]);
                 $($own)*
             }
+
+            $($ports)*
         }
 
         impl $kind {
@@ -80,6 +82,17 @@ blur! {
         /// sigma of 64 texels at most. With 0, it is meant for every source.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").accepts(&[
+        ColorState::Scene,
+        ColorState::Exposed,
+        ColorState::LogLuminance,
+        ColorState::DisplayLinear,
+        ColorState::Data,
+    ])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
 }
 
 blur! {
@@ -95,6 +108,12 @@ blur! {
         /// every frame.
         pub lines: u32 = 0 => within(0.0..=16384.0), unit("pixels");
     }
+
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
+            .or_input("source")];
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 }
 
 /// At this sigma and below, all but 4e-6 of the weight is at the center.
@@ -142,7 +161,6 @@ impl Blur {
         self.along(pass, [0, 1], between, result);
     }
 
-    /// Blurs along one axis.
     pub(crate) fn along(&self, pass: &mut Recorder<'_>, axis: [u32; 2], source: ImageId, result: ImageId) {
         let direction = if axis[0] == 1 { "across" } else { "down" };
         let size = pass.desc(result).size;
@@ -157,17 +175,6 @@ impl Blur {
 }
 
 impl Node for Gaussian {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image to blur.").accepts(&[
-        ColorState::Scene,
-        ColorState::Exposed,
-        ColorState::LogLuminance,
-        ColorState::DisplayLinear,
-        ColorState::Data,
-    ])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The blurred image.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
     }
@@ -182,18 +189,12 @@ impl Node for Gaussian {
 }
 
 impl Node for GaussianPyramid {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to blur.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The blurred levels, finest first.")
-            .or_input("source")];
-    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source") || self.blur(1.0, 0.0).changes_nothing()
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
-        let octaves = octaves(pass.frame_size(), self.lines);
+        let octaves = octaves(pass.frame_size, self.lines);
         let scale = (octaves - octaves.ceil()).exp2() as f32;
         for (index, source) in pass.pyramid("source").iter().enumerate() {
             let desc = ImageDesc::new(pass.desc(*source).size);

@@ -2,7 +2,6 @@
 
 /// The weight at offset i is `scale * 2^(falloff * i^2)`. All weights within the radius sum to 1.
 pub(crate) struct GaussianWeights {
-    /// The largest offset.
     pub(crate) radius: u32,
     /// Factor of the squared offset in the exponent; negative.
     pub(crate) falloff: f64,

@@ -6,7 +6,7 @@ use crate::gaussian_weights::GaussianWeights;
 
 static SHADER: Shader = shader!("grid_blur");
 
-params! {
+node_kind! {
     /// Blurs a bilateral grid by a Gaussian along x, y and luminance.
     ///
     /// Cells outside of the grid are empty. Sums and weights are blurred alike, so their quotient is a mean of existing
@@ -18,19 +18,19 @@ params! {
         pub sigma: [f32; 3] = [2.5, 1.25, 4.0]
             => within(0.0..=16.0), usually(0.0..=4.0), unit("cells"), neutral([0.0f32; 3]);
     }
-}
 
-const REACH: f32 = 3.0;
-const GROUP: [u32; 3] = [8, 8, 4];
-
-impl Node for GridBlur {
     const INPUTS: &'static [Input] =
         &[Input::new("source", PortType::Volume, "The result of a `GridBuild`.").content("bilateral-grid")];
     const OUTPUTS: &'static [Output] =
         &[Output::new("result", PortType::Volume, OutputState::same("source"), "The blurred grid.")
             .content("bilateral-grid")
             .or_input("source")];
+}
 
+const REACH: f32 = 3.0;
+const GROUP: [u32; 3] = [8, 8, 4];
+
+impl Node for GridBlur {
     fn is_identity(&self, _: &InputValues) -> bool {
         GaussianWeights::of_axes(&self.sigma, REACH, false).next().is_none()
     }

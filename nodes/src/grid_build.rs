@@ -19,7 +19,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Builds a bilateral grid: cells over x, y and log2 luminance (Chen, Paris and Durand, 2007).
     ///
     /// A cell holds the sum of the log2 luminance of its pixels from the middle of the range, and their number, both
@@ -48,6 +48,22 @@ params! {
         /// Sampling stride, as of `Histogram`. The other pixels are ignored.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The exposed image, or the scene with `meter`.")
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+            .content("exposure")
+            .only_x()
+            .optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[Output::new(
+        "result",
+        PortType::Volume,
+        OutputState::Always(ColorState::Data),
+        "Sums, weights and the range.",
+    )
+    .content("bilateral-grid")];
 }
 
 /// The value of a full cell: as much of the range of half floats as leaves room for 64 stops.
@@ -109,22 +125,6 @@ impl GridBuild {
 }
 
 impl Node for GridBuild {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed image, or the scene with `meter`.")
-            .accepts(&[ColorState::Exposed, ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
-            .content("exposure")
-            .only_x()
-            .optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[Output::new(
-        "result",
-        PortType::Volume,
-        OutputState::Always(ColorState::Data),
-        "Sums, weights and the range.",
-    )
-    .content("bilateral-grid")];
-
     fn verify(&self) -> Result<(), String> {
         let [lo, hi] = self.range();
         if lo < hi { Ok(()) } else { Err("`hi` must be above `lo` by at least 1/64".into()) }

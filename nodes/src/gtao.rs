@@ -7,7 +7,7 @@ use crate::visibility::{self, Occlusion, OcclusionSize};
 
 static SHADER: Shader = shader!("gtao");
 
-params! {
+node_kind! {
     /// Darkens corners and gaps, which less of the light around them reaches: ambient occlusion from depth.
     ///
     /// For each pixel, slices of the hemisphere over the surface are searched for the highest horizon to both sides;
@@ -42,13 +42,13 @@ params! {
         /// The space that `normal` is in.
         pub space: NormalSpace = NormalSpace::View => when_wired("normal", true);
     }
-}
 
-impl Node for Gtao {
     const INPUTS: &'static [Input] = visibility::INPUTS;
     const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for Gtao {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }
@@ -66,6 +66,6 @@ impl Node for Gtao {
             denoise: self.denoise,
             space: self.space,
         };
-        occlusion.record(pass, &[("most", longest)]);
+        occlusion.record(pass, &[("max_radius", longest)]);
     }
 }

@@ -7,7 +7,7 @@ use crate::gaussian::{Blur, GaussianKernel, GaussianTaps};
 
 static SHADER: Shader = shader!("halation");
 
-params! {
+node_kind! {
     /// Spreads a share of the light around bright places, most of the red: halation, as film without a backing has it.
     ///
     /// Light that passes the emulsion is reflected by the back of the film's base and exposes it again, from below:
@@ -22,6 +22,15 @@ params! {
         /// Standard deviation of the glow, in heights of the image. On 35 mm film it is near 0.01.
         pub radius: f32 = 0.01 => within(0.0..=0.25), usually(0.0..=0.05), unit("heights"), replans();
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image, before the tone curve.").accepts(&[
+        ColorState::Scene,
+        ColorState::Exposed,
+        ColorState::DisplayLinear,
+    ])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image with the glow.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
 }
 
 /// The widest blur that is made at one resolution, in texels. A wider one is made at half of it.
@@ -50,15 +59,6 @@ fn scale(side: u32, whole: u32) -> f32 {
 }
 
 impl Node for Halation {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image, before the tone curve.").accepts(&[
-        ColorState::Scene,
-        ColorState::Exposed,
-        ColorState::DisplayLinear,
-    ])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with the glow.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { keeps_constant: true, keeps_sum: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || self.radius == 0.0 || self.tint == [0.0; 3] || inputs.is_zero("source")
     }

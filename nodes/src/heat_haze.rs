@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("heat_haze");
 
-params! {
+node_kind! {
     /// Wavers as hot air does, where a mask states that the air is hot.
     ///
     /// The light of a pixel comes from a place next to it, by two octaves of noise that rise through the image with the
@@ -22,9 +22,7 @@ params! {
         /// The height of a swirl, as a multiple of its width.
         pub shape: f32 = 1.6 => within(0.25..=4.0), usually(1.0..=2.5);
     }
-}
 
-impl Node for HeatHaze {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The image.").accepts(&[
             ColorState::Scene,
@@ -38,7 +36,9 @@ impl Node for HeatHaze {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image behind hot air.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
+}
 
+impl Node for HeatHaze {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || inputs.is_zero("mask") || inputs.is_zero("source")
     }

@@ -6,7 +6,7 @@ use crate::metering::{HIGHEST_LOG2, LOWEST_LOG2, MeteringWeight, image_or_nothin
 
 static SHADER: Shader = shader!("histogram");
 
-params! {
+node_kind! {
     /// Counts the pixels of each luminance in bins of equal width in stops.
     ///
     /// Every pixel is counted once, with its full weight. Bin 0 holds the pixels that the meter ignores: those at or
@@ -49,6 +49,26 @@ params! {
             => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights"),
                unless("weight", [MeteringWeight::Uniform]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the exposure.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("albedo", "Diffuse albedo, linear; alpha 0 excludes a pixel: sky, lamps, metal.")
+            .accepts(&[ColorState::Data, ColorState::Scene])
+            .optional(),
+        Input::image("mask", "The weight of each pixel, 0 to 1, in red.")
+            .accepts(&[ColorState::Data, ColorState::Scene])
+            .optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("result", PortType::Table, OutputState::Nothing, "The range and the bins.").content("histogram"),
+        Output::new(
+            "brightest",
+            PortType::Value,
+            OutputState::Nothing,
+            "x: the largest channel of all counted pixels; y, z: the range in log2; w: the number of bins.",
+        )
+        .content("brightest"),
+    ];
 }
 
 /// Number of floats before the bins.
@@ -70,26 +90,6 @@ impl Histogram {
 }
 
 impl Node for Histogram {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, before the exposure.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("albedo", "Diffuse albedo, linear; alpha 0 excludes a pixel: sky, lamps, metal.")
-            .accepts(&[ColorState::Data, ColorState::Scene])
-            .optional(),
-        Input::image("mask", "The weight of each pixel, 0 to 1, in red.")
-            .accepts(&[ColorState::Data, ColorState::Scene])
-            .optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Table, OutputState::Nothing, "The range and the bins.").content("histogram"),
-        Output::new(
-            "brightest",
-            PortType::Value,
-            OutputState::Nothing,
-            "x: the largest channel of all counted pixels; y, z: the range in log2; w: the number of bins.",
-        )
-        .content("brightest"),
-    ];
-
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }

@@ -13,7 +13,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Color and depth that the host draws, with one sample in each pixel.
     ///
     /// The plan makes the images and clears them, and the host records the draws: `Post::encode_drawing` takes them by
@@ -29,9 +29,15 @@ params! {
         /// Whether the near plane has depth 1, so that the depth begins with 0; else it begins with 1.
         pub reversed: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Scene), "The color."),
+        Output::image("depth", OutputState::Always(ColorState::Data), "What the projection writes, in x.")
+            .or(Fallback::Absent),
+    ];
 }
 
-params! {
+node_kind! {
     /// Color and depth that the host draws, with four samples in each pixel: for a `Resolve` of each.
     ///
     /// All else is as for `Draw`. No device has to draw samples of four 32-bit floats.
@@ -45,9 +51,19 @@ params! {
         /// Whether the near plane has depth 1, so that the depth begins with 0; else it begins with 1.
         pub reversed: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("result", PortType::Multisampled, OutputState::Always(ColorState::Scene), "The color."),
+        Output::new(
+            "depth",
+            PortType::Multisampled,
+            OutputState::Always(ColorState::Data),
+            "What the projection writes, in x.",
+        ),
+    ];
 }
 
-params! {
+node_kind! {
     /// A depth that the host draws: the map of a light for `ShadowMask`.
     ///
     /// All else is as for `Draw`.
@@ -61,11 +77,15 @@ params! {
         /// Whether the near plane has depth 1, so that the depth begins with 0; else it begins with 1.
         pub reversed: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("depth", OutputState::Always(ColorState::Data), "What the projection writes, in x.")
+            .or(Fallback::Absent)];
 }
 
 /// An image of that size, where 0 is the side of the frame.
 fn desc(pass: &Recorder<'_>, width: u32, height: u32) -> ImageDesc {
-    let frame = pass.frame_size();
+    let frame = pass.frame_size;
     let side = |asked: u32, frame: u32| if asked == 0 { frame } else { asked };
     ImageDesc::new(Size::new(side(width, frame.width), side(height, frame.height)))
 }
@@ -85,13 +105,6 @@ fn color_and_depth(pass: &mut Recorder<'_>, port: &str, desc: ImageDesc, clear: 
 }
 
 impl Node for Draw {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Scene), "The color."),
-        Output::image("depth", OutputState::Always(ColorState::Data), "What the projection writes, in x.")
-            .or(Fallback::Absent),
-    ];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass, self.width, self.height);
         color_and_depth(pass, "result", desc, self.clear, self.reversed);
@@ -99,17 +112,6 @@ impl Node for Draw {
 }
 
 impl Node for DrawSamples {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::new("result", PortType::Multisampled, OutputState::Always(ColorState::Scene), "The color."),
-        Output::new(
-            "depth",
-            PortType::Multisampled,
-            OutputState::Always(ColorState::Data),
-            "What the projection writes, in x.",
-        ),
-    ];
-
     fn verify_format(&self, format: Format) -> Result<(), String> {
         match format {
             Format::Rgba32Float => Err("no device has to draw samples of the format `Rgba32Float`".into()),
@@ -124,11 +126,6 @@ impl Node for DrawSamples {
 }
 
 impl Node for DrawDepth {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("depth", OutputState::Always(ColorState::Data), "What the projection writes, in x.")
-            .or(Fallback::Absent)];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let format = match self.depth {
             DepthFormat::Depth32Float => Format::Depth32Float,

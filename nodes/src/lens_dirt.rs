@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("lens_dirt");
 
-params! {
+node_kind! {
     /// Brightens light where the lens is dirty: for the bloom or the flares before they are added to the image.
     ///
     /// The light is multiplied by 1 + `strength` times the dirt. The dirt is an image, or without one, round smudges in
@@ -17,11 +17,7 @@ params! {
         /// Without an image: another number gives other smudges.
         pub seed: u32 = 0 => within(0.0..=65535.0), live(), when_wired("dirt", false);
     }
-}
 
-const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
-
-impl Node for LensDirt {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of a bloom or of flares.").accepts(STATES),
         Input::image("dirt", "The dirt, of any size: 0 where the glass is clean.")
@@ -31,7 +27,11 @@ impl Node for LensDirt {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light with the dirt in it.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear];
+
+impl Node for LensDirt {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.strength == 0.0 || inputs.is_zero("source") || inputs.is_zero("dirt")
     }

@@ -24,7 +24,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Bends an image as a lens does, or undoes it.
     ///
     /// Places are relative to the optical center, and the distance r = 1 is half of the diagonal. The model of
@@ -60,6 +60,17 @@ params! {
         /// Magnification of the result about the optical center.
         pub zoom: f32 = 1.0 => within(0.25..=4.0), usually(0.8..=1.25), neutral(1.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image.").accepts(&[
+        ColorState::Scene,
+        ColorState::Exposed,
+        ColorState::DisplayLinear,
+        ColorState::Encoded,
+        ColorState::Data,
+    ])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The bent or straight image.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
 }
 
 /// No place of an image is farther from its optical center, in halves of the diagonal, at any zoom.
@@ -70,7 +81,6 @@ const MIN_RISE: f64 = 0.1;
 const STEPS: u32 = 1536;
 
 impl LensDistortion {
-    /// The radial function.
     fn radial(&self, r: f64) -> f64 {
         let [k1, k2, k3] = [self.k1, self.k2, self.k3].map(f64::from);
         let s = r * r;
@@ -110,17 +120,6 @@ impl LensDistortion {
 }
 
 impl Node for LensDistortion {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image.").accepts(&[
-        ColorState::Scene,
-        ColorState::Exposed,
-        ColorState::DisplayLinear,
-        ColorState::Encoded,
-        ColorState::Data,
-    ])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The bent or straight image.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { symmetric: false, keeps_constant: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.changes_nothing() || inputs.is_zero("source")
     }

@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("lens_flare");
 
-params! {
+node_kind! {
     /// Makes the reflections of bright lights in a lens from the image itself: ghosts and a ring.
     ///
     /// Wire light that an `Extract` has selected and a `Downsample` has blurred (its `coarsest`, or an `Upsample` of
@@ -34,9 +34,7 @@ params! {
         /// is four times as much.
         pub dispersion: f32 = 0.01 => within(0.0..=0.2), neutral(0.0);
     }
-}
 
-impl Node for LensFlare {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The light that makes flares, blurred, black elsewhere.").accepts(&[
             ColorState::Scene,
@@ -46,7 +44,9 @@ impl Node for LensFlare {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The flares, of the size of the source.")];
     const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
+}
 
+impl Node for LensFlare {
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let has_ghosts = self.ghosts > 0 && self.ghost_strength > 0.0;
         !has_ghosts && self.halo_strength == 0.0 || inputs.is_zero("source")

@@ -20,7 +20,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Shifts black, bends midtones and scales white, for each channel.
     ///
     /// Gain is a factor. Lift is added where the image is dark. The result is raised to 1/gamma, after values below 0
@@ -36,9 +36,7 @@ params! {
         /// Factor of each channel.
         pub gain: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=16.0), usually(0.5..=2.0), neutral([1.0, 1.0, 1.0]);
     }
-}
 
-impl Node for LiftGammaGain {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, preferably 0 to 1.").accepts(&[
         ColorState::Exposed,
         ColorState::DisplayLinear,
@@ -47,7 +45,9 @@ impl Node for LiftGammaGain {
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The graded image, 0 or more.").or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for LiftGammaGain {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()
     }

@@ -15,7 +15,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Turns a depth buffer into the distance along the view axis, in meters if the world is.
     ///
     /// The projection of the camera may be any: perspective or orthographic, with the near plane at 0 or at 1, and with
@@ -26,9 +26,7 @@ params! {
         /// What the numbers of `depth` are. Distances pass as they are.
         pub encoding: DepthEncoding = DepthEncoding::Projected;
     }
-}
 
-impl Node for LinearDepth {
     const INPUTS: &'static [Input] = &[
         Input::image("depth", "The depth, in x.").accepts(&[ColorState::Data]),
         Input::block("camera", &CAMERA, "The camera that made it."),
@@ -39,7 +37,9 @@ impl Node for LinearDepth {
         "The distance along the view axis, in x; 0 to 65504.",
     )
     .or_input("depth")];
+}
 
+impl Node for LinearDepth {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.encoding == DepthEncoding::Distance
     }

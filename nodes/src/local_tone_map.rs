@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("local_tone_map");
 
-params! {
+node_kind! {
     /// Compresses the contrast between dark and bright regions and keeps the detail within them.
     ///
     /// A room and the view through its window then both fit into the range of the display.
@@ -40,6 +40,22 @@ params! {
         /// Brighter pixels get the factor of this luminance.
         pub hi: f32 = 5.5 => within(-32.0..=32.0), unit("log2 of luminance");
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The exposed image.").accepts(&[ColorState::Exposed]),
+        Input::new("grid", PortType::Volume, "The blurred bilateral grid of the image.")
+            .content("bilateral-grid")
+            .optional(),
+        Input::image("gaussian", "The wide Gaussian of the image's log2 luminance.")
+            .accepts(&[ColorState::LogLuminance])
+            .optional(),
+        Input::new("range", PortType::Value, "The range of the scene in stops, in x: that of an `AutoExposure`.")
+            .content("luminance-range")
+            .optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")
+            .or_input("source")];
 }
 
 impl LocalToneMap {
@@ -61,22 +77,6 @@ impl LocalToneMap {
 }
 
 impl Node for LocalToneMap {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed image.").accepts(&[ColorState::Exposed]),
-        Input::new("grid", PortType::Volume, "The blurred bilateral grid of the image.")
-            .content("bilateral-grid")
-            .optional(),
-        Input::image("gaussian", "The wide Gaussian of the image's log2 luminance.")
-            .accepts(&[ColorState::LogLuminance])
-            .optional(),
-        Input::new("range", PortType::Value, "The range of the scene in stops, in x: that of an `AutoExposure`.")
-            .content("luminance-range")
-            .optional(),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with compressed local contrast.")
-            .or_input("source")];
-
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }

@@ -7,7 +7,7 @@ use crate::metering::stride;
 
 static SHADER: Shader = shader!("log_gaussian");
 
-params! {
+node_kind! {
     /// Averages log2 luminance to a small image and blurs it widely.
     ///
     /// The result is the brightness of the surroundings, without regard to edges.
@@ -30,6 +30,21 @@ params! {
         /// Sampling stride, as of `Histogram`.
         pub step: u32 = 1 => within(1.0..=8.0), quality(1u32, [2, 4]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The exposed image, or the scene with `meter`.")
+            .accepts(&[ColorState::Exposed, ColorState::Scene]),
+        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
+            .content("exposure")
+            .only_x()
+            .optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::Always(ColorState::LogLuminance),
+        "The blurred log2 luminance, equal in red, green and blue.",
+    )
+    .or(Fallback::Absent)];
 }
 
 const REACH: f32 = 3.0;
@@ -77,21 +92,6 @@ impl LogGaussian {
 }
 
 impl Node for LogGaussian {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The exposed image, or the scene with `meter`.")
-            .accepts(&[ColorState::Exposed, ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Stops to add, in x: the result of a metering node.")
-            .content("exposure")
-            .only_x()
-            .optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[Output::image(
-        "result",
-        OutputState::Always(ColorState::LogLuminance),
-        "The blurred log2 luminance, equal in red, green and blue.",
-    )
-    .or(Fallback::Absent)];
-
     fn verify(&self) -> Result<(), String> {
         if self.lo < self.hi { Ok(()) } else { Err("`hi` must be above `lo`".into()) }
     }

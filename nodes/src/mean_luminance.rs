@@ -16,7 +16,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Computes the mean luminance of an image as log2, in two passes at any size: the top of a luminance pyramid.
     ///
     /// It has no percentiles, so bright lights and black borders count in full. `Histogram` with `AutoExposure` is the
@@ -40,12 +40,7 @@ params! {
             => within(0.01..=16.0), usually(0.1..=2.0), unit("image heights"),
                unless("weight", [MeteringWeight::Uniform]);
     }
-}
 
-/// Width and height of a workgroup's tile, in pixels.
-const TILE: u32 = 64;
-
-impl Node for MeanLuminance {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The image, before the exposure.").accepts(&[ColorState::Scene, ColorState::Exposed]),
         Input::image("mask", "The weight of each pixel, 0 to 1, in red.")
@@ -59,7 +54,12 @@ impl Node for MeanLuminance {
         "log2 of the mean, the brightest luminance, 0, and 1 if any pixel is brighter than black.",
     )
     .content("mean-luminance")];
+}
 
+/// Width and height of a workgroup's tile, in pixels.
+const TILE: u32 = 64;
+
+impl Node for MeanLuminance {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let size = pass.desc(source).size;

@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Draws out what moves along the path that it covers while the shutter is open.
     ///
     /// Each pixel gathers light along the longest path nearby, from what moves over it, and along its own path, from
@@ -41,19 +41,28 @@ params! {
         /// Samples along both paths, half of them along each.
         pub samples: u32 = 16 => within(3.0..=64.0), quality(32u32, [16, 8]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]).optional(),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]).optional(),
+        Input::block("camera", &CAMERA, "The camera, for the motion of what stands still.").optional(),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 }
 
-/// Uniforms besides the parameters.
 #[derive(Clone, Copy)]
 struct Numbers {
     scale: [f64; 2],
-    most: f64,
+    max_radius: f64,
     tile: u32,
 }
 
 impl Numbers {
     fn set<'r, 'a>(self, pass: FunctionPass<'r, 'a>) -> FunctionPass<'r, 'a> {
-        pass.set("scale", self.scale).set("most", self.most).set("tile", self.tile)
+        pass.set("scale", self.scale).set("max_radius", self.max_radius).set("tile", self.tile)
     }
 }
 
@@ -92,16 +101,6 @@ impl MotionBlur {
 }
 
 impl Node for MotionBlur {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The image, before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("motion", "Motion since the previous frame, in x and y.").accepts(&[ColorState::Data]).optional(),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]).optional(),
-        Input::block("camera", &CAMERA, "The camera, for the motion of what stands still.").optional(),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image in motion.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let is_unknown = inputs.is_absent("motion") && (inputs.is_absent("depth") || inputs.is_absent("camera"));
         let is_still = self.shutter == 0.0 || self.largest == 0.0 || inputs.is_zero("motion");
@@ -111,14 +110,14 @@ impl Node for MotionBlur {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let most = f64::from(self.largest) * f64::from(desc.size.height);
-        let tile = tiles::side(most);
+        let max_radius = f64::from(self.largest) * f64::from(desc.size.height);
+        let tile = tiles::side(max_radius);
         let is_known = pass.wired("motion") || pass.wired("depth") && pass.wired("camera");
         if !is_known {
             pass.function(&SHADER, "motion_blur_still").read("source", source).write("result", desc);
             return;
         }
-        let numbers = Numbers { scale: self.scale(pass, desc.size), most, tile };
+        let numbers = Numbers { scale: self.scale(pass, desc.size), max_radius, tile };
         let path = Self::path(pass, desc, numbers);
         let around = tiles::longest_around(pass, path, Vectors::Paths, tile);
         let last = pass.function(&SHADER, "motion_blur").read("source", source);

@@ -6,7 +6,7 @@ use crate::surface;
 
 static SHADER: Shader = shader!("outline");
 
-params! {
+node_kind! {
     /// Draws lines along the edges of surfaces, from depth and normals.
     ///
     /// An edge is where the inverse of the depth bends: it is linear on a plane in perspective, so planes have no lines
@@ -23,11 +23,7 @@ params! {
         /// 1 minus the cosine between two normals at which a line begins. At twice that it is full.
         pub normal_threshold: f32 = 0.3 => within(0.0..=2.0), usually(0.05..=1.0), when_wired("normal", true);
     }
-}
 
-const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded];
-
-impl Node for Outline {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The image.").accepts(STATES),
         Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
@@ -35,7 +31,11 @@ impl Node for Outline {
     ];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The image with lines.").or_input("source")];
+}
 
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded];
+
+impl Node for Outline {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }

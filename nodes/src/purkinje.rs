@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 static SHADER: Shader = shader!("purkinje");
 
-params! {
+node_kind! {
     /// Simulates night vision by a model of rods and cones: the Purkinje shift.
     ///
     /// In dim light the rods add to the signals of the cones: the image turns blue, dark reds disappear and differences
@@ -24,6 +24,10 @@ params! {
         /// Factor from exposed luminance to the range of the model's receptors. More reduces the effect of the rods.
         pub scale: f32 = 380.0 => within(1.0..=10000.0), usually(50.0..=2000.0);
     }
+
+    const INPUTS: &'static [Input] = INPUTS;
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.").or_input("source")];
 }
 
 /// Illuminance in lux at which the effect ends, and at which it is full.
@@ -102,10 +106,6 @@ pub(crate) const INPUTS: &[Input] = &[
 ];
 
 impl Node for Purkinje {
-    const INPUTS: &'static [Input] = INPUTS;
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image as seen in dim light.").or_input("source")];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         has_no_effect(self.strength, self.illuminance, inputs)
     }

@@ -6,7 +6,7 @@ use crate::purkinje::{INPUTS, has_no_effect};
 
 static SHADER: Shader = shader!("purkinje_simple");
 
-params! {
+node_kind! {
     /// A night look: less saturation, more blue, less red and more brightness as the light fades.
     ///
     /// It is the identity at 10 lux and above. Saturation falls by up to 70 % below 10 lux, blue and red move by up to
@@ -20,6 +20,11 @@ params! {
         /// Share of the effect. 0 changes nothing.
         pub strength: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
+
+    const INPUTS: &'static [Input] = INPUTS;
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 }
 
 /// A Hermite step that is 1 at `lo` lux and below, and 0 at `hi` lux and above.
@@ -29,11 +34,6 @@ fn fading(lo: f64, hi: f64, lux: f32) -> f64 {
 }
 
 impl Node for PurkinjeSimple {
-    const INPUTS: &'static [Input] = INPUTS;
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image with the night look.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants::OF_COLOR;
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         has_no_effect(self.strength, self.illuminance, inputs)
     }

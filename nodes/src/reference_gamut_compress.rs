@@ -7,7 +7,7 @@ use afterimage_color::adaptation::rows;
 
 static SHADER: Shader = shader!("reference_gamut_compress");
 
-params! {
+node_kind! {
     /// Brings colors of cameras and wide gamuts into AP1, before the tone curve.
     ///
     /// The reference gamut compression of ACES 1.3 (LMT.Academy.ReferenceGamutCompress). In AP1, the distance of each
@@ -16,6 +16,13 @@ params! {
     /// scene light before and after: colors outside of Rec.709 keep negative channels.
     pub struct ReferenceGamutCompress {
     }
+
+    const INPUTS: &'static [Input] =
+        &[Input::image("source", "Scene light.").accepts(&[ColorState::Scene, ColorState::Exposed])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The light, with no color outside of AP1.")
+            .or_input("source")];
+    const INVARIANTS: Invariants = Invariants::OF_COLOR;
 }
 
 /// Where the compression of red, green and blue begins, and the distance that becomes 1: as published, for cyan,
@@ -33,13 +40,6 @@ fn scale(threshold: f64, limit: f64) -> f64 {
 }
 
 impl Node for ReferenceGamutCompress {
-    const INPUTS: &'static [Input] =
-        &[Input::image("source", "Scene light.").accepts(&[ColorState::Scene, ColorState::Exposed])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The light, with no color outside of AP1.")
-            .or_input("source")];
-    const INVARIANTS: Invariants = Invariants::OF_COLOR;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);

@@ -20,7 +20,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Makes an image of one sample in each pixel from a multisampled image, before its light is bent by a tone curve.
     ///
     /// A plain mean of the samples at an edge against bright light is nearly as bright as that light, and the curve
@@ -44,6 +44,16 @@ params! {
             => within(0.0..=65504.0), usually(0.0..=16.0), neutral(0.0),
                unless("filter", [ResolveFilter::Smallest, ResolveFilter::Largest]);
     }
+
+    const INPUTS: &'static [Input] = &[
+        // A node without its first input gives nothing; without another one it gives its fallback.
+        Input::image("otherwise", "The result if no multisampled image is given.").accepts(STATES).optional(),
+        Input::multisampled("source", "The multisampled image.").accepts(STATES),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The image of one sample in each pixel.")
+            .or_input("otherwise")];
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 }
 
 impl ResolveFilter {
@@ -61,16 +71,6 @@ impl ResolveFilter {
 const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Data];
 
 impl Node for Resolve {
-    const INPUTS: &'static [Input] = &[
-        // A node without its first input gives nothing; without another one it gives its fallback.
-        Input::image("otherwise", "The result if no multisampled image is given.").accepts(STATES).optional(),
-        Input::multisampled("source", "The multisampled image.").accepts(STATES),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The image of one sample in each pixel.")
-            .or_input("otherwise")];
-    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source).multisampled(1);

@@ -6,7 +6,7 @@ use afterimage_color::adaptation::luminance_weights;
 
 static SHADER: Shader = shader!("saturation");
 
-params! {
+node_kind! {
     /// Scales the distance of every color from the gray of its luminance.
     ///
     /// The luminance of linear light stays the same. Scene light may leave the triangle of Rec.709: its channels become
@@ -15,15 +15,15 @@ params! {
         /// 0 is gray, 1 changes nothing, 2 doubles the distance from gray.
         pub amount: f32 = 1.0 => within(0.0..=8.0), usually(0.0..=2.0), neutral(1.0);
     }
-}
 
-impl Node for Saturation {
     const INPUTS: &'static [Input] = &[Input::image("source", "Linear light, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The light.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
+impl Node for Saturation {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 1.0
     }

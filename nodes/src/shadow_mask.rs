@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Darkens what a light does not reach: percentage-closer filtering of the light's depth map.
     ///
     /// `light` is the camera that the depth map was drawn with, perspective or orthographic, and `map` is what its
@@ -63,6 +63,27 @@ params! {
         /// Taps of the search.
         pub blocker_taps: u32 = 32 => within(1.0..=64.0), usually(8.0..=32.0), quality(32u32, [16, 8]), live();
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The light of the scene, best of this lamp alone.")
+            .accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+        Input::image("map", "The depth map: what the light's projection wrote, in x.").accepts(&[ColorState::Data]),
+        Input::block("light", &CAMERA, "The camera at the light that the map was drawn with."),
+        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
+            .accepts(&[ColorState::Data])
+            .optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::same("source"), "The light that arrives.").or_input("source"),
+        Output::image(
+            "shadow",
+            OutputState::Always(ColorState::Data),
+            "The share of the light that is blocked, in x; 0 in the others.",
+        ),
+    ];
+    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
 }
 
 impl ShadowMask {
@@ -107,27 +128,6 @@ impl ShadowMask {
 }
 
 impl Node for ShadowMask {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The light of the scene, best of this lamp alone.")
-            .accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("depth", "Distance along the view axis, in x.").accepts(&[ColorState::Data]),
-        Input::block("camera", &CAMERA, "The camera."),
-        Input::image("map", "The depth map: what the light's projection wrote, in x.").accepts(&[ColorState::Data]),
-        Input::block("light", &CAMERA, "The camera at the light that the map was drawn with."),
-        Input::image("normal", "Normals of any length, in x, y and z; without them, they are made from the depth.")
-            .accepts(&[ColorState::Data])
-            .optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::same("source"), "The light that arrives.").or_input("source"),
-        Output::image(
-            "shadow",
-            OutputState::Always(ColorState::Data),
-            "The share of the light that is blocked, in x; 0 in the others.",
-        ),
-    ];
-    const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
-
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }

@@ -6,7 +6,7 @@ use crate::gaussian::{Blur, GaussianKernel, GaussianTaps};
 
 static SHADER: Shader = shader!("sharpen");
 
-params! {
+node_kind! {
     /// Sharpens an image by an unsharp mask: adds what a blur removes.
     ///
     /// The result stays within the range of the 3x3 pixels around each pixel, and `halo` widens that range: so edges
@@ -24,18 +24,18 @@ params! {
         /// halos.
         pub halo: f32 = 0.0 => within(0.0..=1.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The image, before or after the tone curve.")
+        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The sharper image.").or_input("source")];
+    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
 }
 
 /// The blur ends at this many standard deviations.
 const REACH: f32 = 3.0;
 
 impl Node for Sharpen {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The image, before or after the tone curve.")
-        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear, ColorState::Encoded])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The sharper image.").or_input("source")];
-    const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         self.amount == 0.0 || inputs.is_zero("source")
     }
@@ -45,11 +45,11 @@ impl Node for Sharpen {
         let desc = ImageDesc::new(pass.desc(source).size);
         let blurred = pass.transient("blurred", desc);
         Blur::new(GaussianKernel::Sigma, GaussianTaps::Exact, self.radius, REACH).record(pass, source, blurred);
-        let is_light = matches!(pass.color("source").state, ColorState::Scene | ColorState::Exposed);
+        let is_linear = matches!(pass.color("source").state, ColorState::Scene | ColorState::Exposed);
         pass.function(&SHADER, "sharpen")
             .read("source", source)
             .read("blurred", blurred)
-            .set("ceiling", if is_light { 65504.0 } else { 1.0 })
+            .set("ceiling", if is_linear { 65504.0 } else { 1.0 })
             .write("result", desc);
     }
 }

@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Smooths the steps of edges in a finished image by their shapes: SMAA 1x.
     ///
     /// Jimenez and others, "SMAA: Enhanced Subpixel Morphological Antialiasing", 2012. Edges are found by contrast,
@@ -37,6 +37,12 @@ params! {
         pub search: SmaaSearch = SmaaSearch::Middle
             => quality(SmaaSearch::Far, [SmaaSearch::Middle, SmaaSearch::Near]);
     }
+
+    const INPUTS: &'static [Input] = antialiasing::INPUTS;
+    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
+    // As published, what an edge is compared with, and a diagonal that takes its place, are those of the pixel at whose
+    // left or upper border it lies: a mirrored image differs.
+    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
 }
 
 impl SmaaSearch {
@@ -51,12 +57,6 @@ impl SmaaSearch {
 }
 
 impl Node for Smaa {
-    const INPUTS: &'static [Input] = antialiasing::INPUTS;
-    const OUTPUTS: &'static [Output] = antialiasing::OUTPUTS;
-    // As published, what an edge is compared with, and a diagonal that takes its place, are those of the pixel at whose
-    // left or upper border it lies: a mirrored image differs.
-    const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
     }

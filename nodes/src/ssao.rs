@@ -7,7 +7,7 @@ use crate::visibility::{self, Occlusion, OcclusionSize};
 
 static SHADER: Shader = shader!("ssao");
 
-params! {
+node_kind! {
     /// Darkens corners and gaps by points in the hemisphere over each pixel: the classic ambient occlusion.
     ///
     /// A point counts as occluded where the depth image shows something nearer, unless that is farther from the pixel
@@ -36,13 +36,13 @@ params! {
         /// The space that `normal` is in.
         pub space: NormalSpace = NormalSpace::View => when_wired("normal", true);
     }
-}
 
-impl Node for Ssao {
     const INPUTS: &'static [Input] = visibility::INPUTS;
     const OUTPUTS: &'static [Output] = visibility::OUTPUTS;
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Node for Ssao {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }

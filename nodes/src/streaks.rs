@@ -14,7 +14,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Draws light out into lines to both sides, as anamorphic lenses do: light for a `Composite`.
     ///
     /// Wire the light of an `Extract` to it, at half or a quarter of the resolution. Each side is an exponential tail,
@@ -33,11 +33,16 @@ params! {
         /// Factor of the result.
         pub intensity: f32 = 1.0 => within(0.0..=64.0), usually(0.0..=8.0), neutral(1.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The light that makes streaks, black elsewhere.")
+        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The streaks, of the size of the source.")];
+    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
 }
 
 /// A tail ends at this many lengths.
 const REACH: f32 = 5.0;
-/// Taps of a pass.
 const TAPS: u32 = 4;
 /// The most passes of one side: a tail of 16384 texels.
 const MAX_PASSES: u32 = 7;
@@ -77,12 +82,6 @@ impl Streaks {
 }
 
 impl Node for Streaks {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The light that makes streaks, black elsewhere.")
-        .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The streaks, of the size of the source.")];
-    const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
     }

@@ -37,7 +37,7 @@ pub(crate) fn at_size(pass: &mut Recorder<'_>, port: &'static str, size: Size) -
 /// The size of the image at an input; that of the frame where the input is black.
 pub(crate) fn size_of(pass: &mut Recorder<'_>, port: &str) -> Size {
     if pass.is_zero(port) {
-        return pass.frame_size();
+        return pass.frame_size;
     }
     let image = pass.image(port);
     pass.desc(image).size

@@ -18,7 +18,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Smooths edges over time: a renderer moves its samples by a part of a pixel in each frame, and the frames before
     /// fill in what one frame does not show.
     ///
@@ -64,26 +64,7 @@ params! {
         /// The unit of the motion.
         pub unit: MotionUnit = MotionUnit::Uv => when_wired("motion", true);
     }
-}
 
-impl Taa {
-    /// From the numbers of the motion image to uv.
-    fn scale(&self, motion: Size) -> [f64; 2] {
-        match self.unit {
-            MotionUnit::Uv => [1.0, 1.0],
-            MotionUnit::Pixels => [motion.width, motion.height].map(|side| 1.0 / f64::from(side)),
-        }
-    }
-}
-
-/// The image of an optional input at this size, or another one that stands for it, and 1 or 0.
-fn optional(pass: &mut Recorder<'_>, port: &'static str, size: Size, otherwise: ImageId) -> (ImageId, f64) {
-    if pass.wired(port) { (surface::at_size(pass, port, size), 1.0) } else { (otherwise, 0.0) }
-}
-
-const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
-
-impl Node for Taa {
     const INPUTS: &'static [Input] = &[
         Input::image("source", "The light of this frame, whose samples the camera's jitter has moved.").accepts(STATES),
         Input::image("history", "The result of the frame before: `\"taa@previous\"` for a node `taa`.").accepts(STATES),
@@ -105,7 +86,26 @@ impl Node for Taa {
         Output::image("exposure", OutputState::Always(ColorState::Data), "The stops of `meter`, for the next frame."),
     ];
     const INVARIANTS: Invariants = Invariants { symmetric: false, ..Invariants::DEFAULT };
+}
 
+impl Taa {
+    /// From the numbers of the motion image to uv.
+    fn scale(&self, motion: Size) -> [f64; 2] {
+        match self.unit {
+            MotionUnit::Uv => [1.0, 1.0],
+            MotionUnit::Pixels => [motion.width, motion.height].map(|side| 1.0 / f64::from(side)),
+        }
+    }
+}
+
+/// The image of an optional input at this size, or another one that stands for it, and 1 or 0.
+fn optional(pass: &mut Recorder<'_>, port: &'static str, size: Size, otherwise: ImageId) -> (ImageId, f64) {
+    if pass.wired(port) { (surface::at_size(pass, port, size), 1.0) } else { (otherwise, 0.0) }
+}
+
+const STATES: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
+
+impl Node for Taa {
     fn record(&self, pass: &mut Recorder<'_>) {
         let size = surface::size_of(pass, "source");
         let (source, history) = (pass.image("source"), pass.image("history"));

@@ -123,7 +123,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Maps exposed light to the range of a display by a tone curve.
     ///
     /// The light is converted to the working space, scaled, mapped by the curve, and converted to the primaries of the
@@ -193,9 +193,7 @@ params! {
         pub white: [f32; 2] = [0.32168, 0.33767]
             => within(1e-3..=1.0), unit("xy"), when("space", [WorkingSpace::Custom]);
     }
-}
 
-impl Node for ToneMap {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] = &[Output::image(
         "result",
@@ -204,10 +202,12 @@ impl Node for ToneMap {
     )
     .or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
-    fn invariants(&self) -> Invariants {
+impl Node for ToneMap {
+    fn invariants(&self, declared: Invariants) -> Invariants {
         // Clipping steps at the borders of the gamut, which a table would blur.
-        Invariants { of_color: self.gamut != Gamut::Clip, ..Self::INVARIANTS }
+        Invariants { of_color: self.gamut != Gamut::Clip, ..declared }
     }
 
     fn verify(&self) -> Result<(), String> {

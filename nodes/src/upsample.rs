@@ -27,7 +27,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Combines the levels of a pyramid into one image of the finest level's size.
     ///
     /// It starts with the coarsest level and enlarges with a filter at each step.
@@ -58,6 +58,13 @@ params! {
             => within(0.0..=f64::from(MAX_RADIUS)), usually(0.5..=1.5), unit("texels of the coarser level"),
                when("filter", [UpsampleFilter::Tent]);
     }
+
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
+    const OUTPUTS: &'static [Output] = &[Output::image(
+        "result",
+        OutputState::same("source"),
+        "One image of the size of the finest level with a weight.",
+    )];
 }
 
 /// Levels of the largest pyramid, and more.
@@ -101,24 +108,17 @@ impl Upsample {
 }
 
 impl Node for Upsample {
-    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels to combine.")];
-    const OUTPUTS: &'static [Output] = &[Output::image(
-        "result",
-        OutputState::same("source"),
-        "One image of the size of the finest level with a weight.",
-    )];
-
     fn is_identity(&self, inputs: &InputValues) -> bool {
         inputs.is_zero("source")
     }
 
-    fn invariants(&self) -> Invariants {
-        Invariants { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..Invariants::DEFAULT }
+    fn invariants(&self, declared: Invariants) -> Invariants {
+        Invariants { keeps_constant: self.normalize || self.blend != UpsampleBlend::Add, ..declared }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("source");
-        let octaves = octaves(pass.frame_size(), self.lines);
+        let octaves = octaves(pass.frame_size, self.lines);
         let octaves = if self.fade { octaves } else { octaves.ceil() };
         let weights = self.weights(levels.len(), octaves);
         // Levels that are finer than the finest in a frame of `lines` have no weight: the result is smaller.

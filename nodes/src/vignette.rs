@@ -4,7 +4,7 @@ use afterimage_graph::prelude::*;
 
 static SHADER: Shader = shader!("vignette");
 
-params! {
+node_kind! {
     /// Darkens the image toward its corners, as a lens does.
     ///
     /// The factor falls from 1 to 0 by a Hermite step over a ring. The outer radius of the ring is 0.5 in uv. An
@@ -20,15 +20,15 @@ params! {
         /// 0 for a ring with the image's aspect ratio, 1 for a circle.
         pub roundness: f32 = 0.0 => within(0.0..=1.0);
     }
-}
 
-impl Node for Vignette {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { constant: false, ..Invariants::DEFAULT };
+}
 
+impl Node for Vignette {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0
     }

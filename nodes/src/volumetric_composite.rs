@@ -28,7 +28,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Puts the fog of a froxel volume before the scene.
     ///
     /// A froxel is a cell of a grid over the picture and the depth. A texel of the volume holds what a march from the
@@ -56,6 +56,15 @@ params! {
         /// The share of the fog. 0 changes nothing.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene]),
+        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
+        Input::volume("volume", "Scattered light in rgb, the share that passes in alpha.")
+            .accepts(&[ColorState::Scene]),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::same("source"), "The scene behind the fog.").or_input("source")];
 }
 
 impl VolumetricComposite {
@@ -70,15 +79,6 @@ impl VolumetricComposite {
 }
 
 impl Node for VolumetricComposite {
-    const INPUTS: &'static [Input] = &[
-        Input::image("source", "The light of the scene.").accepts(&[ColorState::Scene]),
-        Input::image("depth", "Distance along the view axis in meters, in x.").accepts(&[ColorState::Data]),
-        Input::volume("volume", "Scattered light in rgb, the share that passes in alpha.")
-            .accepts(&[ColorState::Scene]),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::same("source"), "The scene behind the fog.").or_input("source")];
-
     fn verify(&self) -> Result<(), String> {
         if self.near >= self.far {
             return Err("`far` must be above `near`".into());

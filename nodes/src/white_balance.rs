@@ -21,7 +21,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Changes the color of white by scaling cone responses (Bradford or CAT16).
     ///
     /// Place it before the tone curve: after it, clipped highlights would be tinted. With a gray `target`, or with 6500
@@ -44,15 +44,15 @@ params! {
         /// green.
         pub tint: f32 = 0.0 => within(-0.05..=0.05), usually(-0.02..=0.02), unit("Duv"), neutral(0.0);
     }
-}
 
-impl Node for WhiteBalance {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "Light before the tone curve.").accepts(&[ColorState::Scene, ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The balanced light.").or_input("source")];
     const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::OF_COLOR };
+}
 
+impl Node for WhiteBalance {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.is_neutral()
     }

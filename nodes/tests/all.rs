@@ -2,4 +2,5 @@
 #![allow(missing_docs, clippy::unwrap_used, reason = "a test binary exports nothing")]
 
 mod color_files;
+mod eetf;
 mod tone_map;

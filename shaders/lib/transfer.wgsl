@@ -13,6 +13,11 @@ fn srgb_encode3(v: vec3f) -> vec3f {
     return vec3f(srgb_encode(v.x), srgb_encode(v.y), srgb_encode(v.z));
 }
 
+// sRGB 0..1 to linear, by the exact definition.
+fn srgb_decode(x: f32) -> f32 {
+    return select(pow((max(x, 0.04045) + 0.055) / 1.055, 2.4), x / 12.92, x <= 0.04045);
+}
+
 const PQ_M1: f32 = 0.1593017578125;
 const PQ_M2: f32 = 78.84375;
 const PQ_C1: f32 = 0.8359375;

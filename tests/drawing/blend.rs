@@ -10,7 +10,7 @@ use super::{CENTER, SAMPLES, SIZE, all_drawn, at, drawn, graph, result};
 use crate::support::gpu::{Picture, Run, gpu};
 use crate::support::layer;
 
-params! {
+node_kind! {
     /// Two translucent triangles in one draw.
     pub struct Glass {
         /// The blending.
@@ -20,6 +20,11 @@ params! {
         /// True if an opaque triangle is drawn in a pass before.
         pub before: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent),
+        Output::image("between", OutputState::Always(ColorState::Data), "What was there.").or(Fallback::Absent),
+    ];
 }
 
 /// Translucent triangles.
@@ -42,12 +47,6 @@ const UNDERLAY: [Vertex; 3] = [
 const CLEAR: [f64; 4] = [0.25, 0.5, 0.125, 0.375];
 
 impl Node for Glass {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent),
-        Output::image("between", OutputState::Always(ColorState::Data), "What was there.").or(Fallback::Absent),
-    ];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let color = pass.output("result", desc);
@@ -159,16 +158,15 @@ fn every_format_of_a_color_is_blended() {
     }
 }
 
-params! {
+node_kind! {
     /// Two translucent triangles with four samples in each pixel.
     pub struct GlassSamples {}
+
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("samples", PortType::Multisampled, OutputState::Always(ColorState::Data), "The colors.")];
 }
 
 impl Node for GlassSamples {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("samples", PortType::Multisampled, OutputState::Always(ColorState::Data), "The colors.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let color = pass.output("samples", desc(pass).multisampled(4));
         let vertices = flat(pass);
@@ -219,13 +217,18 @@ fn what_is_read_before_a_blend_is_what_was_there() {
     assert!(labels.contains(&"underlay") && !labels.contains(&"panes"), "{labels:?}");
 }
 
-params! {
+node_kind! {
     /// Light upon light in an image, which kernels read that filter it or load its texels: before the last light, and
     /// after it.
     pub struct Glow {
         /// True if the image is a layer of several.
         pub layered: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Data), "All lights.").or(Fallback::Absent),
+        Output::image("first", OutputState::Always(ColorState::Data), "One light.").or(Fallback::Absent),
+    ];
 }
 
 static LOAD: Shader = Shader::new(
@@ -237,12 +240,6 @@ static LOAD: Shader = Shader::new(
 const BRIGHT: f32 = 40000.0;
 
 impl Node for Glow {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Data), "All lights.").or(Fallback::Absent),
-        Output::image("first", OutputState::Always(ColorState::Data), "One light.").or(Fallback::Absent),
-    ];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let light = LARGE.map(|(place, _)| (place, [BRIGHT, 1.0, 0.25, 0.5]));
@@ -293,9 +290,14 @@ fn sums_that_are_not_finite_are_limited_where_they_are_read() {
     }
 }
 
-params! {
+node_kind! {
     /// Two images in one draw, blended in two ways, with a depth.
     pub struct GlassPair {}
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Data), "The sum.").or(Fallback::Absent),
+        Output::image("rest", OutputState::Always(ColorState::Data), "The smallest.").or(Fallback::Absent),
+    ];
 }
 
 static PAIR: Shader = Shader::new(
@@ -309,12 +311,6 @@ struct Pair { @location(0) first: vec4f, @location(1) second: vec4f }
 );
 
 impl Node for GlassPair {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Data), "The sum.").or(Fallback::Absent),
-        Output::image("rest", OutputState::Always(ColorState::Data), "The smallest.").or(Fallback::Absent),
-    ];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let (first, second) = (pass.output("result", desc), pass.output("rest", desc));
@@ -362,15 +358,15 @@ fn attachments_are_blended_apart_and_hidden_fragments_not_at_all() {
     assert!(counts.iter().all(|count| *count > 50), "pixels with 0, 1 and 2 visible triangles: {counts:?}");
 }
 
-params! {
+node_kind! {
     /// Shows an image.
     pub struct Show {}
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.").accepts(&[ColorState::Data])];
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for Show {
-    const INPUTS: &'static [Input] = &[Input::image("source", "An image.").accepts(&[ColorState::Data])];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         pass.function(&PICK, "pick").write("result", desc);

@@ -41,12 +41,14 @@ fn painted(pixel: (u32, u32), drawn: &[([Vertex; 3], usize)]) -> [f64; 4] {
     })
 }
 
-params! {
+node_kind! {
     /// Some of the triangles of a buffer, in several ranges.
     pub struct Pieces {
         /// True if by indices.
         pub indexed: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 /// The vertices of each.
@@ -71,9 +73,6 @@ const PLAIN: [DrawRange; 2] = [
 const PLAIN_SHOWS: [([Vertex; 3], usize); 3] = [(LARGE, 1), (OTHER, 2), (OTHER, 3)];
 
 impl Node for Pieces {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let (vertices, moves) = (triangles(pass), moves(pass));
         let indices = words(pass, "indices", &INDICES);
@@ -104,7 +103,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Triangles that a kernel chooses in each frame.
     pub struct Chosen {
         /// The arguments that it writes.
@@ -114,6 +113,11 @@ params! {
         /// True if the first instance is another one than the first of the buffer.
         pub later: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent),
+        Output::image("other", OutputState::Always(ColorState::Data), "Another one.").or(Fallback::Absent),
+    ];
 }
 
 /// A kernel that writes two ranges behind a word of something else. Of the ranges, frame 0 has none, frame 1 the first,
@@ -149,12 +153,6 @@ fn choose(@builtin(local_invocation_index) range: u32) {
 );
 
 impl Node for Chosen {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent),
-        Output::image("other", OutputState::Always(ColorState::Data), "Another one.").or(Fallback::Absent),
-    ];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let other = pass.output("other", desc);

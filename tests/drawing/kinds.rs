@@ -99,24 +99,23 @@ fn draw(pass: &mut Recorder<'_>, vertices: &[Vertex], target: impl Into<Subresou
 }
 
 pub fn desc(pass: &Recorder<'_>) -> ImageDesc {
-    ImageDesc::new(pass.frame_size())
+    ImageDesc::new(pass.frame_size)
 }
 
-params! {
+node_kind! {
     /// An image of four mip levels: each is cleared, and a triangle is drawn into the third.
     pub struct Mips {
         /// The level that is shown.
         pub level: u32 = 2 => within(0.0..=3.0), unit("levels");
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for Mips {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         // All levels of an image of one texel are one texel.
-        let most = pass.frame_size().levels() + 1;
+        let most = pass.frame_size.levels() + 1;
         let mips = pass.transient("mips", desc(pass).with_levels(most.min(4)));
         for level in (0..most.min(4)).rev() {
             pass.clear("clear").color(mips.level(level), Load::Clear(CLEARS[level as usize])).record();
@@ -130,18 +129,17 @@ impl Node for Mips {
     }
 }
 
-params! {
+node_kind! {
     /// An image of three layers: triangles are drawn into the second and the third.
     pub struct Layers {
         /// The layer that is shown.
         pub layer: u32 = 1 => within(0.0..=2.0), unit("layers");
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for Layers {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let layers = pass.transient("layers", desc(pass).with_layers(3));
         let part = |layer: u32| layers.level(0).layer(layer);
@@ -165,7 +163,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Two triangles that cut through each other.
     pub struct Overlap {
         /// The fragment that stays.
@@ -175,15 +173,14 @@ params! {
         /// True if each triangle has a pass of its own, the second keeping what the first has drawn.
         pub apart: bool = false;
     }
-}
 
-impl Node for Overlap {
-    const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", OutputState::Always(ColorState::Data), "The colors.").or(Fallback::Absent),
         Output::image("depth", OutputState::Always(ColorState::Data), "The depth.").or(Fallback::Absent),
     ];
+}
 
+impl Node for Overlap {
     fn record(&self, pass: &mut Recorder<'_>) {
         let format = if self.short { Format::Depth16Unorm } else { Format::Depth32Float };
         let desc = desc(pass);
@@ -212,18 +209,17 @@ impl Node for Overlap {
     }
 }
 
-params! {
+node_kind! {
     /// A triangle with four samples in each pixel.
     pub struct Edge {}
-}
 
-impl Node for Edge {
-    const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::new("samples", PortType::Multisampled, OutputState::Always(ColorState::Scene), "The colors."),
         Output::new("depth", PortType::Multisampled, OutputState::Always(ColorState::Data), "The depths."),
     ];
+}
 
+impl Node for Edge {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass).multisampled(4);
         let (color, depth) = (pass.output("samples", desc), pass.level("depth", desc.format(Format::Depth32Float)));
@@ -235,22 +231,21 @@ impl Node for Edge {
     }
 }
 
-params! {
+node_kind! {
     /// Two triangles, each in a pass.
     pub struct Twice {
         /// True if the second pass clears what the first has drawn.
         pub clears: bool = false;
     }
-}
 
-impl Node for Twice {
-    const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", OutputState::Always(ColorState::Data), "Both.").or(Fallback::Absent),
         Output::image("between", OutputState::Always(ColorState::Data), "After the first.").or(Fallback::Absent),
         Output::image("other", OutputState::Always(ColorState::Data), "Another one.").or(Fallback::Absent),
     ];
+}
 
+impl Node for Twice {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let color = pass.output("result", desc);
@@ -265,9 +260,11 @@ impl Node for Twice {
     }
 }
 
-params! {
+node_kind! {
     /// A triangle over an image that another triangle is drawn into, with a depth for each.
     pub struct Chain {}
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Chain {
@@ -278,9 +275,6 @@ impl Chain {
 }
 
 impl Node for Chain {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = desc(pass);
         let (color, depth) = (pass.transient("first", desc), Self::depth(pass, "first_depth"));
@@ -297,18 +291,17 @@ impl Node for Chain {
     }
 }
 
-params! {
+node_kind! {
     /// Instances of a triangle, by indices that name its corners in another order.
     pub struct Indexed {}
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 /// The offset of each instance, and the factor of its color.
 pub const SHIFTS: [[f32; 4]; 2] = [[-0.25, 0.125, 0.0, 0.5], [0.5, -0.25, 0.0, 2.0]];
 
 impl Node for Indexed {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let vertices = buffer(pass, &[OTHER, LARGE].concat());
         let indices: Vec<u8> = [4_u32, 5, 3].into_iter().flat_map(u32::to_le_bytes).collect();
@@ -323,17 +316,16 @@ impl Node for Indexed {
     }
 }
 
-params! {
+node_kind! {
     /// An image of two levels. The host draws into the second.
     pub struct Part {}
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for Part {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let last = pass.frame_size().levels().min(1);
+        let last = pass.frame_size.levels().min(1);
         let image = pass.transient("levels", desc(pass).with_levels(last + 1));
         if last > 0 {
             pass.clear("first").color(image.level(0), Load::Clear(CLEARS[0])).record();

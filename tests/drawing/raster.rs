@@ -19,7 +19,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// A triangle that goes around counterclockwise, and one that goes around clockwise.
     pub struct Sides {
         /// The side that is not drawn.
@@ -27,12 +27,11 @@ params! {
         /// True if clockwise is the front.
         pub clockwise: bool = false;
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for Sides {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let cull = match self.hidden {
             Hidden::Neither => Cull::None,
@@ -73,7 +72,7 @@ fn sides_that_are_hidden_are_not_drawn() {
     }
 }
 
-params! {
+node_kind! {
     /// The depth of a triangle that rises to the right, with a bias.
     pub struct Biased {
         /// Steps of the format.
@@ -81,6 +80,8 @@ params! {
         /// Multiples of the slope.
         pub slopes: f32 = 0.0 => within(0.0..=10.0), replans();
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 /// Depths from 0.55 to 0.95, which change along x alone.
@@ -91,9 +92,6 @@ const RISING: [Vertex; 3] = [
 ];
 
 impl Node for Biased {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let vertices = buffer(pass, &RISING);
         let desc = desc(pass);
@@ -136,18 +134,17 @@ struct Pair { @location(0) first: vec4f, @location(1) second: vec4f }
 @fragment fn pair(corner: Corner) -> Pair { return Pair(corner.color, 1.0 - corner.color); }",
 );
 
-params! {
+node_kind! {
     /// Two instances of a triangle, drawn into two images at once.
     pub struct Two {}
-}
 
-impl Node for Two {
-    const INPUTS: &'static [Input] = &[];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", OutputState::Always(ColorState::Data), "The colors.").or(Fallback::Absent),
         Output::image("rest", OutputState::Always(ColorState::Data), "One minus them.").or(Fallback::Absent),
     ];
+}
 
+impl Node for Two {
     fn record(&self, pass: &mut Recorder<'_>) {
         let vertices = buffer(pass, &LARGE);
         let shifts: Vec<u8> = SHIFTS.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect();
@@ -195,12 +192,14 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Four vertices of numbers of many formats.
     pub struct Shapes {
         /// The primitives that they form.
         pub shape: Shape = Shape::Strip;
     }
+
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 /// Columns and rows of the centers of the four vertices, in pixels.
@@ -209,9 +208,6 @@ const LIGHT: u32 = 3;
 const TINT: [u8; 4] = [51, 102, 255, 0];
 
 impl Node for Shapes {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let topology = match self.shape {
             Shape::Strip => Topology::TriangleStrip,

@@ -37,19 +37,19 @@ static TINT: Shader = Shader::new(
     "fn tint(source: vec4f, texels: texture_2d<f32>) -> vec4f { return source * texel(texels, vec2i(0)); }",
 );
 
-params! {
+node_kind! {
     /// Multiplies with the texel of an image that is known with the plan.
     pub struct Tint {
         /// The factor of red.
         pub red: f32 = 2.0 => within(0.0..=8.0), replans();
     }
-}
 
-impl Node for Tint {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "Its product.").or_input("source")];
+}
 
+impl Node for Tint {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);

@@ -27,19 +27,19 @@ static COUNT: Shader = Shader::new(
     }",
 );
 
-params! {
+node_kind! {
     /// Counts frames: in red those since its memory was zero, in green those since a reset, from 10 on.
     pub struct Count {
         /// Its memory is larger by this many times 16 bytes.
         pub more: i32 = 0 => within(0.0..=8.0);
     }
-}
 
-impl Node for Count {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image, for the size.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The counts.").or_input("source")];
+}
 
+impl Node for Count {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
@@ -149,16 +149,16 @@ static MARK: Shader = Shader::new(
     "fn mark(source: vec4f, frame: Frame) -> vec4f { return vec4f(source.r, f32(frame.reset), source.g, 1.0); }",
 );
 
-params! {
+node_kind! {
     /// Red stays, green is 1 in a pass that resets, and blue is what the green of the source was.
     pub struct Mark {}
-}
 
-impl Node for Mark {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The marks.").or_input("source")];
+}
 
+impl Node for Mark {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
@@ -226,19 +226,19 @@ static TABLE: Shader = Shader::new(
     }",
 );
 
-params! {
+node_kind! {
     /// Shows four numbers of a buffer that is computed with the plan.
     pub struct Table {
         /// The first of them.
         pub first: f32 = 0.25 => within(0.0..=8.0), replans();
     }
-}
 
-impl Node for Table {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image, for the size.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The numbers.").or_input("source")];
+}
 
+impl Node for Table {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use afterimage::host::PostError;
-use afterimage::offline::Session;
+use afterimage::offline::{Session, timing};
 use afterimage_gpu::{FrameKind, FrameStep, Gpu, InputImage, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
@@ -101,8 +101,8 @@ impl Program {
             seen.shown.push(("read", texels));
         }
         let images = self.images.clone();
-        self.session.pass_times_once(&images, FrameStep::FIRST)?;
-        self.session.executor().pipeline_cache_data();
+        timing::pass_times_once(&mut self.session, &images, FrameStep::FIRST)?;
+        self.session.post().executor().pipeline_cache_data();
         Ok(())
     }
 
@@ -120,13 +120,13 @@ impl Program {
     /// Another plan is compiled while the old one renders.
     fn swap(&mut self, seen: &mut Seen) -> Result<(), PostError> {
         let plan = self.session.plan_for(Size::new(24, 16), &self.images.clone())?;
-        let preparation = self.session.executor().prepare(plan);
+        let preparation = self.session.post().executor().prepare(plan);
         while !preparation.is_ready() {
             std::thread::sleep(Duration::from_millis(1));
         }
         self.session.submit(&self.images.clone(), FrameStep::FIRST)?;
         seen.shown.push(("prepared", self.outputs()?));
-        self.session.executor().swap(preparation)?;
+        self.session.post().executor().swap(preparation)?;
         self.frames("swapped", Size::new(24, 16), seen)
     }
 

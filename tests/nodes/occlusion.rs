@@ -20,7 +20,7 @@ pub(super) fn surfaces([width, height]: [u32; 2]) -> Picture {
     })
 }
 
-params! {
+node_kind! {
     /// The openness of the built-in scene by rays: the cosine-weighted mean, with the fading of `Gtao`.
     pub struct Rays {
         /// The distance from which nothing occludes.
@@ -28,6 +28,14 @@ params! {
         /// The last part of it, over which occluders fade out.
         pub falloff: f32 = 0.6 => within(0.0..=1.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("depth", "Distances.").accepts(&[ColorState::Data]),
+        Input::image("normal", "Normals.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The visibility.").or_input("depth")];
 }
 
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
@@ -57,16 +65,8 @@ fn rays(depth: vec4f, normal: vec4f, camera: Camera, at: Point, params: Rays) ->
 .with_library(&ROOM);
 
 impl Node for Rays {
-    const INPUTS: &'static [Input] = &[
-        Input::image("depth", "Distances.").accepts(&[ColorState::Data]),
-        Input::image("normal", "Normals.").accepts(&[ColorState::Data]),
-        Input::block("camera", &CAMERA, "The camera."),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "The visibility.").or_input("depth")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let size = pass.frame_size();
+        let size = pass.frame_size;
         pass.function(&RAYS, "rays").write("result", ImageDesc::new(size));
     }
 }

@@ -14,15 +14,19 @@ use super::surface::scene;
 use crate::support::docs;
 use crate::support::gpu::{Picture, Run, graph_with};
 
-params! {
+node_kind! {
     /// The depth map that a light sees of the built-in scene, by rays.
     pub struct DepthMap {
         /// The map's side.
         pub side: u32 = 512 => within(1.0..=4096.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::block("light", &CAMERA, "The camera at the light.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The depth map.")];
 }
 
-params! {
+node_kind! {
     /// The share of a light that the built-in scene blocks, by rays to it: 0 or 1 for a light without a size.
     pub struct ShadowRays {
         /// The diameter of a light with a perspective, in meters: a disc across its axis.
@@ -32,6 +36,15 @@ params! {
         /// Rays for each pixel.
         pub rays: u32 = 1 => within(1.0..=256.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("depth", "Distances.").accepts(&[ColorState::Data]),
+        Input::image("normal", "Normals.").accepts(&[ColorState::Data]),
+        Input::block("camera", &CAMERA, "The camera."),
+        Input::block("light", &CAMERA, "The camera at the light."),
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The share.").or_input("depth")];
 }
 
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
@@ -91,10 +104,6 @@ fn shadow_rays(
 .with_library(&ROOM);
 
 impl Node for DepthMap {
-    const INPUTS: &'static [Input] = &[Input::block("light", &CAMERA, "The camera at the light.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "The depth map.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(Size::new(self.side, self.side)).format(Format::R32Float);
         pass.function(&RAYS, "depth_map").write("result", desc);
@@ -102,18 +111,9 @@ impl Node for DepthMap {
 }
 
 impl Node for ShadowRays {
-    const INPUTS: &'static [Input] = &[
-        Input::image("depth", "Distances.").accepts(&[ColorState::Data]),
-        Input::image("normal", "Normals.").accepts(&[ColorState::Data]),
-        Input::block("camera", &CAMERA, "The camera."),
-        Input::block("light", &CAMERA, "The camera at the light."),
-    ];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "The share.").or_input("depth")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let tangent = f64::from(0.5 * self.angular_diameter).to_radians().tan();
-        let size = pass.frame_size();
+        let size = pass.frame_size;
         pass.function(&RAYS, "shadow_rays").set("tangent", tangent).write("result", ImageDesc::new(size));
     }
 }

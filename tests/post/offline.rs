@@ -3,7 +3,7 @@
 use afterimage::FrameKind;
 use afterimage::host::kinds::{AutoExposure, Curve, Encode, Exposure, Histogram, ToneMap, Transfer, WhiteBalance};
 use afterimage::host::{FrameStep, ImageDesc, Size};
-use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, Rendered};
+use afterimage::offline::{ComponentType, Encoding, GivenImage, Offline, OfflineFrame, Rendered};
 use afterimage::{Pipeline, Source};
 use afterimage_gpu::Texels;
 
@@ -50,22 +50,22 @@ fn light(stops: &str, red: Option<bool>) -> Vec<u8> {
 fn memory_has_the_light_of_a_host() {
     let mut look = open("-1.0");
     let first = frame(&mut look);
-    assert_eq!((first.outputs[0].name.as_str(), first.outputs[0].numbers.ty()), ("display", NumberType::F16));
-    assert_same(first.outputs[0].numbers.bytes(), &light("-1.0", None));
+    assert_eq!((first.outputs[0].name.as_str(), first.outputs[0].data.ty()), ("display", ComponentType::F16));
+    assert_same(first.outputs[0].data.bytes(), &light("-1.0", None));
     let [stops, _, _, valid] = first.values[0].expect("the meter has a value");
     assert!(stops != 0.0 && valid == 1.0, "{stops} {valid}");
     assert_eq!(look.value("metered").unwrap(), first.values[0]);
     look.set("exposed.stops", "-2.25").unwrap();
-    assert_same(frame(&mut look).outputs[0].numbers.bytes(), &light("-2.25", None));
+    assert_same(frame(&mut look).outputs[0].data.bytes(), &light("-2.25", None));
     look.set_fact("red", false).unwrap();
-    assert_same(frame(&mut look).outputs[0].numbers.bytes(), &light("-2.25", Some(false)));
+    assert_same(frame(&mut look).outputs[0].data.bytes(), &light("-2.25", Some(false)));
     look.unset("exposed.stops").unwrap();
     look.set_tier(Some("low")).unwrap();
     assert_eq!((look.tier(), look.tiers()), (Some("low"), vec!["low".to_owned()]));
-    assert_same(frame(&mut look).outputs[0].numbers.bytes(), &light("-4.0", Some(false)));
+    assert_same(frame(&mut look).outputs[0].data.bytes(), &light("-4.0", Some(false)));
     look.set("red", "Off").unwrap();
     look.set_fact("red", true).unwrap();
-    assert_same(frame(&mut look).outputs[0].numbers.bytes(), &light("-4.0", Some(false)));
+    assert_same(frame(&mut look).outputs[0].data.bytes(), &light("-4.0", Some(false)));
 }
 
 #[test]
@@ -77,25 +77,25 @@ fn a_display_has_the_numbers_that_are_wanted() {
         look.set_encoding(encoding);
         let mut rendered = frame(&mut look);
         let image = rendered.outputs.pop().expect("there is one output");
-        assert_eq!((image.name.as_str(), image.numbers.ty(), image.channels), ("codes", ty, channels));
+        assert_eq!((image.name.as_str(), image.data.ty(), image.channels), ("codes", ty, channels));
         assert!(rendered.outputs.is_empty());
-        image.numbers.bytes().to_vec()
+        image.data.bytes().to_vec()
     };
-    let floats = numbers(Encoding::Float, NumberType::F32, 4);
+    let floats = numbers(Encoding::Float, ComponentType::F32, 4);
     let floats: Vec<f32> = floats.as_chunks::<4>().0.iter().map(|bytes| f32::from_ne_bytes(*bytes)).collect();
     let rounded = |last: f32| {
         let colors = floats.as_chunks::<4>().0.iter().flat_map(|pixel| &pixel[..3]);
         colors.map(|number| (number.clamp(0.0, 1.0) * last + 0.5) as u16).collect::<Vec<u16>>()
     };
-    let sixteen = numbers(Encoding::Codes16, NumberType::U16, 3);
+    let sixteen = numbers(Encoding::Codes16, ComponentType::U16, 3);
     let sixteen: Vec<u16> = sixteen.as_chunks::<2>().0.iter().map(|bytes| u16::from_ne_bytes(*bytes)).collect();
     assert_eq!(sixteen, rounded(65535.0));
     assert!(sixteen.iter().max() > sixteen.iter().min());
     // These come from half floats.
-    let eight = numbers(Encoding::Codes, NumberType::U8, 3);
+    let eight = numbers(Encoding::Codes, ComponentType::U8, 3);
     assert!(eight.iter().zip(rounded(255.0)).all(|(code, wanted)| u16::from(*code).abs_diff(wanted) <= 1));
-    assert_eq!(numbers(Encoding::Codes8, NumberType::U8, 3), eight);
-    assert_eq!(numbers(Encoding::Half, NumberType::F16, 4).len(), 96 * 54 * 8);
+    assert_eq!(numbers(Encoding::Codes8, ComponentType::U8, 3), eight);
+    assert_eq!(numbers(Encoding::Half, ComponentType::F16, 4).len(), 96 * 54 * 8);
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn a_sequence_goes_on_until_a_first_frame() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn what_does_not_fit_is_an_error_and_changes_nothing() {
     let mut look = open("-1.0");
-    let before = frame(&mut look).outputs.remove(0).numbers;
+    let before = frame(&mut look).outputs.remove(0).data;
     let errors = [
         (look.set("exposed.stop", "1").unwrap_err(), "`stops`"),
         (look.set("exposed.stops", "much").unwrap_err(), "stops"),
@@ -142,7 +142,7 @@ fn what_does_not_fit_is_an_error_and_changes_nothing() {
     refused("scene", texels.desc, &texels.bytes[1..], "255 bytes, not the 256 of its size");
     let Err(missing) = look.render(&OfflineFrame::default()) else { panic!("no image is needed") };
     assert!(missing.to_string().contains("needs an image for its input `scene`"), "{missing}");
-    assert_same(frame(&mut look).outputs[0].numbers.bytes(), before.bytes());
+    assert_same(frame(&mut look).outputs[0].data.bytes(), before.bytes());
 }
 
 /// The pipeline of [`look`], whose balance reads an image of that name.
@@ -164,9 +164,9 @@ fn in_code(source: &str) -> Pipeline {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_pipeline_in_code_is_that_of_its_text() {
     let mut built = Offline::open(in_code("scene")).unwrap_or_else(|error| panic!("{error}"));
-    assert_same(frame(&mut built).outputs[0].numbers.bytes(), &light("-2.25", None));
+    assert_same(frame(&mut built).outputs[0].data.bytes(), &light("-2.25", None));
     built.set_tier(Some("low")).unwrap();
-    assert_same(frame(&mut built).outputs[0].numbers.bytes(), &light("-4.0", None));
+    assert_same(frame(&mut built).outputs[0].data.bytes(), &light("-4.0", None));
     let Err(wrong) = Offline::open(in_code("scenes")) else { panic!("no input has that name") };
     let wrong = wrong.to_string();
     assert!(wrong.contains("pipeline in code:8:") && wrong.contains("`scene`"), "{wrong}");

@@ -104,8 +104,13 @@ fn a_redraw_has_the_bits_of_a_whole_frame_and_runs_what_depends_on_a_value() {
             let shown = kept.shown();
             assert!(shown == whole.shown(), "{name} at {new:?}");
             let passes = kept.session.plan().passes.len();
-            let is_partial =
-                kept.session.executor().loaded().and_then(LoadedPlan::passes_redrawn).is_some_and(|run| run < passes);
+            let is_partial = kept
+                .session
+                .post()
+                .executor()
+                .loaded()
+                .and_then(LoadedPlan::passes_redrawn)
+                .is_some_and(|run| run < passes);
             telling += usize::from(is_partial && shown != before);
             // The next frame begins with the state of this one.
             for film in [&mut kept, &mut whole] {
@@ -150,7 +155,7 @@ fn a_redraw_is_whole_where_more_than_values_has_changed() {
         film.frame(STEPS[1]);
         change(&mut film);
         film.frame(redraw(STEPS[1]));
-        film.session.executor().loaded().and_then(LoadedPlan::passes_redrawn)
+        film.session.post().executor().loaded().and_then(LoadedPlan::passes_redrawn)
     };
     assert_eq!(redrawn(options(true), &|_| {}), Some(0), "nothing has changed");
     assert_eq!(redrawn(options(false), &|_| {}), None);
@@ -163,5 +168,5 @@ fn a_redraw_is_whole_where_more_than_values_has_changed() {
         film.images[0].view = view.create_view(&Default::default());
     };
     assert_eq!(redrawn(options(true), &other_image), None);
-    assert_eq!(redrawn(options(true), &|film| film.session.executor().reset()), None);
+    assert_eq!(redrawn(options(true), &|film| film.session.post().executor().reset()), None);
 }

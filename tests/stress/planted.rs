@@ -13,7 +13,7 @@ pub(super) struct Planted {
     pub(super) verdict: &'static str,
 }
 
-const fn planted<N: Node>(case: &'static str, verdict: &'static str) -> Planted {
+const fn planted<N: TypedKind + Node>(case: &'static str, verdict: &'static str) -> Planted {
     Planted { kind: NodeKind::of::<N>(), case, verdict }
 }
 
@@ -41,14 +41,10 @@ pub(super) const ALL: &[Planted] = &[
 const SOURCE: &[Input] = &[Input::image("source", "Light.").accepts(&[ColorState::Scene])];
 const RESULT: &[Output] = &[Output::image("result", OutputState::same("source"), "Light.").or_input("source")];
 
-/// A kind of one function that is named after its shader's text, with a promise beyond the usual ones.
+/// A node with one function that is named after its shader's text.
 macro_rules! faulty {
-    ($kind:ident, $function:literal, $outputs:expr, $fallback:expr, $wgsl:literal $(, $promise:ident)?) => {
+    ($kind:ident, $function:literal, $fallback:expr, $wgsl:literal) => {
         impl Node for $kind {
-            const INPUTS: &'static [Input] = SOURCE;
-            const OUTPUTS: &'static [Output] = $outputs;
-            const INVARIANTS: Invariants = Invariants { $($promise: true,)? ..Invariants::DEFAULT };
-
             fn is_identity(&self, _: &InputValues) -> bool {
                 let is_neutral: fn(&Self) -> bool = $fallback;
                 is_neutral(self)
@@ -66,45 +62,51 @@ macro_rules! faulty {
 
 mod promises;
 
-params! {
+node_kind! {
     /// Divides by a luminance that may be 0.
     pub struct DividesByLight {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     DividesByLight,
     "divides_by_light",
-    RESULT,
     |_| false,
     "fn divides_by_light(source: vec4f) -> vec4f {
     return vec4f(source.rgb * (source.g / (source.r + source.g + source.b)), source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// Takes the logarithm of 0.
     pub struct LogOfNothing {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     LogOfNothing,
     "log_of_nothing",
-    RESULT,
     |_| false,
     "fn log_of_nothing(source: vec4f) -> vec4f {
     return vec4f(abs(source.rgb * log2(source.rgb)) / 16.0, source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// A knee whose width is divided by.
     pub struct KneeOfNothing {
         /// Width.
         pub knee: f32 = 0.5 => within(0.0..=1.0);
     }
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     KneeOfNothing,
     "knee_of_nothing",
-    RESULT,
     |_| false,
     "struct KneeOfNothing { knee: f32 }
 fn knee_of_nothing(source: vec4f, params: KneeOfNothing) -> vec4f {
@@ -113,59 +115,67 @@ fn knee_of_nothing(source: vec4f, params: KneeOfNothing) -> vec4f {
 }"
 );
 
-params! {
+node_kind! {
     /// Makes bright light brighter than a half float can hold.
     pub struct Unbounded {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     Unbounded,
     "unbounded",
-    RESULT,
     |_| false,
     "fn unbounded(source: vec4f) -> vec4f {
     return vec4f(source.rgb * 4.0, source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// Takes away more light than there is.
     pub struct BelowBlack {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     BelowBlack,
     "below_black",
-    RESULT,
     |_| false,
     "fn below_black(source: vec4f) -> vec4f {
     return vec4f(source.rgb - 0.5, source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// Encodes and does not stop at white.
     pub struct AboveWhite {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal.")];
 }
 faulty!(
     AboveWhite,
     "above_white",
-    &[Output::image("result", OutputState::Always(ColorState::Encoded), "The signal.")],
     |_| false,
     "fn above_white(source: vec4f) -> vec4f {
     return vec4f(sqrt(source.rgb), source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// Says that it changes nothing at 0, and does.
     pub struct FalseIdentity {
         /// Share of the effect.
         pub amount: f32 = 1.0 => within(0.0..=1.0), neutral(0.0);
     }
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     FalseIdentity,
     "false_identity",
-    RESULT,
     |me| me.amount == 0.0,
     "struct FalseIdentity { amount: f32 }
 fn false_identity(source: vec4f, params: FalseIdentity) -> vec4f {
@@ -173,32 +183,34 @@ fn false_identity(source: vec4f, params: FalseIdentity) -> vec4f {
 }"
 );
 
-params! {
+node_kind! {
     /// Raises to a power what may be negative.
     pub struct PowerOfNegative {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 faulty!(
     PowerOfNegative,
     "power_of_negative",
-    RESULT,
     |_| false,
     "fn power_of_negative(source: vec4f) -> vec4f {
     return vec4f(pow(source.rgb, vec3f(0.4)), source.a);
 }"
 );
 
-params! {
+node_kind! {
     /// Counts beyond the end of a table while it is recorded.
     pub struct CountsTooFar {
         /// How far.
         pub levels: u32 = 2 => within(1.0..=8.0);
     }
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for CountsTooFar {
-    const INPUTS: &'static [Input] = SOURCE;
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         const WEIGHTS: [f32; 4] = [0.4, 0.3, 0.2, 0.1];
         static SHADER: Shader = Shader::new(
@@ -213,15 +225,15 @@ fn counts_too_far(source: vec4f, params: CountsTooFar) -> vec4f { return source 
     }
 }
 
-params! {
+node_kind! {
     /// Has another curve for devices that draw.
     pub struct DrawsOtherwise {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for DrawsOtherwise {
-    const INPUTS: &'static [Input] = SOURCE;
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
             "draws_otherwise.wgsl",
@@ -233,20 +245,20 @@ fn draws_otherwise_fast(source: vec4f) -> vec4f {
         );
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
-        let function = if pass.caps().prefer_fragment { "draws_otherwise_fast" } else { "draws_otherwise" };
+        let function = if pass.caps.prefer_fragment { "draws_otherwise_fast" } else { "draws_otherwise" };
         pass.function(&SHADER, function).write("result", desc);
     }
 }
 
-params! {
+node_kind! {
     /// Passes a number to the next function in a private variable, and not in the image.
     pub struct SharesPrivately {}
+
+    const INPUTS: &'static [Input] = SOURCE;
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 impl Node for SharesPrivately {
-    const INPUTS: &'static [Input] = SOURCE;
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         static SHADER: Shader = Shader::new(
             "shares_privately.wgsl",

@@ -28,14 +28,20 @@ fn probe_volume(@builtin(global_invocation_id) id: vec3u) {
 }",
 );
 
-params! {
+node_kind! {
     /// The first 388 words of a table: four floats, then integers as their low and high halves.
     pub struct ProbeTable {}
+
+    const INPUTS: &'static [Input] = &[Input::new("table", PortType::Table, "The table.")];
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
-params! {
+node_kind! {
     /// A volume as an image: rows of all slices beside each other, one row of pixels for each slice.
     pub struct ProbeVolume {}
+
+    const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
+    const OUTPUTS: &'static [Output] = RESULT;
 }
 
 const RESULT: &[Output] =
@@ -46,9 +52,6 @@ fn seen(width: u32, height: u32) -> ImageDesc {
 }
 
 impl Node for ProbeTable {
-    const INPUTS: &'static [Input] = &[Input::new("table", PortType::Table, "The table.")];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output("result", seen(388, 1));
         pass.compute(&TABLE, "probe_table").image("result", result).dispatch([7, 1, 1]);
@@ -56,9 +59,6 @@ impl Node for ProbeTable {
 }
 
 impl Node for ProbeVolume {
-    const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
-    const OUTPUTS: &'static [Output] = RESULT;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");
         let size = pass.desc(volume).size;

@@ -115,19 +115,19 @@ pub mod node {
     //!      }",
     //! );
     //!
-    //! params! {
+    //! node_kind! {
     //!     /// Darkens the image.
     //!     pub struct Darken {
     //!         /// The share of light that is taken away.
     //!         pub amount: f32 = 0.5 => within(0.0..=1.0), neutral(0.0);
     //!     }
-    //! }
     //!
-    //! impl Node for Darken {
     //!     const INPUTS: &'static [Input] = &[Input::image("source", "The image.")];
     //!     const OUTPUTS: &'static [Output] =
     //!         &[Output::image("result", OutputState::same("source"), "The darkened image.").or_input("source")];
+    //! }
     //!
+    //! impl Node for Darken {
     //!     fn is_identity(&self, _: &InputValues) -> bool {
     //!         self.amount == 0.0
     //!     }

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use afterimage_graph::node::Params;
+use afterimage_graph::node::TypedKind;
 
 use crate::source::Source;
 
@@ -41,7 +41,7 @@ impl Pipeline {
 
     /// Adds a node. Each wire is a port and the name of what it reads. Values that the kind has by default are not
     /// written.
-    pub fn node<N: Params>(mut self, name: &str, node: &N, wires: &[(&str, &str)]) -> Self {
+    pub fn node<N: TypedKind>(mut self, name: &str, node: &N, wires: &[(&str, &str)]) -> Self {
         let mut fields: Vec<String> = wires.iter().map(|(port, source)| format!("{port}: {source:?}")).collect();
         for (param, value) in N::table().iter().zip(node.values()) {
             if value != param.default {

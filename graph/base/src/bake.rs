@@ -11,7 +11,7 @@ pub enum Bake {
     Off,
     /// A table, in the size that is enough for 8 bits.
     Auto,
-    /// A table with this many levels of light: one of [`SIZES`](Self::SIZES).
+    /// A table with this many levels of each channel: one of [`SIZES`](Self::SIZES).
     Size(u32),
 }
 

@@ -94,7 +94,7 @@ impl Pipeline {
         Ok(self.snapshot.check(tier, &[])?.0)
     }
 
-    /// What it claims of a tier: its time and its error, and what they were measured on.
+    /// Its claim for a tier: time and error, and the conditions of the measurement.
     pub fn claim(&self, tier: &str) -> Option<&Claim> {
         self.snapshot.claim(tier)
     }

@@ -24,11 +24,11 @@ pub struct Afterimage {
     pub tier: Option<String>,
     /// A time to hold: the tier is then chosen by what the pipeline takes, and `tier` does not count.
     pub budget: Option<Budget>,
-    /// What is known of the scene, for the conditions of the pipeline.
+    /// Facts of the scene, for the conditions of the pipeline.
     pub facts: BTreeMap<String, Setting>,
     /// Values of parameters, `node.parameter`, in place of those of the file.
     pub parameters: BTreeMap<String, Setting>,
-    /// Where the result goes.
+    /// The target of the result.
     pub target: Target,
     /// Cuts so far. Another number than in the frame before says that the view has changed at once, as after a cut or a
     /// teleport: histories and adaptation begin anew.

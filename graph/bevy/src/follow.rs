@@ -1,4 +1,4 @@
-//! What the main world makes of cameras with pipelines for the render world.
+//! Requests of the main world to the render world, for cameras with pipelines.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::camera::Afterimage;
 use crate::request::{CameraRequest, Settings};
 use crate::status::{AfterimageReadings, AfterimageStatus, Rendered};
 
-/// What a camera had before a pipeline replaced it.
+/// Settings of a camera that a pipeline has replaced.
 #[derive(Component)]
 pub(crate) struct Replaced {
     tonemapping: Option<Tonemapping>,
@@ -140,7 +140,7 @@ pub(crate) fn request(
     }
 }
 
-/// Why the tiers of a camera are none of its pipeline.
+/// The error of tiers of a camera that its pipeline does not have.
 fn wrong_tier(pipeline: &Pipeline, look: &Afterimage) -> Option<String> {
     let governed = look.budget.as_ref().map(|budget| &*budget.tiers);
     if governed.is_some_and(<[String]>::is_empty) {

@@ -1,4 +1,4 @@
-//! What a camera gives a pipeline for a frame: its images, and its part of them.
+//! Images of a camera for a frame of a pipeline, and its viewport.
 
 use afterimage::host::{Graph, Rectangle};
 use afterimage::wgpu;
@@ -13,7 +13,7 @@ pub(crate) struct Images<'a> {
     inputs: [(&'a str, &'a wgpu::TextureView); MAX_INPUTS],
     rectangles: [(&'a str, Rectangle); MAX_INPUTS + 1],
     count: usize,
-    /// Whether the camera has a part of its images only.
+    /// True if the camera has a part of its images only.
     has_rectangles: bool,
 }
 

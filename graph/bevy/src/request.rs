@@ -1,4 +1,4 @@
-//! What the main world requests from the render world for a camera.
+//! Request of the main world to the render world for a camera.
 
 use std::sync::Arc;
 

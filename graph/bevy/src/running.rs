@@ -24,13 +24,13 @@ pub(crate) struct CameraPost {
     has_cut: bool,
     /// The values that are read back, by their labels.
     watches: Vec<(String, Watch)>,
-    /// What was said last, and whether something is to be added.
-    said: Rendered,
-    is_said: bool,
+    /// The last report, and true unless something is to be added to it.
+    reported: Rendered,
+    is_reported: bool,
     plan: Option<Arc<Plan>>,
 }
 
-/// Why the tiers of a pipeline are not wrong here.
+/// The reason why the tiers of a pipeline are valid here.
 const CHECKED: &str = "all tiers were checked when the pipeline was loaded";
 
 impl CameraPost {
@@ -54,9 +54,9 @@ impl CameraPost {
     }
 
     fn with_post(post: Post, settings: Arc<Settings>) -> Self {
-        let (block, said) = (BlockData::new(&CAMERA), Rendered::default());
+        let (block, reported) = (BlockData::new(&CAMERA), Rendered::default());
         let watches = Vec::new();
-        Self { post, settings, camera: None, block, has_cut: true, watches, said, is_said: true, plan: None }
+        Self { post, settings, camera: None, block, has_cut: true, watches, reported, is_reported: true, plan: None }
     }
 
     /// Bevy encodes the main texture later.
@@ -67,7 +67,7 @@ impl CameraPost {
         }
     }
 
-    /// Whether it can follow these settings: an output that holds linear light does so for good.
+    /// True if it can follow these settings. An output of linear color stays one.
     pub(crate) fn suits(&self, settings: &Settings) -> bool {
         self.settings.look.target == settings.look.target
     }
@@ -93,10 +93,10 @@ impl CameraPost {
         self.has_cut |= before.look.cuts != look.cuts;
         self.set(&before.look, &mut refused);
         self.watches = look.watched.iter().map(|label| (label.clone(), self.post.watch(label))).collect();
-        refused.iter().filter(|why| !self.said.settings.contains(why)).for_each(|why| error!("{why}"));
-        if refused != self.said.settings {
-            self.said.settings = refused;
-            self.is_said = false;
+        refused.iter().filter(|why| !self.reported.settings.contains(why)).for_each(|why| error!("{why}"));
+        if refused != self.reported.settings {
+            self.reported.settings = refused;
+            self.is_reported = false;
         }
     }
 
@@ -200,34 +200,34 @@ impl CameraPost {
 
     /// Tells the main world what has changed; a new error is logged.
     pub(crate) fn say(&mut self, error: Option<String>, is_running: bool, report: &Report) {
-        if let Some(error) = error.as_ref().filter(|error| self.said.frame.as_ref() != Some(error)) {
+        if let Some(error) = error.as_ref().filter(|error| self.reported.frame.as_ref() != Some(error)) {
             error!("{error}");
         }
         let is_changing = self.post.is_changing();
         // The reason stays until the next change.
-        let has_come_in = self.said.is_changing && !is_changing;
-        let known = self.said.fade_skip_reason.as_deref();
+        let has_come_in = self.reported.is_changing && !is_changing;
+        let known = self.reported.fade_skip_reason.as_deref();
         if let Some(why) = self.post.fade_skip_reason().filter(|why| has_come_in || known != Some(*why)) {
             warn!("a change did not fade in: {why}");
         }
         let is_same_plan = self.plan.as_ref().map(Arc::as_ptr) == self.post.plan().map(Arc::as_ptr);
         if is_same_plan
-            && std::mem::replace(&mut self.is_said, true)
-            && self.said.frame == error
-            && (self.said.is_running, self.said.is_changing) == (is_running, is_changing)
-            && self.said.tier.as_deref() == self.post.tier()
-            && self.said.unknown == self.post.warnings()
-            && self.said.fade_skip_reason.as_deref() == self.post.fade_skip_reason()
+            && std::mem::replace(&mut self.is_reported, true)
+            && self.reported.frame == error
+            && (self.reported.is_running, self.reported.is_changing) == (is_running, is_changing)
+            && self.reported.tier.as_deref() == self.post.tier()
+            && self.reported.unknown == self.post.warnings()
+            && self.reported.fade_skip_reason.as_deref() == self.post.fade_skip_reason()
         {
             return;
         }
         self.plan = self.post.plan().cloned();
         let passes = self.plan.as_ref().map_or(Vec::new(), |plan| plan.pass_names());
-        let settings = std::mem::take(&mut self.said.settings);
+        let settings = std::mem::take(&mut self.reported.settings);
         let fade_skip_reason = self.post.fade_skip_reason().map(str::to_owned);
         let (unknown, tier) = (self.post.warnings().to_vec(), self.post.tier().map(str::to_owned));
-        self.said =
+        self.reported =
             Rendered { settings, unknown, tier, frame: error, is_running, is_changing, fade_skip_reason, passes };
-        report.lock().rendered = Some(self.said.clone());
+        report.lock().rendered = Some(self.reported.clone());
     }
 }

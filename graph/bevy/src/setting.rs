@@ -18,7 +18,7 @@ pub enum Setting {
     Choice(String),
 }
 
-/// Where the result goes.
+/// The target of the result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 #[type_path = "bevy_afterimage"]

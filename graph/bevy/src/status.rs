@@ -11,7 +11,7 @@ use bevy::prelude::*;
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[type_path = "bevy_afterimage"]
 pub struct AfterimageStatus {
-    /// What is wrong with the files of the pipeline, with excerpts. What was loaded before renders on.
+    /// Errors in the files of the pipeline, with excerpts. The pipeline that was loaded before renders on.
     pub files: Option<String>,
     /// Facts and parameters that are refused, and why. The values before stay.
     pub settings: Vec<String>,
@@ -19,15 +19,15 @@ pub struct AfterimageStatus {
     pub unknown: Vec<String>,
     /// The tier that renders, or that a plan is being made for; with a budget, the one that it allows.
     pub tier: Option<String>,
-    /// What is wrong with the last frame. Without a plan it is not rendered.
+    /// The error of the last frame. Without a plan it is not rendered.
     pub frame: Option<String>,
     /// Effects of Bevy that do the pipeline's work a second time on this camera.
     pub others: Vec<String>,
-    /// Whether the pipeline was rendered in the last frame that Bevy drew with the camera.
+    /// True if the pipeline was rendered in the last frame that Bevy drew with the camera.
     pub is_running: bool,
-    /// Whether a plan for changed facts, another tier or another pipeline is being made.
+    /// True while a plan for changed facts, another tier or another pipeline is being made.
     pub is_changing: bool,
-    /// Why the last change came in at once although [`fade`](crate::Afterimage::fade) is set.
+    /// The reason why the last change came in at once although [`fade`](crate::Afterimage::fade) is set.
     pub fade_skip_reason: Option<String>,
     /// The passes of the plan that renders, each by its nodes and its work.
     pub passes: Vec<String>,
@@ -40,7 +40,7 @@ pub struct AfterimageStatus {
 #[type_path = "bevy_afterimage"]
 pub struct AfterimageReadings(pub BTreeMap<String, Vec4>);
 
-/// What the render world says of a camera.
+/// The report of the render world on a camera.
 #[derive(Clone, Default)]
 pub(crate) struct Rendered {
     pub(crate) settings: Vec<String>,
@@ -59,7 +59,7 @@ pub(crate) struct Report(Arc<Mutex<Sent>>);
 
 #[derive(Default)]
 pub(crate) struct Sent {
-    /// What is new.
+    /// The state of the last frame, unless it was taken.
     pub(crate) rendered: Option<Rendered>,
     pub(crate) readings: BTreeMap<String, Vec4>,
 }

@@ -1,8 +1,8 @@
-//! When the plugin's systems run.
+//! The order of the plugin's systems.
 
 use bevy::prelude::*;
 
-/// What runs in a frame, for systems that must run before or after it.
+/// Sets of systems of a frame, for systems that must run before or after them.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AfterimageSystems {
     /// In `PostUpdate`: settings and assets of the cameras are looked at, and changes begin.

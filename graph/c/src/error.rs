@@ -9,7 +9,7 @@ thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
 
-/// Why a call failed.
+/// The error of a call, as text.
 pub(crate) struct Fault(pub(crate) String);
 
 impl From<afterimage::Error> for Fault {

@@ -12,7 +12,7 @@ use std::slice;
 
 use afterimage::FrameKind;
 use afterimage::host::{Camera, FrameStep, ImageDesc, Matrix, Size};
-use afterimage::offline::{Encoding, GivenImage, NumberType, Offline, OfflineFrame, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, GivenImage, Offline, OfflineFrame, RenderedImage, format_of};
 
 use error::{Fault, guarded};
 
@@ -30,7 +30,7 @@ pub struct AfterimagePipeline {
     look: Offline,
     /// The outputs of the last frame, with their names as C has them.
     outputs: Vec<(CString, RenderedImage)>,
-    /// Whether a call has ended in a panic, so that nothing is known of the state.
+    /// True after a call that has ended in a panic: the state is unknown.
     is_broken: bool,
 }
 
@@ -67,7 +67,7 @@ pub struct AfterimageCamera {
     pub previous_view: [f32; 16],
     /// `projection` of the frame before.
     pub previous_projection: [f32; 16],
-    /// How far the samples lie from the centers of pixels, in pixels, y downwards.
+    /// Offset of the samples from the centers of pixels, in pixels, y downwards.
     pub jitter: [f32; 2],
     /// `jitter` of the frame before.
     pub previous_jitter: [f32; 2],
@@ -78,11 +78,11 @@ pub struct AfterimageCamera {
 pub struct AfterimageFrame {
     /// Images of the inputs: light as linear Rec.709.
     pub images: *const AfterimageImage,
-    /// How many images there are.
+    /// Number of images.
     pub image_count: usize,
     /// Cameras of the inputs.
     pub cameras: *const AfterimageCamera,
-    /// How many cameras there are.
+    /// Number of cameras.
     pub camera_count: usize,
     /// Pixels of a row, for a pipeline without images.
     pub width: u32,
@@ -274,15 +274,15 @@ pub unsafe extern "C" fn afterimage_output(
         let (name, output) = found.ok_or_else(|| Fault("no frame with such an output was rendered".to_owned()))?;
         *image = AfterimageImage {
             name: name.as_ptr(),
-            numbers: output.numbers.bytes().as_ptr().cast(),
+            numbers: output.data.bytes().as_ptr().cast(),
             width: output.desc.size.width,
             height: output.desc.size.height,
             channels: output.channels as u32,
-            number_type: match output.numbers.ty() {
-                NumberType::U8 => AFTERIMAGE_U8,
-                NumberType::U16 => AFTERIMAGE_U16,
-                NumberType::F16 => AFTERIMAGE_F16,
-                NumberType::F32 => AFTERIMAGE_F32,
+            number_type: match output.data.ty() {
+                ComponentType::U8 => AFTERIMAGE_U8,
+                ComponentType::U16 => AFTERIMAGE_U16,
+                ComponentType::F16 => AFTERIMAGE_F16,
+                ComponentType::F32 => AFTERIMAGE_F32,
             },
             slices: if output.desc.volume { output.desc.size.depth } else { 0 },
         };
@@ -348,8 +348,8 @@ unsafe fn images(frame: &AfterimageFrame) -> Result<Vec<GivenImage<'_>>, Fault> 
         // SAFETY: the same. The text lives as long as the frame.
         let input = unsafe { text(image.name, "name") }?;
         let ty = match image.number_type {
-            AFTERIMAGE_F16 => Some(NumberType::F16),
-            AFTERIMAGE_F32 => Some(NumberType::F32),
+            AFTERIMAGE_F16 => Some(ComponentType::F16),
+            AFTERIMAGE_F32 => Some(ComponentType::F32),
             _ => None,
         };
         let format = ty.and_then(|ty| format_of(ty, image.channels));

@@ -29,7 +29,7 @@ pub(crate) use options::{
     Crop, DeviceOptions, ImageOptions, KindOptions, PipelineOptions, PlanOptions, parse_crop, parse_fps, parse_size,
 };
 
-/// What `--version` prints: `-V` only prints the first line. A test compares it with the versions that are built.
+/// The text of `--version`; `-V` prints its first line. A test compares it with the versions that are built.
 const LONG_VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\nwgpu 30.0.1, naga 30.0.1");
 
 /// Post-processing for HDR images: a pipeline is a RON file, its nodes are plug-ins.
@@ -246,7 +246,7 @@ pub(crate) struct RenderArgs {
     pub(crate) device: DeviceOptions,
 }
 
-/// How engines without Open Job Description run the same.
+/// Help about render managers without Open Job Description.
 const ENGINES: &str = "\
 Engines that do not read templates run `render` itself, a command for each chunk of frames. With the words
   RENDER = render tsushima shot.####.exr -o out.####.png --meter shot.####.meter

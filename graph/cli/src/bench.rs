@@ -8,7 +8,7 @@ use afterimage_lab::bench::{self, BenchOptions};
 use afterimage_media::{run_files, write_atomic};
 
 use crate::args::BenchArgs;
-use crate::device::{keep_pipeline_data, open_for, pipelines};
+use crate::device::{keep_pipeline_data, open_for};
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
 use crate::pipeline::{PipelineFile, facts, load_graph};
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &BenchArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         options: args.plan.options(),
     };
     let report = bench::bench(&gpu, &registry, &shown_path(path), &load, &options)?;
-    keep_pipeline_data(&gpu, &report.pipelines, &pipelines(&gpu));
+    keep_pipeline_data(&gpu, &report.pipelines);
     say_text(&report.to_string());
     match &args.json {
         Some(file) => {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use afterimage_graph::check::{Graph, GraphInput};
 use afterimage_graph::image::Size;
-use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, Params};
-use afterimage_media::{Source, StatedCamera, read_camera, read_text};
+use afterimage_graph::node::{BlockData, CAMERA, Camera, Matrix, TypedKind};
+use afterimage_media::{CameraMatrices, Source, read_camera, read_text};
 use afterimage_nodes::DemoScene;
 use serde::Deserialize;
 
@@ -62,8 +62,8 @@ impl CameraFile {
     }
 }
 
-impl From<StatedCamera> for CameraFile {
-    fn from(StatedCamera { view, projection }: StatedCamera) -> Self {
+impl From<CameraMatrices> for CameraFile {
+    fn from(CameraMatrices { view, projection }: CameraMatrices) -> Self {
         Self {
             view,
             projection,
@@ -127,6 +127,7 @@ mod tests {
         before.jitter = [0.0, 0.125];
         let data = file.data(Some(&before)).expect("its matrices have inverses");
         assert_eq!(data.get("previous_view").expect("a member")[12], 4.0);
+        assert_eq!(data.get("jitter"), Some(vec![0.25, -0.5]));
         assert_eq!(data.get("previous_jitter"), Some(vec![0.0, 0.125]));
     }
 

@@ -20,7 +20,7 @@ use crate::files::{Files, read_document, registry, text};
 use crate::pipeline::{PipelineFile, facts, plan_without_device};
 use crate::terminal::{note, note_styled, say, say_text};
 
-/// How often a file is mended: a mended error can uncover others.
+/// The most rounds of fixes in a file: a fixed error can uncover others.
 const MAX_ROUNDS: usize = 8;
 
 pub(crate) fn run(args: &CheckArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {

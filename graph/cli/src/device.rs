@@ -1,4 +1,4 @@
-//! The device of a command: how it is opened, its sessions, and the cache of what earlier runs know of it.
+//! The device of a command, its sessions, and the cache of compiled pipelines of earlier runs.
 //!
 //! The cache of each graphics adapter holds the driver's pipelines. It can be deleted at any time. Errors with it do
 //! not stop the program; it only starts slower.
@@ -38,48 +38,14 @@ pub(crate) fn open_for(device: &DeviceOptions, plan: &PlanOptions) -> Result<Gpu
 }
 
 /// A session with the driver's pipelines of earlier runs.
-pub(crate) struct CachedSession {
-    pub(crate) session: Session,
-    known_pipelines: Vec<u8>,
+pub(crate) fn session(gpu: &Gpu, graph: Graph, facts: Facts, options: Options) -> Session {
+    Session::with_pipeline_cache(gpu, graph, facts, options, &pipelines(gpu))
 }
 
-impl CachedSession {
-    /// Opens the device, and a session on it.
-    pub(crate) fn open(
-        device: &DeviceOptions,
-        plan: &PlanOptions,
-        graph: Graph,
-        facts: Facts,
-        options: Options,
-    ) -> Result<Self, Failure> {
-        let gpu = open_for(device, plan)?;
-        Ok(Self::new(&gpu, graph, facts, options))
-    }
-
-    /// A session on an open device.
-    pub(crate) fn new(gpu: &Gpu, graph: Graph, facts: Facts, options: Options) -> Self {
-        let known_pipelines = pipelines(gpu);
-        Self { session: Session::with_pipeline_cache(gpu, graph, facts, options, &known_pipelines), known_pipelines }
-    }
-
-    /// The session for a run with another graph. Compiled pipelines stay, and for the same frame once more its images
-    /// and its state; otherwise all is reset.
-    pub(crate) fn changed(mut self, graph: Graph, facts: Facts, options: Options, again: bool) -> Self {
-        if again {
-            self.session.change(graph, options);
-            self.session.post().set_facts(facts);
-        } else {
-            self.session.reset(graph, facts, options);
-        }
-        self
-    }
-
-    /// Stores the driver's pipelines for the next run, if there are others than before.
-    pub(crate) fn keep_pipelines(&mut self) {
-        let bytes = self.session.executor().pipeline_cache_data().unwrap_or_default();
-        keep_pipeline_data(self.session.gpu(), &bytes, &self.known_pipelines);
-        self.known_pipelines = bytes;
-    }
+/// Stores the driver's pipelines of a session for the next run.
+pub(crate) fn keep_pipelines(session: &mut Session) {
+    let bytes = session.post().executor().pipeline_cache_data().unwrap_or_default();
+    keep_pipeline_data(session.gpu(), &bytes);
 }
 
 /// The folder of the cache: `$XDG_CACHE_HOME/afterimage`, or the system's folder for caches.
@@ -106,14 +72,14 @@ fn pipelines_file(gpu: &Gpu) -> Option<PathBuf> {
 }
 
 /// The driver's pipelines of earlier runs; empty if there are none.
-pub(crate) fn pipelines(gpu: &Gpu) -> Vec<u8> {
+fn pipelines(gpu: &Gpu) -> Vec<u8> {
     pipelines_file(gpu).and_then(|path| read_bytes(&path, MAX_BYTES).ok()).unwrap_or_default()
 }
 
-/// Stores the driver's pipelines for the next run, if there are others than `known`.
-pub(crate) fn keep_pipeline_data(gpu: &Gpu, bytes: &[u8], known: &[u8]) {
+/// Stores the driver's pipelines for the next run, if there are others than before.
+pub(crate) fn keep_pipeline_data(gpu: &Gpu, bytes: &[u8]) {
     match pipelines_file(gpu) {
-        Some(path) if !bytes.is_empty() && bytes != known => keep(&path, bytes),
+        Some(path) if !bytes.is_empty() && bytes != pipelines(gpu) => keep(&path, bytes),
         _ => {}
     }
 }

@@ -26,11 +26,9 @@ pub(crate) enum Failure {
         /// 1 for an error of the input, 2 for an error of the machine.
         status: u8,
     },
-    /// Errors in pipeline files.
     Pipeline(Diagnostics),
     /// The results are printed already; only the status is left.
     Printed {
-        /// See [`status`](Failure::status).
         status: u8,
     },
 }
@@ -200,7 +198,7 @@ impl From<LabError> for Failure {
             LabError::Machine(message) => Self::machine(message),
             LabError::File(error) => error.into(),
             LabError::Pipeline(diagnostics) => diagnostics.into(),
-            LabError::Session(error) => error.into(),
+            LabError::Post(error) => error.into(),
         }
     }
 }

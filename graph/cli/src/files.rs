@@ -18,7 +18,7 @@ use crate::args::KindOptions;
 use crate::built_in::{MAX_TEXT, hint};
 use crate::failure::Failure;
 
-/// Begins the list of files of a run, with those that were read before and are not read again.
+/// Begins the list of files of a run, with those of OpenColorIO, which are not read again.
 pub(crate) fn begin_run() {
     run_files::begin();
     #[cfg(feature = "ocio")]
@@ -30,7 +30,7 @@ const MAX_BYTES: u64 = 1 << 30;
 
 /// Reads the files that a pipeline names.
 pub(crate) trait FileLoader: Loader {
-    /// A file that the pipeline names. Another run reads it, and so may this one.
+    /// Reports a file that the pipeline names, for this tier or for another.
     fn name(&self, path: &str);
 }
 
@@ -38,11 +38,10 @@ impl FileLoader for BuiltIn {
     fn name(&self, _: &str) {}
 }
 
-/// Reads the files that a stranger's file may name: those of its folder and below, and of the folders of `--allow`.
+/// Reads the files that an untrusted file may name: those in its folder and below, and in the folders of `--allow`.
 pub(crate) struct Files {
     /// The description of the first of the folders, for errors.
     own: &'static str,
-    /// The folders, without links.
     folders: Vec<PathBuf>,
     /// The number of bytes that may still be read.
     left: Cell<u64>,

@@ -18,7 +18,7 @@ use crate::frame_ranges::ranges;
 use crate::render::{Sequence, sequence};
 use crate::terminal::{note, say_text};
 
-/// The options that each task has of its own, by the names of their fields.
+/// The options that differ by task, by the names of their fields.
 const OF_TASKS: [&str; 2] = ["frames", "openjd"];
 /// Of Open Job Description 2023-09: characters of the value of a parameter, and of a variable; parameters besides
 /// `Program` and `Folder`; values of a parameter of tasks.
@@ -120,7 +120,7 @@ fn variables() -> Result<serde_json::Map<String, Value>, Failure> {
     Ok(variables)
 }
 
-/// The words of a command that mean what those of the job mean.
+/// The arguments of a command that correspond to those of the job.
 struct Words {
     command: &'static str,
     /// `--option=value`, and flags.
@@ -129,7 +129,7 @@ struct Words {
     files: Vec<String>,
 }
 
-/// All that the command line of the job states for an option of `command`, but for `left_out`.
+/// The arguments of the job that are options of `command`, without those of `left_out`.
 fn words_of(matches: &ArgMatches, command: &'static str, left_out: &[&str]) -> Result<Words, Failure> {
     let mut words = Words { command, options: Vec::new(), files: Vec::new() };
     let program = crate::args::command();
@@ -169,7 +169,7 @@ fn is_plain(text: &str) -> bool {
     !text.contains("{{") && !text.contains("}}") && !text.contains(char::is_control)
 }
 
-/// Texts that would mean something else in a template, as parameters of the job, whose values mean themselves.
+/// Texts that a template would interpret: they become parameters of the job, whose values are literal.
 #[derive(Default)]
 struct Parameters(Vec<String>);
 

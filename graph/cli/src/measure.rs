@@ -9,7 +9,7 @@ use afterimage_media::{run_files, write_atomic};
 use afterimage_plan::Options;
 
 use crate::args::PipelineOptions;
-use crate::args::measure::{ClipArgs, MeasureArgs};
+use crate::args::measure::{MeasureArgs, SequenceArgs};
 use crate::device::open;
 use crate::failure::Failure;
 use crate::files::{Files, read_document, registry};
@@ -22,8 +22,8 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
     if let Some(path) = args.plot.as_ref().filter(|path| path.extension().is_none_or(|ending| ending != "svg")) {
         return Err(Failure::user(format!("`--plot {}` does not end in `.svg`", path.display())));
     }
-    let registry = registry(tables, &args.clips.options.kinds)?;
-    let mut options = measure_options(&args.clips)?;
+    let registry = registry(tables, &args.sequences.options.kinds)?;
+    let mut options = measure_options(&args.sequences)?;
     options.tiers_only = args.tiers;
     options.error_images.clone_from(&args.error_image);
     let report = report(args, &registry, &options)?;
@@ -32,9 +32,9 @@ pub(crate) fn run(args: &MeasureArgs, tables: &[&[NodeKind]]) -> Result<(), Fail
 }
 
 /// Options of a measurement from the arguments of `measure` and `tune`.
-pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure> {
+pub(crate) fn measure_options(args: &SequenceArgs) -> Result<MeasureOptions, Failure> {
     let inputs = assignments(&args.inputs, "--input")?;
-    let clips = SequenceOptions {
+    let sequences = SequenceOptions {
         images: args.images.clone(),
         inputs,
         scene: args.scene,
@@ -46,7 +46,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
         budget: args.decoding.budget(),
     };
     Ok(MeasureOptions {
-        sequences: clips,
+        sequences,
         facts: facts(&args.options)?,
         options: Options::default(),
         samples: args.repeats,
@@ -57,7 +57,7 @@ pub(crate) fn measure_options(args: &ClipArgs) -> Result<MeasureOptions, Failure
 }
 
 /// Notes the images that a pipeline is measured on. Names without files are reported when they are read.
-pub(crate) fn note_images(args: &ClipArgs) {
+pub(crate) fn note_images(args: &SequenceArgs) {
     let named = args.inputs.iter().filter_map(|input| input.split_once('=')).map(|(_, file)| file);
     // A folder that cannot be listed is reported when it is read.
     let images = args.images.iter().flat_map(|image| measure::files(image).unwrap_or_default());
@@ -77,9 +77,9 @@ pub(crate) fn note_images(args: &ClipArgs) {
 fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> Result<MeasureReport, Failure> {
     let path = &args.pipeline;
     let document = read_document(path)?;
-    let files = Files::of(path, &args.clips.options.kinds);
+    let files = Files::of(path, &args.sequences.options.kinds);
     let file = PipelineFile::new(&document, registry, &files);
-    let pipeline = &args.clips.options;
+    let pipeline = &args.sequences.options;
     let tiers = file.tiers().into_iter().map(|tier| {
         let graph = file.check(&PipelineOptions { tier: Some(tier.clone()), ..pipeline.clone() })?.0;
         Ok((shown(&tier).into_owned(), graph))
@@ -90,12 +90,12 @@ fn report(args: &MeasureArgs, registry: &Registry, options: &MeasureOptions) -> 
         tier: pipeline.tier.clone(),
         tiers: tiers.collect::<Result<_, Failure>>()?,
     };
-    note_images(&args.clips);
+    note_images(&args.sequences);
     args.json.iter().chain(&args.plot).try_for_each(|out| run_files::writes(out))?;
     if let Some(folder) = &args.error_image {
         run_files::writes_into(folder, |name| options.sequences.may_name_error_image(name))?;
     }
-    let gpu = open(&args.clips.device)?;
+    let gpu = open(&args.sequences.device)?;
     Ok(measure::measure(&gpu, registry, &pipeline, options, &Bar::new(0))?)
 }
 

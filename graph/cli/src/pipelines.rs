@@ -71,7 +71,7 @@ pub(crate) fn write_with_files(file: &Path, text: &str, named: &[(String, Arc<[u
     Ok(())
 }
 
-/// Notes the files that a built-in pipeline names.
+/// Records the files that a built-in pipeline names.
 #[derive(Default)]
 struct RecordingBuiltIn(RefCell<BTreeMap<String, Arc<[u8]>>>);
 

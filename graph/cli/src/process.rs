@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::failure::Failure;
 
-/// Prepares the process, as long as it has one thread.
+/// Prepares the process while it has one thread.
 pub(crate) fn prepare() {
     silence_driver();
     #[cfg(target_os = "linux")]
@@ -46,8 +46,8 @@ pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
     pool(ThreadPoolBuilder::new()).or_else(|_| pool(ThreadPoolBuilder::new().num_threads(1))).map_err(no_thread)
 }
 
-/// Starts the threads on which all others encode and measure, which end the program where they start on their own and
-/// there is none.
+/// Starts rayon's global threads. Where they start by themselves and the system has no further thread, the program would
+/// end.
 ///
 /// # Errors
 /// The system has no further thread.

@@ -8,9 +8,9 @@ use afterimage_graph::diagnostic::shown;
 use afterimage_lab::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal::{note, tell_farm};
+use crate::terminal::{note, report_to_farm};
 
-/// Between two lines where standard error is no terminal: the logs of a farm are read by people.
+/// The time between two lines where standard error is no terminal.
 const PAUSE: Duration = Duration::from_secs(5);
 
 /// A bar on standard error; it disappears when it is dropped.
@@ -18,7 +18,7 @@ pub(crate) struct Bar {
     bar: ProgressBar,
     /// The name of the steps.
     what: &'static str,
-    /// Stands before the number of all steps and before the time that is left, if they may become less.
+    /// Prefix of the number of all steps and of the time left, if both are upper limits.
     most: &'static str,
     start: Instant,
     /// The time of the last line; `None` on a terminal.
@@ -65,8 +65,8 @@ impl Bar {
         let (done, all) = (self.bar.position(), self.bar.length().unwrap_or(0));
         if self.openjd {
             let share = 100.0 * done as f64 / all.max(1) as f64;
-            tell_farm("progress", &format!("{share:.1}"));
-            tell_farm("status", &format!("{name}, {done} of {all} {}", self.what));
+            report_to_farm("progress", &format!("{share:.1}"));
+            report_to_farm("status", &format!("{name}, {done} of {all} {}", self.what));
         }
         if done < all {
             self.note(name);
@@ -129,11 +129,11 @@ mod tests {
 
     #[test]
     fn a_line_has_the_rate_and_the_time_left() {
-        let told = |done, seconds| line(done, 96, "frames", "", Duration::from_secs(seconds));
-        assert_eq!(told(12, 4), "12 of 96 frames, 3.0 a second, 0:28 left");
-        assert_eq!(told(1, 90), "1 of 96 frames, 90.0 s each, 2:22:30 left");
-        assert_eq!(told(0, 7), "0 of 96 frames");
-        assert_eq!(told(95, 95), "95 of 96 frames, 1.0 a second, 0:01 left");
+        let of_frames = |done, seconds| line(done, 96, "frames", "", Duration::from_secs(seconds));
+        assert_eq!(of_frames(12, 4), "12 of 96 frames, 3.0 a second, 0:28 left");
+        assert_eq!(of_frames(1, 90), "1 of 96 frames, 90.0 s each, 2:22:30 left");
+        assert_eq!(of_frames(0, 7), "0 of 96 frames");
+        assert_eq!(of_frames(95, 95), "95 of 96 frames, 1.0 a second, 0:01 left");
         let search = line(12, 96, "steps", "at most ", Duration::from_secs(4));
         assert_eq!(search, "12 of at most 96 steps, 3.0 a second, at most 0:28 left");
     }

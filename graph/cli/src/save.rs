@@ -22,7 +22,7 @@ pub(crate) struct SaveOptions {
 }
 
 impl SaveOptions {
-    /// Files of that format as `demo` writes them: dithered to eight bits, without alpha, which is a mask there; half
+    /// The options of `demo` for files of a format: dithered to eight bits, without alpha, which is a mask there; half
     /// floats in EXR.
     pub(crate) fn plain(format: ImageFormat) -> Self {
         let encoding = match format {
@@ -37,7 +37,7 @@ impl SaveOptions {
     pub(crate) fn encoding(&self, stated: &ImageInfo) -> Encoding {
         Encoding {
             dither: self.encoding.dither.map(|_| self.noise.seed(stated.frame)),
-            color: is_light(stated.state).then_some(stated.colorimetry),
+            color: is_color(stated.state).then_some(stated.colorimetry),
             scene: matches!(stated.state, ColorState::Scene | ColorState::Exposed),
             ..self.encoding
         }
@@ -68,7 +68,7 @@ impl ImageInfo {
         Self { state: output.state, colorimetry: output.colorimetry, meta: None, frame: 0, original: None }
     }
 
-    /// The attributes that are true of the image: the luminance that the input states is that of its own light.
+    /// The attributes that hold for the image: the luminance that the input states is that of its own color.
     pub(crate) fn attributes(&self) -> Option<Metadata> {
         let mut meta = self.meta.clone()?;
         if self.state != ColorState::Scene {
@@ -87,7 +87,7 @@ pub(crate) fn save(
     options: &SaveOptions,
 ) -> Result<Vec<String>, Failure> {
     let (encoding, meta) = (options.encoding(stated), stated.attributes());
-    let has_layers = encoding.format == ImageFormat::Exr && is_light(stated.state);
+    let has_layers = encoding.format == ImageFormat::Exr && is_color(stated.state);
     let size = (texels.desc.size.width, texels.desc.size.height);
     let notes = with_samples(texels, |samples| {
         let image = Image { size, samples, meta: meta.as_ref() };
@@ -99,8 +99,8 @@ pub(crate) fn save(
     Ok(notes?)
 }
 
-/// True if the numbers of such an image are light, with primaries.
-pub(crate) fn is_light(state: ColorState) -> bool {
+/// True if an image in this state is color, which has primaries.
+pub(crate) fn is_color(state: ColorState) -> bool {
     !matches!(state, ColorState::Data | ColorState::LogLuminance)
 }
 

@@ -4,7 +4,7 @@
 //! texts of files can hold any. [`say`] and [`note`] print one line, in which all of them are escapes. A text that this
 //! program has made of lines keeps its line feeds and its styles; its parts from files have been through [`shown`].
 //!
-//! A farm takes orders from lines that begin with `openjd_`. Only [`tell_farm`] prints such a line.
+//! A farm takes orders from lines that begin with `openjd_`. Only [`report_to_farm`] prints such a line.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "all output of the program is written here")]
 
 use std::io::{ErrorKind, Write as _};
@@ -34,7 +34,7 @@ pub(crate) fn say_styled(text: &str) {
 }
 
 /// Prints what the session of a farm reads (Open Job Description, "How Jobs Are Run").
-pub(crate) fn tell_farm(what: &str, value: &str) {
+pub(crate) fn report_to_farm(what: &str, value: &str) {
     print(&format!("openjd_{what}: {}", shown(value)));
 }
 

@@ -12,7 +12,6 @@ use crate::args::measure::TuneArgs;
 use crate::failure::Failure;
 use crate::files::Files;
 
-/// The figures as text.
 pub(crate) fn figures(tier: &Tier) -> String {
     let Measured { ms, p999, p999_without_worst, max, bytes, .. } = tier.measured;
     let mebibytes = bytes as f64 / f64::from(1 << 20);
@@ -25,7 +24,7 @@ pub(crate) fn figures(tier: &Tier) -> String {
 pub(crate) fn check_name(args: &TuneArgs, registry: &Registry, name: &str) -> Result<(), Failure> {
     let text = document(args, &[tier_entry(name, &[])], "");
     let document = parse("the tuned pipeline", &text)?;
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let files = Files::of(&args.pipeline, &args.sequences.options.kinds);
     let options = CheckOptions { tier: Some(name.to_owned()), sets: Vec::new(), loader: &files };
     // Only the name is checked here; the file itself was checked before.
     match document.tiers.first() {
@@ -46,7 +45,7 @@ pub(crate) fn text(
     let claims: String = tuned.tiers.iter().map(claim).collect();
     let text = document(args, &tiers, &format!("    claims: {{\n{claims}    }},\n"));
     let path = args.out.clone().unwrap_or_else(|| args.pipeline.with_file_name("tuned.ron"));
-    let files = Files::of(&args.pipeline, &args.clips.options.kinds);
+    let files = Files::of(&args.pipeline, &args.sequences.options.kinds);
     let document = parse(&path.to_string_lossy(), &text)?;
     for tier in &tuned.tiers {
         let options = CheckOptions { tier: Some(tier.name.clone()), sets: Vec::new(), loader: &files };
@@ -62,7 +61,7 @@ fn claim(tier: &Tier) -> String {
     format!("        {name:?}: Claim(ms: {ms:.3}, p999: {p999:.3}, flip: {flip:.3}, on: {conditions:?}),\n")
 }
 
-/// The folder of the pipeline if the file does not lie in it or above: `--allow` must then name it.
+/// The folder of the pipeline, if the file is neither in it nor above it: then `--allow` must name it.
 pub(crate) fn foreign_folder(args: &TuneArgs) -> Option<PathBuf> {
     let pipeline = real_path(&args.pipeline).ok()?;
     let folder = real_path(args.out.as_ref()?.parent()?).ok()?;

@@ -19,7 +19,7 @@ use crate::terminal::{note, say_text};
 use crate::tier_file;
 
 pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure> {
-    let pipeline = &args.clips.options;
+    let pipeline = &args.sequences.options;
     let registry = registry(tables, &pipeline.kinds)?;
     let document = read_document(&args.pipeline)?;
     let files = Files::of(&args.pipeline, &pipeline.kinds);
@@ -28,12 +28,12 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let plain = without_changes(&file, pipeline, &written)?;
     // `--set` asks for another look, but a tier is a compromise: errors are measured against the file without it.
     let ideal = file.check(&PipelineOptions { tier: None, ..pipeline.clone() })?.0;
-    note_images(&args.clips);
+    note_images(&args.sequences);
     args.out.iter().chain(&args.state).try_for_each(|out| run_files::writes(out))?;
     let goals = goals(args);
     goals.iter().try_for_each(|goal| tier_file::check_name(args, &registry, &goal.name))?;
-    let gpu = open(&args.clips.device)?;
-    let mut options = measure_options(&args.clips)?;
+    let gpu = open(&args.sequences.device)?;
+    let mut options = measure_options(&args.sequences)?;
     if args.goal.tiers.is_some() && !args.no_charts {
         add_charts(&mut options.sequences, &written);
     }
@@ -54,11 +54,11 @@ pub(crate) fn run(args: &TuneArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
 }
 
 /// Adds the built-in pictures on which tiers are tuned, if the pipeline can take them.
-fn add_charts(clips: &mut SequenceOptions, graph: &Graph) {
-    if clips.charts_fit(graph) {
+fn add_charts(sequences: &mut SequenceOptions, graph: &Graph) {
+    if sequences.charts_fit(graph) {
         // Without images, they would take the place of the built-in scene.
-        clips.scene |= clips.images.is_empty();
-        clips.charts = true;
+        sequences.scene |= sequences.images.is_empty();
+        sequences.charts = true;
     } else {
         note("note: the pipeline cannot take the pictures of `--charts`; lamps, dots or lines may exceed the claims");
     }
@@ -99,7 +99,7 @@ fn step(codes: f64) -> TuneTarget {
     if codes == 0.0 { TuneTarget::MostAccurate } else { TuneTarget::Error(codes) }
 }
 
-/// The pipeline as its file is, which the new tiers change: what `--tier` and `--set` change becomes part of them.
+/// The graph of the file alone, which the new tiers change: changes of `--tier` and `--set` become part of them.
 fn without_changes(file: &PipelineFile<'_>, options: &PipelineOptions, written: &Graph) -> Result<Graph, Failure> {
     let plain = file.check(&PipelineOptions { tier: None, sets: Vec::new(), ..options.clone() })?.0;
     let nodes = |graph: &Graph| -> Vec<_> {

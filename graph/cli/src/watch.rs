@@ -55,7 +55,7 @@ fn written(args: &RenderArgs) -> String {
     files.join(", ")
 }
 
-/// The input files: the pipeline and the files that it names, folders of kinds, the images, and those of OpenColorIO.
+/// The files to watch: the pipeline and the files that it names, folders of kinds, images, and files of OpenColorIO.
 fn places(args: &RenderArgs, tables: &[&[NodeKind]]) -> BTreeSet<PathBuf> {
     let mut places = files_of(&args.pipeline, tables, &args.options);
     places.extend(args.options.kinds.nodes.iter().cloned());

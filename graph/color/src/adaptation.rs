@@ -15,7 +15,7 @@ pub const ARRI_WIDE_GAMUT_3: Chromaticities = Chromaticities {
     white: Xy::D65,
 };
 
-/// The luminance weights of linear light in these primaries: those of [`LUMINANCE`] for Rec.709.
+/// The luminance weights of linear color in these primaries: those of [`LUMINANCE`] for Rec.709.
 pub fn luminance_weights(primaries: &Chromaticities) -> DVec3 {
     if *primaries == Chromaticities::REC709 { LUMINANCE } else { primaries.to_xyz().row(1) }
 }

@@ -82,7 +82,7 @@ pub struct Shoulder {
     pub line_from: f64,
     /// The beginning of the shoulder.
     pub from: f64,
-    /// The limit of the curve for bright light.
+    /// The limit of the curve for large values.
     pub limit: f64,
     /// The distance from the shoulder's beginning to the limit.
     pub gap: f64,
@@ -141,7 +141,7 @@ impl Gt7 {
     }
 }
 
-/// The tone scale of ACES 2.0: for light x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
+/// The tone scale of ACES 2.0: for luminance x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
 #[derive(Clone, Copy, Debug)]
 pub struct Aces2Tone {
     /// The result for middle gray.
@@ -153,7 +153,7 @@ pub struct Aces2Tone {
 /// The contrast of the tone scale.
 const ACES2_CONTRAST: f64 = 1.15;
 
-/// The toe of the tone scale: what it subtracts from bright light.
+/// The toe of the tone scale: what it subtracts from large values.
 const ACES2_TOE: f64 = 0.04;
 
 impl Aces2Tone {
@@ -171,12 +171,12 @@ impl Aces2Tone {
         Self { gray, factor, offset }
     }
 
-    /// The light that reaches the peak.
+    /// The luminance that is mapped to the peak.
     pub fn hit(peak: f64) -> f64 {
         128.0 + (896.0 - 128.0) * (peak / 100.0).ln() / 100.0_f64.ln()
     }
 
-    /// The result for light of 0 or more.
+    /// The result for luminance of 0 or more.
     pub fn apply(self, x: f64) -> f64 {
         let f = self.factor * (x / (x + self.offset)).powf(ACES2_CONTRAST);
         f * f / (f + ACES2_TOE)

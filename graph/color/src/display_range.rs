@@ -1,8 +1,8 @@
-//! The range of light that a node makes, compared with that of the display after it.
+//! The range of display-linear color that a node makes, compared with that of the display after it.
 
 use afterimage_graph::color::{Colorimetry, Decimal};
 
-/// Display-linear light up to a peak.
+/// The range of display-linear color, from 0 to a peak.
 #[derive(Clone, Copy, Debug)]
 pub struct DisplayRange {
     /// The luminance of display-linear 1 in cd/m2.
@@ -15,7 +15,7 @@ pub struct DisplayRange {
 const TOLERANCE: f64 = 0.01;
 
 impl DisplayRange {
-    /// Checks that a display shows this light without clipping it, and with the same luminance. The error is one
+    /// Checks that a display shows this range without clipping it, and with the same luminance. The error is one
     /// sentence.
     pub fn suits(&self, display: &Colorimetry) -> Result<(), String> {
         let Self { white_nits: white, peak_nits: peak } = *self;

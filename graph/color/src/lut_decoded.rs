@@ -23,7 +23,7 @@ static NO_FILE: LazyLock<Arc<Decoded>> =
     LazyLock::new(|| Arc::new(Decoded::new(PngLayout::Tiles, Ok(LutFile::Table(Lut::identity())))));
 
 impl Decoded {
-    /// That of a file; `layout` is that of a PNG. Without a file the table that changes nothing.
+    /// The table of a file; `layout` is that of a PNG. Without a file, the identity.
     pub fn of(file: &FileValue, layout: PngLayout) -> Arc<Self> {
         let Some(bytes) = &file.bytes else { return NO_FILE.clone() };
         let accepts = |known: &Self| known.layout == layout;

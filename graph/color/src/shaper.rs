@@ -1,4 +1,4 @@
-//! Shapers: how light of any range is spread over the entries of a table.
+//! Shapers: the mapping of linear values of any range to the entries of a table.
 
 use afterimage_graph::prelude::*;
 
@@ -47,14 +47,14 @@ impl Shape {
         Self { line: [slope * scale, 0.0, cut, 0.0], curve: [a, b, c * scale, (d - foot) * scale] }
     }
 
-    /// The position of light in a table.
+    /// The position of a linear value in a table.
     pub fn apply(&self, light: f64) -> f64 {
         let [slope, offset, end, _] = self.line;
         let [a, b, c, d] = self.curve;
         if light > end { c * (a * light + b).max(1e-30).log2() + d } else { slope * light + offset }
     }
 
-    /// The inverse: the light at position `t` of a table.
+    /// The inverse: the linear value at position `t` of a table.
     pub fn light(&self, t: f64) -> f64 {
         let [slope, offset, end, _] = self.line;
         let [a, b, c, d] = self.curve;

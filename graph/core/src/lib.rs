@@ -42,9 +42,9 @@ pub mod prelude {
     //! The names that node authors need.
     pub use crate::node::{
         BufferId, BufferLife, ByNeighbors, ByRows, ColorChange, Fallback, ImageColor, ImageId, Input, InputValue,
-        InputValues, Invariants, Node, NodeKind, Output, OutputState, Params, PortType, Recorder, Resource,
+        InputValues, Invariants, Node, NodeKind, Output, OutputState, PortType, Recorder, Resource, TypedKind,
     };
-    pub use crate::{choices, params};
+    pub use crate::{choices, node_kind};
     pub use afterimage_base::image::{ColorState, Format, ImageDesc, Size};
     pub use afterimage_base::value::{FileValue, ParamType, Value};
     pub use afterimage_wgsl::{Library, Shader};

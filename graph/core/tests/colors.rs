@@ -32,7 +32,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Does one thing to colors.
     pub struct Turn {
         /// What it does.
@@ -40,26 +40,53 @@ params! {
         /// Whether it can show SDR alone.
         pub dim: bool = false;
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
 }
 
-params! {
+node_kind! {
     /// Makes exposed light, by a mask.
     pub struct Made {}
+
+    const INPUTS: &'static [Input] = &[Input::image("mask", "Where."), SOURCE];
+    const OUTPUTS: &'static [Output] = &[
+        Output::image("result", OutputState::Always(ColorState::Exposed), "The picture."),
+        Output::image("where", OutputState::same("mask"), "Where."),
+        Output::new("amount", PortType::Value, OutputState::Nothing, "How much."),
+    ];
 }
 
-params! {
+node_kind! {
     /// Adds two images of one state.
     pub struct Mix {}
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("one", "A picture.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("two", "Another.").accepts(&[ColorState::Scene, ColorState::Exposed]),
+        Input::image("free", "Whatever.").optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("one"), "The sum.")];
 }
 
-params! {
+node_kind! {
     /// Reads a camera.
     pub struct Seen {}
+
+    const INPUTS: &'static [Input] = &[SOURCE, Input::block("eye", &CAMERA, "The camera.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
 }
 
-params! {
+node_kind! {
     /// Reads another block, and a volume of fog.
     pub struct Foggy {}
+
+    const INPUTS: &'static [Input] = &[
+        SOURCE,
+        Input::block("fog", &FOG, "The fog."),
+        Input::new("volume", PortType::Volume, "Light.").content("scattering").optional(),
+    ];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
 }
 
 static FOG: HostBlock = HostBlock { name: "Fog", doc: "Fog.", fields: CAMERA.fields };
@@ -74,9 +101,6 @@ fn hlg() -> Colorimetry {
 }
 
 impl Node for Turn {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
-
     fn color(&self) -> ColorChange {
         match self.deed {
             Deed::Keep => ColorChange::Keep,
@@ -99,38 +123,18 @@ impl Node for Turn {
 }
 
 impl Node for Made {
-    const INPUTS: &'static [Input] = &[Input::image("mask", "Where."), SOURCE];
-    const OUTPUTS: &'static [Output] = &[
-        Output::image("result", OutputState::Always(ColorState::Exposed), "The picture."),
-        Output::image("where", OutputState::same("mask"), "Where."),
-        Output::new("amount", PortType::Value, OutputState::Nothing, "How much."),
-    ];
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 
 impl Node for Mix {
-    const INPUTS: &'static [Input] = &[
-        Input::image("one", "A picture.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("two", "Another.").accepts(&[ColorState::Scene, ColorState::Exposed]),
-        Input::image("free", "Whatever.").optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("one"), "The sum.")];
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 
 impl Node for Seen {
-    const INPUTS: &'static [Input] = &[SOURCE, Input::block("eye", &CAMERA, "The camera.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 
 impl Node for Foggy {
-    const INPUTS: &'static [Input] = &[
-        SOURCE,
-        Input::block("fog", &FOG, "The fog."),
-        Input::new("volume", PortType::Volume, "Light.").content("scattering").optional(),
-    ];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "The picture.")];
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 

@@ -9,7 +9,7 @@ use afterimage_graph::node::{
     BufferLife, Compare, Cull, DepthTest, DrawPass, ImageId, Load, NodeColors, OutputUse, Raster, RecorderContext,
     Recording, Topology, UniformValues, VertexFormat, contract,
 };
-use afterimage_graph::params;
+use afterimage_graph::node_kind;
 use afterimage_graph::prelude::*;
 
 const TEXT: &str = "
@@ -30,16 +30,15 @@ struct Pair { @location(0) first: vec4f, @location(1) second: vec4f }
 ";
 static SHADER: Shader = Shader::new("canvas.wgsl", TEXT);
 
-params! {
+node_kind! {
     /// Something to record for.
     pub struct Canvas {}
+
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent)];
 }
 
 impl Node for Canvas {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "What is drawn.").or(Fallback::Absent)];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let result = pass.output("result", ImageDesc::new(Size::new(4, 4)));
         pass.clear("clear").color(result, Load::Clear([0.0; 4])).record();
@@ -335,15 +334,14 @@ fn samples_levels_and_layers_stay_where_they_can_be_read() {
     }
 }
 
-params! {
+node_kind! {
     /// Reads a level that nothing has drawn.
     pub struct Undrawn {}
+
+    const OUTPUTS: &'static [Output] = Canvas::OUTPUTS;
 }
 
 impl Node for Undrawn {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] = Canvas::OUTPUTS;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         static UNDRAWN: Shader = Shader::new(
             "undrawn.wgsl",

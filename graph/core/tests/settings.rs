@@ -198,12 +198,15 @@ fn a_state_is_the_chosen_one_and_without_a_choice_that_of_the_first_input() {
     assert_eq!(graph.nodes[0].states, [Some(ColorState::Scene)]);
 }
 
-params! {
+node_kind! {
     /// A kind whose color state a parameter chooses.
     pub struct Chosen {
         /// The state of the result, or that of the source.
         pub state: Kept = Kept::Same;
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image."), Input::image("mask", "Another one.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::chosen("state"), "An image.")];
 }
 
 choices! {
@@ -217,9 +220,6 @@ choices! {
 }
 
 impl Node for Chosen {
-    const INPUTS: &'static [Input] = &[Input::image("source", "An image."), Input::image("mask", "Another one.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::chosen("state"), "An image.")];
-
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 

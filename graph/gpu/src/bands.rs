@@ -1,7 +1,8 @@
-//! Pictures that are larger than the device, band by band: see [`Plan::banding`].
+//! Images that exceed the limits of the device, rendered in bands of rows: see [`Plan::banding`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread::{Builder, Scope, ScopedJoinHandle};
 
@@ -17,11 +18,12 @@ use wgpu::{BindGroupEntry, BufferUsages, ShaderStages};
 use crate::bind_group::{PassBindings, Samplers, part};
 use crate::buffer::{buffer, filled_buffer};
 use crate::device::{BLOCK, texture_format};
+use crate::executor::cores;
 use crate::frame_constants::FrameConstants;
-use crate::full_screen::{FullScreenPipeline, color_pass};
+use crate::full_screen::color_pass;
 use crate::heap;
-use crate::layout::{Pipeline, layout_entries};
-use crate::pipelines::shader_module;
+use crate::layout::Pipeline;
+use crate::pipelines::{Built, PipelineRequest, Pipelines};
 use crate::platform::{submit, wait, watched};
 use crate::store::{self, Stored};
 use crate::stream::RowUpload;
@@ -47,10 +49,10 @@ pub trait BandWriter: Send {
     type Error: Send;
 
     /// Takes the texels of some rows of an output, without gaps, from the top to the bottom. The first row comes again
-    /// where the picture is begun anew. What `texels` is left with does not matter, but its memory is used again.
+    /// when the image is rendered again with taller bands. The memory of `texels` is reused, whatever is left in it.
     ///
     /// # Errors
-    /// The rows cannot be kept.
+    /// The rows cannot be written.
     fn write(&mut self, output: &str, rows: Range<u32>, texels: &mut Vec<u8>) -> Result<(), Self::Error>;
 }
 
@@ -63,13 +65,12 @@ pub struct BandStats {
     pub bands: usize,
     /// Number of attempts: the first one, and one for each time that bands had to be taller.
     pub starts: usize,
-    /// Bytes of images and buffers on the device, of those through which rows come and go, and of what was taken
-    /// before, as planned.
+    /// Planned bytes of images and buffers on the device, with staging buffers and memory that was in use before.
     pub bytes: u64,
-    /// Bytes that wgpu has allocated for them and for all else, also memory of the host that the device reads and
-    /// writes, if the backend knows it.
+    /// Bytes that wgpu has allocated for them and for everything else, with host-visible memory, if the backend knows
+    /// it.
     pub allocated: Option<u64>,
-    /// The values that were asked for; `None` for one that the plan does not have.
+    /// The requested values; `None` for one that the plan does not have.
     pub values: Vec<Option<[f32; 4]>>,
 }
 
@@ -91,10 +92,10 @@ pub struct BandedFrame<'a> {
     pub values: &'a [String],
 }
 
-/// Renders one picture in bands: bit for bit what the plan makes of whole images.
+/// Renders one frame in bands, bit-identical to the plan on whole images.
 ///
 /// # Errors
-/// A node cannot be made in bands, no band is small enough, or the device or the files fail.
+/// A node cannot run in bands, no band is small enough, or the device or the files fail.
 pub fn render_in_bands<R: BandReader, W: BandWriter<Error = R::Error>>(
     gpu: &Gpu,
     plan: &Plan,
@@ -104,34 +105,34 @@ pub fn render_in_bands<R: BandReader, W: BandWriter<Error = R::Error>>(
 ) -> Result<BandStats, R::Error> {
     let device = &gpu.device;
     let mut halos = Halos::default();
-    let mut compiled = BTreeMap::new();
+    let pipelines = Arc::default();
     let limits = BandLimits { side: limits.side.min(device.limits().max_texture_dimension_2d), ..limits };
     for starts in 1.. {
         let banding = plan.banding(limits, &halos, &|desc| heap::requirement(device, desc))?;
-        compile::<R::Error>(device, plan, &banding, &mut compiled)?;
+        let compiled = compile::<R::Error>(device, plan, &banding, &pipelines)?;
         let constants = FrameConstants::new(frame.step.time, frame.step.dt, frame.number, true);
-        let mut picture = Picture::new(gpu, plan, &banding, &compiled, &constants, frame.blocks)?;
-        if let Some(missing) = picture.probe()? {
+        let mut renderer = BandRenderer::new(gpu, plan, &banding, &compiled, &constants, frame.blocks)?;
+        if let Some(missing) = renderer.probe()? {
             // Bands elsewhere may begin at another fraction of a row.
             widen(&mut halos, plan, &banding, missing, |rows| rows + 1);
-        } else if let Some(missing) = picture.render(reader, writer)? {
-            // It depends on pixels, and there may be more such pixels.
+        } else if let Some(missing) = renderer.render(reader, writer)? {
+            // The halo depends on pixels, and others may need a larger one.
             widen(&mut halos, plan, &banding, missing, |rows| 2 * rows);
         } else {
             let bands = banding.sweeps.iter().map(|sweep| sweep.bands.len()).sum();
             let sweeps = banding.sweeps.iter().filter(|sweep| !sweep.bands.is_empty()).count();
-            let values = picture.values(frame.values, &Readback::new(device, &gpu.queue))?;
+            let values = renderer.values(frame.values, &Readback::new(device, &gpu.queue))?;
             let allocated = device.generate_allocator_report().map(|report| report.total_reserved_bytes);
             return Ok(BandStats { sweeps, bands, starts, bytes: banding.bytes, allocated, values });
         }
-        // The memory is free before the next start takes its own.
-        drop(picture);
+        // The memory is freed before the next attempt allocates.
+        drop(renderer);
         wait(device, None)?;
     }
-    unreachable!("in the end the bands are the whole picture")
+    unreachable!("in the end a band is the whole image")
 }
 
-/// The bytes that a frame of whole images takes, with those that are uploaded and read back.
+/// Bytes of device memory for a frame of whole images, with its staging buffers.
 pub fn bytes_of_whole_frame(gpu: &Gpu, plan: &Plan, inputs: &[(&str, ImageDesc)]) -> u64 {
     let readback = Readback::new(&gpu.device, &gpu.queue);
     let inputs = inputs.iter().map(|(_, desc)| heap::requirement(&gpu.device, desc).bytes + desc.bytes());
@@ -147,13 +148,11 @@ type Missing = (usize, usize, [u32; 2]);
 /// A pass that is compiled.
 struct Compiled {
     composed: Composed,
-    pipeline: Pipeline,
-    /// The layout of its first bind group.
-    layout: wgpu::BindGroupLayout,
+    built: Built,
 }
 
-/// A picture that is made in bands.
-struct Picture<'a> {
+/// Renders the bands of one image: textures, bind groups, commands and transfers.
+struct BandRenderer<'a> {
     gpu: &'a Gpu,
     plan: &'a Plan,
     banding: &'a Banding,
@@ -172,10 +171,10 @@ struct Picture<'a> {
     upload: RowUpload,
 }
 
-/// Rows on their way: the name of the input or of the output, its rows, and their texels.
+/// Rows in transfer: the name of the output, its rows, and their texels.
 type Rows<'a> = (&'a str, Range<u32>, Vec<u8>);
 
-/// Channels of the prefetch and writer threads. Memory goes back to them when its rows are done.
+/// Channels of the prefetch and writer threads, with those that return memory for reuse.
 struct Streams<'a, E> {
     read: Receiver<Result<Vec<u8>, E>>,
     uploaded: Sender<Vec<u8>>,
@@ -183,13 +182,13 @@ struct Streams<'a, E> {
     written: Receiver<Vec<u8>>,
 }
 
-/// A pass, its workgroups, and the rows of the texture of its result that a draw makes: all without any.
+/// A pass, its workgroups, and the rows of the target that a draw covers; `None` for all rows.
 type Run = (usize, [u32; 3], Option<Range<u32>>);
 
 const STORAGE: BufferUsages = BufferUsages::STORAGE.union(BufferUsages::COPY_DST).union(BufferUsages::COPY_SRC);
 const UNIFORM: BufferUsages = BufferUsages::UNIFORM.union(BufferUsages::COPY_DST);
 
-impl<'a> Picture<'a> {
+impl<'a> BandRenderer<'a> {
     fn new(
         gpu: &'a Gpu,
         plan: &'a Plan,
@@ -199,9 +198,9 @@ impl<'a> Picture<'a> {
         blocks: &BTreeMap<String, BlockData>,
     ) -> Result<Self, GpuError> {
         let device = &gpu.device;
-        watched(device, "a picture in bands", || {
+        watched(device, "an image in bands", || {
             let missing_bytes = 8 * (plan.passes.len() * banding.sizes.len()).max(1) as u64;
-            let mut picture = Self {
+            let mut renderer = Self {
                 gpu,
                 plan,
                 banding,
@@ -221,12 +220,12 @@ impl<'a> Picture<'a> {
                     plan.inputs.iter().map(|(_, image)| plan.image(*image).desc),
                 ),
             };
-            picture.buffers = picture.buffers()?;
-            Ok(picture)
+            renderer.buffers = renderer.buffers()?;
+            Ok(renderer)
         })
     }
 
-    /// Has the textures for what runs before a sweep, or in its bands, and only these.
+    /// Allocates the textures of the passes before a sweep, or of its bands, and frees all others.
     fn enter(&mut self, sweep: usize, in_bands: bool) -> Result<(), GpuError> {
         let device = &self.gpu.device;
         let lives = &self.banding.lives[2 * sweep + usize::from(in_bands)];
@@ -279,17 +278,17 @@ impl<'a> Picture<'a> {
     }
 
     fn image(&self, image: usize) -> &Stored {
-        self.images[image].as_ref().expect("what a pass uses has a texture")
+        self.images[image].as_ref().expect("the images of a pass have textures")
     }
 
-    /// The place of the size of an image in bands.
+    /// The index of the size of an image in bands.
     fn place(&self, resource: Resource) -> Option<usize> {
         self.banding.images[resource.image()?.0 as usize]
     }
 
     fn bind(&self, pass: usize, in_bands: bool) -> Vec<wgpu::BindGroup> {
         let device = &self.gpu.device;
-        let Compiled { composed, layout, .. } = &self.compiled[&pass];
+        let Compiled { composed, built } = &self.compiled[&pass];
         let bindings = PassBindings {
             plan: self.plan,
             pass,
@@ -301,7 +300,7 @@ impl<'a> Picture<'a> {
             buffers: &self.buffers,
             view: &|image| &self.image(image.0 as usize).view,
         };
-        let mut groups = vec![bindings.bind_group(device, layout)];
+        let mut groups = vec![bindings.bind_group(device, &built.layout)];
         if in_bands {
             let bytes = region(self.banding);
             let windows = part(&self.windows, bytes * pass as u64, bytes);
@@ -346,7 +345,7 @@ impl<'a> Picture<'a> {
         self.whole_inputs().into_iter().chain(in_bands).collect()
     }
 
-    /// Makes the picture; what passes lack, if they have read beyond their bands.
+    /// Renders the image. Returns the missing rows if passes have read beyond their bands.
     fn render<R: BandReader, W: BandWriter<Error = R::Error>>(
         &mut self,
         reader: &mut R,
@@ -430,7 +429,7 @@ impl<'a> Picture<'a> {
         Ok(None)
     }
 
-    /// Runs bands in the middle of each sweep, on black images, so that each pass runs: what they lack there.
+    /// Dry run on black images: bands in the middle of each sweep, so that each pass runs. Returns the missing rows.
     fn probe(&mut self) -> Result<Option<Vec<Missing>>, GpuError> {
         let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
         for (number, sweep) in self.banding.sweeps.iter().enumerate() {
@@ -458,7 +457,7 @@ impl<'a> Picture<'a> {
         Ok(None)
     }
 
-    /// Runs the passes of a band; what they lack.
+    /// Runs the passes of a band. Returns the missing rows.
     fn passes(&self, band: &Band, readback: &Readback) -> Result<Option<Vec<Missing>>, GpuError> {
         for running in &band.passes {
             let mut numbers = vec![running.groups.start as i32, 0, 0, 0];
@@ -492,7 +491,7 @@ impl<'a> Picture<'a> {
         Ok(None)
     }
 
-    /// Uploads the next rows to those of a texture that begin with `first`.
+    /// Uploads the next rows into a texture, from its row `first` on.
     fn upload<E: From<GpuError>>(&self, streams: &Streams<'a, E>, image: usize, first: u32) -> Result<(), E> {
         let texels = streams.read.recv().expect("all rows are read until an error")?;
         self.upload.rows(self.image(image), first, &texels)?;
@@ -522,11 +521,11 @@ impl<'a> Picture<'a> {
     fn run(&self, passes: impl Iterator<Item = Run>) -> Result<(), GpuError> {
         submit(&self.gpu.device, &self.gpu.queue, "a band", |encoder| {
             for (index, [x, y, z], rows) in passes {
-                let Compiled { composed, pipeline, .. } = &self.compiled[&index];
+                let Compiled { composed, built } = &self.compiled[&index];
                 let groups = &self.groups[&index];
                 let has_frame = composed.slots.iter().any(|slot| slot.kind == SlotKind::Frame);
                 let offsets = |group: usize| if group == 0 && has_frame { &[0_u32][..] } else { &[] };
-                if let Pipeline::Compute(pipeline) = pipeline {
+                if let Pipeline::Compute(pipeline) = &built.pipeline {
                     let mut pass = encoder.begin_compute_pass(&Default::default());
                     pass.set_pipeline(pipeline);
                     for (index, group) in groups.iter().enumerate() {
@@ -534,7 +533,7 @@ impl<'a> Picture<'a> {
                     }
                     pass.dispatch_workgroups(x, y, z);
                 }
-                if let Pipeline::Render(pipeline) = pipeline {
+                if let Pipeline::Render(pipeline) = &built.pipeline {
                     let image = self.plan.passes[index].pass.written_image().expect("a draw has a result");
                     let stored = self.image(image.0 as usize);
                     let load = rows.as_ref().map_or(wgpu::LoadOp::Clear(Default::default()), |_| wgpu::LoadOp::Load);
@@ -554,7 +553,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Adds to the halos of passes: `more` rows for those that they lack, on each side that lacks any.
+/// Enlarges the halos of passes: by `more` of the missing rows, on each side.
 fn widen(halos: &mut Halos, plan: &Plan, banding: &Banding, missing: Vec<Missing>, more: fn(u32) -> u32) {
     for (pass, place, missing) in missing {
         let more = missing.map(|rows| if rows == 0 { 0 } else { more(rows) });
@@ -562,32 +561,40 @@ fn widen(halos: &mut Halos, plan: &Plan, banding: &Banding, missing: Vec<Missing
     }
 }
 
-/// The passes that run, and whether in bands.
+/// The passes that run; `true` for those in bands.
 fn running(banding: &Banding) -> BTreeMap<usize, bool> {
     let whole = banding.sweeps.iter().flat_map(|sweep| &sweep.before).map(|pass| (*pass, false));
     let bands = banding.sweeps.iter().flat_map(|sweep| &sweep.bands).flat_map(|band| &band.passes);
     whole.chain(bands.map(|band| (band.pass, true))).collect()
 }
 
-/// Compiles the passes that run; those that have the same text stay.
+/// Compiles the passes that run. Pipelines of the same texts stay.
 fn compile<E: From<GpuError> + From<PlanError>>(
     device: &wgpu::Device,
     plan: &Plan,
     banding: &Banding,
-    compiled: &mut BTreeMap<usize, Compiled>,
-) -> Result<(), E> {
+    pipelines: &Arc<Pipelines>,
+) -> Result<BTreeMap<usize, Compiled>, E> {
+    let (mut passes, mut requests) = (Vec::new(), Vec::new());
     for (pass, in_bands) in running(banding) {
         let composed = compose::<E>(plan, banding, pass, in_bands)?;
-        if compiled.get(&pass).is_none_or(|known| known.composed.source != composed.source) {
-            let label = plan.passes[pass].pass.label.as_str();
-            let made = watched(device, label, || Ok(compile_pass(device, plan, pass, in_bands, composed)));
-            compiled.insert(pass, made?);
-        }
+        let planned = &plan.passes[pass];
+        let drawn = planned.pass.written_image().filter(|_| planned.stage == Stage::Fragment);
+        let attachment = drawn.map(|image| texture_format(plan.image(image).desc.format));
+        let windows = in_bands.then(|| window_layout(device));
+        let request = PipelineRequest::new(plan, pass, &composed, attachment).with_second_layout(windows);
+        passes.push((pass, composed, request.key.clone()));
+        requests.push(request);
     }
-    Ok(())
+    pipelines.build(device, requests, cores(), None)?;
+    let compiled = passes.into_iter().map(|(pass, composed, key)| {
+        let built = pipelines.get(&key).expect("it was requested");
+        (pass, Compiled { composed, built })
+    });
+    Ok(compiled.collect())
 }
 
-/// The module of a pass.
+/// The shader module of a pass.
 fn compose<E: From<GpuError> + From<PlanError>>(
     plan: &Plan,
     banding: &Banding,
@@ -626,51 +633,7 @@ fn compose<E: From<GpuError> + From<PlanError>>(
     Ok(Composed { source, ..composed })
 }
 
-fn compile_pass(device: &wgpu::Device, plan: &Plan, pass: usize, in_bands: bool, composed: Composed) -> Compiled {
-    let planned = &plan.passes[pass];
-    let label = planned.pass.label.as_str();
-    let entries = layout_entries(plan, &composed, planned.stage);
-    let own = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-    let windows = in_bands.then(|| window_layout(device));
-    let layouts: Vec<_> = [Some(&own), windows.as_ref()].into_iter().filter(Option::is_some).collect();
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(label),
-        bind_group_layouts: &layouts,
-        immediate_size: 0,
-    });
-    let is_checked = plan.options.bounds_checks || !composed.unchecked;
-    let module = &shader_module(device, label, &composed.source, is_checked);
-    let drawn = planned.pass.written_image().filter(|_| planned.stage == Stage::Fragment);
-    let pipeline = match (&composed.draw, drawn) {
-        (Some(draw), Some(image)) => {
-            let pipeline = FullScreenPipeline {
-                label,
-                module,
-                vertex: &draw.vertex,
-                fragment: draw.fragment.as_deref().expect("a draw has a fragment entry point"),
-                layout: Some(&layout),
-                format: texture_format(plan.image(image).desc.format),
-                samples: 1,
-                cache: None,
-            };
-            Pipeline::Render(pipeline.create(device))
-        }
-        _ => Pipeline::Compute(device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(label),
-            layout: Some(&layout),
-            module,
-            entry_point: Some(&composed.compute),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                zero_initialize_workgroup_memory: composed.zero_workgroup_memory,
-                ..Default::default()
-            },
-            cache: None,
-        })),
-    };
-    Compiled { composed, pipeline, layout: own }
-}
-
-/// Bytes of the uniform that says where the bands of a pass begin.
+/// Bytes of the uniform with the first rows of the bands of a pass.
 fn region(banding: &Banding) -> u64 {
     (16 * (1 + banding.sizes.len() as u64)).next_multiple_of(256)
 }
@@ -702,7 +665,6 @@ fn uniforms(plan: &Plan, blocks: &BTreeMap<String, BlockData>) -> Vec<u8> {
     bytes
 }
 
-/// Starts a thread of a scope.
 fn spawn<'scope, T: Send + 'scope>(
     scope: &'scope Scope<'scope, '_>,
     work: impl FnOnce() -> T + Send + 'scope,

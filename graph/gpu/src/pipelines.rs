@@ -98,6 +98,8 @@ pub(crate) struct PipelineRequest {
     map: SourceMap,
     /// True if the shader may read workgroup memory before it has written it.
     zero_workgroup_memory: bool,
+    /// The layout of a second bind group.
+    second_layout: Option<wgpu::BindGroupLayout>,
 }
 
 impl PipelineRequest {
@@ -132,7 +134,13 @@ impl PipelineRequest {
             label: pass.label.clone(),
             map: composed.map.clone(),
             zero_workgroup_memory: composed.zero_workgroup_memory,
+            second_layout: None,
         }
+    }
+
+    /// The same with the layout of a second bind group, which only shaders of other texts have.
+    pub(crate) fn with_second_layout(self, second_layout: Option<wgpu::BindGroupLayout>) -> Self {
+        Self { second_layout, ..self }
     }
 }
 
@@ -239,7 +247,7 @@ fn trusted(device: &wgpu::Device, descriptor: wgpu::ShaderModuleDescriptor<'_>) 
 }
 
 /// The module of a text, with bounds checks or without.
-pub(crate) fn shader_module(device: &wgpu::Device, label: &str, source: &str, checked: bool) -> wgpu::ShaderModule {
+fn shader_module(device: &wgpu::Device, label: &str, source: &str, checked: bool) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(source.into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source };
     if checked { device.create_shader_module(descriptor) } else { trusted(device, descriptor) }
@@ -252,9 +260,10 @@ fn compile(device: &wgpu::Device, cache: Option<&wgpu::PipelineCache>, request: 
         return Built { pipeline: Pipeline::None, layout };
     }
     let module = shader_module(device, &request.label, &request.key.source, request.key.checked);
+    let layouts = [Some(&layout), request.second_layout.as_ref()];
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(&request.label),
-        bind_group_layouts: &[Some(&layout)],
+        bind_group_layouts: if request.second_layout.is_some() { &layouts } else { &layouts[..1] },
         immediate_size: request.immediate_bytes,
     });
     let pipeline = match request.stage {

@@ -28,7 +28,7 @@ pub enum LabError {
     Pipeline(#[from] Diagnostics),
     /// The planner or the device.
     #[error(transparent)]
-    Session(#[from] PostError),
+    Post(#[from] PostError),
 }
 
 impl LabError {
@@ -48,12 +48,12 @@ impl LabError {
 
 impl From<GpuError> for LabError {
     fn from(error: GpuError) -> Self {
-        Self::Session(error.into())
+        Self::Post(error.into())
     }
 }
 
 impl From<PlanError> for LabError {
     fn from(error: PlanError) -> Self {
-        Self::Session(error.into())
+        Self::Post(error.into())
     }
 }

@@ -7,7 +7,7 @@ pub trait Progress {
 
     fn begin(&self, _step: &str) {}
 
-    /// The step that has begun has come so far.
+    /// Reports the position within the current step.
     fn reach(&self, _place: &str) {}
 
     fn end(&self) {}

@@ -16,9 +16,9 @@ const SCENE: &str = r#"Pipeline(
     nodes: { "scene": DemoScene() },
     outputs: { "result": "scene", "depth": "scene.depth", "normal": "scene.normal", "albedo": "scene.albedo" },
 )"#;
-/// The outputs of the scene that are not light.
+/// The outputs of the scene that are data.
 const DATA: [&str; 3] = ["depth", "normal", "albedo"];
-/// The part of the camera's way that it moves in a second.
+/// The fraction of its path that the camera moves in a second.
 const SPEED: f64 = 0.2;
 
 /// A graph from the text of a pipeline that names no files.
@@ -86,14 +86,14 @@ fn set(scene: &mut Graph, parameter: &str, value: f64) {
     node.instance.set(at, Value::Float(value));
 }
 
-/// The output of the scene for each required input: data by name, light for inputs of light. Optional inputs
+/// The output of the scene for each required input: data by name, color for color inputs. Optional inputs
 /// get no image, so that `bench` and `measure` measure the same frame.
 fn outputs(inputs: &[GraphInput]) -> Result<Vec<(String, &'static str)>, LabError> {
     let mut outputs = Vec::new();
     for input in inputs.iter().filter(|input| !input.optional) {
         let data = DATA.into_iter().find(|output| input.name.contains(output));
-        let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-        match data.or(is_light.then_some("result")) {
+        let is_color = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+        match data.or(is_color.then_some("result")) {
             Some(output) => outputs.push((input.name.clone(), output)),
             None => {
                 let message = format!("the built-in scene has no output for the input `{}`", input.name);

@@ -15,9 +15,9 @@ pub mod files;
 mod tests;
 
 pub use codec::{
-    Alpha, Budget, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description, Encoding, ErrorKind,
-    ExrCompression, Image, ImageFormat, Metadata, PartDescription, Picture, PictureChannels, Pixels, ReadOptions,
-    RowWriter, Samples, Sink, StatedCamera, Window, catch_panic, encode, encode_beside, exr_left_out, limits,
+    Alpha, Budget, CameraMatrices, ChannelDescription, ChannelStatistics, CodecError, ColorSpace, Description,
+    Encoding, ErrorKind, ExrCompression, Image, ImageFormat, Metadata, PartDescription, Picture, PictureChannels,
+    Pixels, ReadOptions, RowWriter, Samples, Sink, Window, catch_panic, encode, encode_beside, exr_left_out, limits,
     png_codes, row_writer,
 };
 #[cfg(not(target_family = "wasm"))]

@@ -100,7 +100,7 @@ impl Modules {
         if let Some(fused) = fused(pass) {
             self.variants(&fused, recording, " fused with its reader", &VARIANTS[..1]);
         }
-        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(by_square(pass));
+        let forms = by_rows(pass).into_iter().chain(by_neighbors(pass)).chain(quad_variant(pass));
         for mut pass in forms {
             self.variants(&pass, recording, "", &VARIANTS);
             if let PassKind::RowDownsample(rows) = &mut pass.kind {
@@ -189,9 +189,9 @@ fn by_neighbors(pass: &Pass) -> Option<Pass> {
 }
 
 /// The pass in its form by squares beside a halving by rows, if it has one.
-fn by_square(pass: &Pass) -> Option<Pass> {
+fn quad_variant(pass: &Pass) -> Option<Pass> {
     let (image, [kernel]) = (pass.function_result()?, pass.kernels.as_slice()) else { return None };
-    kernel.by_square?;
+    kernel.quad_variant?;
     let kernels = vec![copy_kernel(&kernel.node, kernel.textures().next()?), row_kernel(&kernel.node, HALF)];
     let mut rows = of_rows(pass, kernels, image, HALF, None);
     rows.kernels.push(square_kernel(kernel, 0));

@@ -5,15 +5,13 @@ use afterimage_base::image::{ColorState, ImageDesc};
 use afterimage_graph::node::{Arg, ImageColor, ImageId, KernelCall, Pass};
 use afterimage_wgsl::{Shader, UniformValue};
 
-/// The inverse of sRGB by its exact definition (IEC 61966-2-1), and that of a power.
+/// The inverse of sRGB, and that of a power.
 static DECODE: Shader = Shader::new(
     "decode.wgsl",
-    "struct Decode { gamma: f32 }
-fn decode_channel(x: f32) -> f32 {
-    return select(pow((max(x, 0.04045) + 0.055) / 1.055, 2.4), x / 12.92, x <= 0.04045);
-}
+    "#import transfer
+struct Decode { gamma: f32 }
 fn decode_srgb(source: vec4f) -> vec4f {
-    return vec4f(decode_channel(source.r), decode_channel(source.g), decode_channel(source.b), source.a);
+    return vec4f(srgb_decode(source.r), srgb_decode(source.g), srgb_decode(source.b), source.a);
 }
 fn decode_gamma(source: vec4f, params: Decode) -> vec4f {
     return vec4f(pow(max(source.rgb, vec3f()), vec3f(params.gamma)), source.a);

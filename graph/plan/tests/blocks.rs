@@ -31,20 +31,20 @@ fn distance_of(@builtin(global_invocation_id) id: vec3u) {
 }",
 );
 
-params! {
+node_kind! {
     /// The distance of what is seen, by a compute kernel.
     pub struct Distance {
         /// A factor.
         pub scale: f32 = 1.0 => within(0.0..=10.0);
     }
-}
 
-impl Node for Distance {
     const INPUTS: &'static [Input] =
         &[Input::image("depth", "Depth.").accepts(&[ColorState::Data]), Input::block("eye", &CAMERA, "The camera.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Data), "The distance.").or_input("depth")];
+}
 
+impl Node for Distance {
     fn record(&self, pass: &mut Recorder<'_>) {
         let depth = pass.image("depth");
         let desc = pass.desc(depth).format(Format::Rgba16Float);

@@ -29,16 +29,16 @@ fn by_hand_far(source: texture_2d<f32>, source_sampler: sampler, at: Point) -> v
 }",
 );
 
-params! {
+node_kind! {
     /// Its second pass is no module where taps are filtered in the shader.
     pub struct ByHand {}
-}
 
-impl Node for ByHand {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+}
 
+impl Node for ByHand {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -56,16 +56,16 @@ fn every_pass_is_checked_in_every_way_in_which_it_may_be_composed() {
     assert_eq!(complaints.len(), 1, "{complaints:?}");
 }
 
-params! {
+node_kind! {
     /// Has one texel more of workgroup memory than every device has.
     pub struct Hoard {}
-}
 
-impl Node for Hoard {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+}
 
+impl Node for Hoard {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);

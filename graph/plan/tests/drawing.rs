@@ -11,7 +11,9 @@ use afterimage_graph::node::{
     WriteMask,
 };
 use afterimage_graph::prelude::*;
-use afterimage_plan::{Caps, Options, Plan, PlanError, PlannedPass, Stage, contract, verify};
+use afterimage_plan::{
+    BandLimits, Caps, Halos, HostLimits, Options, Plan, PlanError, PlannedPass, Requirement, Stage, contract, verify,
+};
 
 use super::fusion::{RESULT, SOURCE, kind, like_source, planned_at};
 use super::machine::Machine;
@@ -86,6 +88,18 @@ fn attachments_that_nothing_reads_are_not_stored() {
     let plan = planned_at(SIZE, r#""out": Panes(source: "in")"#, r#""out": "out""#, Options::default());
     let stores = |label: &str| plan.passes.iter().find(|planned| planned.pass.label == label).map(|p| &p.stores[..]);
     assert_eq!((stores("first"), stores("second")), (Some(&[true, false][..]), Some(&[true][..])));
+}
+
+/// Whatever little memory there is, the reason is what no memory mends.
+#[test]
+fn geometry_is_why_an_image_cannot_be_rendered_in_bands() {
+    let plan = planned_at(SIZE, r#""out": Panes(source: "in")"#, r#""out": "out""#, Options::default());
+    let (parts, rows, host) = (None, None, HostLimits::NONE);
+    for bytes in [1, 1 << 30] {
+        let limits = BandLimits { bytes, taken: 0, block: 0, side: 4096, filters: true, least: 1, parts, rows, host };
+        let error = plan.banding(limits, &Halos::default(), &Requirement::typical).expect_err("it draws");
+        assert!(error.to_string().contains("it draws geometry"), "{error}");
+    }
 }
 
 #[test]

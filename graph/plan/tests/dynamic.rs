@@ -154,19 +154,19 @@ fn fickle(source: vec4f, chosen: texture_2d<f32>, at: Point, params: Fickle) -> 
 }",
 );
 
-params! {
+node_kind! {
     /// Says other things of its pass at other values.
     pub struct Fickle {
         /// Above 0.5 the pass reads another image, and above 0.25 it computes a number twice.
         pub amount: f32 = 0.1 => within(0.0..=1.0);
     }
-}
 
-impl Node for Fickle {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The result.").or_input("source")];
+}
 
+impl Node for Fickle {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
@@ -285,19 +285,19 @@ fn a_node_that_is_off_asks_for_no_plan() {
 
 static LATER: Shader = Shader::new("later.wgsl", "fn later(source: vec4f) -> vec4f { return source; }\n");
 
-params! {
+node_kind! {
     /// Calls a function that does not exist, if it is not `right`.
     pub struct Later {
         /// Whether it exists.
         pub right: bool = true;
     }
-}
 
-impl Node for Later {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "An image.").or_input("source")];
+}
 
+impl Node for Later {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);

@@ -54,13 +54,14 @@ pub const RESULT: Output = Output::image("result", OutputState::same("source"), 
 /// Declares a kind of this test.
 macro_rules! kind {
     ($kind:ident, $doc:literal, [$($input:expr),*], $output:expr, $record:expr) => {
-        params! {
+        node_kind! {
             #[doc = $doc]
             pub struct $kind {}
-        }
-        impl Node for $kind {
+
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$output];
+        }
+        impl Node for $kind {
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)

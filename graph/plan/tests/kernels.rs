@@ -41,7 +41,7 @@ kind!(Five, "Reads a pixel and four other images.", [SOURCE, A, B, C, D], RESULT
 });
 kind!(Asked, "Reads from anywhere if a format is asked for.", [SOURCE], RESULT, |pass| {
     let desc = like_source(pass);
-    let function = if pass.format() == Some(Format::Rgba32Float) { "far" } else { "soft" };
+    let function = if pass.format == Some(Format::Rgba32Float) { "far" } else { "soft" };
     pass.function(&MANY, function).write("result", desc);
 });
 

@@ -17,7 +17,7 @@ use super::sweep;
 
 static COPY: Shader = Shader::new("hold.wgsl", "fn hold(source: vec4f) -> vec4f { return source; }");
 
-params! {
+node_kind! {
     /// Holds tables.
     pub struct Hold {
         /// MiB of images.
@@ -29,12 +29,12 @@ params! {
         /// Bytes of a buffer.
         pub bytes: i32 = 0 => within(0.0..=1000.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
 }
 
 impl Node for Hold {
-    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let mebibyte = ImageDesc::new(Size::new(512, 256));
         for number in 0..self.images {

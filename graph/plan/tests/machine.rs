@@ -337,7 +337,7 @@ impl<'p> Machine<'p> {
             let source = kernel.args.iter().position(reads).expect("a halving reads a texture");
             return Ok(halved(by.function, values[source]));
         }
-        if let Some(form) = kernel.by_square {
+        if let Some(form) = kernel.quad_variant {
             return Ok(of_square(form, values[0]));
         }
         if let Some(form) = kernel.by_neighbors {

@@ -151,15 +151,15 @@ static SHADER: Shader = Shader::new(
 fn seen(source: vec4f) -> vec4f { return source; }",
 );
 
-params! {
+node_kind! {
     /// A larger image of the frame before: no size fits it.
     pub struct Larger {}
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Scene), "An image.")];
 }
 
 impl Node for Larger {
-    const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::Always(ColorState::Scene), "An image.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let Size { width, height, .. } = pass.desc(source).size;
@@ -167,18 +167,18 @@ impl Node for Larger {
     }
 }
 
-params! {
+node_kind! {
     /// A node whose readers get nothing when it does not run.
     pub struct Fades {
         pub amount: f32 = 1.0 => within(0.0..=1.0);
     }
-}
 
-impl Node for Fades {
     const INPUTS: &'static [Input] = &[Input::image("source", "An image."), Input::image("mask", "An image.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "An image.").or(Fallback::Absent)];
+}
 
+impl Node for Fades {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);

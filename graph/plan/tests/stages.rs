@@ -41,16 +41,16 @@ static KEEP: Shader = Shader::new(
 const SOURCE: Input = Input::image("source", "An image.");
 const RESULT: Output = Output::image("result", OutputState::same("source"), "An image.").or_input("source");
 
-params! {
+node_kind! {
     /// Two images, each made only where it is used.
     pub struct Pair {}
-}
 
-impl Node for Pair {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] =
         &[RESULT, Output::image("other", OutputState::same("source"), "An image.").or_input("source")];
+}
 
+impl Node for Pair {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -62,18 +62,18 @@ impl Node for Pair {
     }
 }
 
-params! {
+node_kind! {
     /// Light, and its glow alone: the glow of a node that is off is black.
     pub struct Glow {
         /// The share of the glow in the result. At 0 the result is the source, and the glow is what it was.
         pub amount: f32 = 1.0 => within(0.0..=1.0);
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT, Output::image("glow", OutputState::same("source"), "An image.")];
 }
 
 impl Node for Glow {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT, Output::image("glow", OutputState::same("source"), "An image.")];
-
     fn identity_of(&self, output: &str, _: &InputValues) -> bool {
         output == "result" && self.amount == 0.0
     }
@@ -87,15 +87,15 @@ impl Node for Glow {
     }
 }
 
-params! {
+node_kind! {
     /// A quarter of the image.
     pub struct Corner {}
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
 }
 
 impl Node for Corner {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("source"), "An image.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source).half();
@@ -103,15 +103,15 @@ impl Node for Corner {
     }
 }
 
-params! {
+node_kind! {
     /// Adds what it has kept of the frame before, and then keeps something of this one.
     pub struct Keep {}
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
 }
 
 impl Node for Keep {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
@@ -123,15 +123,15 @@ impl Node for Keep {
     }
 }
 
-params! {
+node_kind! {
     /// The sum of two pixels.
     pub struct Sum {}
+
+    const INPUTS: &'static [Input] = &[SOURCE, Input::image("other", "An image.")];
+    const OUTPUTS: &'static [Output] = &[RESULT];
 }
 
 impl Node for Sum {
-    const INPUTS: &'static [Input] = &[SOURCE, Input::image("other", "An image.")];
-    const OUTPUTS: &'static [Output] = &[RESULT];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -139,15 +139,15 @@ impl Node for Sum {
     }
 }
 
-params! {
+node_kind! {
     /// Loads a texel without the library.
     pub struct Raw {}
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
 }
 
 impl Node for Raw {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = ImageDesc::new(pass.desc(source).size);
@@ -155,18 +155,18 @@ impl Node for Raw {
     }
 }
 
-params! {
+node_kind! {
     /// A table of 5 MiB that takes long to compute.
     pub struct Table {}
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[RESULT];
 }
 
 /// How many tables have been computed.
 static COMPUTED: AtomicUsize = AtomicUsize::new(0);
 
 impl Node for Table {
-    const INPUTS: &'static [Input] = &[SOURCE];
-    const OUTPUTS: &'static [Output] = &[RESULT];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let table = ImageDesc::new(Size::new(1024, 640));
         pass.computed("table", table, || {

@@ -139,16 +139,16 @@ fn a_pixel_of_an_image_of_another_size_is_refused() {
     assert_eq!(planned(without), Ok(()));
 }
 
-params! {
+node_kind! {
     /// Lists its shader, which imports a file that does not exist.
     pub struct Listing {}
-}
 
-impl Node for Listing {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] = &[RESULT];
     const SHADERS: &'static [&'static Shader] = &[&IMPORTING];
+}
 
+impl Node for Listing {
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 

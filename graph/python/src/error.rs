@@ -9,7 +9,7 @@ use afterimage_media::{CodecError, FileError};
 use afterimage_plan::PlanError;
 use pyo3::prelude::*;
 
-/// Why a call failed. It becomes an exception once the interpreter is attached again.
+/// The error of a call. It becomes an exception once the interpreter is attached again.
 pub(crate) enum Failure {
     /// The text of a pipeline, or a change to it.
     Pipeline(Diagnostics),
@@ -130,7 +130,7 @@ impl From<LabError> for Failure {
             LabError::Machine(message) => Self::Device(message),
             LabError::File(error) => error.into(),
             LabError::Pipeline(diagnostics) => diagnostics.into(),
-            LabError::Session(error) => error.into(),
+            LabError::Post(error) => error.into(),
         }
     }
 }

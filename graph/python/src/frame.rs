@@ -2,7 +2,7 @@
 
 use afterimage::FrameKind;
 use afterimage::host::FrameStep;
-use afterimage::offline::{Encoding, GivenImage, NumberType, Numbers, RenderedImage, format_of};
+use afterimage::offline::{ComponentType, Encoding, GivenImage, PixelData, RenderedImage, format_of};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::{Camera, Matrix};
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::error::Failure;
 
-/// What the numbers of an image mean: primaries, transfer function, white.
+/// The colorimetry of an image: primaries, transfer function, white.
 #[pyclass(frozen, module = "afterimage")]
 pub(crate) struct Color {
     pub(crate) colorimetry: Colorimetry,
@@ -33,7 +33,7 @@ impl GivenArray<'_> {
     /// The same without Python.
     pub(crate) fn given(&self) -> PyResult<GivenImage<'_>> {
         let Self(input, bytes, (width, height, depth), channels, ty) = self;
-        let number = if ty == "float16" { NumberType::F16 } else { NumberType::F32 };
+        let number = if ty == "float16" { ComponentType::F16 } else { ComponentType::F32 };
         let Some(format) = format_of(number, *channels) else {
             return Err(Failure::Image(format!("no texture has {channels} channels of {ty}")).into());
         };
@@ -65,7 +65,7 @@ impl GivenCamera {
     }
 }
 
-/// When a frame is, and its number.
+/// The time of a frame, and its number.
 #[derive(FromPyObject)]
 pub(crate) struct Moment {
     #[pyo3(item)]
@@ -84,7 +84,7 @@ impl Moment {
     }
 }
 
-/// How display outputs become numbers of a type.
+/// The components of display outputs, by the name of their type.
 pub(crate) fn encoding(ty: Option<&str>) -> Result<Encoding, Failure> {
     Ok(match ty {
         None => Encoding::Codes,
@@ -99,20 +99,20 @@ pub(crate) fn encoding(ty: Option<&str>) -> Result<Encoding, Failure> {
     })
 }
 
-/// The name, the numbers in a row, the shape, their type, what they mean, and their colors.
+/// The name, the components in a row, the shape, their type, the color state, and the colorimetry.
 pub(crate) type PythonImage<'py> = (String, Bound<'py, PyAny>, Vec<usize>, &'static str, &'static str, Color);
 
 pub(crate) fn into_python(py: Python<'_>, image: RenderedImage) -> PyResult<PythonImage<'_>> {
-    let ty = match image.numbers.ty() {
-        NumberType::U8 => "uint8",
-        NumberType::U16 => "uint16",
-        NumberType::F16 => "float16",
-        NumberType::F32 => "float32",
+    let ty = match image.data.ty() {
+        ComponentType::U8 => "uint8",
+        ComponentType::U16 => "uint16",
+        ComponentType::F16 => "float16",
+        ComponentType::F32 => "float32",
     };
-    let array = match image.numbers {
-        Numbers::Bytes(bytes, _) => PyArray1::from_vec(py, bytes).into_any(),
-        Numbers::Codes(codes) => PyArray1::from_vec(py, codes).into_any(),
-        Numbers::Floats(floats) => PyArray1::from_vec(py, floats).into_any(),
+    let array = match image.data {
+        PixelData::Bytes(bytes, _) => PyArray1::from_vec(py, bytes).into_any(),
+        PixelData::Codes(codes) => PyArray1::from_vec(py, codes).into_any(),
+        PixelData::Floats(floats) => PyArray1::from_vec(py, floats).into_any(),
     };
     let size = image.desc.size;
     let mut shape = vec![size.height as usize, size.width as usize];

@@ -2,7 +2,7 @@
 
 use afterimage::offline::Offline;
 use afterimage_graph::image::Size;
-use afterimage_lab::measure::{self, SequenceOptions, MeasureOptions};
+use afterimage_lab::measure::{self, MeasureOptions, SequenceOptions};
 use afterimage_media::default_budget;
 use afterimage_plan::Options;
 

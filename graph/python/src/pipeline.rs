@@ -33,7 +33,7 @@ pub(crate) struct Pipeline {
     look: Mutex<Offline>,
 }
 
-/// How a pipeline is opened.
+/// Options of opening a pipeline.
 #[derive(FromPyObject)]
 pub(crate) struct Opening {
     #[pyo3(item)]

@@ -1,19 +1,18 @@
-//! Scopes: what a coarse grid of the picture states about its light and its colors.
+//! Scopes: histogram, waveform and vectorscope of a coarse grid of the picture.
+
+use afterimage_graph::color::rec709_luminance;
 
 /// Columns of a histogram and of a waveform.
 pub const COLUMNS: usize = 256;
 /// Rows of a waveform, and both sides of a vectorscope.
 pub const ROWS: usize = 128;
-/// The lowest and the highest stop of a histogram of light, from middle gray.
+/// The lowest and the highest stop of a histogram of linear color, from middle gray.
 pub const STOPS: (f32, f32) = (-10.0, 10.0);
-/// Middle gray.
 const GRAY: f32 = 0.18;
-/// The luminance of Rec.709.
-const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scopes {
-    /// Pixels of each channel in steps: of codes for an encoded image, of stops for light.
+    /// Pixels of each channel in steps: of codes for an encoded image, of stops for a linear one.
     pub histogram: [Vec<u32>; 3],
     /// For each column of the picture, from left to right, how many pixels have each brightness, from bottom to top;
     /// row by row.
@@ -27,8 +26,8 @@ pub struct Scopes {
 }
 
 impl Scopes {
-    /// The scopes of a grid of `width` columns. `is_light` states whether the numbers are light, and not signals.
-    pub fn of(pixels: &[[f32; 4]], width: usize, is_light: bool) -> Self {
+    /// The scopes of a grid of `width` columns. `is_linear` is false for encoded values.
+    pub fn of(pixels: &[[f32; 4]], width: usize, is_linear: bool) -> Self {
         let mut scopes = Self {
             histogram: std::array::from_fn(|_| vec![0; COLUMNS]),
             waveform: vec![0; COLUMNS * ROWS],
@@ -37,25 +36,27 @@ impl Scopes {
             clipped: clipped(pixels),
         };
         for (index, pixel) in pixels.iter().enumerate() {
-            scopes.count(index % width.max(1), width, pixel, is_light);
+            scopes.count(index % width.max(1), width, pixel, is_linear);
         }
         scopes
     }
 
-    fn count(&mut self, column: usize, width: usize, pixel: &[f32; 4], is_light: bool) {
+    fn count(&mut self, column: usize, width: usize, pixel: &[f32; 4], is_linear: bool) {
         for (channel, histogram) in self.histogram.iter_mut().enumerate() {
-            if let Some(place) = place(level(pixel[channel], is_light), COLUMNS) {
+            if let Some(place) = place(level(pixel[channel], is_linear), COLUMNS) {
                 histogram[place] += 1;
             }
         }
-        let luma: f32 = (0..3).map(|c| LUMA[c] * pixel[c]).sum();
-        if let Some(row) = place(level(luma, is_light), ROWS) {
+        let [red, green, blue, _] = *pixel;
+        let luma = rec709_luminance([red, green, blue]);
+        if let Some(row) = place(level(luma, is_linear), ROWS) {
             self.waveform[(ROWS - 1 - row) * COLUMNS + column * COLUMNS / width.max(1)] += 1;
         }
-        // Differences of signals: light is encoded roughly first.
-        let signal = |x: f32| if is_light { x.clamp(0.0, 1.0).sqrt() } else { x };
-        let luma = (0..3).map(|c| LUMA[c] * signal(pixel[c])).sum::<f32>();
-        let (blue, red) = ((signal(pixel[2]) - luma) / 1.8556, (signal(pixel[0]) - luma) / 1.5748);
+        // Differences of signals: linear values are roughly encoded first.
+        let signal = |x: f32| if is_linear { x.clamp(0.0, 1.0).sqrt() } else { x };
+        let signals = [red, green, blue].map(signal);
+        let luma = rec709_luminance(signals);
+        let (blue, red) = ((signals[2] - luma) / 1.8556, (signals[0] - luma) / 1.5748);
         if let (Some(x), Some(y)) = (place(blue + 0.5, ROWS), place(0.5 - red, ROWS)) {
             self.vectors[y * ROWS + x] += 1;
         }
@@ -63,8 +64,8 @@ impl Scopes {
 }
 
 /// The position of a number between the ends of a scope, as 0 to 1.
-fn level(number: f32, is_light: bool) -> f32 {
-    if !is_light {
+fn level(number: f32, is_linear: bool) -> f32 {
+    if !is_linear {
         return number;
     }
     let stops = (number.max(f32::MIN_POSITIVE) / GRAY).log2();
@@ -95,8 +96,8 @@ mod tests {
     #[test]
     fn light_is_counted_in_stops_from_middle_gray_and_signals_in_codes() {
         let pixels = [[0.18, 0.36, 0.09, 1.0]];
-        let light = Scopes::of(&pixels, 1, true);
-        let peak = |channel: usize| light.histogram[channel].iter().position(|count| *count == 1);
+        let linear = Scopes::of(&pixels, 1, true);
+        let peak = |channel: usize| linear.histogram[channel].iter().position(|count| *count == 1);
         // 256 columns for 20 stops: 12.8 for each.
         assert_eq!([peak(0), peak(1), peak(2)], [Some(128), Some(140), Some(115)]);
         let signal = Scopes::of(&[[0.5, 1.0, -1.0, 1.0]], 1, false);

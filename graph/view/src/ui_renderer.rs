@@ -66,7 +66,7 @@ impl UiRenderer {
 
     /// Renders and draws a frame, `elapsed` seconds after the last one, and submits it.
     ///
-    /// What draws the interface stops the program on a lost device: ask [`Model::has_device`] before.
+    /// The renderer of egui panics on a lost device: check [`Model::has_device`] before.
     pub fn frame(&mut self, input: egui::RawInput, target: FrameTarget<'_>, elapsed: f64) -> egui::FullOutput {
         let begin = Instant::now();
         input.dropped_files.iter().for_each(|file| self.drop_file(file.path()));

@@ -104,8 +104,20 @@ fn a_parameter_that_does_nothing_is_known_with_the_reason_and_another_choice_wak
     assert_eq!(model.inactive_reason(toe), None);
 }
 
+/// Renders until faults are counted, a few frames after the picture.
+fn count_faults(model: &mut Model) {
+    for _ in 0..2000 {
+        render(model);
+        if !model.kernel_faults().is_empty() {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    panic!("{:?}", model.problem());
+}
+
 #[test]
-fn infinities_of_a_kind_in_a_folder_are_counted_until_the_text_no_longer_uses_it() {
+fn infinities_of_a_kind_in_a_folder_are_counted_until_no_shown_pipeline_uses_it() {
     let declaration = r#"Kind(
     name: "Overflow",
     doc: "Multiplies until nothing is finite.",
@@ -131,14 +143,7 @@ fn infinities_of_a_kind_in_a_folder_are_counted_until_the_text_no_longer_uses_it
     };
     let project = TextProject::with_registry("wrong.ron", &text("wrong"), registry);
     let mut model = of(Box::new(project));
-    // The counts arrive a few frames after the picture.
-    for _ in 0..2000 {
-        render(&mut model);
-        if !model.kernel_faults().is_empty() {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    count_faults(&mut model);
     let [faults] = model.kernel_faults() else { panic!("{:?} {:?}", model.kernel_faults(), model.problem()) };
     let pixels = u64::from(SIZE.width * SIZE.height);
     assert_eq!((faults.not_finite, faults.cut_loops, faults.pixels), (pixels, 0, pixels));
@@ -147,6 +152,30 @@ fn infinities_of_a_kind_in_a_folder_are_counted_until_the_text_no_longer_uses_it
     model.edit(&text("scene"));
     settle(&mut model);
     assert!(model.kernel_faults().is_empty(), "{:?}", model.kernel_faults());
+    model.edit(&text("wrong"));
+    count_faults(&mut model);
+    model.open(Box::new(TextProject::built_in("lynx").unwrap()));
+    assert!(model.kernel_faults().is_empty(), "those are of another pipeline");
+}
+
+#[test]
+fn another_pipeline_with_errors_shows_nothing_of_the_one_before() {
+    let mut model = model("tsushima");
+    model.set_tier(Some("low".into()));
+    model.set_fact("emissive", Some(Fact::Flag(false)));
+    model.inspect_wire(Some(InspectedWire::new("exposed.result")));
+    model.set_compared(Some(CompareWith::Written));
+    let good = TextProject::built_in("lynx").unwrap().text().to_owned();
+    model.open(Box::new(TextProject::new("broken.ron", &good.replace("Composite(", "Compositor("))));
+    assert!(matches!(model.problem(), Some(Problem::Pipeline(_))), "{:?}", model.problem());
+    let editor = model.editor();
+    assert!(editor.checked().is_none() && editor.tiers().is_empty() && editor.tier().is_none());
+    assert!(model.shown().is_none() && model.compared().is_none() && model.inspector().wire().is_none());
+    assert!(model.fact("emissive").is_none());
+    assert_eq!(render(&mut model), Rendered::Same, "there is nothing to render");
+    model.edit(&good);
+    settle(&mut model);
+    assert!(model.problem().is_none() && model.shown().is_some_and(|shown| shown.picture().is_some()));
 }
 
 #[test]
@@ -381,7 +410,7 @@ fn faults_and_clipped_pixels_are_striped_and_light_is_encoded() {
     let texels = Texels::from_floats(12, values.len() as u32, &pixels);
     let image = afterimage_gpu::upload(&gpu().device, &gpu().queue, &texels).unwrap();
     let mut placement = plain(12, values.len() as u32);
-    placement.flags = Flags::FAULTS | Flags::CLIPPING | Flags::IS_LIGHT;
+    placement.flags = Flags::FAULTS | Flags::CLIPPING | Flags::IS_LINEAR;
     let shown = drawn(&image, placement);
     let colors = |row: usize| -> std::collections::BTreeSet<[u32; 3]> {
         shown[12 * row..12 * (row + 1)]

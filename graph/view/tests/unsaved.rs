@@ -254,6 +254,23 @@ fn a_file_that_cannot_be_read_is_not_replaced() {
     assert_eq!((&**file.borrow(), model.editor().is_saved()), (UNREADABLE, false));
 }
 
+#[test]
+fn a_pipeline_that_is_not_there_is_opened_without_the_text_of_the_one_before() {
+    let (mut model, before) = shared();
+    model.edit(&lynx("0.15").replace("Composite(", "Compositor("));
+    assert!(model.problem().is_some(), "the text has errors");
+    let file = Rc::new(RefCell::new(GONE.to_owned()));
+    let inner = TextProject::new("shared.ron", "");
+    model.open(Box::new(Shared { file: file.clone(), seen: GONE.into(), inner }));
+    assert!(model.problem().is_some_and(|problem| problem.to_string().contains("there is no file")));
+    assert!(model.save(None).is_err(), "there is no text, with errors or without");
+    file.replace(lynx("0.6"));
+    model.follow_files(None);
+    assert!(model.problem().is_none(), "{:?}", model.problem());
+    assert_eq!(model.editor().value("lit.strength"), Some(Value::Float(0.6)));
+    assert_eq!(*before.borrow(), lynx("0.15"));
+}
+
 /// A window on a built-in pipeline with a changed value.
 fn changed_built_in(name: &str) -> Window {
     let mut model = of(Box::new(TextProject::built_in(name).unwrap()));

@@ -6,7 +6,6 @@ use naga::{Binding, Module, ScalarKind as NagaKind, ShaderStage, TypeInner};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EntryPoint {
     pub name: String,
-    /// Its stage.
     pub stage: EntryStage,
     /// Invocations of a workgroup, in each direction; 0 where there is none.
     pub workgroup: [u32; 3],
@@ -45,7 +44,6 @@ pub enum NumberKind {
     Int,
     /// `u32`.
     Uint,
-    /// Anything else.
     Other,
 }
 

@@ -10,11 +10,9 @@ pub struct ShaderError {
     pub line: u32,
     /// The column, from 1; 0 if unknown.
     pub column: u32,
-    /// The error.
     pub message: String,
     /// Remarks at places, that of the error included.
     pub labels: Vec<ShaderLabel>,
-    /// The help.
     pub help: Option<Box<str>>,
     /// True if the system had no thread to read the shader on, which may be right.
     pub is_of_system: bool,
@@ -25,7 +23,6 @@ pub struct ShaderError {
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The file's name.
     pub file: String,
     /// The line, from 1.
     pub line: u32,
@@ -36,9 +33,7 @@ pub struct Place {
 /// A remark at a place of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShaderLabel {
-    /// The place.
     pub place: Place,
-    /// The label's text.
     pub text: String,
 }
 

@@ -2,7 +2,6 @@
 
 #![allow(missing_docs, reason = "no host uses this crate, and authors of nodes only `Shader` and `Library` of it")]
 
-mod arithmetic;
 #[cfg(not(target_family = "wasm"))]
 mod back_end;
 mod banded;
@@ -19,12 +18,12 @@ mod naga_error;
 mod reflect;
 mod sample_mode;
 mod shader;
+mod shader_cost;
 mod token;
 mod uniform;
 mod validate;
 mod walk;
 
-pub use arithmetic::{Effort, Work};
 pub use banded::{BandedModule, banded};
 pub use entry::{EntryPoint, EntryStage, Located, NumberKind};
 pub use error::{Place, ShaderError, ShaderLabel};
@@ -33,6 +32,7 @@ pub use link::{Instance, Linked, Linker, SourceMap};
 pub use reflect::{ArgType, Function, Global, GlobalKind, Member, Reflection, ScalarKind, StructLayout};
 pub use sample_mode::SampleMode;
 pub use shader::Shader;
+pub use shader_cost::{RegisterPressure, ShaderCost};
 pub use token::imports;
 pub use uniform::UniformValue;
 pub use validate::validate;

@@ -3,7 +3,6 @@
 use naga::valid::ModuleInfo;
 use naga::{AddressSpace, ImageClass, ImageDimension, ScalarKind as NagaKind, TypeInner};
 
-use crate::arithmetic::{Work, works};
 use crate::barriers::sharing;
 use crate::direct_reads::{direct_reads, filtering};
 use crate::entry::{EntryPoint, entry_point};
@@ -12,6 +11,7 @@ use crate::library::Source;
 use crate::limits::{CompileCost, compile_costs};
 use crate::link::{Declared, GENERATED, Instance, Linker, check_work};
 use crate::sample_mode::SampleMode;
+use crate::shader_cost::{ShaderCost, shader_costs};
 use crate::validate::{validate_uncompiled, validate_untrusted};
 
 /// The functions, structs and bindings of a module.
@@ -19,7 +19,6 @@ use crate::validate::{validate_uncompiled, validate_untrusted};
 pub struct Reflection {
     /// Functions that return a `vec4f`: the kernel functions.
     pub functions: Vec<Function>,
-    /// Entry points.
     pub entries: Vec<EntryPoint>,
     /// Structs that can be uniforms.
     pub structs: Vec<StructLayout>,
@@ -32,12 +31,11 @@ pub struct Reflection {
     /// Functions of the file that use memory of a workgroup, or wait for its other invocations.
     pub sharing: Vec<String>,
     /// Cost per pixel of the functions of the file.
-    pub works: Vec<(String, Work)>,
+    pub shader_costs: Vec<(String, ShaderCost)>,
     /// Compilation cost of the functions and entry points of the file.
     pub costs: Vec<(String, CompileCost)>,
 }
 
-/// A kernel function.
 #[derive(Clone, Debug)]
 pub struct Function {
     pub name: String,
@@ -86,9 +84,7 @@ pub struct Member {
     pub name: String,
     /// Bytes from the start of the struct.
     pub offset: u32,
-    /// Kind of its numbers.
     pub scalar: ScalarKind,
-    /// Numbers in one element.
     pub width: u32,
     /// Elements of an array, or columns of a matrix.
     pub count: u32,
@@ -96,11 +92,9 @@ pub struct Member {
     pub stride: u32,
 }
 
-/// A uniform struct's layout.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StructLayout {
     pub name: String,
-    /// Bytes in all.
     pub size: u32,
     pub members: Vec<Member>,
 }
@@ -232,7 +226,7 @@ impl Reader<'_> {
             direct_reads: self.own(direct_reads(module, &|name| self.names.of_framework(name).is_some())),
             filtering: self.own(filtering(module)),
             sharing: self.own(sharing(module)),
-            works: works(module)
+            shader_costs: shader_costs(module)
                 .into_iter()
                 .filter_map(|(name, work)| Some((self.names.own(Some(name))?, work)))
                 .collect(),

@@ -5,11 +5,11 @@ use std::sync::OnceLock;
 use afterimage_base::Shared;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 
-use crate::arithmetic::{Effort, Work};
 use crate::error::{Place, ShaderError, ShaderLabel, position};
 use crate::library::{ImportedName, Library, Source, SourceFile};
 use crate::limits::CompileCost;
 use crate::reflect::{Reflection, reflect};
+use crate::shader_cost::{RegisterPressure, ShaderCost};
 
 /// One file of WGSL, with the library that it may import besides the framework's.
 pub struct Shader {
@@ -85,7 +85,6 @@ impl Shader {
         self.source.file.is_untrusted()
     }
 
-    /// The file's name.
     pub fn file(&self) -> &str {
         self.source.file.name()
     }
@@ -121,19 +120,19 @@ impl Shader {
 
     /// Returns whether to compute a function again takes longer than to store its result and to read it again.
     pub fn is_heavy(&self, function: &str) -> bool {
-        self.work(function).is_heavy()
+        self.shader_cost(function).is_heavy()
     }
 
-    /// Cost per pixel of a function.
-    pub fn effort(&self, function: &str) -> Effort {
-        self.work(function).effort()
+    /// Register pressure of a function.
+    pub fn register_pressure(&self, function: &str) -> RegisterPressure {
+        self.shader_cost(function).register_pressure()
     }
 
     /// Upper bound of the texels that a function reads through the library; `usize::MAX` if no constant states how many
     /// turns its loops have, and for an entry point.
     pub fn texel_reads(&self, function: &str) -> usize {
         let is_function = self.reflect().is_ok_and(|reflection| reflection.function(function).is_some());
-        if is_function { self.work(function).reads() } else { usize::MAX }
+        if is_function { self.shader_cost(function).reads() } else { usize::MAX }
     }
 
     /// Compilation cost of a function or an entry point.
@@ -143,9 +142,9 @@ impl Shader {
         known.map(|(_, cost)| *cost).unwrap_or_default()
     }
 
-    fn work(&self, function: &str) -> Work {
+    fn shader_cost(&self, function: &str) -> ShaderCost {
         let reflection = self.reflect().ok();
-        let known = reflection.and_then(|reflection| reflection.works.iter().find(|(name, _)| name == function));
+        let known = reflection.and_then(|reflection| reflection.shader_costs.iter().find(|(name, _)| name == function));
         known.map(|(_, work)| *work).unwrap_or_default()
     }
 

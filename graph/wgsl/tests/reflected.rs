@@ -2,7 +2,7 @@
 
 use afterimage_base::value::{FileValue, Value};
 use afterimage_wgsl::{
-    ArgType, Effort, EntryStage, GlobalKind, Library, Located, NumberKind, Reflection, ScalarKind, Shader,
+    ArgType, EntryStage, GlobalKind, Library, Located, NumberKind, Reflection, RegisterPressure, ScalarKind, Shader,
     UniformValue, imports, is_free_name,
 };
 
@@ -260,28 +260,28 @@ fn the_effort_of_a_function_is_counted() {
             let lines = format!("x += {function};").repeat(count);
             let text = format!("fn kind(v: vec4f) -> vec4f {{ var x = v; {lines} return x; }}");
             let shader = Shader::loaded("file.wgsl".into(), text);
-            (shader.effort("kind"), shader.is_heavy("kind"))
+            (shader.register_pressure("kind"), shader.is_heavy("kind"))
         };
-        assert_eq!((of(6), of(7)), ((Effort::Light, false), (Effort::Medium, true)), "{function}");
+        assert_eq!((of(6), of(7)), ((RegisterPressure::Low, false), (RegisterPressure::Medium, true)), "{function}");
     }
     let light = format!("fn kind(v: vec4f) -> vec4f {{ var x = v; {} return x; }}", "x = sqrt(abs(x));".repeat(20));
     assert!(!Shader::loaded("file.wgsl".into(), light).is_heavy("kind"), "roots are no powers");
     let table = [
-        ("for (var i = 0; i < 4; i++)", Effort::Light),
-        ("for (var i = 0; i < 5; i++)", Effort::Medium),
-        ("for (var i = 0; i <= 4; i++)", Effort::Medium),
-        ("for (var i = 0; i <= 3; i++)", Effort::Light),
-        ("for (var i = 0; i < 8; i++)", Effort::Medium),
-        ("for (var i = 0; i < 9; i++)", Effort::Heavy),
-        ("for (var i = 1u; i < 9u; i++)", Effort::Medium),
-        ("for (var i = -2; i <= 2; i++)", Effort::Medium),
-        ("for (var i = 0; i < 24; i += 3)", Effort::Medium),
-        ("for (var i = 0; i < 25; i += 3)", Effort::Heavy),
-        ("for (var i = 0; i < 12; i += 3)", Effort::Light),
-        ("for (var i = 4; i > 0; i--)", Effort::Heavy),
-        ("for (var i = 0; i < 4; i += 0)", Effort::Heavy),
-        ("for (var i = 0; i < 4 && x.x < 1.0; i++)", Effort::Heavy),
-        ("for (var i = 0; i < TURNS; i++)", Effort::Light),
+        ("for (var i = 0; i < 4; i++)", RegisterPressure::Low),
+        ("for (var i = 0; i < 5; i++)", RegisterPressure::Medium),
+        ("for (var i = 0; i <= 4; i++)", RegisterPressure::Medium),
+        ("for (var i = 0; i <= 3; i++)", RegisterPressure::Low),
+        ("for (var i = 0; i < 8; i++)", RegisterPressure::Medium),
+        ("for (var i = 0; i < 9; i++)", RegisterPressure::High),
+        ("for (var i = 1u; i < 9u; i++)", RegisterPressure::Medium),
+        ("for (var i = -2; i <= 2; i++)", RegisterPressure::Medium),
+        ("for (var i = 0; i < 24; i += 3)", RegisterPressure::Medium),
+        ("for (var i = 0; i < 25; i += 3)", RegisterPressure::High),
+        ("for (var i = 0; i < 12; i += 3)", RegisterPressure::Low),
+        ("for (var i = 4; i > 0; i--)", RegisterPressure::High),
+        ("for (var i = 0; i < 4; i += 0)", RegisterPressure::High),
+        ("for (var i = 0; i < 4 && x.x < 1.0; i++)", RegisterPressure::High),
+        ("for (var i = 0; i < TURNS; i++)", RegisterPressure::Low),
     ];
     for (head, effort) in table {
         let text = format!(
@@ -289,11 +289,11 @@ fn the_effort_of_a_function_is_counted() {
 fn calls(v: vec4f) -> vec4f {{ switch i32(v.x) {{ case 1 {{ return kind(v); }} default {{ }} }} return v; }}"
         );
         let shader = Shader::loaded("file.wgsl".into(), text);
-        assert_eq!((shader.effort("kind"), shader.effort("calls")), (effort, effort), "{head}");
+        assert_eq!((shader.register_pressure("kind"), shader.register_pressure("calls")), (effort, effort), "{head}");
         assert!(shader.is_heavy("kind"), "{head}");
     }
     let unknown = Shader::loaded("file.wgsl".into(), "fn kind(v: vec4f) -> vec4f { return v; }".into());
-    assert_eq!((unknown.effort("none"), unknown.is_heavy("none")), (Effort::Light, false));
+    assert_eq!((unknown.register_pressure("none"), unknown.is_heavy("none")), (RegisterPressure::Low, false));
 }
 
 #[test]

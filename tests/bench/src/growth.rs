@@ -4,15 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use afterimage::offline::Session;
+use afterimage::offline::{Session, timing};
 use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, median};
 use afterimage_graph::check::Facts;
 use afterimage_graph::image::Size;
 use afterimage_graph::node::Registry;
 use afterimage_lab::{LabError, scene};
 use afterimage_plan::{GivenImage, HostInputs, Options, PlanRequest, Requirement, plan};
-
-use crate::next_step;
 
 /// 720p to 16K, all 16:9.
 const HEIGHTS: [u32; 7] = [720, 1080, 1440, 2160, 4320, 5760, 8640];
@@ -117,9 +115,7 @@ impl Conditions<'_> {
         let plan_ms = self.plan_time(&images, text, size)?;
         let mut session = Session::new(self.gpu, graph.clone(), Facts::default(), Options::default());
         session.load(size, &images)?;
-        let mut frames = 0;
-        let mut step = || next_step(&mut frames);
-        let (frame, _) = session.frame_time(&self.clock, self.samples, &images, &mut step, Vec::new())?;
+        let (frame, _) = timing::frame_time(&mut session, &self.clock, self.samples, &images, Vec::new())?;
         let record_us = self.record_time(&mut session, &images)?;
         let plan = session.plan();
         Ok(Growth {

@@ -16,8 +16,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use afterimage::offline::Session;
-use afterimage_gpu::{Clock, FrameKind, FrameStep, Gpu, Opening};
+use afterimage::offline::{Session, timing};
+use afterimage_gpu::{Clock, Gpu, Opening};
 use afterimage_graph::check::{CheckOptions, Facts, check};
 use afterimage_graph::document::parse;
 use afterimage_graph::image::Size;
@@ -172,20 +172,10 @@ fn lynx_report(gpu: &Gpu, size: Size, samples: u32) -> Result<LynxReport, LabErr
     let mut session = Session::new(gpu, graph, Facts::default(), Options::default());
     session.load(size, &images)?;
     let clock = Clock::new(gpu)?;
-    let mut frames = 0;
-    let mut step = || next_step(&mut frames);
-    let (frame, times) = session.frame_time(&clock, samples, &images, &mut step, lynx::recordings(&chains))?;
+    let (frame, times) = timing::frame_time(&mut session, &clock, samples, &images, lynx::recordings(&chains))?;
     let output = session.plan().outputs[0].name.clone();
     let picture = session.output(&output)?.to_floats();
     Ok(LynxReport { gpu_ms: frame.ms(), baseline: lynx::report(gpu, &chains, &times, &picture)? })
-}
-
-/// The position of the next frame in time, at 60 frames per second.
-fn next_step(frames: &mut u32) -> FrameStep {
-    const STEP: f32 = 1.0 / 60.0;
-    let (number, reset) = (*frames, *frames == 0);
-    *frames += 1;
-    FrameStep { time: number as f32 * STEP, dt: if reset { 0.0 } else { STEP }, kind: FrameKind::cut_if(reset) }
 }
 
 fn parse_size(text: &str) -> Result<Size, String> {

@@ -1,6 +1,6 @@
 //! Kinds of nodes that only random graphs have: point and gather kernels, pyramids, volumes, values that stay on the
 //! GPU, two outputs.
-#![allow(unreachable_pub, reason = "`params!` makes each kind public")]
+#![allow(unreachable_pub, reason = "`node_kind!` makes each kind public")]
 
 use afterimage_graph::node::{ImageId, NodeKind};
 use afterimage_graph::prelude::*;
@@ -56,13 +56,14 @@ const ANY: OutputState = OutputState::same("source");
 /// Declares a test kind: its ports, and what it records.
 macro_rules! kind {
     ($kind:ident, $doc:literal, [$($input:expr),*], [$($output:expr),*], $record:expr) => {
-        params! {
+        node_kind! {
             #[doc = $doc]
             pub struct $kind {}
-        }
-        impl Node for $kind {
+
             const INPUTS: &'static [Input] = &[$($input),*];
             const OUTPUTS: &'static [Output] = &[$($output),*];
+        }
+        impl Node for $kind {
             fn record(&self, pass: &mut Recorder<'_>) {
                 let record: fn(&mut Recorder<'_>) = $record;
                 record(pass)

@@ -7,36 +7,16 @@ use std::process::{Command, Stdio};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::faults::Fault;
 use crate::list::Mutant;
 use crate::sites::Text;
 use crate::weave::{SUPPORT, marks, weave};
 
-/// Crates and their folders.
-pub(crate) type Crates = [(&'static str, &'static str)];
-
-/// The crates whose mutants are taken, and whose tests run.
+/// The crates whose mutants are taken, whose tests run, and their folders.
 pub(crate) const PURE: [(&str, &str); 4] = [
     ("afterimage-base", "graph/base"),
     ("afterimage-wgsl", "graph/wgsl"),
     ("afterimage-graph", "graph/core"),
     ("afterimage-plan", "graph/plan"),
-];
-
-/// The crates that faults are seeded into, and whose tests run.
-pub(crate) const WITH_GPU: [(&str, &str); 4] = [
-    ("afterimage-plan", "graph/plan"),
-    ("afterimage-gpu", "graph/gpu"),
-    ("afterimage", "graph/afterimage"),
-    ("afterimage-tests", "tests"),
-];
-
-/// The crates of the list `pure`, each of whose faults its own tests must notice.
-pub(crate) const FOUR: [(&str, &str); 4] = [
-    ("afterimage-wgsl", "graph/wgsl"),
-    ("afterimage-graph", "graph/core"),
-    ("afterimage-plan", "graph/plan"),
-    ("afterimage-media", "graph/media"),
 ];
 
 /// A test program, the crate that it belongs to, and the folder in which it runs.
@@ -51,13 +31,12 @@ pub(crate) struct Program {
 pub(crate) struct Tree {
     root: PathBuf,
     target: PathBuf,
-    crates: &'static Crates,
 }
 
 impl Tree {
     /// Copies the files that git knows, those that have changed.
-    pub(crate) fn copy(folder: &Path, crates: &'static Crates) -> Self {
-        let tree = Self { root: folder.join("tree"), target: folder.join("build"), crates };
+    pub(crate) fn copy(folder: &Path) -> Self {
+        let tree = Self { root: folder.join("tree"), target: folder.join("build") };
         let output = Command::new("git")
             .args(["ls-files", "-z", "--cached", "--others", "--exclude-standard"])
             .output()
@@ -84,24 +63,6 @@ impl Tree {
         }
     }
 
-    /// Puts the faults into the copy.
-    pub(crate) fn seed(&self, faults: &[Fault]) {
-        let mut files: BTreeMap<String, String> = BTreeMap::new();
-        for (_, folder) in self.crates.iter().filter(|(name, _)| *name != "afterimage-tests") {
-            files.insert(format!("{folder}/src/lib.rs"), SUPPORT.to_owned());
-        }
-        for (name, text) in &mut files {
-            text.insert_str(0, &std::fs::read_to_string(name).unwrap_or_else(|error| panic!("{name}: {error}")));
-        }
-        for (number, fault) in faults.iter().enumerate() {
-            let read =
-                || std::fs::read_to_string(&fault.file).unwrap_or_else(|error| panic!("{}: {error}", fault.file));
-            let text = files.entry(fault.file.clone()).or_insert_with(read);
-            *text = fault.put_into(text, number);
-        }
-        files.iter().for_each(|(name, text)| write_changed(&self.root.join(name), text.as_bytes()));
-    }
-
     /// Writes the files with all mutants but the refused ones.
     fn write(&self, mutants: &[Mutant], refused: &BTreeSet<usize>) -> Vec<usize> {
         let mut files: BTreeMap<&str, Vec<(usize, Mutant)>> = BTreeMap::new();
@@ -111,7 +72,7 @@ impl Tree {
                 of_file.push((number, mutant.clone()));
             }
         }
-        let roots: Vec<String> = self.crates.iter().map(|(_, folder)| format!("{folder}/src/lib.rs")).collect();
+        let roots: Vec<String> = PURE.iter().map(|(_, folder)| format!("{folder}/src/lib.rs")).collect();
         let names: BTreeSet<&str> = files.keys().copied().chain(roots.iter().map(String::as_str)).collect();
         let mut lost = Vec::new();
         for name in names {
@@ -159,16 +120,16 @@ impl Tree {
             let manifest = Path::new(message["manifest_path"].as_str()?);
             let folder = manifest.parent()?.to_owned();
             let relative = folder.strip_prefix(&self.root).ok()?.to_str()?;
-            let package = self.crates.iter().find(|(_, folder)| *folder == relative)?.0.to_owned();
+            let package = PURE.iter().find(|(_, folder)| *folder == relative)?.0.to_owned();
             Some(Program { package, path: path.into(), folder })
         };
         let programs: Vec<Program> = artifacts.iter().filter_map(of).collect();
-        assert!(programs.len() >= self.crates.len(), "the tests do not compile: see above");
+        assert!(programs.len() >= PURE.len(), "the tests do not compile: see above");
         programs
     }
 
     fn cargo(&self, arguments: &[&str]) -> Vec<Value> {
-        let packages = self.crates.iter().flat_map(|(name, _)| ["-p", name]);
+        let packages = PURE.iter().flat_map(|(name, _)| ["-p", name]);
         let output = Command::new("cargo")
             .args(arguments)
             .args(packages)

@@ -6,7 +6,6 @@
 #![allow(clippy::print_stdout, reason = "a tool for the command line")]
 
 mod build;
-mod faults;
 mod list;
 mod report;
 mod run;
@@ -20,7 +19,7 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use build::{Crates, FOUR, PURE, Program, Tree, WITH_GPU};
+use build::{PURE, Program, Tree};
 use list::Mutant;
 use report::Report;
 use run::{Test, on_all_cores, outcome, summary, traced};
@@ -31,34 +30,16 @@ const SEED: u64 = 17;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let here = std::env::current_dir().expect("there is a folder");
-    let folder = |name: &str| {
-        let folder = here.join("target/mutants").join(name);
-        std::fs::create_dir_all(&folder).expect("the folder can be made");
-        folder
-    };
-    let of_list = |list: &str| folder(if matches!(list, "gpu" | "pure") { list } else { "sample" });
+    let folder = here.join("target/mutants/sample");
+    std::fs::create_dir_all(&folder).expect("the folder can be made");
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["sample", from, count] => {
-            weave(&folder("sample"), number(from), number(count));
-            run_woven(&folder("sample"), from);
+            weave(&folder, number(from), number(count));
+            run_woven(&folder, from);
         }
-        ["weave", from, count] => weave(&folder("sample"), number(from), number(count)),
-        ["run", name] => run_woven(&of_list(name), name),
-        ["seed", list @ ("planner" | "gpu" | "pure")] => seed(&of_list(list), list),
-        ["faults", list @ ("planner" | "gpu" | "pure")] => {
-            seed(&of_list(list), list);
-            run_woven(&of_list(list), list);
-        }
-        _ => panic!("`sample|weave FIRST COUNT`, `faults|seed planner|gpu|pure`, or `run FIRST|planner|gpu|pure`"),
-    }
-}
-
-/// The crates that a list of faults is seeded into, and whose tests run.
-fn crates(list: &str) -> &'static Crates {
-    match list {
-        "gpu" => &WITH_GPU,
-        "pure" => &FOUR,
-        _ => &PURE,
+        ["weave", from, count] => weave(&folder, number(from), number(count)),
+        ["run", from] => run_woven(&folder, from),
+        _ => panic!("`sample|weave FIRST COUNT`, or `run FIRST`"),
     }
 }
 
@@ -66,7 +47,7 @@ fn number(word: &str) -> usize {
     word.parse().unwrap_or_else(|error| panic!("`{word}`: {error}"))
 }
 
-/// A sample, or a list of faults, that is compiled. With the programs and the copy of the source at the same places,
+/// A sample that is compiled. With the programs and the copy of the source at the same places,
 /// another machine can run it.
 #[derive(Serialize, Deserialize)]
 struct Woven {
@@ -81,19 +62,9 @@ fn weave(folder: &Path, from: usize, count: usize) {
     let all = list::shuffled(&packages, SEED);
     let sample: Vec<Mutant> = all.iter().skip(from).take(count).cloned().collect();
     println!("{} of {} mutants, from {from} on", sample.len(), all.len());
-    let tree = Tree::copy(folder, &PURE);
+    let tree = Tree::copy(folder);
     let refused = tree.weave(&sample);
     Woven { refused, programs: tree.programs(), sample }.write(folder, &from.to_string());
-}
-
-/// Compiles the faults of a list.
-fn seed(folder: &Path, list: &str) {
-    let faults = faults::read(&format!("tests/mutants/{list}.txt"));
-    println!("{} faults", faults.len());
-    let tree = Tree::copy(folder, crates(list));
-    tree.seed(&faults);
-    let sample = faults.iter().map(faults::Fault::mutant).collect();
-    Woven { refused: BTreeSet::new(), programs: tree.programs(), sample }.write(folder, list);
 }
 
 impl Woven {
@@ -107,18 +78,18 @@ fn woven_file(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("woven-{name}.json"))
 }
 
-/// Runs the tests with each mutant of a sample, or each fault of a list, that is compiled.
+/// Runs the tests with each mutant of a sample that is compiled.
 fn run_woven(folder: &Path, name: &str) {
     let text = std::fs::read_to_string(woven_file(folder, name)).expect("it is compiled");
-    let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample or a list");
+    let Woven { sample, refused, programs } = serde_json::from_str(&text).expect("it is a sample");
     let tests = traced(&programs, folder);
     let results = folder.join(format!("results-{name}.tsv"));
-    run(&sample, &refused, &tests, &results, name == "pure");
+    run(&sample, &refused, &tests, &results);
     print!("{}", Report::read(&results, &sample));
 }
 
 /// Runs the mutants that the table of results does not have yet, several at a time.
-fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &Path, own_tests_only: bool) {
+fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &Path) {
     print!("{}", summary(tests));
     let known = std::fs::read_to_string(results).unwrap_or_default();
     let is_new = |mutant: &Mutant| !known.lines().any(|line| line.split('\t').next() == Some(&mutant.name));
@@ -128,7 +99,7 @@ fn run(mutants: &[Mutant], refused: &BTreeSet<usize>, tests: &[Test], results: &
         let (number, mutant) = (open[at], &mutants[open[at]]);
         let outcome = match refused.contains(&number) {
             true => "refused".to_owned(),
-            false => outcome(number, &mutant.package, tests, own_tests_only),
+            false => outcome(number, &mutant.package, tests),
         };
         println!("{number} {}\t{outcome}", mutant.name);
         let mut known = known.lock().expect("no thread panics with it");

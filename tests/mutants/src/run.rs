@@ -122,10 +122,9 @@ fn names(program: &Program) -> Vec<String> {
 }
 
 /// The first test that notices a mutant, or why none does. Tests of its crate run first, the fast ones before the slow
-/// ones, and those of other crates unless `own_tests_only`.
-pub(crate) fn outcome(number: usize, package: &str, tests: &[Test], own_tests_only: bool) -> String {
-    let counts = |test: &&Test| !own_tests_only || test.package == package;
-    let reaching: Vec<&Test> = tests.iter().filter(|test| test.reaches.contains(&number)).filter(counts).collect();
+/// ones.
+pub(crate) fn outcome(number: usize, package: &str, tests: &[Test]) -> String {
+    let reaching: Vec<&Test> = tests.iter().filter(|test| test.reaches.contains(&number)).collect();
     let (own, other): (Vec<&Test>, Vec<&Test>) = reaching.iter().partition(|test| test.package == package);
     match own.into_iter().chain(other).find(|test| test.notices(number)) {
         Some(test) => format!("noticed\t{}: {}", test.package, test.name),

@@ -6,31 +6,47 @@ use afterimage_graph::prelude::*;
 
 use crate::support::gpu::{Picture, Run, graph_with};
 
-params! {
+node_kind! {
     /// Light of a lamp at the camera's place that surfaces send back, without shadows.
     pub struct Lamplight {
         /// The light at one meter from a white surface.
         pub color: [f32; 3] = [1.0, 1.0, 1.0] => within(0.0..=1000.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        DEPTH,
+        NORMAL,
+        Input::image("albedo", "The share of light that is reflected.").accepts(&[ColorState::Data]),
+        SEEN_FROM,
+        Input::block("light", &CAMERA, "The camera at the light."),
+    ];
+    const OUTPUTS: &'static [Output] = OUTPUTS;
 }
 
-params! {
+node_kind! {
     /// The room of clay under an even sky, without occlusion.
     pub struct Clay {
         /// The light of surfaces that face upwards. Those that face downwards have a third of it.
         pub light: f32 = 0.5 => within(0.0..=1000.0);
     }
+
+    const INPUTS: &'static [Input] = &[NORMAL, SEEN_FROM];
+    const OUTPUTS: &'static [Output] = OUTPUTS;
 }
 
-params! {
+node_kind! {
     /// Numbers of data as gray for a display.
     pub struct Gray {
         /// Factor of the numbers in x. White is 1.
         pub scale: f32 = 1.0 => within(0.0..=1000.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "Numbers.").accepts(&[ColorState::Data])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The gray.")];
 }
 
-params! {
+node_kind! {
     /// Fog in the room: the light that a meter of it scatters toward the camera in rgb, and the light that it takes in
     /// alpha, for each texel of a volume that lies before the camera. The slices lie one below the other.
     pub struct Froxels {
@@ -39,6 +55,9 @@ params! {
         /// The sunlight that a meter scatters.
         pub dust: f32 = 0.0015 => within(0.0..=10.0);
     }
+
+    const INPUTS: &'static [Input] = &[SEEN_FROM];
+    const OUTPUTS: &'static [Output] = OUTPUTS;
 }
 
 static ROOM: Library = Library::new(afterimage_shaders::DEMO);
@@ -118,48 +137,29 @@ const SEEN_FROM: Input = Input::block("camera", &CAMERA, "The camera.");
 const OUTPUTS: &[Output] = &[Output::image("result", OutputState::Always(ColorState::Scene), "The light.")];
 
 impl Node for Lamplight {
-    const INPUTS: &'static [Input] = &[
-        DEPTH,
-        NORMAL,
-        Input::image("albedo", "The share of light that is reflected.").accepts(&[ColorState::Data]),
-        SEEN_FROM,
-        Input::block("light", &CAMERA, "The camera at the light."),
-    ];
-    const OUTPUTS: &'static [Output] = OUTPUTS;
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "lamplight").write("result", desc);
     }
 }
 
 impl Node for Clay {
-    const INPUTS: &'static [Input] = &[NORMAL, SEEN_FROM];
-    const OUTPUTS: &'static [Output] = OUTPUTS;
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "clay").write("result", desc);
     }
 }
 
 impl Node for Gray {
-    const INPUTS: &'static [Input] = &[Input::image("source", "Numbers.").accepts(&[ColorState::Data])];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The gray.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&SHADER, "gray").write("result", desc);
     }
 }
 
 impl Node for Froxels {
-    const INPUTS: &'static [Input] = &[SEEN_FROM];
-    const OUTPUTS: &'static [Output] = OUTPUTS;
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         let call = pass.function(&SHADER, "froxels").set("slices", f64::from(SLICES));
         call.set("near", NEAR).set("far", FAR).write("result", desc);
     }

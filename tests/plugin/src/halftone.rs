@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 // The name is the file that messages about the shader point to.
 static SHADER: Shader = Shader::new("halftone.wgsl", include_str!("halftone.wgsl"));
 
-params! {
+node_kind! {
     /// Prints the image with round dots, whose area depends on its luminance, as a newspaper does.
     pub struct Halftone {
         /// Share of the effect. 0 changes nothing.
@@ -15,9 +15,7 @@ params! {
         /// Angle of the rows of dots.
         pub angle: f32 = 45.0 => within(0.0..=90.0), unit("degrees");
     }
-}
 
-impl Node for Halftone {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The image after the tone curve.").accepts(&[ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
@@ -26,7 +24,9 @@ impl Node for Halftone {
     const INVARIANTS: Invariants = Invariants { constant: false, symmetric: false, ..Invariants::DEFAULT };
     // An error in it is an error of the registry.
     const SHADERS: &'static [&'static Shader] = &[&SHADER];
+}
 
+impl Node for Halftone {
     // A node that changes nothing is skipped: its readers read its fallback.
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

@@ -172,35 +172,34 @@ static PICK: Shader = Shader::new(
     "fn past_depth(depth: texture_2d<f32>, at: Point) -> vec4f { return vec4f(texel(depth, at.pixel).r); }",
 );
 
-params! {
+node_kind! {
     /// Clears a depth.
     pub struct ClearedDepth {}
+
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("depth", OutputState::Always(ColorState::Data), "The depth.").or(Fallback::Absent)];
 }
 
 impl Node for ClearedDepth {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("depth", OutputState::Always(ColorState::Data), "The depth.").or(Fallback::Absent)];
-
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size()).format(Format::Depth32Float);
+        let desc = ImageDesc::new(pass.frame_size).format(Format::Depth32Float);
         let depth = pass.output("depth", desc);
         pass.clear("clear").depth(depth, DepthTest::default()).record();
     }
 }
 
-params! {
+node_kind! {
     /// Shows a depth as light.
     pub struct PastDepth {}
-}
 
-impl Node for PastDepth {
     const INPUTS: &'static [Input] = &[Input::image("depth", "The depth.").accepts(&[ColorState::Data])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::Always(ColorState::Scene), "The light.").or(Fallback::Absent)];
+}
 
+impl Node for PastDepth {
     fn record(&self, pass: &mut Recorder<'_>) {
-        let desc = ImageDesc::new(pass.frame_size());
+        let desc = ImageDesc::new(pass.frame_size);
         pass.function(&PICK, "past_depth").write("result", desc);
     }
 }

@@ -8,16 +8,16 @@ pub(super) mod dark_edges {
     //! A blur whose taps outside the picture are black.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Lets the dark in at the border.
         pub struct DarkEdges {}
-    }
 
-    impl Node for DarkEdges {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = RESULT;
         const INVARIANTS: Invariants = Invariants { keeps_constant: true, ..Invariants::DEFAULT };
+    }
 
+    impl Node for DarkEdges {
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "dark_edges.wgsl",
@@ -42,17 +42,19 @@ pub(super) mod cut_off {
     //! A blur that removes the brightest light as if it were an outlier.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Loses what a firefly shines.
         pub struct CutOff {}
+
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const INVARIANTS: Invariants = Invariants { keeps_sum: true, ..Invariants::DEFAULT };
     }
     faulty!(
         CutOff,
         "cut_off",
-        RESULT,
         |_| false,
-        "fn cut_off(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }",
-        keeps_sum
+        "fn cut_off(source: vec4f) -> vec4f { return vec4f(min(source.rgb, vec3f(1000.0)), source.a); }"
     );
 }
 
@@ -60,14 +62,16 @@ pub(super) mod uneven {
     //! A kind of one pixel that looks at where it is.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Darker to the right.
         pub struct Uneven {}
+
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
     }
     faulty!(
         Uneven,
         "uneven",
-        RESULT,
         |_| false,
         "fn uneven(source: vec4f, at: Point) -> vec4f { return vec4f(source.rgb * (1.0 - 0.25 * at.uv.x), source.a); }"
     );
@@ -77,15 +81,15 @@ pub(super) mod leaning {
     //! A kind of one pixel that looks at its neighbor.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Mixes in the pixel to the left.
         pub struct Leaning {}
+
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
     }
 
     impl Node for Leaning {
-        const INPUTS: &'static [Input] = SOURCE;
-        const OUTPUTS: &'static [Output] = RESULT;
-
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "leaning.wgsl",
@@ -105,19 +109,21 @@ pub(super) mod falling {
     //! A curve that turns round.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Falls above middle gray.
         pub struct Falling {}
+
+        const INPUTS: &'static [Input] = SOURCE;
+        const OUTPUTS: &'static [Output] = RESULT;
+        const INVARIANTS: Invariants = Invariants { monotone: true, ..Invariants::DEFAULT };
     }
     faulty!(
         Falling,
         "falling",
-        RESULT,
         |_| false,
         "fn falling(source: vec4f) -> vec4f {
     return vec4f(source.rgb / (1.0 + source.rgb * source.rgb), source.a);
-}",
-        monotone
+}"
     );
 }
 
@@ -125,16 +131,16 @@ pub(super) mod restless {
     //! Restlessation that trusts the clock.
     use super::*;
 
-    params! {
+    node_kind! {
         /// Follows the light of one pixel by a step that it does not look at.
         pub struct Restless {}
-    }
 
-    impl Node for Restless {
         const INPUTS: &'static [Input] = SOURCE;
         const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Value, OutputState::Nothing, "Stops.")];
         const INVARIANTS: Invariants = Invariants { is_exposure: true, ..Invariants::DEFAULT };
+    }
 
+    impl Node for Restless {
         fn record(&self, pass: &mut Recorder<'_>) {
             static SHADER: Shader = Shader::new(
                 "restless.wgsl",

@@ -1,13 +1,10 @@
-//! House rules of the workspace, and figures of its structure. Reads source text; builds nothing and needs no GPU.
-//!
-//! `cargo test -p afterimage-tidy` applies the rules. `cargo run -p afterimage-tidy -- help` lists the figures.
+//! House rules of the workspace: `cargo test -p afterimage-tidy`. Reads source text; builds nothing and needs no GPU.
 //!
 //! | module | question |
 //! |---|---|
 //! | [`layers`] | do the dependencies of the crates follow the layers? |
 //! | [`imports`], [`cycles`] | which file uses which, and is there a cycle? |
 //! | [`files`] | width and header of each file |
-//! | [`functions`] | how long are the functions? |
 //! | [`places`] | does the code have the functions and files that a document names? |
 //! | [`documents`] | does everything exist that a document links to and names? |
 //! | [`promises`] | does a test hold each promise of a document? |
@@ -16,24 +13,20 @@
 //! | [`packages`] | can a library crate be built from its own files? |
 //! | [`licenses`] | are the licenses and sources of dependencies allowed? |
 //! | [`unsafes`] | which code is `unsafe`, and why? |
-//! | [`lines`] | how much code is there? |
 
 pub mod calls;
 pub mod cycles;
 pub mod documents;
 pub mod files;
-pub mod functions;
 pub mod imports;
 pub mod layers;
 pub mod licenses;
-pub mod lines;
 pub mod modules;
 pub mod opens;
 pub mod packages;
 mod paths;
 pub mod places;
 pub mod promises;
-pub mod revision;
 mod scopes;
 pub mod tokens;
 pub mod unsafes;

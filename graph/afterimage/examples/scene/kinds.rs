@@ -22,7 +22,7 @@ fn scene(pass: &mut Recorder<'_>) -> (BufferId, BufferId, u32) {
     (vertices, pass.constant_buffer("indices", mesh.index_bytes()), mesh.count())
 }
 
-params! {
+node_kind! {
     /// The depth map of a lamp.
     pub struct SceneDepth {
         /// Texels across and down.
@@ -32,13 +32,13 @@ params! {
         /// How much further it lies behind for each unit of slope.
         pub slope_bias: f32 = 2.5 => within(0.0..=16.0), usually(0.0..=4.0), replans();
     }
-}
 
-impl Node for SceneDepth {
     const INPUTS: &'static [Input] = &[Input::block("light", &CAMERA, "The camera at the lamp.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("depth", OutputState::Always(ColorState::Data), "The depth.").or(Fallback::Absent)];
+}
 
+impl Node for SceneDepth {
     fn record(&self, pass: &mut Recorder<'_>) {
         let (vertices, indices, count) = scene(pass);
         let size = Size::new(self.size, self.size);
@@ -50,7 +50,7 @@ impl Node for SceneDepth {
     }
 }
 
-params! {
+node_kind! {
     /// The light of a scene, with four samples in each pixel. Alpha is how strongly a surface emits light.
     pub struct SceneLight {
         /// From white to the yellow of a candle.
@@ -58,9 +58,7 @@ params! {
         /// The light of surfaces that emit some.
         pub emission: f32 = 12.0 => within(0.0..=1000.0), usually(0.0..=50.0);
     }
-}
 
-impl Node for SceneLight {
     const INPUTS: &'static [Input] = &[
         Input::block("camera", &CAMERA, "The camera."),
         Input::block("light", &CAMERA, "The camera at the lamp."),
@@ -72,10 +70,12 @@ impl Node for SceneLight {
         OutputState::Always(ColorState::Scene),
         "The light of the scene.",
     )];
+}
 
+impl Node for SceneLight {
     fn record(&self, pass: &mut Recorder<'_>) {
         let (vertices, indices, count) = scene(pass);
-        let desc = ImageDesc::new(pass.frame_size()).multisampled(4);
+        let desc = ImageDesc::new(pass.frame_size).multisampled(4);
         let color = pass.output("samples", desc);
         let depth = pass.transient("depth", desc.format(Format::Depth32Float));
         let draw = pass.draw(&LIGHT, "from_camera").fragment("shaded");
@@ -93,9 +93,12 @@ impl Node for SceneLight {
     }
 }
 
-params! {
+node_kind! {
     /// Icosahedra at growing distances, with an image whose mip levels are drawn one by one in a color each.
     pub struct MipSolids {}
+
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("samples", PortType::Multisampled, OutputState::Always(ColorState::Scene), "The solids.")];
 }
 
 /// Colors of the levels, from the finest.
@@ -113,10 +116,6 @@ const COLORS: [[f64; 3]; 10] = [
 ];
 
 impl Node for MipSolids {
-    const INPUTS: &'static [Input] = &[];
-    const OUTPUTS: &'static [Output] =
-        &[Output::new("samples", PortType::Multisampled, OutputState::Always(ColorState::Scene), "The solids.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let picture = ImageDesc::new(Size::new(512, 512)).format(Format::Rgba8Unorm).with_levels(10);
         let picture = pass.transient("picture", picture);
@@ -131,7 +130,7 @@ impl Node for MipSolids {
         let centers: Vec<[f32; 4]> = (0..8_u8).map(|at| center(f32::from(at))).collect();
         let instances =
             pass.constant_buffer("centers", centers.iter().flatten().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>());
-        let desc = ImageDesc::new(pass.frame_size()).multisampled(4);
+        let desc = ImageDesc::new(pass.frame_size).multisampled(4);
         let color = pass.output("samples", desc);
         let depth = pass.transient("depth", desc.format(Format::Depth32Float));
         let draw = pass.draw(&SOLIDS, "solid").fragment("banded").image("picture", picture);

@@ -11,14 +11,14 @@
 //! // Four half floats for each pixel, linear Rec.709.
 //! let scene = GivenImage { input: "scene", desc: ImageDesc::new(Size::new(1920, 1080)), bytes: halves };
 //! let rendered = look.render(&OfflineFrame { images: &[scene], values: &["metered"], ..OfflineFrame::default() })?;
-//! let codes: &[u8] = rendered.outputs[0].numbers.bytes();
+//! let codes: &[u8] = rendered.outputs[0].data.bytes();
 //! # let _ = codes;
 //! # Ok(())
 //! # }
 //! ```
 
 mod device;
-mod numbers;
+mod pixel_data;
 #[doc(hidden)] // For the program.
 pub mod quantize;
 
@@ -31,17 +31,19 @@ use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_graph::node::{Camera, Registry};
 use afterimage_plan::Options;
 
-pub use numbers::{Encoding, NumberType, Numbers, RenderedImage, format_of};
+pub use pixel_data::{ComponentType, Encoding, PixelData, RenderedImage, format_of};
 
 use crate::error::Error;
 #[doc(hidden)] // For the program, measurements and tests.
-pub use crate::session::{FrameInputs, Session, TableErrors};
+pub use crate::session::faults::LutErrors;
+#[doc(hidden)] // For the program, measurements and tests.
+pub use crate::session::{FrameInputs, Session, faults, metering, timing};
 use crate::snapshot::{Snapshot, files_of};
 use crate::source::Source;
-use numbers::Rounding;
+use pixel_data::Rounding;
 use quantize::{EncodedFile, Noise, unquantized};
 
-/// A pipeline that renders images in the memory of the processor, with the numbers of the program, bit for bit.
+/// A pipeline that renders images in the memory of the processor, with the pixels of the program, bit for bit.
 ///
 /// No device is opened before the first frame. All pipelines of a process share it; after it is lost, the next frame
 /// opens another one.
@@ -107,6 +109,12 @@ pub struct Rendered {
     /// Four numbers for each requested value, such as the exposure of a meter; `None` if the frame has none, as that of
     /// a node that is skipped.
     pub values: Vec<Option<[f32; 4]>>,
+}
+
+/// The size of a frame with these images: that of the first one that is no volume; `None` without any.
+#[doc(hidden)] // For the program.
+pub fn frame_size(mut images: impl Iterator<Item = ImageDesc>) -> Option<Size> {
+    images.find(|desc| !desc.volume).map(|desc| desc.size)
 }
 
 impl Offline {
@@ -209,7 +217,7 @@ impl Offline {
         Ok(())
     }
 
-    /// Sets the conversion of outputs for a display to numbers.
+    /// Sets the components of outputs for a display.
     pub fn set_encoding(&mut self, encoding: Encoding) {
         (self.encoding, self.is_changed) = (encoding, true);
     }
@@ -317,26 +325,21 @@ impl Offline {
         }
         let mut fed = Vec::new();
         for GivenImage { input, desc, bytes } in frame.images {
-            session.gpu().check_fits(*desc)?;
             fed.push(session.feed(input, *desc, bytes)?);
         }
-        let first = fed.iter().find(|image| !image.desc.volume);
-        let size = first.map_or(frame.size, |image| image.desc.size);
+        let size = frame_size(fed.iter().map(|image| image.desc)).unwrap_or(frame.size);
         session.number_next(frame.number);
         session.render(size, &fed, frame.step)?;
-        let mut texels = Vec::new();
-        for output in session.plan().outputs.clone() {
-            let read = session.output(&output.name)?;
-            texels.push((output, read));
-        }
+        let texels = session.outputs()?;
         let values = labels.iter().map(|label| session.value(label)).collect::<Result<_, _>>()?;
-        let outputs = texels.into_iter().map(|(output, texels)| {
+        let plan = session.plan().clone();
+        let outputs = plan.outputs.iter().zip(texels).map(|(output, texels)| {
             let declared = self.graph.outputs.iter().find(|known| known.name == output.name);
             let rounding = declared.and_then(|declared| {
                 let dither = self.dither.then(|| self.noise.seed(frame.number));
                 Some(Rounding { bits: self.bits(declared)?, dither, keeps_alpha: declared.has_coverage })
             });
-            RenderedImage::of(&output, texels, self.encoding, rounding.as_ref())
+            RenderedImage::of(output, texels, self.encoding, rounding.as_ref())
         });
         Ok(Rendered { outputs: outputs.collect::<Result<_, _>>()?, values })
     }
@@ -389,7 +392,7 @@ impl Offline {
         Ok(self.session.as_mut().expect("there is a session by now"))
     }
 
-    /// The bits of an output for a display; `None` for linear light and data.
+    /// The bits of an output for a display; `None` for linear color and data.
     fn bits(&self, output: &GraphOutput) -> Option<u32> {
         let color = self.graph.colors().at(output.source);
         let is_hdr = color.is_some_and(|color| matches!(color.colorimetry.transfer, Transfer::Pq | Transfer::Hlg));

@@ -1,4 +1,4 @@
-//! A pipeline on a device that may belong to somebody else: plans follow the images, the facts and the parameters.
+//! A pipeline on the device of a host: plans follow the images, the facts and the parameters.
 
 mod active;
 mod announced;
@@ -10,11 +10,13 @@ mod governed;
 mod handles;
 mod names;
 mod opened;
+mod parameters;
 mod pass_times;
 mod plans;
 mod readings;
 mod tiers;
 mod values;
+mod watches;
 
 use std::sync::Arc;
 
@@ -23,7 +25,6 @@ use afterimage_gpu::wgpu::{self, CommandEncoder};
 use afterimage_gpu::{DrawTargets, Executor, Frame, FrameKind, Gpu, GpuError, HostDraw, TaskPool, caps, span};
 use afterimage_graph::check::{Fact, Facts, Graph};
 use afterimage_graph::image::Size;
-use afterimage_graph::value::{ParamType, Value};
 use afterimage_plan::{HostInputs, NeedsPlan, Options, Plan, PlanError};
 
 use active::ActivePlan;
@@ -182,7 +183,7 @@ impl Post {
     }
 
     /// States the size in which the pipeline works, whatever the sizes of the [rectangles](Frame::rectangles) of its
-    /// inputs: light is filtered to it, and data takes the nearest texel. So a scene may be rendered at another size in
+    /// inputs: colors are filtered to it, and data takes the nearest texel. So a scene may be rendered at another size in
     /// every frame without another plan. With `None` the size is that of the first input's rectangle, and another size
     /// is another plan. Inputs without a rectangle keep their sizes.
     pub fn set_size(&mut self, size: Option<Size>) {
@@ -190,7 +191,7 @@ impl Post {
         self.plans.note_change();
     }
 
-    /// Invariants that all texels of an input are finite, within ±65504, and negative only where its color state allows
+    /// States that all texels of an input are finite, within ±65504, and negative only where its color state allows
     /// it, so that plans need not sanitize them.
     pub fn assume_finite(&mut self, input: impl Into<String>) {
         self.bindings.finite.insert(input.into());
@@ -499,94 +500,11 @@ impl Post {
         Ok(())
     }
 
-    /// All parameters of the graph.
-    pub fn parameters(&self) -> impl Iterator<Item = ParameterInfo<'_>> {
-        self.graph().parameters().map(|id| ParameterInfo {
-            name: self.graph().parameter_name(id),
-            declaration: self.graph().declaration(id),
-            value: self.graph().value(id),
-        })
-    }
-
-    /// The parameters of the present graph that the host has set, or has handles of and may set without a plan: their
-    /// names, `node.parameter`, and their values.
-    pub fn set_values(&self) -> impl Iterator<Item = (&str, &Value)> {
-        self.values.set_values()
-    }
-
-    /// A handle to the parameter that `node.parameter` names.
-    ///
-    /// The parameter is dynamic from the next plan on: its node runs also where its value changes nothing, so that new
-    /// values need no plan. Where a change [needs a plan](Self::needs_plan), each does.
-    ///
-    /// # Errors
-    /// There is no such parameter, or it has another type.
-    pub fn parameter<T: ParamType>(&mut self, name: &str) -> Result<Parameter<T>, PostError> {
-        let (parameter, is_new) = self.values.parameter(name)?;
-        if is_new {
-            self.plans.queue();
-        }
-        Ok(parameter)
-    }
-
-    /// The same for a parameter of any type.
-    ///
-    /// # Errors
-    /// There is no such parameter.
-    pub fn control(&mut self, name: &str) -> Result<Control, PostError> {
-        let (control, is_new) = self.values.control(name)?;
-        if is_new {
-            self.plans.queue();
-        }
-        Ok(control)
-    }
-
-    /// Sets a value, from the next frame on; in the background if it needs a new plan. While the present graph has no
-    /// such parameter, the value is kept for the next one.
-    ///
-    /// # Errors
-    /// It is outside of the domain, or does not go with other values of the node, which then keeps the old one.
-    pub fn set<T: ParamType>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), PostError> {
-        self.set_value(parameter.control(), value.into_value())
-    }
-
-    /// The same for a parameter of any type.
-    ///
-    /// # Errors
-    /// As [`set`](Self::set); also if the value has another type.
-    pub fn set_value(&mut self, control: Control, value: Value) -> Result<(), PostError> {
-        if self.values.set(control, value)? {
-            self.plans.queue();
-        }
-        Ok(())
-    }
-
-    /// The present value of a parameter: that of the graph, or the last that was set while the graph has none.
-    pub fn value(&self, control: Control) -> Option<&Value> {
-        self.values.value(control)
-    }
-
-    /// Reverts to the value in the pipeline file, also in the next graph.
-    ///
-    /// # Errors
-    /// As [`set`](Self::set).
-    pub fn unset(&mut self, control: Control) -> Result<(), PostError> {
-        if self.values.unset(control)? {
-            self.plans.queue();
-        }
-        Ok(())
-    }
-
-    /// `true` if a change of the parameter needs a new plan.
-    pub fn needs_plan(&self, control: Control) -> bool {
-        self.values.needs_plan(control)
-    }
-
     /// Fades from the old plan to the new one over this many frames after each change that is made in the background,
     /// at most 65,534; 0, the default, changes at once. Both plans render in these frames, each with histories and
     /// adaptation of its own, and frame `k` of `n` has `k / (n + 1)` of the new output: of its encoded values where the
-    /// host's image holds those, of its light where it holds light. The frame before them is of the old plan alone, and
-    /// the frame after them of the new plan alone, bit for bit what it would be without a fade.
+    /// host's image holds those, of its linear values where it holds those. The frame before them is of the old plan
+    /// alone, and the frame after them of the new plan alone, bit for bit what it would be without a fade.
     ///
     /// In these frames the old plan has memory of its own next to that of the new one, which is allocated in the
     /// background with the new plan, and a second executor; the next frame has neither. Values of parameters change
@@ -619,38 +537,6 @@ impl Post {
     /// The number of frames that have been recorded: that of the last one, counted from 1.
     pub fn frame(&self) -> u64 {
         self.frame
-    }
-
-    /// Reads a table or value of a node, `node.port`, back after every frame from now on, without a wait. A node that
-    /// the plan does not run has none.
-    pub fn watch(&mut self, label: &str) -> Watch {
-        self.names.queue();
-        self.readings.watch(label)
-    }
-
-    /// The newest reading that has arrived: a few frames old, because nothing waits for it. Readings arrive while
-    /// frames are recorded and submitted, and the device is polled.
-    ///
-    /// # Errors
-    /// The watch is of another pipeline.
-    pub fn reading(&self, watch: Watch) -> Result<Option<&Reading>, PostError> {
-        self.readings.latest(watch)
-    }
-
-    /// Measures the GPU time of each pass of every frame from now on, without a wait. `false` where the device has no
-    /// timestamps inside passes, and before a plan is loaded. A measured frame is a little slower, because the passes
-    /// of a batch do not overlap.
-    ///
-    /// # Errors
-    /// The device is lost or has no memory for the timestamps.
-    pub fn time_passes(&mut self) -> Result<bool, GpuError> {
-        self.executor.enable_timing()
-    }
-
-    /// The newest times of passes that have arrived, if they are [measured](Self::time_passes): a few frames old, like
-    /// a [`reading`](Self::reading).
-    pub fn pass_times(&self) -> Option<&PassTimes> {
-        self.readings.pass_times.latest.as_ref()
     }
 
     /// The texture of an image of the plan that renders, by its label, `node.port`, or by its name in

@@ -1,10 +1,10 @@
-//! Pictures that are larger than the device, in bands of rows.
+//! Images that are larger than the device, in bands of rows.
 
 use afterimage_gpu::{
     BandReader, BandStats, BandWriter, BandedFrame, FrameStep, bytes_of_whole_frame, render_in_bands,
 };
 use afterimage_graph::image::{ImageDesc, Size};
-use afterimage_plan::{BandLimits, GivenImage, HostInputs, Plan, PlanError};
+use afterimage_plan::{BandLimits, HostInputs, Plan, PlanError};
 
 use super::Session;
 use crate::error::PostError;
@@ -27,12 +27,10 @@ impl Session {
     }
 
     fn described(&self, size: Size, inputs: &[(&str, ImageDesc)]) -> HostInputs {
-        let image = |(name, desc): &(&str, ImageDesc)| (name.to_string(), GivenImage { desc: *desc, finite: false });
-        let blocks = self.blocks.keys().cloned().collect();
-        HostInputs { inputs: inputs.iter().map(image).collect(), blocks, ..HostInputs::nothing(size) }
+        self.uploads.host_inputs(size, inputs.iter().map(|(name, desc)| (*name, *desc, false)))
     }
 
-    /// The plan for images of any size, to be made in bands.
+    /// The plan for images of any size, to be rendered in bands.
     ///
     /// # Errors
     /// The graph cannot be planned for these images.
@@ -40,7 +38,7 @@ impl Session {
         Ok(self.post.plan_in_bands(self.described(size, inputs))?)
     }
 
-    /// Renders one picture with a plan of [`plan_in_bands`](Self::plan_in_bands): bit for bit what the plan makes of
+    /// Renders one frame with a plan of [`plan_in_bands`](Self::plan_in_bands): bit for bit what the plan makes of
     /// whole images. `values` are those of nodes after the frame, by `node.port`.
     ///
     /// # Errors
@@ -54,7 +52,7 @@ impl Session {
         values: &[String],
         files: (&mut R, &mut W),
     ) -> Result<BandStats, R::Error> {
-        let frame = BandedFrame { step, number, blocks: &self.blocks, values };
+        let frame = BandedFrame { step, number, blocks: &self.uploads.blocks, values };
         render_in_bands(&self.gpu, plan, limits, &frame, files)
     }
 }

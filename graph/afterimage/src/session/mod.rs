@@ -2,40 +2,37 @@
 //! uploads and read-back to [`Post`].
 
 mod bands;
-mod faults;
-mod metering;
-mod passes;
+#[doc(hidden)] // For the program and measurements.
+pub mod faults;
+#[doc(hidden)] // For the program.
+pub mod metering;
+#[doc(hidden)] // For the program and measurements.
+pub mod timing;
+mod uploads;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use afterimage_gpu::internal::{ReadbackBatch, submit};
-use afterimage_gpu::wgpu::{CommandEncoder, TextureView};
-use afterimage_gpu::{
-    Clock, Executor, Feed, Frame, FrameKind, FrameStep, FrameTime, Gpu, GpuError, InputImage, Readback, Texels,
-    TimedCommands, input_image,
-};
+use afterimage_gpu::wgpu::CommandEncoder;
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Readback, Texels};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::{ImageDesc, Size};
 use afterimage_graph::node::BlockData;
-use afterimage_plan::{GivenImage, HostInputs, Options, Plan};
-
-pub use faults::TableErrors;
+use afterimage_plan::{HostInputs, Options, Plan};
 
 use crate::error::PostError;
 use crate::post::Post;
+use uploads::Uploads;
 
 /// A frame of [`Session::render_all`]: its images and its position in time.
 pub type FrameInputs = (Vec<InputImage>, FrameStep);
 
-/// A graph on a [`Gpu`]. Plans follow the sizes of the images.
+/// Renders the frames of a graph on a [`Gpu`], one after another: uploads, the frame number, the plan for the images,
+/// the commands, read-back.
 pub struct Session {
     gpu: Gpu,
     post: Post,
-    /// The textures that [`feed`](Self::feed) fills, by the names of the inputs.
-    feeds: BTreeMap<String, Feed>,
-    /// The host blocks, by the names of the inputs.
-    blocks: BTreeMap<String, BlockData>,
+    uploads: Uploads,
     readback: Readback,
 }
 
@@ -46,18 +43,17 @@ impl Session {
     }
 
     /// A session whose executor starts with the driver's pipelines of an earlier run, as
-    /// [`pipeline_cache_data`](Executor::pipeline_cache_data) returned them.
+    /// [`pipeline_cache_data`](afterimage_gpu::Executor::pipeline_cache_data) returned them.
     pub fn with_pipeline_cache(gpu: &Gpu, graph: Graph, facts: Facts, options: Options, data: &[u8]) -> Self {
         let mut post = Post::with_executor(gpu.executor().with_pipeline_cache(data), graph);
         post.set_facts(facts);
         post.set_options(options);
-        Self {
-            gpu: gpu.clone(),
-            post,
-            feeds: BTreeMap::new(),
-            blocks: BTreeMap::new(),
-            readback: Readback::new(&gpu.device, &gpu.queue),
-        }
+        Self::of(gpu, post)
+    }
+
+    fn of(gpu: &Gpu, post: Post) -> Self {
+        let readback = Readback::new(&gpu.device, &gpu.queue);
+        Self { gpu: gpu.clone(), post, uploads: Uploads::default(), readback }
     }
 
     /// The device.
@@ -80,13 +76,8 @@ impl Session {
     pub fn reset(&mut self, graph: Graph, facts: Facts, options: Options) {
         self.change(graph, options);
         self.post.set_facts(facts);
-        self.blocks.clear();
+        self.uploads.blocks.clear();
         self.restart();
-    }
-
-    /// The executor.
-    pub fn executor(&mut self) -> &mut Executor {
-        self.post.executor()
     }
 
     /// The plan that is loaded, as the planner made it.
@@ -97,35 +88,17 @@ impl Session {
         self.post.plan().expect("a plan is loaded")
     }
 
-    /// Fills the texture of an input with the next image, row by row without gaps. Images of one size and format use
-    /// the same texture.
+    /// Uploads the next image of an input, row by row without gaps. Images of one size and format use the same texture.
     ///
     /// # Errors
-    /// The device is lost.
+    /// The image is larger than the device supports, or the device is lost or has no memory for it.
     pub fn feed(&mut self, input: &str, desc: ImageDesc, bytes: &[u8]) -> Result<InputImage, GpuError> {
-        if desc.samples > 1 {
-            // A draw fills it, and no command of a transfer does.
-            return input_image(&self.gpu, input, desc, bytes);
-        }
-        let mut feed = match self.feeds.remove(input) {
-            Some(feed) if feed.desc() == desc => feed,
-            _ => Feed::new(&self.gpu.device, &self.gpu.queue, desc)?,
-        };
-        feed.fill(bytes)?;
-        let image = InputImage { input: input.to_owned(), view: feed.view().clone(), desc, finite: false };
-        self.feeds.insert(input.to_owned(), feed);
-        Ok(image)
-    }
-
-    /// The image that was fed to an input last.
-    pub fn fed(&self, input: &str) -> Option<InputImage> {
-        let feed = self.feeds.get(input)?;
-        Some(InputImage { input: input.to_owned(), view: feed.view().clone(), desc: feed.desc(), finite: false })
+        self.uploads.image(&self.gpu, input, desc, bytes)
     }
 
     /// Sets the host block of an input, such as a camera, for all frames from now on.
     pub fn set_block(&mut self, input: &str, data: BlockData) {
-        self.blocks.insert(input.to_owned(), data);
+        self.uploads.blocks.insert(input.to_owned(), data);
     }
 
     /// Sets the number of the next frame, from which noise is made; further ones count on. Histories go on.
@@ -133,11 +106,8 @@ impl Session {
         self.post.executor().number_next(number);
     }
 
-    /// The inputs of a plan for these images and the present blocks.
-    fn given(&self, size: Size, images: &[InputImage]) -> HostInputs {
-        let image = |image: &InputImage| (image.input.clone(), GivenImage { desc: image.desc, finite: image.finite });
-        let (inputs, blocks) = (images.iter().map(image).collect(), self.blocks.keys().cloned().collect());
-        HostInputs { inputs, blocks, ..HostInputs::nothing(size) }
+    fn host_inputs(&self, size: Size, images: &[InputImage]) -> HostInputs {
+        self.uploads.host_inputs(size, images.iter().map(|image| (&*image.input, image.desc, image.finite)))
     }
 
     /// Makes the plan for these images and loads it if it is not the loaded one.
@@ -145,12 +115,12 @@ impl Session {
     /// # Errors
     /// The graph cannot be planned at this size, or the device refuses the plan.
     pub fn load(&mut self, size: Size, images: &[InputImage]) -> Result<&Arc<Plan>, PostError> {
-        self.post.load_for(self.given(size, images))
+        self.post.load_for(self.host_inputs(size, images))
     }
 
     /// Starts at the first frame: histories start again, and noise is that of the first frame.
     pub fn restart(&mut self) {
-        self.executor().count_from(0);
+        self.post.executor().count_from(0);
     }
 
     /// The plan for these images, without loading it.
@@ -158,21 +128,20 @@ impl Session {
     /// # Errors
     /// The graph cannot be planned at this size.
     pub fn plan_for(&mut self, size: Size, images: &[InputImage]) -> Result<Arc<Plan>, PostError> {
-        Ok(self.post.plan_for(self.given(size, images))?)
+        Ok(self.post.plan_for(self.host_inputs(size, images))?)
     }
 
     /// Records a frame of the loaded plan.
     ///
     /// # Errors
-    /// See [`Executor::encode`].
+    /// See [`Executor::encode`](afterimage_gpu::Executor::encode).
     pub fn encode(
         &mut self,
         encoder: &mut CommandEncoder,
         images: &[InputImage],
         step: FrameStep,
     ) -> Result<(), GpuError> {
-        let blocks: Vec<(&str, &BlockData)> = self.blocks.iter().map(|(name, data)| (name.as_str(), data)).collect();
-        with_frame(images, step, |frame| self.post.record(encoder, &Frame { blocks: &blocks, ..*frame }, &mut []))
+        self.uploads.with_frame(images, step, |frame| self.post.record(encoder, frame, &mut []))
     }
 
     /// Renders a frame; the outputs stay on the GPU.
@@ -205,13 +174,13 @@ impl Session {
         });
         if submitted.is_err() && is_recorded {
             // Histories may lack this frame.
-            self.executor().reset();
+            self.post.executor().reset();
         }
         submitted
     }
 
-    /// Renders frames of the loaded plan and reads back all outputs of each, in the order of the plan. `together`
-    /// records all frames in one submission, which is fast for small images.
+    /// Renders frames of the loaded plan and reads back all outputs of each, in the order of the plan. A cut has the
+    /// noise of a first frame. `together` records all frames in one submission, which is fast for small images.
     ///
     /// # Errors
     /// See [`encode`](Self::encode) and [`Readback::download`].
@@ -220,45 +189,43 @@ impl Session {
         let outputs = plan.outputs.iter().map(|output| plan.image(output.image).desc);
         let descs = outputs.collect::<Vec<ImageDesc>>().repeat(frames.len());
         if !ReadbackBatch::fits(&self.gpu.device, &descs) {
-            return frames.iter().map(|frame| self.render_alone(frame, &plan)).collect();
+            let render = |(images, step): &FrameInputs| {
+                self.restart_at_cut(*step);
+                self.submit(images, *step)?;
+                self.outputs()
+            };
+            return frames.iter().map(render).collect();
         }
         let mut batch = ReadbackBatch::new(&self.gpu.device, descs)?;
         let per_submission = if together { frames.len().max(1) } else { 1 };
         for frames in frames.chunks(per_submission) {
             self.submit_recorded(|session, encoder| {
-                frames.iter().try_for_each(|frame| session.encode_copied(encoder, frame, &mut batch))
+                for (images, step) in frames {
+                    session.restart_at_cut(*step);
+                    session.encode(encoder, images, *step)?;
+                    for output in &plan.outputs {
+                        batch.copy(encoder, session.post.output(&output.name)?);
+                    }
+                }
+                Ok(())
             })?;
         }
         let mut texels = batch.read()?.into_iter();
         Ok(frames.iter().map(|_| texels.by_ref().take(plan.outputs.len()).collect()).collect())
     }
 
-    /// Records a frame of a sequence, and copies of its outputs.
-    fn encode_copied(
-        &mut self,
-        encoder: &mut CommandEncoder,
-        frame: &FrameInputs,
-        batch: &mut ReadbackBatch,
-    ) -> Result<(), GpuError> {
-        let (images, step) = frame;
+    fn restart_at_cut(&mut self, step: FrameStep) {
         if step.kind == FrameKind::Cut {
-            // A sequence that starts again has the noise of a first frame, so that it can be compared with others.
             self.restart();
         }
-        self.encode(encoder, images, *step)?;
-        for output in &self.plan().clone().outputs {
-            batch.copy(encoder, self.post.output(&output.name)?);
-        }
-        Ok(())
     }
 
-    /// Renders a frame and reads back its outputs, one after another.
-    fn render_alone(&mut self, frame: &FrameInputs, plan: &Plan) -> Result<Vec<Texels>, GpuError> {
-        let (images, step) = frame;
-        if step.kind == FrameKind::Cut {
-            self.restart();
-        }
-        self.submit(images, *step)?;
+    /// The texels of all outputs of the last frame, in the order of the plan. Waits for the GPU.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn outputs(&mut self) -> Result<Vec<Texels>, GpuError> {
+        let plan = self.plan().clone();
         plan.outputs.iter().map(|output| self.output(&output.name)).collect()
     }
 
@@ -301,42 +268,9 @@ impl Session {
     /// # Panics
     /// If nothing was loaded or rendered yet.
     pub fn clone_with_fresh_allocations(&self, images: &[InputImage]) -> Result<Self, PostError> {
-        let (post, blocks) = (self.post.clone_for_view(), self.blocks.clone());
-        let readback = Readback::new(&self.gpu.device, &self.gpu.queue);
-        let mut session = Self { gpu: self.gpu.clone(), post, feeds: BTreeMap::new(), blocks, readback };
+        let mut session = Self::of(&self.gpu, self.post.clone_for_view());
+        session.uploads.blocks.clone_from(&self.uploads.blocks);
         session.load(self.plan().size, images)?;
         Ok(session)
     }
-
-    /// The time of a frame of the loaded plan: timestamps around the whole frame, as [`Clock`] defines it. `steps`
-    /// gives the position in time of each frame. Where passes do not run in every frame, it is the mean of a
-    /// [cycle](afterimage_plan::Plan::refresh_cycle). `baselines` are other work that is timed under the same
-    /// conditions.
-    ///
-    /// This is the only function that times a frame, so that all tools report the same quantity.
-    ///
-    /// # Errors
-    /// See [`Clock::medians`].
-    pub fn frame_time<'r>(
-        &'r mut self,
-        clock: &Clock,
-        samples: u32,
-        images: &'r [InputImage],
-        steps: &'r mut dyn FnMut() -> FrameStep,
-        baselines: Vec<TimedCommands<'r>>,
-    ) -> Result<(FrameTime, Vec<FrameTime>), GpuError> {
-        let cycle = self.plan().refresh_cycle();
-        let frame: TimedCommands<'r> =
-            Box::new(move |encoder| (0..cycle).try_for_each(|_| self.encode(encoder, images, steps())));
-        let mut work: Vec<TimedCommands<'r>> = [frame].into_iter().chain(baselines).collect();
-        let mut times = clock.medians(samples, &mut work)?.into_iter();
-        let frame = times.next().expect("one time for each recording").divided(cycle);
-        Ok((frame, times.collect()))
-    }
-}
-
-/// Calls `use_frame` with the executor's description of a frame without blocks.
-fn with_frame<T>(images: &[InputImage], step: FrameStep, use_frame: impl FnOnce(&Frame<'_>) -> T) -> T {
-    let inputs: Vec<(&str, &TextureView)> = images.iter().map(|image| (image.input.as_str(), &image.view)).collect();
-    use_frame(&Frame { inputs: &inputs, time: step.time, dt: step.dt, kind: step.kind, ..Frame::default() })
 }

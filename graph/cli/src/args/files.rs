@@ -74,7 +74,7 @@ pub(crate) struct InputSpace {
 }
 
 impl ReadArgs {
-    /// How files of an input are read.
+    /// The options for reading the files of an input.
     pub(crate) fn options(&self, budget: Budget, space: Option<ColorSpace>) -> ReadOptions {
         ReadOptions { space, data_window: self.window == WindowChoice::Data, ..budget.into() }
     }
@@ -98,8 +98,8 @@ impl ReadArgs {
 
     fn given_for(&self, input: &GraphInput) -> Option<&InputSpace> {
         let named = self.input_space.iter().find(|given| given.input.as_ref() == Some(&input.name));
-        let is_light = input.state != ColorState::Data;
-        let of_all = || self.input_space.iter().find(|given| given.input.is_none() && is_light);
+        let is_color = input.state != ColorState::Data;
+        let of_all = || self.input_space.iter().find(|given| given.input.is_none() && is_color);
         named.or_else(of_all)
     }
 }
@@ -107,7 +107,7 @@ impl ReadArgs {
 /// The variable that stands for `--output-space`.
 pub(crate) const OUTPUT_SPACE: &str = "AFTERIMAGE_OUTPUT_SPACE";
 
-/// How `render` writes EXR files.
+/// Options of the EXR files that `render` writes.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = OUTPUT_FILES)]
 pub(crate) struct ExrArgs {
@@ -116,7 +116,7 @@ pub(crate) struct ExrArgs {
     #[arg(long, value_name = "SPACE", ignore_case = true, value_parser = linear_spaces())]
     #[arg(env = OUTPUT_SPACE)]
     pub(crate) output_space: Option<ColorSpace>,
-    /// Whether the space is that of the environment, which holds for all runs, also those that write no such file.
+    /// True if the space is that of the environment, which holds for all runs, also those that write no EXR.
     #[arg(skip)]
     pub(crate) is_space_of_all_runs: bool,
     /// The compression of EXR files; `zip` by default. b44, b44a, dwaa and dwab lose details, pxr24 those of floats

@@ -8,7 +8,7 @@ use clap::Args;
 use super::headings::{INPUT_FILES, OUTPUT_FILES, SEQUENCES};
 use super::options::{DeviceOptions, ImageOptions, PipelineOptions, parse_size};
 
-/// What each figure means, below the options. The terminal's width wraps the lines.
+/// The meaning of each figure, below the options. The terminal's width wraps the lines.
 const FIGURES: &str = "\
 The reference is the same pipeline with f32 intermediates and every quality switch at its most accurate. \
 Each figure is the worst over the images; JSON also has the figures of each image. \
@@ -25,7 +25,7 @@ FLIP: the visible difference of alternating images, 0 to 1
 dE2000: mean color difference (dE ITP for HDR outputs); 1 is just noticeable
 flicker: the change between two frames that the reference does not have: 99.9th percentile, in codes";
 
-/// What a claim states, below the options of `tune`.
+/// The meaning of a claim, below the options of `tune`.
 const CLAIMS: &str = "\
 Claims state errors a tenth above the worst that was measured, because other images can be a little worse, and name \
 the image. The search sees every other image and four of the pictures of `--charts`. What it finds is measured on all \
@@ -33,7 +33,7 @@ of them; if it is beyond the goal on one that was not seen, the search goes on."
 
 /// The images that a pipeline is measured on.
 #[derive(Debug, Args)]
-pub(crate) struct ClipArgs {
+pub(crate) struct SequenceArgs {
     /// Images for the pipeline's first input, or folders of them; `shot.####.exr` is a sequence; without images, the
     /// built-in scene
     #[arg(value_name = "IN")]
@@ -93,7 +93,7 @@ pub(crate) struct MeasureArgs {
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "DIR")]
     pub(crate) error_image: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) clips: ClipArgs,
+    pub(crate) sequences: SequenceArgs,
 }
 
 /// The limit that a tuned pipeline must keep.
@@ -139,7 +139,7 @@ pub(crate) struct TuneArgs {
     #[arg(help_heading = OUTPUT_FILES, long, value_name = "FILE")]
     pub(crate) state: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) clips: ClipArgs,
+    pub(crate) sequences: SequenceArgs,
 }
 
 /// Names of tiers and their largest errors, in codes; 0 is the most accurate choice.

@@ -4,7 +4,7 @@ mod graph;
 
 use afterimage::offline::Session;
 use afterimage::offline::quantize::{EncodedFile, unquantized};
-use afterimage_gpu::{FrameStep, Gpu, InputImage, Texels};
+use afterimage_gpu::{FrameStep, InputImage, Texels};
 use afterimage_graph::check::{Facts, Graph, GraphOutput};
 use afterimage_graph::color::Colorimetry;
 use afterimage_graph::image::{ColorState, Size};
@@ -15,7 +15,7 @@ use afterimage_plan::Options;
 
 use crate::args::{DemoArgs, KindOptions};
 use crate::cameras::{is_eye, scene, scene_camera};
-use crate::device::{CachedSession, open};
+use crate::device::{keep_pipelines, open, session};
 use crate::failure::Failure;
 use crate::files::registry;
 use crate::render::choose_output;
@@ -42,21 +42,21 @@ pub(crate) fn run(args: &DemoArgs, tables: &[&[NodeKind]]) -> Result<(), Failure
     let time = vec![format!("scene.time={:?}", args.time)];
     let renderer = graph(&registry, "scene", RENDERER, time)?;
     let camera = scene(&renderer).map(|scene| scene_camera(&scene, size));
-    let mut scene = cached(&gpu, renderer);
-    scene.session.render(size, &[], FrameStep::FIRST)?;
-    let texels = scene.session.output("scene")?;
-    saved("scene", &texels, stated(&scene.session, "scene"), ImageFormat::Exr)?;
-    let images = ["scene", "depth", "normal", "motion"].map(|name| scene.session.output_image(name, name));
+    let mut scene = session(&gpu, renderer, Facts::default(), Options::default());
+    scene.render(size, &[], FrameStep::FIRST)?;
+    let texels = scene.output("scene")?;
+    saved("scene", &texels, stated(&scene, "scene"), ImageFormat::Exr)?;
+    let images = ["scene", "depth", "normal", "motion"].map(|name| scene.output_image(name, name));
     let mut tiles = Vec::new();
     for (name, text) in PIPELINES {
         let graph = graph(&registry, name, text, Vec::new())?;
         let GraphOutput { name: output, source, .. } = choose_output(&graph, None, true)?.clone();
         let graph = unquantized(graph, &[EncodedFile { source, bits: 8 }], true).graph;
-        let mut demo = cached(&gpu, graph.clone());
-        render(&mut demo.session, &graph, &images, camera.as_ref())?;
-        demo.keep_pipelines();
-        let texels = demo.session.output(&output)?;
-        saved(name, &texels, stated(&demo.session, &output), ImageFormat::Png)?;
+        let mut demo = session(&gpu, graph.clone(), Facts::default(), Options::default());
+        render(&mut demo, &graph, &images, camera.as_ref())?;
+        keep_pipelines(&mut demo);
+        let texels = demo.output(&output)?;
+        saved(name, &texels, stated(&demo, &output), ImageFormat::Png)?;
         tiles.push(texels);
     }
     let sheet =
@@ -82,10 +82,6 @@ fn render(
         session.set_block(&input.name, camera.clone());
     }
     Ok(session.render(images[0].desc.size, &images, FrameStep::FIRST)?)
-}
-
-fn cached(gpu: &Gpu, graph: Graph) -> CachedSession {
-    CachedSession::new(gpu, graph, Facts::default(), Options::default())
 }
 
 /// Pixels between two images of the sheet.

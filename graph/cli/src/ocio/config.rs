@@ -12,7 +12,7 @@ use ocio::{Config, Processor};
 use crate::failure::Failure;
 
 /// The name of linear Rec.709 in the built-in configs.
-pub(super) const LIGHT: &str = "Linear Rec.709 (sRGB)";
+pub(super) const REC709: &str = "Linear Rec.709 (sRGB)";
 
 /// The name of the config on the command line.
 static NAME: OnceLock<String> = OnceLock::new();
@@ -98,7 +98,7 @@ pub(super) fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
     value.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// That neither the config has such a color space, nor is it one of the others that are possible here.
+/// The error about a color space that neither the config nor `others` have.
 pub(super) fn no_space(config: &Config, name: &str, others: &[&str]) -> String {
     let known: Vec<&str> = (0..config.num_color_spaces()).map(|at| config.color_space_name_by_index(at)).collect();
     let meant = did_you_mean(name, known.iter().chain(others).copied());
@@ -153,10 +153,10 @@ mod tests {
             assert!(files().contains(&path), "{:?}", files());
             assert!(forget(&BTreeSet::from([path.clone()])) && !forget(&BTreeSet::new()));
             fs::write(&path, format!("{red} 0 0 0\n0 1 0 0\n0 0 1 0\n")).expect("it can be written");
-            let mut light = [1.0; 3];
+            let mut color = [1.0; 3];
             config.clear_processor_cache();
-            read().expect("it is a matrix").default_cpu_processor().apply_rgb(&mut light);
-            assert_eq!(light, [red, 1.0, 1.0]);
+            read().expect("it is a matrix").default_cpu_processor().apply_rgb(&mut color);
+            assert_eq!(color, [red, 1.0, 1.0]);
         }
         fs::remove_file(path).expect("it is there");
     }

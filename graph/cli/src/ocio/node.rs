@@ -12,7 +12,7 @@ use ocio::{
     TransformDirection,
 };
 
-use super::config::{LIGHT, config, locked, no_space, noted, sentence};
+use super::config::{REC709, config, locked, no_space, noted, sentence};
 use super::function::Function;
 
 choices! {
@@ -47,7 +47,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Applies a view, looks or a file of an OpenColorIO config, which `--ocio` names.
     ///
     /// The transform is computed for each pixel, in 32 bits, by the functions that OpenColorIO writes for graphics
@@ -71,15 +71,15 @@ params! {
         /// What the numbers of the display are.
         pub encoding: OcioEncoding = OcioEncoding::Config;
     }
-}
 
-impl Node for OcioTransform {
     const INPUTS: &'static [Input] = &[Input::image("source", "Exposed light.").accepts(&[ColorState::Exposed])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::chosen("state"), "The signal of the display, or the graded light.")
             .or_input("source")];
     const INVARIANTS: Invariants = Invariants::OF_COLOR;
+}
 
+impl Node for OcioTransform {
     fn is_identity(&self, _: &InputValues) -> bool {
         self.state == OcioResult::Source && self.looks.is_empty() && self.file.is_empty()
     }
@@ -119,7 +119,7 @@ impl Node for OcioTransform {
 /// The functions that were made last: a node is recorded more often than it changes.
 static KNOWN: Mutex<Vec<(OcioTransform, Arc<Function>)>> = Mutex::new(Vec::new());
 
-/// How many functions are kept.
+/// The most functions that are kept.
 const MOST: usize = 16;
 
 /// Forgets the functions: another config makes others.
@@ -155,7 +155,7 @@ impl OcioTransform {
             "the config does not state where Rec.709 lies: add `aces_interchange: ACES2065-1` to its roles, or what it \
              calls that space",
         )?;
-        let enter = Config::get_processor_from_builtin_color_space(LIGHT, config, scene);
+        let enter = Config::get_processor_from_builtin_color_space(REC709, config, scene);
         let mut steps = enter.map_err(|error| sentence(&error))?.create_group_transform();
         if !self.file.is_empty() {
             self.check_file(config)?;
@@ -175,7 +175,7 @@ impl OcioTransform {
                 steps.append(shown);
             }
             OcioResult::Source => {
-                let leave = Config::get_processor_to_builtin_color_space(config, scene, LIGHT);
+                let leave = Config::get_processor_to_builtin_color_space(config, scene, REC709);
                 steps.append(leave.map_err(|error| sentence(&error))?.create_group_transform());
             }
         }
@@ -215,7 +215,7 @@ impl OcioTransform {
         Ok(())
     }
 
-    /// What the numbers of the view are.
+    /// The colorimetry of the result.
     fn colorimetry(&self) -> Result<Colorimetry, String> {
         if self.state == OcioResult::Source {
             return Ok(Colorimetry::linear(Chromaticities::REC709));
@@ -234,7 +234,7 @@ impl OcioTransform {
         Ok(encoded(primaries, transfer))
     }
 
-    /// What the config states of the view's numbers.
+    /// The colorimetry that the config states for the view.
     fn stated(&self, config: &Config) -> Result<Colorimetry, String> {
         let (display, view) = self.view(config)?;
         let space = match config.display_view_color_space_name(&display, &view) {

@@ -22,20 +22,20 @@ use super::write::original;
 use crate::args::Crop;
 use crate::failure::Failure;
 use crate::process::pool;
-use crate::save::{ImageInfo, is_light, write_rows};
+use crate::save::{ImageInfo, is_color, write_rows};
 use crate::terminal::note;
 
-/// The inputs of a picture.
+/// Source of the rows of all inputs.
 struct Inputs<'a> {
     inputs: Vec<InputRows<'a>>,
     pool: rayon::ThreadPool,
     busy: Duration,
 }
 
-/// An input of which rows are read one after another.
+/// An input that is read row by row.
 struct InputRows<'a> {
     input: &'a InputPicture,
-    /// The rows that are decoded, if the file is read in parts, and the first of them.
+    /// The decoded rows, if the file is streamed, and the number of the first.
     decoded: Vec<u8>,
     first: u32,
     /// Rows end at a multiple of this, so that no block of the file is decoded twice.
@@ -45,27 +45,27 @@ struct InputRows<'a> {
     counted: u32,
 }
 
-/// The outputs of a picture.
+/// Sink of the rows of all outputs.
 struct Outputs<'a> {
     outputs: Vec<OutputRows<'a>>,
     busy: Duration,
 }
 
-/// An output of which rows come one after another.
+/// An output that is written row by row.
 struct OutputRows<'a> {
     output: PlanOutput,
-    /// Of what is written.
+    /// The description of the written part.
     desc: ImageDesc,
     crop: Crop,
-    /// The file that takes them.
+    /// The file that is streamed to.
     file: Option<(&'a Path, Encoding, Option<Metadata>)>,
     open: Option<ImageFile>,
-    /// Otherwise they are kept.
+    /// The rows of an output that is not streamed.
     bytes: Vec<u8>,
 }
 
-/// A picture that was made in bands.
-pub(super) struct Made {
+/// The results of a frame that was rendered in bands.
+pub(super) struct RenderedBands {
     /// The outputs in the order of the targets; their texels, unless they are in their files.
     pub(super) outputs: Vec<(PlanOutput, Option<Texels>)>,
     /// The repaired pixels of each input.
@@ -76,10 +76,10 @@ pub(super) struct Made {
     pub(super) write: Duration,
 }
 
-/// Bytes that the decoder of an EXR file has besides its rows: three times what it decodes at a time.
+/// Bytes of the decoder of an EXR file besides its rows: three times what it decodes at a time.
 const DECODER: u64 = 48 << 20;
 
-/// Renders a picture in bands.
+/// Renders a frame in bands.
 pub(super) fn render(
     request: &Request<'_>,
     session: &mut Session,
@@ -87,7 +87,7 @@ pub(super) fn render(
     job: &Job,
     pictures: &[InputPicture],
     meters: &[String],
-) -> Result<Made, Failure> {
+) -> Result<RenderedBands, Failure> {
     check_state(request, plan)?;
     let mut outputs = Vec::new();
     for (target, file) in request.targets.iter().zip(&job.out) {
@@ -101,8 +101,8 @@ pub(super) fn render(
         let stated = ImageInfo { meta, frame: job.frame.unwrap_or(0), ..ImageInfo::of(&output) };
         let encoding = target.saving.encoding(&stated);
         let file = (is_large && !encoding.needs_all_rows()).then(|| (file.as_path(), encoding, stated.attributes()));
-        if file.is_some() && encoding.format == ImageFormat::Exr && is_light(output.state) {
-            say_left_out(request, job)?;
+        if file.is_some() && encoding.format == ImageFormat::Exr && is_color(output.state) {
+            note_left_out(request, job)?;
         }
         outputs.push(OutputRows { output, desc, crop, file, open: None, bytes: Vec::new() });
     }
@@ -115,26 +115,26 @@ pub(super) fn render(
     let frame = job.frame.unwrap_or(0);
     let values: Vec<String> = meters.iter().map(|meter| value_of(meter)).collect();
     let (step, files) = (request.step(frame, None, true), (&mut inputs, &mut outputs));
-    let made = session.render_in_bands(plan, limits, step, frame, &values, files)?;
-    if made.bands > made.sweeps {
+    let stats = session.render_in_bands(plan, limits, step, frame, &values, files)?;
+    if stats.bands > stats.sweeps {
         note(&format!(
             "note: image exceeds the memory limit; rendering {} bands in {} sweep{}, with {} MiB",
-            made.bands,
-            made.sweeps,
-            if made.sweeps == 1 { "" } else { "s" },
-            made.allocated.unwrap_or(made.bytes).div_ceil(1 << 20)
+            stats.bands,
+            stats.sweeps,
+            if stats.sweeps == 1 { "" } else { "s" },
+            stats.allocated.unwrap_or(stats.bytes).div_ceil(1 << 20)
         ));
     }
     let repairs = inputs.inputs.iter().map(|rows| rows.repairs).collect();
-    let exposure = meters.iter().zip(made.values).filter_map(|(meter, value)| reading(meter, value)).collect();
+    let exposure = meters.iter().zip(stats.values).filter_map(|(meter, value)| reading(meter, value)).collect();
     let (read, mut write) = (inputs.busy, outputs.busy);
     let start = Instant::now();
     let finished = outputs.outputs.into_iter().map(OutputRows::finish).collect::<Result<_, _>>()?;
     write += start.elapsed();
-    Ok(Made { outputs: finished, repairs, exposure, read, write })
+    Ok(RenderedBands { outputs: finished, repairs, exposure, read, write })
 }
 
-/// The memory for rows within `--memory`.
+/// Limits on rows in host memory, from `--memory`.
 fn host_limits(request: &Request<'_>, inputs: &[InputRows<'_>], outputs: &[OutputRows<'_>]) -> HostLimits {
     let budget = request.args.images.budget().0;
     let streamed = inputs.iter().filter(|rows| rows.input.streamed.is_some());
@@ -147,8 +147,8 @@ fn host_limits(request: &Request<'_>, inputs: &[InputRows<'_>], outputs: &[Outpu
     }
 }
 
-/// The layers that an EXR of rows does not keep are named.
-fn say_left_out(request: &Request<'_>, job: &Job) -> Result<(), Failure> {
+/// Notes the layers of the original that a streamed EXR does not keep.
+fn note_left_out(request: &Request<'_>, job: &Job) -> Result<(), Failure> {
     if let Some(original) = original(request, job) {
         let notes = left_out(&original.source, "the file is written in bands, and they would have to be in memory")?;
         notes.iter().for_each(|text| note(&format!("note: {text}")));
@@ -156,7 +156,7 @@ fn say_left_out(request: &Request<'_>, job: &Job) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The part of an output that is written.
+/// The part of an output that is written, checked against its size.
 fn crop(request: &Request<'_>, desc: ImageDesc) -> Result<Crop, Failure> {
     let (width, height) = (desc.size.width, desc.size.height);
     let crop = request.args.crop.unwrap_or(Crop { corner: (0, 0), size: (width, height) });
@@ -179,7 +179,7 @@ pub(super) fn part(request: &Request<'_>, texels: Texels) -> Result<Texels, Fail
     Ok(Texels { desc: texels.desc.sized(Size::new(width, height)), bytes: cut_columns(rows, row, &columns) })
 }
 
-/// These bytes of each row.
+/// A range of bytes of each row.
 fn cut_columns(rows: &[u8], row: usize, columns: &Range<usize>) -> Vec<u8> {
     rows.chunks_exact(row).flat_map(|row| &row[columns.clone()]).copied().collect()
 }
@@ -196,7 +196,7 @@ fn check_state(request: &Request<'_>, plan: &Plan) -> Result<(), Failure> {
         return Ok(());
     }
     let names = names(&plan.state());
-    Err(Failure::user(format!("frames that are made in bands leave no state for the next one: {names}"))
+    Err(Failure::user(format!("frames that are rendered in bands leave no state for the next one: {names}"))
         .hint("render them whole, with more memory: `--gpu-memory SIZE`"))
 }
 
@@ -214,7 +214,7 @@ impl<'a> InputRows<'a> {
         Self { input, decoded: Vec::new(), first: 0, unit, repairs: input.repairs, counted: 0 }
     }
 
-    /// Decodes what is missing of these rows, and forgets those before the ones that are still needed.
+    /// Decodes the missing ones of these rows, and drops those before `needed`.
     fn decode(
         &mut self,
         (source, options): &(Source, ReadOptions),
@@ -321,7 +321,7 @@ impl OutputRows<'_> {
         Ok(())
     }
 
-    /// The output, with its texels unless they are in their file.
+    /// Ends the file. Returns the output, with its texels if they were not streamed.
     fn finish(self) -> Result<(PlanOutput, Option<Texels>), Failure> {
         let texels = match self.open {
             Some(file) => {

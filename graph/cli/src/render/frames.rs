@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
-use afterimage::offline::Session;
-use afterimage_gpu::{FrameKind, FrameStep, InputImage, Texels};
+use afterimage::offline::{Session, faults, frame_size, metering, timing};
+use afterimage_gpu::{FrameKind, FrameStep, Gpu, GpuError, InputImage, Texels};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
 use afterimage_media::{Alpha, Encoding, ImageFormat};
 use afterimage_plan::{Plan, PlanOutput};
@@ -13,7 +13,7 @@ use afterimage_plan::{Plan, PlanOutput};
 use super::bands;
 use super::metered::{MeasuringPlan, has_meter, names, unmetered};
 use super::read::{InputPicture, Inputs, Read};
-use super::readings::{FrameReport, Outcome, Report, read_meters, value_of};
+use super::readings::{FrameReport, Outcome, Reading, Report, read_meters, value_of};
 use super::repairs::{Repairs, is_opaque};
 use super::request::Request;
 use super::target::Target;
@@ -21,22 +21,22 @@ use super::times::Times;
 use super::watch_cache::{CachedPictures, Repetition};
 use super::write::Rendered;
 use crate::args::AlphaChoice;
-use crate::device::CachedSession;
+use crate::device::keep_pipelines;
 use crate::failure::Failure;
 use crate::pipeline::assignments;
 use crate::terminal::note;
 
-/// Renders what is read.
+/// Renders the frames that are read.
 pub(super) fn render_all(
     request: &Request<'_>,
-    session: &mut CachedSession,
+    session: &mut Session,
     meters: Vec<String>,
     repetition: &mut Repetition,
     from: Receiver<Read>,
     to: SyncSender<Rendered>,
     report: &mut Report,
 ) -> Result<Times, Failure> {
-    let info = session.session.gpu().adapter.get_info();
+    let info = session.gpu().adapter.get_info();
     report.adapter = Some([info.name, format!("{} {}", info.driver, info.driver_info).trim().to_owned()]);
     let mut frames = Frames {
         request,
@@ -67,7 +67,7 @@ pub(super) fn render_all(
             break;
         }
     }
-    // Everything is rendered: the writers may end.
+    // All frames are rendered: the writers may end.
     drop(to);
     Ok(frames.times)
 }
@@ -75,7 +75,7 @@ pub(super) fn render_all(
 /// The frames that are rendered one after another.
 struct Frames<'a> {
     request: &'a Request<'a>,
-    session: &'a mut CachedSession,
+    session: &'a mut Session,
     /// The nodes whose exposure is reported.
     meters: Vec<String>,
     repetition: &'a mut Repetition,
@@ -97,7 +97,7 @@ impl Frames<'_> {
     fn make_dynamic(&mut self) -> Result<(), Failure> {
         for (name, _) in assignments(&self.request.args.options.sets, "--set")? {
             // A switched node is no parameter.
-            _ = self.session.session.post().control(&name);
+            _ = self.session.post().control(&name);
         }
         Ok(())
     }
@@ -107,21 +107,19 @@ impl Frames<'_> {
         let Inputs { pictures, blocks } = inputs;
         let job = &self.request.jobs[index];
         self.print_notes(&pictures);
-        check_rows(&self.session.session, &pictures)?;
+        check_rows(self.session.gpu(), &pictures)?;
         let start = Instant::now();
         let size = size(self.request, pictures.iter().map(|input| input.desc));
         let has_camera = !blocks.is_empty();
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
-        blocks.for_each(|(name, data)| self.session.session.set_block(&name, data));
+        blocks.for_each(|(name, data)| self.session.set_block(&name, data));
         let given: Vec<_> = pictures.iter().map(|input| (input.name.as_str(), input.desc)).collect();
         if let Some(plan) = self.plan_of_bands(size, &given, &pictures)? {
             return self.render_in_bands(index, &plan, &pictures, start);
         }
-        let fed = pictures.iter().map(|input| self.session.session.fed(&input.name));
-        let images = match fed.collect::<Option<Vec<_>>>().filter(|_| self.repetition.again) {
-            Some(images) => images,
-            None => feed(&mut self.session.session, &pictures)?,
-        };
+        let uploaded = self.repetition.uploaded.take();
+        let is_repeated = uploaded.is_some();
+        let images = uploaded.map_or_else(|| feed(self.session, &pictures), Ok)?;
         if !self.has_begun {
             if self.request.args.captured.is_some() {
                 self.make_dynamic()?;
@@ -130,8 +128,8 @@ impl Frames<'_> {
         }
         let mut step = self.request.step(job.frame.unwrap_or(0), self.last, self.begins_shot);
         let can_be_repeated = self.can_be_repeated(has_camera);
-        let session = &mut self.session.session;
-        if self.repetition.again {
+        let session = &mut *self.session;
+        if is_repeated {
             step.kind = FrameKind::Redraw;
         } else {
             session.number_next(self.request.number(job));
@@ -142,10 +140,11 @@ impl Frames<'_> {
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         // The images are uploaded: their memory is freed while the GPU works.
         let inputs = &self.request.inputs;
-        self.repetition.pictures = can_be_repeated.then(|| CachedPictures { inputs: inputs.clone(), pictures });
+        self.repetition.pictures =
+            can_be_repeated.then(|| CachedPictures { inputs: inputs.clone(), pictures, images: images.clone() });
         let rendered = self.request.targets.iter().enumerate().filter(|_| job.is_written);
         let rendered = rendered.map(|(target, file)| {
-            let (output, texels) = picture(session, file)?;
+            let (output, texels) = read_output(session, file)?;
             let texels = match self.request.args.crop {
                 Some(_) => bands::part(self.request, texels)?,
                 None => texels,
@@ -156,7 +155,8 @@ impl Frames<'_> {
         let taken = start.elapsed();
         self.times.render += taken;
         if job.is_written {
-            self.report(index, repaired, taken)?;
+            let exposure = read_meters(self.session, &self.meters)?;
+            self.report(index, exposure, repaired, taken);
         }
         if !self.has_begun {
             self.has_begun = true;
@@ -168,7 +168,7 @@ impl Frames<'_> {
         Ok(rendered)
     }
 
-    /// The plan of a frame that is larger than the device, or of a part of one which leaves nothing for the next: then
+    /// The plan of a frame that is larger than the device, or of a part of one that leaves no state for the next: then
     /// only the rows of that part are computed. `None` for a frame that is rendered whole.
     fn plan_of_bands(
         &mut self,
@@ -176,7 +176,7 @@ impl Frames<'_> {
         given: &[(&str, ImageDesc)],
         pictures: &[InputPicture],
     ) -> Result<Option<Plan>, Failure> {
-        let session = &mut self.session.session;
+        let session = &mut *self.session;
         let is_large = pictures.iter().any(|input| input.streamed.is_some()) || session.needs_bands(size, given)?;
         if !is_large && self.request.args.crop.is_none() {
             return Ok(None);
@@ -185,14 +185,14 @@ impl Frames<'_> {
         Ok((is_large || bands::is_free(self.request, &plan)).then_some(plan))
     }
 
-    /// True if the next run can render this frame again: it is the only one, and what it is made from is kept.
+    /// True if the next run can redraw this frame: it is the only one, and its images are cached.
     fn can_be_repeated(&self, has_camera: bool) -> bool {
         let args = self.request.args;
         let is_alone = self.request.jobs.len() == 1 && self.request.measured.is_empty();
         self.repetition.keeps && is_alone && !has_camera && !args.timings
     }
 
-    /// The same for a picture that is larger than the device.
+    /// Renders a frame that is larger than the device.
     fn render_in_bands(
         &mut self,
         index: usize,
@@ -201,19 +201,15 @@ impl Frames<'_> {
         start: Instant,
     ) -> Result<Vec<Rendered>, Failure> {
         let job = &self.request.jobs[index];
-        let session = &mut self.session.session;
         self.report.plan = Some(plan.hash().to_string());
-        let bands::Made { outputs, repairs, exposure, read, write } =
-            bands::render(self.request, session, plan, job, pictures, &self.meters)?;
+        let bands::RenderedBands { outputs, repairs, exposure, read, write } =
+            bands::render(self.request, self.session, plan, job, pictures, &self.meters)?;
         let taken = start.elapsed();
         self.times.read += read;
         self.times.write += write;
         self.times.render += taken;
         let names = pictures.iter().map(|input| input.name.clone());
-        let report = FrameReport::without_picture(job, Outcome::Unwritten, None);
-        let repaired = names.zip(repairs).collect();
-        let report = FrameReport { seconds: taken.as_secs_f64(), exposure, repaired, ..report };
-        self.report.frames.insert(index, report);
+        self.report(index, exposure, names.zip(repairs).collect(), taken);
         let meta = pictures.first().map(|input| input.picture.meta.clone());
         let rendered = outputs.into_iter().enumerate();
         let rendered =
@@ -223,8 +219,7 @@ impl Frames<'_> {
 
     /// Before the first frame: it continues from what was measured, and the user learns which state begins with it.
     fn begin(&mut self, size: Size, images: &[InputImage]) -> Result<(), Failure> {
-        let session = &mut self.session.session;
-        let plan = session.load(size, images)?.clone();
+        let plan = self.session.load(size, images)?.clone();
         self.report.plan = Some(plan.hash().to_string());
         self.integrate(&plan, images)?;
         let rolled = self.request.jobs.iter().take_while(|job| job.out.is_empty()).count() as u32;
@@ -251,21 +246,20 @@ impl Frames<'_> {
         Ok(())
     }
 
-    /// Makes the state from what was measured in the frames before.
+    /// Integrates the measurements of earlier frames into the state.
     fn integrate(&mut self, plan: &Plan, images: &[InputImage]) -> Result<(), Failure> {
-        let metering = &plan.metering();
-        let measuring = MeasuringPlan::new(plan, metering);
+        let meters = &plan.metering();
+        let measuring = MeasuringPlan::new(plan, meters);
         for measured in &self.request.measured {
             let bytes = measured.for_plan(&measuring)?;
             let step = self.request.step(measured.frame, self.last, self.begins_shot);
-            let session = &mut self.session.session;
-            session.number_next(measured.frame);
-            session.integrate(metering, images, step, &bytes)?;
+            self.session.number_next(measured.frame);
+            metering::integrate(self.session, meters, images, step, &bytes)?;
             (self.begins_shot, self.last) = (false, Some(measured.frame));
         }
         // A number that is not finite would stay in the state.
         for meter in self.meters.iter().filter(|_| !self.request.measured.is_empty()) {
-            let value = self.session.session.value(&value_of(meter))?;
+            let value = self.session.value(&value_of(meter))?;
             if value.is_some_and(|value| value.iter().any(|number| !number.is_finite())) {
                 return Err(Failure::user(format!("`--meter`: `{meter}` makes no exposure of what its files state"))
                     .hint("measure the frames again"));
@@ -295,30 +289,27 @@ impl Frames<'_> {
         }
     }
 
-    fn report(&mut self, index: usize, repaired: BTreeMap<String, Repairs>, taken: Duration) -> Result<(), Failure> {
-        let exposure = read_meters(&self.session.session, &self.meters)?;
+    fn report(&mut self, index: usize, exposure: Vec<Reading>, repaired: BTreeMap<String, Repairs>, taken: Duration) {
         let seconds = taken.as_secs_f64();
         let report = FrameReport::without_picture(&self.request.jobs[index], Outcome::Unwritten, None);
         self.report.frames.insert(index, FrameReport { seconds, exposure, repaired, ..report });
-        Ok(())
     }
 
     fn after_first(&mut self, size: Size, images: &[InputImage]) -> Result<(), Failure> {
-        match self.session.session.kernel_faults(size, images) {
+        match faults::kernel_faults(self.session, size, images) {
             Ok(faults) => faults.iter().for_each(|faults| note(&format!("warning: {faults}"))),
             // A device without memory for both plans renders, and nothing is counted.
             Err(error) => note(&format!("note: the kinds of `--nodes` are not searched for NaN: {error}")),
         }
-        self.session.keep_pipelines();
+        keep_pipelines(self.session);
         Ok(())
     }
 
     /// GPU milliseconds of each pass, from a second rendering of the last frame.
     fn time_passes(&mut self, images: &[InputImage]) -> Result<Vec<(String, Option<f64>)>, Failure> {
-        let session = &mut self.session.session;
-        let times = session.pass_times_once(images, FrameStep::FIRST)?;
+        let times = timing::pass_times_once(self.session, images, FrameStep::FIRST)?;
         let ms = |pass: usize| times.as_ref().map(|times| times[pass]);
-        Ok(session.plan().work().enumerate().map(|(number, pass)| (pass.label.clone(), ms(number))).collect())
+        Ok(self.session.plan().work().enumerate().map(|(number, pass)| (pass.label.clone(), ms(number))).collect())
     }
 }
 
@@ -351,11 +342,11 @@ fn dropped_alpha(request: &Request<'_>, pictures: &[InputPicture]) -> Option<Str
 }
 
 /// Refuses images of which the device cannot even hold a row, which bands do not help.
-fn check_rows(session: &Session, pictures: &[InputPicture]) -> Result<(), Failure> {
+fn check_rows(gpu: &Gpu, pictures: &[InputPicture]) -> Result<(), Failure> {
     for InputPicture { file, desc, .. } in pictures {
         let row = desc.sized(Size { height: 1, ..desc.size });
-        if session.gpu().check_fits(row).is_err() {
-            session.gpu().check_fits(*desc).map_err(|error| Failure::from(error).at(file))?;
+        if gpu.check_fits(row).is_err() {
+            gpu.check_fits(*desc).map_err(|error| Failure::from(error).at(file))?;
         }
     }
     Ok(())
@@ -365,21 +356,22 @@ fn check_rows(session: &Session, pictures: &[InputPicture]) -> Result<(), Failur
 pub(super) fn feed(session: &mut Session, pictures: &[InputPicture]) -> Result<Vec<InputImage>, Failure> {
     let mut images = Vec::new();
     for InputPicture { name, file, picture, desc, .. } in pictures {
-        let fits = session.gpu().check_fits(*desc);
-        fits.map_err(|error| Failure::from(error).at(file))?;
-        images.push(session.feed(name, *desc, picture.bytes())?);
+        images.push(session.feed(name, *desc, picture.bytes()).map_err(|error| match error {
+            GpuError::TooLarge { .. } => Failure::from(error).at(file),
+            error => error.into(),
+        })?);
     }
     Ok(images)
 }
 
 /// The size of the first image that is no volume; that of the command line without images.
-pub(super) fn size(request: &Request<'_>, mut images: impl Iterator<Item = ImageDesc>) -> Size {
+pub(super) fn size(request: &Request<'_>, images: impl Iterator<Item = ImageDesc>) -> Size {
     let (width, height) = request.args.size.unwrap_or((1920, 1080));
-    images.find(|desc| !desc.volume).map_or(Size::new(width, height), |desc| desc.size)
+    frame_size(images).unwrap_or(Size::new(width, height))
 }
 
-/// The output for the file, and its texels.
-fn picture(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
+/// The output of a file, and its texels.
+fn read_output(session: &mut Session, target: &Target) -> Result<(PlanOutput, Texels), Failure> {
     let output = session.plan().output(Some(&target.output)).expect("the graph has this output").clone();
     let texels = session.output(&output.name)?;
     Ok((output, texels))

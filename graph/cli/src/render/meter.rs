@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::mpsc::sync_channel;
 
+use afterimage::offline::{Session, metering};
 use afterimage_gpu::FrameStep;
 use afterimage_graph::node::NodeKind;
 use afterimage_media::run_files;
@@ -19,7 +20,7 @@ use super::{Prepared, prepare};
 use crate::args::files::ExrArgs;
 use crate::args::meter::MeterArgs;
 use crate::args::{AlphaChoice, RenderArgs};
-use crate::device::CachedSession;
+use crate::device::{keep_pipelines, open_for, session};
 use crate::failure::Failure;
 use crate::process::spawn;
 use crate::progress::Bar;
@@ -45,7 +46,7 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
         let (to, from) = sync_channel(AHEAD);
         spawn(scope, "read", move || read_all(request, &to))?;
         let meters = meters(&graph);
-        let session = CachedSession::open(&args.device, &args.plan, graph, facts, options)?;
+        let session = session(&open_for(&args.device, &args.plan)?, graph, facts, options);
         let bar = Bar::of_frames(request.jobs.len() as u64).for_farm(args.openjd);
         let mut measuring = Measuring { request, session, meters, last: request.earlier };
         for (job, inputs) in request.jobs.iter().zip(from) {
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &MeterArgs, tables: &[&[NodeKind]]) -> Result<(), Failur
                 None => measured.push(frame),
             }
         }
-        measuring.session.keep_pipelines();
+        keep_pipelines(&mut measuring.session);
         Ok::<_, Failure>(())
     })?;
     if pattern.is_none() {
@@ -107,7 +108,7 @@ fn render_args(given: &MeterArgs) -> RenderArgs {
 /// The frames that are measured one after another.
 struct Measuring<'a> {
     request: &'a Request<'a>,
-    session: CachedSession,
+    session: Session,
     /// The nodes whose exposure is stated.
     meters: Vec<String>,
     /// The number of the frame before, which another run may have measured.
@@ -117,23 +118,23 @@ struct Measuring<'a> {
 impl Measuring<'_> {
     fn measure(&mut self, job: &Job, inputs: Inputs) -> Result<MeteredFrame, Failure> {
         let Inputs { pictures, blocks, .. } = inputs;
-        let session = &mut self.session.session;
+        let session = &mut self.session;
         let images = feed(session, &pictures)?;
         let size = size(self.request, images.iter().map(|image| image.desc));
         let blocks = blocks.into_iter().chain(self.request.scene_cameras(size));
         blocks.for_each(|(name, data)| session.set_block(&name, data));
         let plan = session.load(size, &images)?.clone();
-        let metering = plan.metering();
-        if metering.state.is_empty() {
+        let meters = plan.metering();
+        if meters.state.is_empty() {
             return Err(no_meter(&plan));
         }
         let frame = job.frame.expect("a sequence is measured");
         let step = self.request.step(frame, self.last, self.last.is_none());
         session.number_next(frame);
-        let measured = session.measure(&metering, &images, step)?;
-        session.integrate(&metering, &images, FrameStep::FIRST, &measured)?;
+        let measured = metering::measure(session, &meters, &images, step)?;
+        metering::integrate(session, &meters, &images, FrameStep::FIRST, &measured)?;
         let exposure = serde_json::json!(read_meters(session, &self.meters)?);
         self.last = job.frame;
-        Ok(MeteredFrame::new(&plan, &metering, frame, exposure, &measured))
+        Ok(MeteredFrame::new(&plan, &meters, frame, exposure, &measured))
     }
 }

@@ -136,7 +136,7 @@ fn read_input(
     })?;
     #[cfg(feature = "ocio")]
     if let Some(space) = input.and_then(|input| request.args.reading.config_space_of(input)) {
-        picture = crate::ocio::light_of(picture, space)?;
+        picture = crate::ocio::to_linear(picture, space)?;
     }
     if is_missing && request.args.reading.missing == MissingFrames::Black {
         picture = black(&picture);

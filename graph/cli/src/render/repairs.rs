@@ -37,7 +37,7 @@ impl Repairs {
         }
     }
 
-    /// What `count` counts of all pixels, on all cores.
+    /// The sum of `count` over all pixels, on all cores.
     fn sum<T: Copy + Sync>(values: &[T], count: impl Fn([T; 4], &mut Self) + Sync) -> Self {
         let parts = values.as_chunks::<4>().0.par_chunks(1 << 16).map(|pixels| {
             let mut repairs = Self::default();

@@ -14,7 +14,7 @@ use super::request::Request;
 use super::times::Times;
 use super::watch_cache::{Repetition, WatchCache};
 use super::write::{Queue, Written, write_all};
-use crate::device::{CachedSession, open_for};
+use crate::device;
 use crate::failure::Failure;
 use crate::process::{pool, spawn};
 use crate::progress::Bar;
@@ -44,8 +44,10 @@ pub(super) fn run(
     let written = &Written::default();
     let before = cache.as_deref_mut().and_then(Option::take);
     let (session, pictures) = before.map_or((None, None), |before| (Some(before.session), before.pictures));
-    let pictures = pictures.filter(|pictures| pictures.suit(request)).map(|pictures| pictures.pictures);
-    let mut repetition = Repetition { again: pictures.is_some(), keeps: cache.is_some(), pictures: None };
+    let cached = pictures.filter(|pictures| pictures.suit(request));
+    let (pictures, uploaded) = cached.map(|cached| (cached.pictures, cached.images)).unzip();
+    let is_repeated = uploaded.is_some();
+    let mut repetition = Repetition { uploaded, keeps: cache.is_some(), pictures: None };
     let times = std::thread::scope(|scope| {
         // Others than those that encode, behind whose work they would wait.
         let decoders = if pictures.is_none() { Some(pool("decode")?) } else { None };
@@ -68,15 +70,19 @@ pub(super) fn run(
         // The last writer that ends closes the queue.
         drop(queue);
         let gpu = match &session {
-            Some(session) => Ok(session.session.gpu().clone()),
-            None => open_for(&request.args.device, &request.args.plan),
+            Some(session) => Ok(session.gpu().clone()),
+            None => device::open_for(&request.args.device, &request.args.plan),
         };
         let session = gpu.map(|gpu| {
             let options = if repetition.keeps { gpu.options_to_repeat(options) } else { options };
-            match session {
-                Some(session) => session.changed(graph, facts, options, repetition.again),
-                None => CachedSession::new(&gpu, graph, facts, options),
+            let Some(mut session) = session else { return device::session(&gpu, graph, facts, options) };
+            if is_repeated {
+                session.change(graph, options);
+                session.post().set_facts(facts);
+            } else {
+                session.reset(graph, facts, options);
             }
+            session
         });
         let start = start.elapsed();
         let rendered = session.and_then(|mut session| {

@@ -9,7 +9,7 @@ use afterimage_media::{Alpha, Encoding, ImageFormat};
 
 use crate::args::{AlphaChoice, RenderArgs};
 use crate::failure::Failure;
-use crate::save::{SaveOptions, is_light};
+use crate::save::{SaveOptions, is_color};
 
 /// A file, or the files of a sequence, and the output that it takes.
 pub(super) struct Target {
@@ -76,7 +76,7 @@ fn different(all: &[(Option<String>, String)]) -> Result<(), Failure> {
 fn target(args: &RenderArgs, graph: &Graph, output: Option<&str>, file: String) -> Result<Target, Failure> {
     let format = written_format(&file).ok_or_else(|| unknown_format(&file))?;
     let output = choose_output(graph, output, format.is_encoded())?;
-    let space = args.exr.output_space.filter(|_| is_light(output.state));
+    let space = args.exr.output_space.filter(|_| is_color(output.state));
     if format == ImageFormat::Exr && args.exr.output_space != space && !args.exr.is_space_of_all_runs {
         return Err(no_light(output));
     }

@@ -3,30 +3,33 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use afterimage::offline::Session;
+use afterimage_gpu::InputImage;
 use afterimage_graph::check::GraphInput;
 
 use super::read::InputPicture;
 use super::request::Request;
-use crate::device::CachedSession;
 
 /// The device and the images of a run, for the next one with the same arguments.
 pub(crate) struct WatchCache {
     /// The device with compiled pipelines and the images of the last frame.
-    pub(super) session: CachedSession,
-    /// The images of a single picture.
+    pub(super) session: Session,
+    /// The images of a run with a single frame.
     pub(super) pictures: Option<CachedPictures>,
 }
 
-/// The images that a picture was made from, and the inputs that they were read for.
+/// The images of a frame, and the inputs that they were read for.
 pub(super) struct CachedPictures {
     pub(super) inputs: Vec<GraphInput>,
     pub(super) pictures: Vec<InputPicture>,
+    /// The uploaded images.
+    pub(super) images: Vec<InputImage>,
 }
 
 /// The relation of the frames of a run to those of the run before.
 pub(super) struct Repetition {
-    /// True if the only frame is that of the run before with other values.
-    pub(super) again: bool,
+    /// The uploaded images, if the only frame is that of the run before with other values.
+    pub(super) uploaded: Option<Vec<InputImage>>,
     /// True if there may be a run after this one.
     pub(super) keeps: bool,
     /// The images of this run.

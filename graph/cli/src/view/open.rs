@@ -12,7 +12,6 @@ use super::project::FileProject;
 use crate::args::KindOptions;
 use crate::args::view::ViewArgs;
 
-/// How files are opened.
 #[derive(Clone)]
 pub(super) struct Opener {
     options: KindOptions,

@@ -156,6 +156,7 @@ mod tests {
         assert_eq!(at(&path).read().unwrap(), None, "nothing is there");
         let named = || vec![("looks/dusk.cube".to_owned(), Arc::from(&b"a table"[..]))];
         let mut project = at(&path).new_file(named()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(project.name(), "mine.ron");
         assert!(project.write("a pipeline").unwrap().ends_with("mine.ron"));
         assert_eq!(project.read().unwrap().as_deref(), Some("a pipeline"));
         assert_eq!(fs::read(folder.join("looks/dusk.cube")).unwrap(), b"a table");

@@ -117,7 +117,7 @@ impl Model {
         self.opponents * DVec3::from((self.cones * rgb).to_array().map(compress))
     }
 
-    /// All 0 for light whose achromatic response is not above 0.
+    /// All 0 for colors whose achromatic response is not above 0.
     pub(super) fn to_jmh(self, rgb: DVec3) -> Jmh {
         let response = self.response(rgb);
         if response.x <= 0.0 {

@@ -130,7 +130,7 @@ impl OutputTransform {
         }
     }
 
-    /// The light above which AP1 is clipped.
+    /// The value above which AP1 is clipped.
     pub fn brightest(&self) -> f64 {
         self.brightest
     }
@@ -165,7 +165,7 @@ impl OutputTransform {
         &self.segments
     }
 
-    /// Linear light of AP1 to linear light of the display, from 0 to the peak, in units of 100 cd/m².
+    /// Linear AP1 to display-linear color, from 0 to the peak, in units of 100 cd/m².
     pub fn apply(&self, ap1: DVec3) -> DVec3 {
         let limited = ap1.clamp(DVec3::ZERO, DVec3::splat(self.brightest));
         let jmh = self.source.to_jmh(Chromaticities::ACES_CG.conversion(&Chromaticities::ACES_AP0) * limited);
@@ -196,5 +196,19 @@ impl OutputTransform {
             (share * share + self.chroma.threshold).sqrt(),
         );
         norm * toe(limit - widened, limit, share * self.chroma.compression, rest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::toe;
+
+    #[test]
+    fn the_toe_begins_at_zero_and_meets_the_identity_at_its_limit() {
+        for (limit, k1, k2) in [(1.0, 0.4, 0.5), (30.0, 2.0, 0.1), (0.2, 0.0, 0.0)] {
+            let toe = |x| toe(x, limit, k1, k2);
+            assert!(toe(0.0).abs() < 1e-12 && (toe(limit) - limit).abs() < 1e-12, "{limit}, {k1}, {k2}");
+            assert!(toe(0.4 * limit) < toe(0.5 * limit) && toe(0.5 * limit) <= 0.5 * limit, "{limit}, {k1}, {k2}");
+        }
     }
 }

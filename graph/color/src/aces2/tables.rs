@@ -6,7 +6,6 @@ use glam::{DVec2, DVec3, dvec3};
 use super::cam::{Jmh, Model, REFERENCE, direction};
 use super::gamut::{GamutParams, Hull, SMOOTH_CUSPS, SMOOTH_M};
 
-/// Hues of the tables.
 const HUES: usize = 360;
 
 /// The corners of the unit cube from red over yellow to magenta.
@@ -29,7 +28,7 @@ pub(super) struct Hulls {
 }
 
 impl Hulls {
-    /// `display` and `source` are the models of the display's and the source's primaries. `brightest` is the light up
+    /// `display` and `source` are the models of the display's and the source's primaries. `brightest` is the luminance up
     /// to which the source's corners are searched.
     pub(super) fn new(display: Model, source: Model, params: GamutParams, peak: f64, brightest: f64) -> Self {
         let reach = (0..HUES).map(|hue| reach_m(source, params.limit_j, hue as f64)).collect();

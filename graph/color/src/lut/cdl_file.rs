@@ -20,7 +20,7 @@ pub struct ColorCorrection {
 }
 
 impl ColorCorrection {
-    /// The correction that changes nothing.
+    /// The identity.
     pub const NEUTRAL: Self = Self { slope: [1.0; 3], offset: [0.0; 3], power: [1.0; 3], saturation: 1.0 };
 }
 
@@ -28,7 +28,6 @@ impl ColorCorrection {
 const SOP: [&str; 2] = ["SOPNode", "ASC_SOP"];
 const SAT: [&str; 3] = ["SatNode", "SATNode", "ASC_SAT"];
 
-/// Texts for people.
 const DESCRIPTIONS: [&str; 3] = ["Description", "InputDescription", "ViewingDescription"];
 
 /// Parses the color correction with this id from a file. Without an id the file must have exactly one correction.

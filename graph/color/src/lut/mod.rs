@@ -39,7 +39,7 @@ pub struct Lut {
 }
 
 choices! {
-    /// How a 3-D table is interpolated.
+    /// The interpolation of a 3-D table.
     pub enum Interpolation {
         /// Between the four corners of a tetrahedron, as grading programs do: grays stay gray and gradients stay
         /// linear.
@@ -97,7 +97,7 @@ impl Lut {
         Self { curve: None, cube: Some(cube), tolerance: 1e-6 }
     }
 
-    /// The table that changes nothing.
+    /// The identity.
     pub fn identity() -> Self {
         Self::of(2, |steps| steps.map(|step| step as f32))
     }

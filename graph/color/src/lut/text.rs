@@ -29,7 +29,6 @@ fn content(line: &str) -> &str {
     line.trim()
 }
 
-/// Parses a line.
 pub(crate) fn read(number: usize, line: &str) -> Result<Line<'_>, LutError> {
     let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     if is_keyword(word) {

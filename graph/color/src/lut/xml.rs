@@ -87,7 +87,6 @@ pub(crate) fn only(node: Node<'_, '_>, attributes: &[&str], names: &[&str]) -> R
     }
 }
 
-/// A required attribute.
 pub(crate) fn attribute<'a>(node: Node<'a, '_>, key: &str) -> Result<&'a str, LutError> {
     node.attribute(key).ok_or_else(|| error(node, format!("`{}` has no attribute `{key}`", name(node))))
 }

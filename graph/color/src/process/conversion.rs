@@ -17,7 +17,7 @@ choices! {
     }
 }
 
-/// The spaces of a table, and the light around it.
+/// The color spaces of a table, and the linear color around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conversion {
     /// The space of the table's entry; not `Same` in front of another space of the result.
@@ -26,11 +26,11 @@ pub struct Conversion {
     pub to: LutSpace,
     /// The state of the result.
     pub state: LutState,
-    /// The luminance of light of 1, for `Pq`.
+    /// The luminance of a linear value of 1, for `Pq`.
     pub white_nits: f64,
     /// The colorimetry of the image.
     pub source: Colorimetry,
-    /// The primaries of a result that is light.
+    /// The primaries of a linear result.
     pub result: Chromaticities,
 }
 
@@ -56,7 +56,7 @@ impl Conversion {
         Parts { unchanged: Process::new(enter(self.to())), changed, after, keeps_source, ..Parts::default() }
     }
 
-    /// The function between light and the numbers of the image.
+    /// The transfer function of the image.
     fn wire(&self) -> Encoding {
         Encoding::of(&self.source, self.white_nits)
     }
@@ -68,6 +68,26 @@ impl Conversion {
             (LutState::Source, _) => [light(self.source.primaries), self.wire().encode()].concat(),
             (LutState::DisplayLinear, _) => [light(self.result), vec![Step::limits(0.0, LIMIT)]].concat(),
             (LutState::Encoded, _) => vec![Step::limits(0.0, 1.0)],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The space of the result may be that of the entry or another one.
+    #[test]
+    fn only_the_state_says_whether_the_state_of_the_source_stays() {
+        for to in [LutSpace::Same, LutSpace::Srgb, LutSpace::AcesCct] {
+            let keeps = |state| {
+                let source = Colorimetry::SRGB;
+                let from = LutSpace::Srgb;
+                let conversion = Conversion { from, to, state, white_nits: 100.0, source, result: source.primaries };
+                conversion.around(Process::default()).keeps_source
+            };
+            assert!(keeps(LutState::Source), "{to:?}");
+            assert!(!keeps(LutState::DisplayLinear), "{to:?}");
         }
     }
 }

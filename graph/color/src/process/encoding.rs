@@ -1,18 +1,18 @@
-//! Functions between light and numbers, as steps in both directions.
+//! Transfer functions as steps of a process, in both directions.
 
 use afterimage_graph::color::{Colorimetry, Transfer};
 
 use super::{Hlg, LIMIT, Logarithm, Power, Step};
 
-/// The function from light to numbers.
+/// A transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Encoding {
     /// None.
     Linear,
     Log(Logarithm),
-    /// From light to numbers, and back. Both for 0 to 1.
+    /// Encodes, and decodes. Both for 0 to 1.
     Display([Power; 2]),
-    /// The perceptual quantizer, with the luminance of light of 1 in cd/m2.
+    /// The perceptual quantizer, with the luminance of a linear value of 1 in cd/m2.
     Pq(f64),
     /// Hybrid log-gamma.
     Hlg(Hlg),
@@ -33,7 +33,7 @@ impl Encoding {
         Self::Display([gamma.recip(), gamma].map(|exponent| Power::plain(exponent, 0.0)))
     }
 
-    /// That of an image. Light of 1 has the luminance `white_nits` where the image states none.
+    /// The encoding of an image. A linear value of 1 has the luminance `white_nits` where the image states none.
     pub fn of(image: &Colorimetry, white_nits: f64) -> Self {
         let white = image.white_nits.map_or(white_nits, |white| white.get());
         match image.transfer {
@@ -56,7 +56,7 @@ impl Encoding {
         }
     }
 
-    /// Numbers to light.
+    /// Decodes to linear values.
     pub fn decode(self) -> Vec<Step> {
         match self {
             Self::Linear => Vec::new(),
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use crate::process::Process;
 
-    /// The light of gray at a signal, in units of 203 cd/m2, which is graphics white.
+    /// The linear value of gray at a signal, in units of 203 cd/m2, which is graphics white.
     fn light(encoding: Encoding, signal: f64) -> f64 {
         Process::new(encoding.decode()).apply([signal; 3])[1]
     }

@@ -41,7 +41,6 @@ pub(super) fn half_curve(entries: &[[f32; 3]], channel: usize, x: f64) -> f64 {
     between(entry(code), entry(next), t)
 }
 
-/// A 3-D table.
 pub(super) fn cube(table: &Table, interpolation: Interpolation, v: DVec3) -> DVec3 {
     let cells = [0, 1, 2].map(|channel| cell(table, channel, v[channel]));
     match interpolation {

@@ -81,18 +81,18 @@ impl LutSpace {
         !matches!(self, Self::Same | Self::Aces | Self::AcesCg | Self::AcesCct | Self::LogC3)
     }
 
-    /// Linear light with these primaries to this space.
+    /// Steps from linear color with these primaries to this space.
     pub fn numbers_of(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let primaries = Step::matrix(light.conversion(&self.primaries()));
         std::iter::once(primaries).chain(self.encode(white_nits)).collect()
     }
 
-    /// Linear light in the primaries of this space to its numbers.
+    /// Steps from linear color in the primaries of this space to its encoded values.
     pub fn encode(self, white_nits: f64) -> Vec<Step> {
         self.encoding(white_nits).encode()
     }
 
-    /// This space to linear light with these primaries.
+    /// Steps from this space to linear color with these primaries.
     pub fn to_light(self, light: Chromaticities, white_nits: f64) -> Vec<Step> {
         let primaries = Step::matrix(self.primaries().conversion(&light));
         self.encoding(white_nits).decode().into_iter().chain([primaries]).collect()

@@ -15,7 +15,7 @@ pub fn pq_decode(signal: f64) -> f64 {
     10000.0 * Transfer::Pq.to_light(signal)
 }
 
-/// Hybrid log-gamma on a display (ITU-R BT.2100): the luminances of light of 1 and of signal 1, in cd/m2.
+/// Hybrid log-gamma on a display (ITU-R BT.2100): the luminances of a linear value of 1 and of a signal of 1, in cd/m2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hlg {
     pub white: f64,
@@ -23,7 +23,7 @@ pub struct Hlg {
 }
 
 impl Hlg {
-    /// The exponents of luminance from scene light to the light of the display, and back.
+    /// The exponents of luminance from the scene to the display, and back.
     pub fn powers(&self) -> [f64; 2] {
         let gamma = hlg_gamma(self.peak);
         [gamma - 1.0, (1.0 - gamma) / gamma]

@@ -51,7 +51,7 @@ pub struct Parts {
     /// True if a color that is not changed is that of the image. Otherwise it is what the steps make of it, which end
     /// at the limits of their space.
     pub keeps_source: bool,
-    /// True if the result is scene light, whose luminance is not below 0.
+    /// True if the result is scene-linear color, whose luminance is not below 0.
     pub is_scene_light: bool,
 }
 

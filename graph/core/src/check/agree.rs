@@ -3,23 +3,28 @@
 use std::collections::VecDeque;
 
 use super::Source;
-use super::build::GraphBuilder;
-use super::draft::{DraftGraph, Feed, NodeDraft, Wire, input_type};
+use super::draft::{DraftGraph, NodeDraft, Wire, input_type};
+use super::reports::Reports;
 use super::suggest::{OnWire, between, either, path};
 use crate::document::{InputEntry, OutputEntry, image_type_names};
-use crate::node::{HostBlock, Input, OutputState, PortType};
-use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, quote};
+use crate::node::{HostBlock, Input, OutputState, PortType, Registry};
+use afterimage_base::diagnostic::{Diagnostic, Location, quote};
 use afterimage_base::image::ColorState;
 use afterimage_base::value::Value;
 
-impl GraphBuilder<'_> {
+/// Compares both ends of the wires of a graph whose color states are known.
+pub(super) struct Agreement<'b> {
+    pub(super) registry: &'b Registry,
+    pub(super) drafted: &'b DraftGraph,
+    pub(super) reports: &'b mut Reports,
+}
+
+impl Agreement<'_> {
     pub(super) fn agree(&mut self) {
-        self.drafted.find_states();
-        for node in 0..self.drafted.nodes.len() {
-            let kind = self.drafted.nodes[node].kind.clone();
-            for (index, port) in kind.inputs().iter().enumerate() {
-                if let Some(wire) = self.drafted.nodes[node].wires[index].clone() {
-                    self.agree_on(&wire, port, &format!("{} of {}", quote(&port.name), quote(kind.name())));
+        for draft in &self.drafted.nodes {
+            for (port, wire) in draft.kind.inputs().iter().zip(&draft.wires) {
+                if let Some(wire) = wire {
+                    self.agree_on(wire, port, &format!("{} of {}", quote(&port.name), quote(draft.kind.name())));
                 }
             }
         }
@@ -36,12 +41,12 @@ impl GraphBuilder<'_> {
         let on_wire = OnWire { ty: self.drafted.wire_type(wire), state: self.drafted.state(wire).flatten() };
         if on_wire.ty != port.ty {
             let diagnostic = self.type_conflict(wire, on_wire, port.ty, &port.states, reader);
-            return self.report(diagnostic);
+            return self.reports.push(diagnostic);
         }
         match on_wire.state {
             Some(state) if !port.states.is_empty() && !port.states.contains(&state) => {
                 let diagnostic = self.state_conflict(wire, on_wire, &port.states, reader);
-                self.report(diagnostic.maybe_help(input_for(port)));
+                self.reports.push(diagnostic.maybe_help(input_for(port)));
             }
             _ => self.agree_on_content(wire, port, reader),
         }
@@ -56,7 +61,7 @@ impl GraphBuilder<'_> {
                 format!("{reader} accepts a {}, but {} is a {}", expected.name, self.drafted.maker(wire), found.value);
             let (accepts, gives) = (format!("accepts a {}", expected.name), format!("gives a {}", found.value));
             let diagnostic = self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives);
-            self.report(diagnostic.help(format!("declare an input of the type {}", quote(expected.name))));
+            self.reports.push(diagnostic.help(format!("declare an input of the type {}", quote(expected.name))));
         }
     }
 
@@ -86,7 +91,7 @@ impl GraphBuilder<'_> {
         let (accepts, gives) = (format!("accepts {}", quote(expected)), format!("gives {}", quote(&found)));
         let diagnostic =
             self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, &gives).help(help);
-        self.report(diagnostic);
+        self.reports.push(diagnostic);
     }
 
     /// Nobody knows what the numbers of a host's volume are, so none fits a port that states what it wants.
@@ -97,7 +102,7 @@ impl GraphBuilder<'_> {
         let accepts = format!("accepts {}", quote(expected));
         let diagnostic =
             self.drafted.ends(Diagnostic::error("content-conflict", message), wire, &accepts, "gives a volume");
-        self.report(diagnostic.help(format!("wire it to a node that gives {}", quote(expected))));
+        self.reports.push(diagnostic.help(format!("wire it to a node that gives {}", quote(expected))));
     }
 
     fn type_conflict(
@@ -144,48 +149,36 @@ impl GraphBuilder<'_> {
 
     /// The inputs that an inner pipeline declares, against what is wired to it.
     fn agree_with_inner(&mut self) {
-        for scope in 1..self.drafted.scopes.len() {
-            let parent = self.drafted.scopes[scope].parent.unwrap_or(0);
-            let wired: Vec<(InputEntry, Spanned<String>)> = self.drafted.scopes[scope]
-                .inputs
-                .iter()
-                .filter_map(|(input, feed)| match feed {
-                    Feed::Wire(wire) => Some((input.clone(), wire.clone())),
-                    _ => None,
-                })
-                .collect();
-            for (entry, text) in wired {
-                let ty = input_type(&entry);
-                let InputEntry { name: input, state, block, .. } = entry;
-                let Some(wire) = self.connected(parent, &text) else { continue };
-                let reader =
-                    format!("the input {} of {}", quote(&input.value), quote(&self.drafted.scopes[scope].name.value));
-                if let Some(block) = block.and_then(|block| self.registry.block(&block.value)) {
-                    self.agree_on(&wire, &Input::block("", block, ""), &reader);
-                    continue;
-                }
-                let on_wire = OnWire { ty: self.drafted.wire_type(&wire), state: self.drafted.state(&wire).flatten() };
-                let diagnostic = if on_wire.ty != ty {
-                    self.type_conflict(&wire, on_wire, ty, &[state], &reader)
-                } else if on_wire.state.is_some_and(|found| found != state) {
-                    self.state_conflict(&wire, on_wire, &[state], &reader)
-                } else {
-                    continue;
-                };
-                self.report(diagnostic.also(&input.location, "the inner pipeline declares it here"));
+        for (scope, input, wire) in &self.drafted.inner_wires {
+            let InputEntry { name, state, block, .. } = input;
+            let scope = &self.drafted.scopes[*scope].name.value;
+            let reader = format!("the input {} of {}", quote(&name.value), quote(scope));
+            if let Some(block) = block.as_ref().and_then(|block| self.registry.block(&block.value)) {
+                self.agree_on(wire, &Input::block("", block, ""), &reader);
+                continue;
             }
+            let ty = input_type(input);
+            let on_wire = OnWire { ty: self.drafted.wire_type(wire), state: self.drafted.state(wire).flatten() };
+            let diagnostic = if on_wire.ty != ty {
+                self.type_conflict(wire, on_wire, ty, &[*state], &reader)
+            } else if on_wire.state.is_some_and(|found| found != *state) {
+                self.state_conflict(wire, on_wire, &[*state], &reader)
+            } else {
+                continue;
+            };
+            self.reports.push(diagnostic.also(&name.location, "the inner pipeline declares it here"));
         }
     }
 
     fn agree_with_outputs(&mut self) {
-        for (OutputEntry { name, .. }, wire) in self.drafted.outputs.clone() {
+        for (OutputEntry { name, .. }, wire) in &self.drafted.outputs {
             let Some(wire) = wire else { continue };
-            let ty = self.drafted.wire_type(&wire);
+            let ty = self.drafted.wire_type(wire);
             if ty != PortType::Image {
-                let state = self.drafted.state(&wire).flatten();
+                let state = self.drafted.state(wire).flatten();
                 let output = format!("the output {}", quote(&name.value));
-                let diagnostic = self.type_conflict(&wire, OnWire { ty, state }, PortType::Image, &[], &output);
-                self.report(diagnostic);
+                let diagnostic = self.type_conflict(wire, OnWire { ty, state }, PortType::Image, &[], &output);
+                self.reports.push(diagnostic);
             }
         }
     }
@@ -201,7 +194,7 @@ impl GraphBuilder<'_> {
             let diagnostic = Diagnostic::error("unknown-state", message)
                 .at(&draft.kind_location, "this follows its input, which follows it")
                 .help("let one node of the cycle read an input, or a node that makes an image");
-            self.report(diagnostic);
+            self.reports.push(diagnostic);
         }
     }
 }
@@ -227,7 +220,7 @@ impl DraftGraph {
 
     /// Finds the color states of all outputs, each once the input that it follows is known. `@previous` wires may form
     /// cycles.
-    fn find_states(&mut self) {
+    pub(super) fn find_states(&mut self) {
         let mut readers = vec![Vec::new(); self.nodes.len()];
         for (reader, draft) in self.nodes.iter().enumerate() {
             for wire in draft.wires.iter().flatten() {

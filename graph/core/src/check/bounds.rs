@@ -1,19 +1,22 @@
 //! The errors of a pipeline beyond the [limits](super::limits).
 
 use super::Condition;
-use super::build::GraphBuilder;
+use super::draft::DraftGraph;
+use super::expand::Expansion;
 use super::limits::{MAX_CONDITION, MAX_FACTS, MAX_INPUTS, MAX_NAME, MAX_NODES, MAX_OUTPUTS, MAX_TIERS};
+use super::reports::Reports;
 use crate::document::Document;
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned};
 
-impl GraphBuilder<'_> {
+impl Expansion<'_> {
     /// Returns whether the number of nodes permits one more.
     pub(super) fn has_room(&mut self, location: &Location) -> bool {
         let has_room = self.drafted.nodes.len() + self.drafted.scopes.len() <= MAX_NODES;
         if !has_room {
             let message = format!("the pipeline has more than {MAX_NODES} nodes");
             let error = Diagnostic::error("too-many-nodes", message).at(location, "the first one too many");
-            self.reports
+            self.fields
+                .reports
                 .push_limit(error.help("look for a pipeline that uses others which use others, each of them twice"));
         }
         has_room
@@ -34,7 +37,9 @@ impl GraphBuilder<'_> {
         for (code, first, most, what) in sections {
             let Some(first) = first else { continue };
             let message = format!("the pipeline has more than {most} {what}");
-            self.reports.push_limit(Diagnostic::error(code, message).at(&first.location, "the first one too many"));
+            self.fields
+                .reports
+                .push_limit(Diagnostic::error(code, message).at(&first.location, "the first one too many"));
         }
     }
 
@@ -46,20 +51,22 @@ impl GraphBuilder<'_> {
         if bytes > MAX_NAME {
             let message = format!("the name has {bytes} bytes with those of the pipelines around it");
             let error = Diagnostic::error("long-name", message).at(&name.location, "");
-            self.report(error.help(format!("a name has at most {MAX_NAME} bytes")));
+            self.fields.reports.push(error.help(format!("a name has at most {MAX_NAME} bytes")));
         }
         bytes <= MAX_NAME
     }
+}
 
+impl DraftGraph {
     /// Reports nodes whose condition is too long once it is joined with those of the pipelines around.
-    pub(super) fn report_long_conditions(&mut self) {
-        let mut outer: Vec<usize> = Vec::with_capacity(self.drafted.scopes.len());
-        for scope in &self.drafted.scopes {
+    pub(super) fn report_long_conditions(&self, reports: &mut Reports) {
+        let mut outer: Vec<usize> = Vec::with_capacity(self.scopes.len());
+        for scope in &self.scopes {
             let around = scope.parent.map_or(0, |parent| outer[parent]);
             outer.push(around + scope.when.as_ref().map_or(0, |when| when.to_string().len()));
         }
         let bytes = |when: &Condition| when.to_string().len();
-        let long = self.drafted.nodes.iter().find(|draft| {
+        let long = self.nodes.iter().find(|draft| {
             let own = draft.when.as_ref().map_or(0, bytes);
             own + outer[draft.scope] > MAX_CONDITION
         });
@@ -67,7 +74,7 @@ impl GraphBuilder<'_> {
             let message = format!("the condition of a node has more than {MAX_CONDITION} bytes");
             let error = Diagnostic::error("long-condition", message).at(&draft.kind_location, "this node");
             let help = "those of the pipelines around it count, too: let the host tell one fact in place of many";
-            self.reports.push_limit(error.help(help));
+            reports.push_limit(error.help(help));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Wires: from `"node.port@previous:2"` to the source that is meant.
 
 use super::Source;
-use super::build::GraphBuilder;
-use super::draft::{Feed, Named, Wire, input_type};
+use super::draft::{DraftGraph, Feed, Named, Scope, Wire, input_type};
 use super::limits::{MAX_DEPTH, MAX_PREVIOUS};
-use crate::document::OutputEntry;
+use super::reports::Reports;
+use crate::document::{InputEntry, OutputEntry};
 use crate::node::PortType;
 use afterimage_base::diagnostic::{Diagnostic, Spanned, list, quote};
 use afterimage_base::image::ColorState;
@@ -23,7 +23,13 @@ struct Found {
     declared: Option<ColorState>,
 }
 
-impl GraphBuilder<'_> {
+/// Follows the wires of a graph to their sources.
+pub(super) struct Connector<'b> {
+    pub(super) drafted: &'b mut DraftGraph,
+    pub(super) reports: &'b mut Reports,
+}
+
+impl Connector<'_> {
     /// Finds the source of every wire.
     pub(super) fn connect(&mut self) {
         for node in 0..self.drafted.nodes.len() {
@@ -48,20 +54,36 @@ impl GraphBuilder<'_> {
             }
         }
         self.report_no_outputs();
+        for scope in 1..self.drafted.scopes.len() {
+            self.connect_inputs(scope);
+        }
+    }
+
+    /// Finds what is wired to the inputs of an inner pipeline.
+    fn connect_inputs(&mut self, inner: usize) {
+        let Scope { parent, inputs, .. } = &self.drafted.scopes[inner];
+        let parent = parent.unwrap_or(0);
+        let wired = inputs.iter().filter_map(|(input, feed)| match feed {
+            Feed::Wire(text) => Some((input.clone(), text.clone())),
+            _ => None,
+        });
+        for (input, text) in wired.collect::<Vec<(InputEntry, Spanned<String>)>>() {
+            let wire = self.connected(parent, &text);
+            self.drafted.inner_wires.extend(wire.map(|wire| (inner, input, wire)));
+        }
     }
 
     fn report_no_outputs(&mut self) {
         let top = &self.drafted.scopes[0];
         if top.outputs.is_empty() && !self.reports.diagnostics.has_errors() {
             let diagnostic = Diagnostic::error("no-outputs", "the pipeline has no outputs").at(&top.name.location, "");
-            self.report(
-                diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"),
-            );
+            self.reports
+                .push(diagnostic.help("add `outputs: { \"display\": \"node\" }` with the node that makes the picture"));
         }
     }
 
     /// The wire of a text; `None` once its error has been reported.
-    pub(super) fn connected(&mut self, scope: usize, text: &Spanned<String>) -> Option<Wire> {
+    fn connected(&mut self, scope: usize, text: &Spanned<String>) -> Option<Wire> {
         let found = self.follow(scope, text, 0)?;
         self.check_previous(found.source, text)?;
         Some(Wire { source: found.source, location: text.location.clone(), declared: found.declared })
@@ -71,13 +93,13 @@ impl GraphBuilder<'_> {
         let wire = match WireText::parse(&text.value) {
             Ok(wire) => wire,
             Err((message, help)) => {
-                self.report(Diagnostic::error("bad-wire", message).at(&text.location, "").help(help));
+                self.reports.push(Diagnostic::error("bad-wire", message).at(&text.location, "").help(help));
                 return None;
             }
         };
         if depth > 2 * MAX_DEPTH + 2 {
             let message = format!("the wire {} leads through pipelines back to itself", quote(&text.value));
-            self.report(
+            self.reports.push(
                 Diagnostic::error("cycle", message)
                     .at(&text.location, "")
                     .help("wire it to a node that makes an image"),
@@ -104,7 +126,7 @@ impl GraphBuilder<'_> {
         let message = format!("no input or node is called {}", quote(wire.node));
         let diagnostic = Diagnostic::error("unknown-name", message).at(&text.location, "");
         if self.reports.are_many() {
-            return self.report(diagnostic);
+            return self.reports.push(diagnostic);
         }
         let names: Vec<&str> = self.drafted.scopes[scope].names.keys().map(String::as_str).collect();
         let help = match names.as_slice() {
@@ -112,7 +134,7 @@ impl GraphBuilder<'_> {
             names => format!("there are {}", list(names.iter().copied(), 12)),
         };
         let diagnostic = diagnostic.help(help).did_you_mean(wire.node, names);
-        self.report(diagnostic);
+        self.reports.push(diagnostic);
     }
 
     fn node_output(&mut self, node: usize, wire: &WireText<'_>, text: &Spanned<String>) -> Option<Found> {
@@ -129,7 +151,7 @@ impl GraphBuilder<'_> {
                 .at(&text.location, "")
                 .also(&self.drafted.nodes[node].kind_location, "the node is of this kind")
                 .help(format!("its outputs are {}", list(names(), 8)));
-            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
+            self.reports.push(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names()));
             return None;
         };
         Some(Found { source: Some(Source::Node { node, output, previous: 0 }), declared: None })
@@ -146,7 +168,7 @@ impl GraphBuilder<'_> {
         if let Some(port) = wire.port {
             let message = format!("{} is an input and has no output {}", quote(wire.node), quote(port));
             let help = format!("write `\"{}\"`", wire.node);
-            self.report(Diagnostic::error("unknown-output", message).at(&text.location, "").help(help));
+            self.reports.push(Diagnostic::error("unknown-output", message).at(&text.location, "").help(help));
             return None;
         }
         let (entry, feed) = &self.drafted.scopes[scope].inputs[input];
@@ -182,7 +204,11 @@ impl GraphBuilder<'_> {
                 format!("the pipeline {} has no output {}", quote(wire.node), quote(wire.port.unwrap_or("display")));
             let diagnostic = Diagnostic::error("unknown-output", message).at(&text.location, "");
             let diagnostic = if names.is_empty() { diagnostic } else { diagnostic.help(help) };
-            self.report(self.reports.with_nearest(diagnostic, wire.port.unwrap_or_default(), names.iter().copied()));
+            self.reports.push(self.reports.with_nearest(
+                diagnostic,
+                wire.port.unwrap_or_default(),
+                names.iter().copied(),
+            ));
             return None;
         };
         self.follow(inner, &inside, depth + 1)
@@ -202,7 +228,7 @@ impl GraphBuilder<'_> {
                         .help("only what a node makes is kept: put a node between"),
                     Source::Node { .. } => too_far_back(),
                 };
-                self.report(diagnostic.at(&text.location, ""));
+                self.reports.push(diagnostic.at(&text.location, ""));
                 return None;
             }
         };
@@ -221,7 +247,7 @@ impl GraphBuilder<'_> {
             .at(&text.location, "")
             .also(&self.drafted.nodes[node].kind_location, format!("this gives a {}", ty.name()))
             .help("only images have a previous frame; kinds that adapt keep what they need by themselves");
-        self.report(diagnostic);
+        self.reports.push(diagnostic);
         None
     }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use super::{Condition, GraphOutput, Source};
+use super::{Condition, Graph, GraphInput, GraphOutput, Source};
 use crate::document::{InputEntry, OutputEntry};
-use crate::node::{Bake, NodeKind, PortType};
+use crate::node::{Bake, NodeInstance, NodeKind, PortType, Registry};
 use afterimage_base::diagnostic::{Location, Spanned};
 use afterimage_base::image::{ColorState, Format};
 use afterimage_base::value::Value;
@@ -17,6 +17,8 @@ pub(super) struct DraftGraph {
     pub(super) scopes: Vec<Scope>,
     pub(super) nodes: Vec<NodeDraft>,
     pub(super) outputs: Vec<(OutputEntry, Option<Wire>)>,
+    /// The wires of the inputs of inner pipelines, with the scopes that declare them.
+    pub(super) inner_wires: Vec<(usize, InputEntry, Wire)>,
     /// Wires that are not in this graph, with their scopes: those of other tiers, and those that a change replaced.
     pub(super) wires_elsewhere: Vec<(usize, Spanned<String>)>,
     pub(super) sources_elsewhere: Vec<Source>,
@@ -144,12 +146,40 @@ impl DraftGraph {
         outer.fold(name, |name, outer| format!("{outer}/{name}"))
     }
 
+    /// The facts that the file of a scope declares, if it declares any.
+    pub(super) fn facts(&self, scope: usize) -> Option<&[String]> {
+        self.scopes[scope].facts.as_deref()
+    }
+
     /// The scope and those around it, from the inside.
     pub(super) fn scopes_around(&self, scope: usize) -> impl Iterator<Item = &Scope> + '_ {
         std::iter::successors(Some(&self.scopes[scope]), |scope| scope.parent.map(|parent| &self.scopes[parent]))
     }
 
-    pub(super) fn graph_output(&self, output: &OutputEntry, wire: &Wire) -> Option<GraphOutput> {
+    /// The graph, if there are no errors.
+    pub(super) fn graph(&self, registry: &Registry, instances: Vec<NodeInstance>) -> Graph {
+        let inputs = self.host_inputs().map(|input| GraphInput {
+            name: input.name.value.clone(),
+            block: input.block.as_ref().and_then(|name| registry.block(&name.value)),
+            state: input.state,
+            min_channels: input.min_channels,
+            optional: input.optional,
+            multisampled: input.multisampled,
+            volume: input.volume,
+            needs_alpha: input.needs_alpha,
+            scale: input.scale,
+        });
+        let nodes = self.nodes.iter().zip(instances);
+        let outputs = self.outputs.iter().filter_map(|(output, wire)| self.graph_output(output, wire.as_ref()?));
+        Graph {
+            inputs: inputs.collect(),
+            nodes: nodes.map(|(draft, instance)| self.graph_node(draft, instance)).collect(),
+            outputs: outputs.collect(),
+            wires: self.same_frame(),
+        }
+    }
+
+    fn graph_output(&self, output: &OutputEntry, wire: &Wire) -> Option<GraphOutput> {
         let state = self.state(wire).flatten().unwrap_or(ColorState::Data);
         let OutputEntry { name, has_coverage, .. } = output;
         Some(GraphOutput { name: name.value.clone(), source: wire.source?, state, has_coverage: *has_coverage })

@@ -3,13 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::Condition;
-use super::build::{Change, GraphBuilder};
-use super::draft::{Feed, Named, Scope};
-use super::files::join;
+use super::draft::{DraftGraph, Feed, Named, Scope};
+use super::fields::FieldReader;
+use super::files::{Files, join};
 use super::limits::{MAX_DEPTH, MAX_FACTS, MAX_INPUTS, MAX_OUTPUTS, MAX_TIERS};
-use super::nodes::PIPELINE;
-use crate::document::{Document, Field, Group, InputEntry, Item, NodeEntry, Tier, Tree, image_type_names, settings};
-use afterimage_base::diagnostic::{Diagnostic, Spanned, is_control, list, quote};
+use crate::document::{
+    Document, Field, Group, InputEntry, Item, NodeEntry, Override, Tier, Tree, image_type_names, settings,
+};
+use crate::node::Registry;
+use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Spanned, is_control, list, quote};
+
+/// The kind name of a pipeline used as a node.
+pub(super) const PIPELINE: &str = "Pipeline";
 
 /// Context of a pipeline that is being expanded.
 struct Around {
@@ -21,7 +26,30 @@ struct Around {
     label: Option<String>,
 }
 
-impl GraphBuilder<'_> {
+/// A document that is being expanded: the nodes of all pipelines in it, and the changes that wait until they are known.
+pub(super) struct Expansion<'a> {
+    pub(super) registry: &'a Registry,
+    pub(super) fields: FieldReader<'a>,
+    pub(super) drafted: DraftGraph,
+    pub(super) changes: Vec<Change>,
+    /// The requested tier, if it is one of changes.
+    pub(super) tier: Option<String>,
+}
+
+/// Changes to nodes, waiting until all nodes are known.
+pub(super) struct Change {
+    pub(super) scope: usize,
+    pub(super) settings: Vec<Override>,
+    /// The tier that they belong to, if they do; those of other tiers than the requested one are only checked.
+    pub(super) tier: Option<String>,
+}
+
+impl<'a> Expansion<'a> {
+    pub(super) fn new(registry: &'a Registry, files: &'a Files<'a>, diagnostics: Diagnostics) -> Self {
+        let fields = FieldReader::new(files, diagnostics);
+        Self { registry, fields, drafted: DraftGraph::default(), changes: Vec::new(), tier: None }
+    }
+
     /// The whole document, and the changes that its tier makes.
     pub(super) fn expand_top(&mut self, document: &Document) {
         let name = Spanned::new(String::new(), document.location.clone());
@@ -96,7 +124,7 @@ impl GraphBuilder<'_> {
             }
             let feed = match ports.shift_remove(&input.name.value) {
                 _ if is_top => Feed::Host(index),
-                Some((name, item)) => self.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
+                Some((name, item)) => self.fields.wire(&name.value, &item).map_or(Feed::Absent, Feed::Wire),
                 None => {
                     self.report_missing_input(scope, input.optional || is_partial, &input.name);
                     Feed::Absent
@@ -111,7 +139,7 @@ impl GraphBuilder<'_> {
             let help = format!("its inputs are {}", list(known(), 8));
             let message = format!("the pipeline {} has no input {}", quote(&document.file), quote(&name.value));
             let diagnostic = Diagnostic::error("unknown-field", message).at(&name.location, "").help(help);
-            self.report(self.reports.with_nearest(diagnostic, &name.value, known()));
+            self.fields.reports.push(self.fields.reports.with_nearest(diagnostic, &name.value, known()));
         }
     }
 
@@ -125,7 +153,7 @@ impl GraphBuilder<'_> {
                 .at(&ty.location, "")
                 .help(format!("the types are {}", list(names.iter().copied(), 24)))
                 .did_you_mean(&ty.value, names);
-        self.report(diagnostic);
+        self.fields.reports.push(diagnostic);
         false
     }
 
@@ -137,7 +165,7 @@ impl GraphBuilder<'_> {
                 .at(&node.location, "")
                 .also(&input.location, "the inner pipeline needs this input")
                 .help(format!("add `{}: \"...\"`, or declare the input with `(optional: true)`", input.value));
-            self.report(diagnostic);
+            self.fields.reports.push(diagnostic);
         }
     }
 
@@ -151,7 +179,9 @@ impl GraphBuilder<'_> {
             None => return self.is_short(scope, name),
         };
         let diagnostic = Diagnostic::error("bad-name", message).at(&name.location, "");
-        self.report(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
+        self.fields
+            .reports
+            .push(diagnostic.help("names are any text without `.`, `@` and `/`, which wires and settings use"));
         false
     }
 
@@ -160,7 +190,7 @@ impl GraphBuilder<'_> {
         let first = self.drafted.scopes[scope].inputs[*index].0.name.location.clone();
         let message = format!("a node and an input are both called {}", quote(&name.value));
         let diagnostic = Diagnostic::error("doubled", message).at(&name.location, "the node").also(&first, "the input");
-        self.report(diagnostic.help("a wire could mean either: give one of them another name"));
+        self.fields.reports.push(diagnostic.help("a wire could mean either: give one of them another name"));
         false
     }
 
@@ -171,13 +201,13 @@ impl GraphBuilder<'_> {
         around.ports.is_partial = entry.fields.is_partial;
         let mut named = None;
         let mut changes = Vec::new();
-        for (name, item) in self.unique(&entry.fields.entries) {
+        for (name, item) in self.fields.unique(&entry.fields.entries) {
             match name.value.as_str() {
                 "file" => named = Some(item),
                 "set" => changes = self.inner_settings(item),
-                "when" => around.when = self.condition(scope, &item),
-                "label" => around.label = self.label(&item),
-                field @ ("format" | "bake" | "every") => self.report(
+                "when" => around.when = self.fields.condition(self.drafted.facts(scope), &item),
+                "label" => around.label = self.fields.label(&item),
+                field @ ("format" | "bake" | "every") => self.fields.reports.push(
                     Diagnostic::error("unknown-field", format!("a pipeline has no {field} of its own"))
                         .at(&name.location, "")
                         .help(format!("name a node inside: `set: {{ \"node.{field}\": ... }}`")),
@@ -193,14 +223,14 @@ impl GraphBuilder<'_> {
         Some(Named::Scope(inner))
     }
 
-    fn inner_settings(&mut self, item: Item) -> Vec<crate::document::Override> {
+    fn inner_settings(&mut self, item: Item) -> Vec<Override> {
         match settings(item, "`set`") {
             Ok((settings, problems)) => {
-                problems.into_iter().for_each(|problem| self.report(problem));
+                problems.into_iter().for_each(|problem| self.fields.reports.push(problem));
                 settings
             }
             Err(problem) => {
-                self.report(problem);
+                self.fields.reports.push(problem);
                 Vec::new()
             }
         }
@@ -214,7 +244,7 @@ impl GraphBuilder<'_> {
             Some(Item { value: Tree::Broken, .. }) => return None,
             Some(item) => {
                 let seen = format!("this is {}", item.value.describe());
-                self.report(
+                self.fields.reports.push(
                     Diagnostic::error("wrong-type", "`file` is a path in quotes").at(&item.location, seen).help(help),
                 );
                 return None;
@@ -222,17 +252,18 @@ impl GraphBuilder<'_> {
             None if entry.fields.is_partial => return None,
             None => {
                 let message = format!("{} does not say which pipeline it is", quote(&entry.name.value));
-                self.report(Diagnostic::error("missing-file", message).at(location, "`file` is missing").help(help));
+                self.fields
+                    .reports
+                    .push(Diagnostic::error("missing-file", message).at(location, "`file` is missing").help(help));
                 return None;
             }
         };
         let path = join(&named.location.file, &named.value);
         if files.contains(&path) || files.len() > MAX_DEPTH {
-            self.report(holds_itself(&named, &path, files));
+            self.fields.reports.push(holds_itself(&named, &path, files));
             return None;
         }
-        let document = self.used.document(&named, &mut self.reports)?;
-        Some(self.used.inherited(&document, &mut self.reports))
+        self.fields.document(&named)
     }
 }
 

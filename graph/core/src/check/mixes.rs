@@ -1,8 +1,8 @@
 //! Images that a node mixes must have one color state and one colorimetry.
 
 use super::Graph;
-use super::build::GraphBuilder;
 use super::draft::DraftGraph;
+use super::reports::Reports;
 use crate::node::{ImageColor, Input};
 use afterimage_base::color::Colorimetry;
 use afterimage_base::diagnostic::{Diagnostic, Location, quote};
@@ -14,18 +14,13 @@ struct Mix {
     second: (usize, ImageColor),
 }
 
-impl GraphBuilder<'_> {
+impl DraftGraph {
     /// Reports the nodes whose inputs accept the same states, so that their images are mixed, and get images that a sum
     /// has no meaning for.
-    pub(super) fn agree_on_colors(&mut self, graph: &Graph) {
-        for mix in mixes(graph) {
-            let diagnostic = self.drafted.mix_conflict(&mix);
-            self.report(diagnostic);
-        }
+    pub(super) fn agree_on_colors(&self, graph: &Graph, reports: &mut Reports) {
+        mixes(graph).iter().for_each(|mix| reports.push(self.mix_conflict(mix)));
     }
-}
 
-impl DraftGraph {
     fn mix_conflict(&self, mix: &Mix) -> Diagnostic {
         let draft = &self.nodes[mix.node];
         let port = |index: usize| quote(&draft.kind.inputs()[index].name);

@@ -30,14 +30,13 @@
 
 mod agree;
 mod bounds;
-mod build;
 mod colors;
-mod common;
 pub mod condition;
 mod connect;
 mod displays;
 mod draft;
 mod expand;
+mod fields;
 mod files;
 mod graph;
 mod inherit;
@@ -48,6 +47,7 @@ mod named_files;
 mod nodes;
 mod options;
 mod order;
+mod parameters;
 mod reports;
 mod save;
 mod settings;
@@ -67,7 +67,10 @@ pub use options::{CheckOptions, Loader, NoFiles};
 pub use save::{Change, Saver};
 pub use suggest::kinds_about;
 
-use build::GraphBuilder;
+use agree::Agreement;
+use connect::Connector;
+use expand::Expansion;
+use fields::FieldReader;
 use files::Files;
 use inherit::UsedFiles;
 use reports::Reports;
@@ -105,31 +108,29 @@ impl<'a> Checker<'a> {
     /// # Errors
     /// All errors of the document and of the files that it names, and the warnings with them, ordered by location.
     pub fn check(&self, tier: Option<&str>, sets: &[(String, String)]) -> Result<(Graph, Diagnostics), Diagnostics> {
-        let mut builder = self.builder();
-        let document = builder.used.inherited(self.document, &mut builder.reports);
-        builder.check_claims(&document);
-        let document = builder.tier(document, tier);
-        builder.expand_top(&document);
-        builder.command_line(sets);
-        builder.change();
-        builder.report_long_conditions();
-        let instances = builder.instances();
-        builder.connect();
-        builder.agree();
-        builder.order();
-        builder.report_unneeded();
-        if builder.reports.diagnostics.has_errors() {
-            return Err(builder.reports.diagnostics.sorted());
+        let mut expansion = Expansion::new(self.registry, &self.files, self.document.problems.clone());
+        let document = expansion.fields.inherited(self.document);
+        expansion.check_claims(&document);
+        let document = expansion.tier(document, tier);
+        expansion.expand_top(&document);
+        expansion.command_line(sets);
+        expansion.change();
+        let Expansion { mut drafted, fields: FieldReader { mut reports, .. }, .. } = expansion;
+        drafted.report_long_conditions(&mut reports);
+        let instances = drafted.instances(&mut reports);
+        Connector { drafted: &mut drafted, reports: &mut reports }.connect();
+        drafted.find_states();
+        Agreement { registry: self.registry, drafted: &drafted, reports: &mut reports }.agree();
+        drafted.order(&mut reports);
+        drafted.report_unneeded(&mut reports);
+        if reports.diagnostics.has_errors() {
+            return Err(reports.diagnostics.sorted());
         }
-        let graph = builder.graph(instances);
-        builder.agree_on_colors(&graph);
-        builder.agree_on_displays(&graph);
-        let diagnostics = builder.reports.diagnostics.sorted();
+        let graph = drafted.graph(self.registry, instances);
+        drafted.agree_on_colors(&graph, &mut reports);
+        drafted.agree_on_displays(&graph, &mut reports);
+        let diagnostics = reports.diagnostics.sorted();
         if diagnostics.has_errors() { Err(diagnostics) } else { Ok((graph, diagnostics)) }
-    }
-
-    fn builder(&self) -> GraphBuilder<'_> {
-        GraphBuilder::new(self.registry, &self.files, self.document.problems.clone())
     }
 }
 

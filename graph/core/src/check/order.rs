@@ -5,34 +5,32 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-use super::build::GraphBuilder;
 use super::draft::DraftGraph;
+use super::reports::Reports;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
 /// Labels of a cycle; a longer cycle is reported by the names of its nodes.
 const MAX_LABELS: usize = 8;
 
-impl GraphBuilder<'_> {
+impl DraftGraph {
     /// Reports every cycle of nodes that read each other in the same frame.
-    pub(super) fn order(&mut self) {
-        let graph = self.drafted.same_frame();
+    pub(super) fn order(&self, reports: &mut Reports) {
+        let graph = self.same_frame();
         // Tarjan's algorithm would recurse once for each node of a chain.
         let mut cycles: Vec<Vec<usize>> =
             kosaraju_scc(&graph).into_iter().filter_map(|part| cycle(&graph, &part)).collect();
         cycles.sort();
         for cycle in cycles {
-            let diagnostic = self.drafted.cycle(&cycle);
+            let diagnostic = self.cycle(&cycle);
             // A wire whose state does not fit is wrong in any frame, and the reason of the cycle.
-            let misfits = self.reports.diagnostics.iter().filter(|other| other.code == "state-conflict");
+            let misfits = reports.diagnostics.iter().filter(|other| other.code == "state-conflict");
             let mut misfits = misfits.filter_map(|other| other.labels.first()).map(|label| &label.location);
             if !misfits.any(|place| diagnostic.labels.iter().any(|label| label.location == *place)) {
-                self.report(diagnostic);
+                reports.push(diagnostic);
             }
         }
     }
-}
 
-impl DraftGraph {
     /// The nodes of a cycle, each read by the next and the last by the first.
     fn cycle(&self, cycle: &[usize]) -> Diagnostic {
         let names: Vec<String> =

@@ -5,7 +5,6 @@ use afterimage_base::diagnostic::{Diagnostic, Diagnostics};
 /// Errors after which names are no longer listed and suggested: each hint looks at all of them.
 const MAX_HINTS: usize = 100;
 
-/// The diagnostics so far.
 #[derive(Default)]
 pub(super) struct Reports {
     pub(super) diagnostics: Diagnostics,

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::build::{Change, GraphBuilder};
 use super::draft::{DraftGraph, Named, Scope};
+use super::expand::{Change, Expansion};
+use super::fields::{COMMON, FieldReader};
 use super::files::COMMAND_LINE;
-use super::nodes::{COMMON, with_point};
+use super::parameters::with_point;
 use crate::document::{Item, Override, Tree, read_tree};
 use afterimage_base::diagnostic::{Diagnostic, Location, Spanned, list, quote};
 
@@ -14,7 +15,7 @@ enum Target {
     Scope(usize),
 }
 
-impl GraphBuilder<'_> {
+impl Expansion<'_> {
     /// Takes the changes of the command line as if they stood in a file, one a line.
     pub(super) fn command_line(&mut self, sets: &[(String, String)]) {
         if sets.is_empty() {
@@ -22,7 +23,7 @@ impl GraphBuilder<'_> {
         }
         let lines: Vec<String> = sets.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let text = lines.join("\n");
-        let file = self.reports.diagnostics.sources.insert(COMMAND_LINE, &text);
+        let file = self.fields.reports.diagnostics.sources.insert(COMMAND_LINE, &text);
         let mut start = 0;
         let mut settings = Vec::new();
         for (key, value) in sets {
@@ -32,7 +33,7 @@ impl GraphBuilder<'_> {
             start = value_start + value.len() + 1;
             match command_line_value(&file, value, &location) {
                 Ok(item) => settings.push(Override { key: Spanned::new(key.clone(), key_location), value: item }),
-                Err(diagnostic) => self.report(diagnostic),
+                Err(diagnostic) => self.fields.reports.push(diagnostic),
             }
         }
         self.changes.push(Change { scope: 0, settings, tier: None });
@@ -42,9 +43,9 @@ impl GraphBuilder<'_> {
     pub(super) fn change(&mut self) {
         for change in std::mem::take(&mut self.changes) {
             let is_made = self.is_made(&change);
-            for setting in &change.settings {
-                self.setting(change.scope, setting, is_made);
-            }
+            let (drafted, fields) = (&mut self.drafted, &mut self.fields);
+            let mut overrides = Overrides { drafted, fields, scope: change.scope, is_made };
+            change.settings.iter().for_each(|setting| overrides.setting(setting));
         }
     }
 
@@ -52,23 +53,33 @@ impl GraphBuilder<'_> {
     pub(super) fn is_made(&self, change: &Change) -> bool {
         change.tier.is_none() || change.tier == self.tier
     }
+}
 
-    fn setting(&mut self, scope: usize, setting: &Override, is_made: bool) {
+struct Overrides<'b, 'a> {
+    drafted: &'b mut DraftGraph,
+    fields: &'b mut FieldReader<'a>,
+    scope: usize,
+    /// True if they are applied, not only checked.
+    is_made: bool,
+}
+
+impl Overrides<'_, '_> {
+    fn setting(&mut self, setting: &Override) {
         let key = &setting.key;
         let (path, field) = match key.value.split_once('.') {
             Some((path, field)) => (path, Some(field)),
             None => (key.value.as_str(), None),
         };
-        let Some(found) = self.find(scope, path, key) else { return };
+        let Some(found) = self.find(path, key) else { return };
         match (found, field) {
             (Target::Node(node), None) => {
-                if let Some(off) = self.switch(setting).filter(|_| is_made) {
+                if let Some(off) = self.switch(setting).filter(|_| self.is_made) {
                     self.drafted.nodes[node].off = off;
                     self.drafted.nodes[node].switched = Some(setting.value.location.clone());
                 }
             }
             (Target::Scope(inner), None) => {
-                if let Some(off) = self.switch(setting).filter(|_| is_made) {
+                if let Some(off) = self.switch(setting).filter(|_| self.is_made) {
                     self.drafted.scopes[inner].off = off;
                     self.drafted.scopes[inner].switched = Some(setting.value.location.clone());
                 }
@@ -76,17 +87,17 @@ impl GraphBuilder<'_> {
             (Target::Node(node), Some(field)) => {
                 let port = self.drafted.nodes[node].kind.inputs().iter().position(|port| port.name == field);
                 match port {
-                    Some(port) => self.wire_setting(scope, node, port, setting, is_made),
-                    None => self.node_setting(node, field, setting, is_made),
+                    Some(port) => self.wire_setting(node, port, setting),
+                    None => self.node_setting(node, field, setting),
                 }
             }
-            (Target::Scope(inner), Some(field)) => self.scope_setting(inner, field, setting, is_made),
+            (Target::Scope(inner), Some(field)) => self.scope_setting(inner, field, setting),
         }
     }
 
     /// The node or inner pipeline that a path such as `outer/inner` names.
-    fn find(&mut self, scope: usize, path: &str, key: &Spanned<String>) -> Option<Target> {
-        let mut scope = scope;
+    fn find(&mut self, path: &str, key: &Spanned<String>) -> Option<Target> {
+        let mut scope = self.scope;
         let mut parts = path.split('/').peekable();
         while let Some(part) = parts.next() {
             let is_last = parts.peek().is_none();
@@ -97,11 +108,11 @@ impl GraphBuilder<'_> {
                 Some(Named::Broken) => return None,
                 _ => {
                     if !self.drafted.scopes[scope].is_partial {
-                        let has_hint = !self.reports.are_many();
+                        let has_hint = !self.fields.reports.are_many();
                         let error = no_such_node(&self.drafted.scopes[scope], part, key, has_hint);
                         let is_alone = has_hint && error.correction.is_none() && key.value == part;
                         let owner = is_alone.then(|| self.drafted.owner(scope, part)).flatten();
-                        self.report(error.maybe_help(owner.map(|owner| {
+                        self.fields.reports.push(error.maybe_help(owner.map(|owner| {
                             format!("a parameter is set by `node.parameter`: {}", quote(&format!("{owner}.{part}")))
                         })));
                     }
@@ -124,7 +135,7 @@ impl GraphBuilder<'_> {
                     Diagnostic::error("wrong-type", format!("{} can be set to `On` or `Off`", quote(name)))
                         .at(&setting.value.location, format!("this is {}", other.describe()))
                         .help(format!("a parameter of it is set by `\"{name}.parameter\": value`"));
-                self.report(match other {
+                self.fields.reports.push(match other {
                     Tree::Name(word) => diagnostic.did_you_mean(word, ["Off", "On"]),
                     _ => diagnostic,
                 });
@@ -133,10 +144,11 @@ impl GraphBuilder<'_> {
         }
     }
 
-    fn node_setting(&mut self, node: usize, field: &str, setting: &Override, is_made: bool) {
+    fn node_setting(&mut self, node: usize, field: &str, setting: &Override) {
         let mut draft = self.drafted.nodes[node].clone();
-        if self.change_field(&mut draft, field, &setting.value) {
-            if is_made {
+        let facts = self.drafted.facts(draft.scope);
+        if self.fields.change_field(&mut draft, facts, field, &setting.value) {
+            if self.is_made {
                 self.drafted.nodes[node] = draft;
             }
             return;
@@ -147,35 +159,36 @@ impl GraphBuilder<'_> {
         let diagnostic = Diagnostic::error("unknown-field", format!("{name} has no parameter {}", quote(field)))
             .at(&setting.key.location, "")
             .help(format!("{} has {}", quote(kind.name()), list(known(), 16)));
-        self.report(self.reports.with_nearest(diagnostic, field, known()));
+        self.fields.reports.push(self.fields.reports.with_nearest(diagnostic, field, known()));
     }
 
     /// Wires a port to something else. The old source is still needed: without this change, or in another tier.
-    fn wire_setting(&mut self, scope: usize, node: usize, port: usize, setting: &Override, is_made: bool) {
+    fn wire_setting(&mut self, node: usize, port: usize, setting: &Override) {
         let draft = &self.drafted.nodes[node];
         let name = draft.kind.inputs()[port].name.clone();
-        if draft.scope != scope {
+        if draft.scope != self.scope {
             let message = format!("{} is a port inside a pipeline, whose wires cannot be set", quote(&name));
             let help = "wire the inputs of that pipeline, or write the node anew in a file that `extends` it";
             let diagnostic = Diagnostic::error("unknown-field", message).at(&setting.key.location, "");
-            return self.report(diagnostic.help(help));
+            return self.fields.reports.push(diagnostic.help(help));
         }
-        let Some(text) = self.wire(&name, &setting.value) else { return };
-        let unused = if is_made { self.drafted.nodes[node].wire_texts[port].replace(text) } else { Some(text) };
-        self.drafted.wires_elsewhere.extend(unused.map(|text| (scope, text)));
+        let Some(text) = self.fields.wire(&name, &setting.value) else { return };
+        let unused = if self.is_made { self.drafted.nodes[node].wire_texts[port].replace(text) } else { Some(text) };
+        self.drafted.wires_elsewhere.extend(unused.map(|text| (self.scope, text)));
     }
 
-    fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override, is_made: bool) {
+    fn scope_setting(&mut self, inner: usize, field: &str, setting: &Override) {
         match field {
             "when" => {
                 let parent = self.drafted.scopes[inner].parent.unwrap_or(0);
-                let when = self.condition(parent, &setting.value);
-                self.drafted.scopes[inner].when = if is_made { when } else { self.drafted.scopes[inner].when.take() };
+                let when = self.fields.condition(self.drafted.facts(parent), &setting.value);
+                self.drafted.scopes[inner].when =
+                    if self.is_made { when } else { self.drafted.scopes[inner].when.take() };
             }
             "label" => {
-                let label = self.label(&setting.value);
+                let label = self.fields.label(&setting.value);
                 self.drafted.scopes[inner].label =
-                    if is_made { label } else { self.drafted.scopes[inner].label.take() };
+                    if self.is_made { label } else { self.drafted.scopes[inner].label.take() };
             }
             _ => {
                 let name = &self.drafted.scopes[inner].name.value;
@@ -183,7 +196,9 @@ impl GraphBuilder<'_> {
                 let nodes: Vec<String> =
                     node_names(&self.drafted.scopes[inner]).map(|node| format!("{name}/{node}")).collect();
                 let help = format!("name a node inside it: {}", list(nodes.iter().map(String::as_str), 6));
-                self.report(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
+                self.fields
+                    .reports
+                    .push(Diagnostic::error("unknown-field", message).at(&setting.key.location, "").help(help));
             }
         }
     }

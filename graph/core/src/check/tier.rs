@@ -1,18 +1,18 @@
 //! The tier that a check is of.
 
-use super::build::GraphBuilder;
+use super::expand::Expansion;
 use super::limits::MAX_TIERS;
 use crate::document::{Document, Tier};
 use afterimage_base::diagnostic::{Diagnostic, Location, did_you_mean, list, quote};
 
-impl GraphBuilder<'_> {
+impl Expansion<'_> {
     /// Reports claims of tiers that the document does not have.
     pub(super) fn check_claims(&mut self, document: &Document) {
         for (name, _) in document.claims.iter().take(MAX_TIERS + 1) {
             let is_there = document.tiers.iter().take(MAX_TIERS).any(|(known, _)| known.value == name.value);
             // What could not be read may have it.
             if !is_there && !document.is_partial {
-                self.report(unknown_tier(document, &name.value, &name.location));
+                self.fields.reports.push(unknown_tier(document, &name.value, &name.location));
             }
         }
     }
@@ -21,7 +21,7 @@ impl GraphBuilder<'_> {
     pub(super) fn tier(&mut self, document: Document, name: Option<&str>) -> Document {
         let Some(name) = name else { return document };
         let Some((_, tier)) = document.tiers.iter().find(|(known, _)| known.value == name) else {
-            self.report(unknown_tier(&document, name, &document.location));
+            self.fields.reports.push(unknown_tier(&document, name, &document.location));
             return document;
         };
         match tier {
@@ -29,13 +29,7 @@ impl GraphBuilder<'_> {
                 self.tier = Some(name.to_owned());
                 document
             }
-            Tier::File(named) => {
-                let named = named.clone();
-                match self.used.document(&named, &mut self.reports) {
-                    Some(other) => self.used.inherited(&other, &mut self.reports),
-                    None => document,
-                }
-            }
+            Tier::File(named) => self.fields.document(named).unwrap_or(document),
         }
     }
 }

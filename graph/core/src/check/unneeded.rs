@@ -1,21 +1,21 @@
 //! Warnings about unused entries; errors would be in the way of a file in the making.
 
 use super::Source;
-use super::build::GraphBuilder;
 use super::draft::{DraftGraph, Feed};
+use super::reports::Reports;
 use afterimage_base::diagnostic::{Diagnostic, quote};
 
-impl GraphBuilder<'_> {
+impl DraftGraph {
     /// Warns of nodes that no output needs and of inputs that nothing reads, in the checked file only.
-    pub(super) fn report_unneeded(&mut self) {
+    pub(super) fn report_unneeded(&self, reports: &mut Reports) {
         // With a node missing, everything before it would look unneeded.
-        if self.reports.diagnostics.has_errors() {
+        if reports.diagnostics.has_errors() {
             return;
         }
-        let needed = self.drafted.needed();
-        let file = self.drafted.scopes[0].name.location.file.clone();
-        let read: Vec<bool> = self.drafted.read_nodes();
-        let unneeded = self.drafted.nodes.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
+        let needed = self.needed();
+        let file = self.scopes[0].name.location.file.clone();
+        let read: Vec<bool> = self.read_nodes();
+        let unneeded = self.nodes.iter().enumerate().filter(|(node, draft)| !needed[*node] && draft.scope == 0);
         let nodes = unneeded.filter(|(_, draft)| draft.name.location.file == file).map(|(node, draft)| {
             let name = quote(&draft.name.value);
             let message = if read[node] { format!("no output needs {name}") } else { format!("nobody reads {name}") };
@@ -24,12 +24,10 @@ impl GraphBuilder<'_> {
                 .help("the node is left out of every plan")
         });
         let mut warnings: Vec<Diagnostic> = nodes.collect();
-        warnings.extend(self.drafted.unneeded_inputs());
-        warnings.into_iter().for_each(|warning| self.report(warning));
+        warnings.extend(self.unneeded_inputs());
+        warnings.into_iter().for_each(|warning| reports.push(warning));
     }
-}
 
-impl DraftGraph {
     fn sources(&self) -> impl Iterator<Item = Source> + '_ {
         let of_outputs = self.outputs.iter().filter_map(|(_, wire)| wire.as_ref()?.source);
         let of_nodes = self.nodes.iter().flat_map(|draft| draft.wires.iter().flatten().filter_map(|wire| wire.source));

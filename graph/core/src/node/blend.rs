@@ -88,9 +88,9 @@ impl Blend {
         color: BlendComponent::add(BlendFactor::SourceAlpha, BlendFactor::OneMinusSourceAlpha),
         alpha: BlendComponent::OVER,
     };
-    /// The sum: light on light.
+    /// The sum: added radiance.
     pub const ADD: Self = Self::all(BlendComponent::add(BlendFactor::One, BlendFactor::One));
-    /// The product: a filter before a light.
+    /// The product: a filter.
     pub const MULTIPLY: Self = Self::all(BlendComponent::add(BlendFactor::Zero, BlendFactor::Source));
     /// The smaller one, channel by channel.
     pub const MIN: Self = Self::all(BlendComponent::Min);

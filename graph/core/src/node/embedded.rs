@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use super::block::HostBlock;
 use super::camera::CAMERA;
 use super::folder::folder_kind_sharing;
-use super::kind::{DynNode, Kind, NodeKind};
+use super::invariants::Invariants;
+use super::kind::{Kind, Node, NodeKind};
 use super::ports::{Input, Output};
 use afterimage_base::Shared;
 use afterimage_base::value::{Param, Value};
@@ -83,12 +84,18 @@ impl Kind for EmbeddedKind {
     fn outputs(&self) -> &[Output] {
         self.kind().outputs()
     }
+    fn invariants(&self) -> Invariants {
+        self.kind().invariants()
+    }
     fn blocks(&self) -> Vec<&'static HostBlock> {
         // Folders have no other block, and checking a pipeline with a camera asks all kinds.
         if self.declaration.1.contains(CAMERA.name) { vec![&CAMERA] } else { Vec::new() }
     }
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node> {
         self.kind().instantiate(values)
+    }
+    fn set(&self, node: &mut dyn Node, index: usize, value: &Value) -> bool {
+        self.kind().set(node, index, value)
     }
 }
 

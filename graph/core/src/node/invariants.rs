@@ -18,11 +18,11 @@ pub struct Invariants {
     pub keeps_constant: bool,
     /// An image that equals its mirror image from left to right still does.
     pub symmetric: bool,
-    /// The mean of all pixels stays the same, also in a smaller image, where no light reaches the border.
+    /// The mean of all pixels stays the same, also in a smaller image, where all pixels near the border are black.
     pub keeps_sum: bool,
-    /// A pixel with more light than another one still has: what a curve does that never falls.
+    /// A brighter pixel stays brighter: what a monotone curve does.
     pub monotone: bool,
-    /// Light without negative numbers gets none.
+    /// An image without negative numbers gets none.
     pub non_negative: bool,
     /// Traces of earlier frames in a history fade away.
     pub settles: bool,
@@ -47,8 +47,8 @@ impl Invariants {
         of_color: false,
     };
 
-    /// Invariants of most nodes: constant and symmetric images stay so, no light becomes negative, and histories
-    /// settle.
+    /// Invariants of most nodes: constant and symmetric images stay so, no number becomes negative, and
+    /// histories settle.
     pub const DEFAULT: Self = Self { constant: true, symmetric: true, settles: true, ..Self::NONE };
 
     /// [`DEFAULT`](Self::DEFAULT), and the color of a pixel follows from its color.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use afterimage_base::Shared;
 use afterimage_base::image::Signedness;
 use afterimage_wgsl::limits::CompileCost;
-use afterimage_wgsl::{Effort, Shader};
+use afterimage_wgsl::{RegisterPressure, Shader};
 use serde::{Serialize, Serializer};
 
 use super::drawing::Subresource;
@@ -44,7 +44,7 @@ pub struct KernelCall {
     /// The form of a function that needs no more than the four texels under its own: a function of the same module,
     /// `fn name(square: Square) -> vec4f`. The result has half the size of the only image that it reads.
     #[serde(skip)]
-    pub by_square: Option<&'static str>,
+    pub quad_variant: Option<&'static str>,
     /// The limits of a function's result, if it may make numbers that are not finite: those of untrusted shaders may.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limited: Option<Signedness>,
@@ -204,7 +204,7 @@ impl KernelCall {
             constants: Vec::new(),
             by_rows: None,
             by_neighbors: None,
-            by_square: None,
+            quad_variant: None,
             limited: None,
             origin: None,
             warp: None,
@@ -221,9 +221,9 @@ impl KernelCall {
         self.shader.is_heavy(&self.function)
     }
 
-    /// Cost per pixel.
-    pub fn effort(&self) -> Effort {
-        self.shader.effort(&self.function)
+    /// Register pressure of the function.
+    pub fn register_pressure(&self) -> RegisterPressure {
+        self.shader.register_pressure(&self.function)
     }
 
     /// Cost of its compilation.

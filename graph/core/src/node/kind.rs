@@ -1,5 +1,6 @@
 //! A kind of node, and a node, as the framework sees them.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use super::block::HostBlock;
@@ -37,7 +38,7 @@ impl InputValues {
     }
 }
 
-/// A node kind as the framework sees it.
+/// A node kind: its declaration, and the nodes at values of its parameters.
 pub trait Kind: Send + Sync + 'static {
     /// The name in pipeline files.
     fn name(&self) -> &str;
@@ -49,6 +50,10 @@ pub trait Kind: Send + Sync + 'static {
     fn inputs(&self) -> &[Input];
     /// The output ports, the main one first.
     fn outputs(&self) -> &[Output];
+    /// Invariants of the results.
+    fn invariants(&self) -> Invariants {
+        Invariants::NONE
+    }
     /// The shaders that a registry validates before it takes the kind.
     fn shaders(&self) -> &[&'static Shader] {
         &[]
@@ -58,55 +63,58 @@ pub trait Kind: Send + Sync + 'static {
         self.inputs().iter().filter_map(|port| port.block).collect()
     }
     /// The node at these values, in the order of `params`. Panics where a value has the wrong type.
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode>;
-}
-
-/// A node at its values, as the framework sees it. Every [`Node`](super::Node) is one.
-pub trait DynNode: Send + Sync + 'static {
-    /// Takes another value of the parameter at a place in the order of the kind's parameters; `false` if the node is to
-    /// be [made](Kind::instantiate) anew for it. Panics where the value has the wrong type.
-    fn take(&mut self, index: usize, value: &Value) -> bool {
-        let _ = (index, value);
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node>;
+    /// Sets a parameter of a node of this kind, by its place in the order of `params`; `false` if the node is to be
+    /// instantiated anew for it. Panics where the value has the wrong type.
+    fn set(&self, node: &mut dyn Node, index: usize, value: &Value) -> bool {
+        let _ = (node, index, value);
         false
     }
+}
 
-    /// Returns whether every output equals its fallback at these input values.
+/// A node at its values.
+pub trait Node: Any + Send + Sync {
+    /// Returns whether every output equals its fallback at the present values and input values: the node is then
+    /// skipped. The fallback must be bit-identical to the result of running the node, or more accurate.
     fn is_identity(&self, inputs: &InputValues) -> bool {
         let _ = inputs;
         false
     }
 
-    /// Returns whether the named output equals its fallback at these input values.
+    /// The same for the named output alone, for a kind whose outputs become identities at different values. Readers of
+    /// such an output get its fallback, and the node runs only if another output is read.
     fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let _ = output;
         self.is_identity(inputs)
     }
 
-    /// Checks that the values go together, and that the loaded files among them can be read.
+    /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
+    /// is one sentence, with the line of the file that it is about. A node whose values fail is never recorded.
     fn verify(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// Checks a format that the pipeline file sets for the results.
+    /// Checks a format that the pipeline file sets for the results. The error is one sentence.
     fn verify_format(&self, format: Format) -> Result<(), String> {
         let _ = format;
         Ok(())
     }
 
-    /// Checks that the results suit a display that they are encoded for.
+    /// Checks that the results suit a display that they are encoded for: called for each `Encode` that follows on the
+    /// wires. The error is one sentence.
     fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
         let _ = display;
         Ok(())
     }
 
-    /// Change of colorimetry by the node.
+    /// Change of colorimetry at the present values.
     fn color(&self) -> ColorChange {
         ColorChange::Keep
     }
 
-    /// Invariants of the results.
-    fn invariants(&self) -> Invariants {
-        Invariants::NONE
+    /// Invariants of the results at the present values, of those that the kind declares.
+    fn invariants(&self, declared: Invariants) -> Invariants {
+        declared
     }
 
     /// Describes the passes of the node.

@@ -32,7 +32,7 @@ pub use folder::{folder_kind, folder_kind_of, folder_kind_sharing};
 pub use geometry::{Cull, DrawRange, Draws, Geometry, IndirectDraws, Raster, Topology, VertexBuffer, VertexFormat};
 pub use invariants::Invariants;
 pub use kernel::{Arg, Argument, ByNeighbors, ByRows, KernelCall, KernelOrigin, WarpPart};
-pub use kind::{DynNode, InputValues, Kind, NodeKind};
+pub use kind::{InputValues, Kind, Node, NodeKind};
 pub use pass::{Pass, PassKind, PassResult, RowDownsample};
 pub use ports::{Fallback, Input, Output, OutputState, OutputUse, PortType, Signature};
 pub use recorder::{
@@ -41,5 +41,5 @@ pub use recorder::{
 };
 pub use registry::{Registry, RegistryError};
 pub use resource::{BlockId, BufferId, BufferLife, ImageId, Origin, Resource, VirtualBuffer, VirtualImage};
-pub use typed::{Node, NodeInstance, Params};
+pub use typed::{NodeInstance, TypedKind};
 pub use values::UniformValues;

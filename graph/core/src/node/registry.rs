@@ -42,7 +42,7 @@ impl Registry {
     /// All kinds of several tables.
     ///
     /// # Errors
-    /// Two of them share a name, or a shader that a kind [lists](super::Node::SHADERS) is wrong.
+    /// Two of them share a name, or a shader that a kind [lists](super::TypedKind::SHADERS) is wrong.
     pub fn new(tables: &[&[NodeKind]]) -> Result<Self, RegistryError> {
         let mut kinds = BTreeMap::new();
         for kind in tables.iter().copied().flatten() {

@@ -1,26 +1,32 @@
-//! Typed nodes: what a node author writes, and an instance, which is a node at its values.
+//! Kinds with typed parameters, as a node author declares them, and an instance, which is a node at its values.
 
+use std::any::Any;
 use std::sync::Arc;
 
-use super::color::ColorChange;
 use super::invariants::Invariants;
-use super::kind::{DynNode, InputValues, Kind, NodeKind};
+use super::kind::{Kind, Node, NodeKind};
 use super::ports::{Input, Output};
-use super::recorder::Recorder;
 use super::values::UniformValues;
 use afterimage_base::Shared;
-use afterimage_base::color::Colorimetry;
-use afterimage_base::image::Format;
 use afterimage_base::value::{Param, Value};
 use afterimage_wgsl::Shader;
 
-/// The parameters of a node kind, as `params!` declares them.
-pub trait Params: Sized + Clone + Send + Sync + 'static {
+/// The declaration of a node kind with typed parameters, as [`node_kind!`](crate::node_kind) makes it.
+pub trait TypedKind: Sized + Clone + Send + Sync + 'static {
     /// The name of the kind, as pipeline files write it.
     const KIND: &'static str;
     /// Description for the manual.
     const DOC: &'static str;
-    /// The declarations, in the order of the struct's fields.
+    /// The input ports.
+    const INPUTS: &'static [Input] = &[];
+    /// The output ports, the main one first, each with its fallback.
+    const OUTPUTS: &'static [Output];
+    /// Invariants of the results, for `afterimage stress`.
+    const INVARIANTS: Invariants = Invariants::DEFAULT;
+    /// The shaders of its passes. [`Registry::new`](super::Registry::new) links and validates those that are listed; an
+    /// error in any other one is found by the first plan that needs it.
+    const SHADERS: &'static [&'static Shader] = &[];
+    /// The parameters, in the order of the struct's fields.
     fn table() -> &'static [Param];
     /// The values of the fields, in the order of the table.
     fn values(&self) -> Vec<Value>;
@@ -30,100 +36,10 @@ pub trait Params: Sized + Clone + Send + Sync + 'static {
     fn set_value(&mut self, index: usize, value: &Value) -> Option<()>;
 }
 
-/// A node kind with typed parameters: what a node author implements, besides `params!`.
-pub trait Node: Params {
-    /// The input ports.
-    const INPUTS: &'static [Input];
-    /// The output ports, the main one first, each with its fallback.
-    const OUTPUTS: &'static [Output];
-    /// Invariants of the results, for `afterimage stress`.
-    const INVARIANTS: Invariants = Invariants::DEFAULT;
-    /// The shaders of its passes. [`Registry::new`](super::Registry::new) links and validates those that are listed; an
-    /// error in any other one is found by the first plan that needs it.
-    const SHADERS: &'static [&'static Shader] = &[];
-
-    /// Returns whether every output equals its fallback at the present values and input values: the node is then
-    /// skipped. The fallback must be bit-identical to the result of running the node, or more accurate.
-    fn is_identity(&self, inputs: &InputValues) -> bool {
-        let _ = inputs;
-        false
-    }
-
-    /// The same for the named output alone, for a kind whose outputs become identities at different values. Readers of
-    /// such an output get its fallback, and the node runs only if another output is read.
-    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
-        let _ = output;
-        self.is_identity(inputs)
-    }
-
-    /// Checks what domains cannot express: whether a loaded file can be read, whether values fit each other. The error
-    /// is one sentence, with the line of the file that it is about. A node whose values fail is never recorded.
-    fn verify(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Checks a format that the pipeline file sets for the results. The error is one sentence.
-    fn verify_format(&self, format: Format) -> Result<(), String> {
-        let _ = format;
-        Ok(())
-    }
-
-    /// Checks that the results suit a display that they are encoded for: called for each `Encode` that follows on the
-    /// wires. The error is one sentence.
-    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
-        let _ = display;
-        Ok(())
-    }
-
-    /// Change of colorimetry at the present values.
-    fn color(&self) -> ColorChange {
-        ColorChange::Keep
-    }
-
-    /// Invariants of the results at the present values.
-    fn invariants(&self) -> Invariants {
-        Self::INVARIANTS
-    }
-
-    /// Describes the passes of the node.
-    fn record(&self, pass: &mut Recorder<'_>);
-}
-
-impl<N: Node> DynNode for N {
-    fn take(&mut self, index: usize, value: &Value) -> bool {
-        self.set_value(index, value).expect("the value has the type of its table");
-        true
-    }
-    fn is_identity(&self, inputs: &InputValues) -> bool {
-        Node::is_identity(self, inputs)
-    }
-    fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
-        Node::identity_of(self, output, inputs)
-    }
-    fn verify(&self) -> Result<(), String> {
-        Node::verify(self)
-    }
-    fn verify_format(&self, format: Format) -> Result<(), String> {
-        Node::verify_format(self, format)
-    }
-    fn verify_display(&self, display: &Colorimetry) -> Result<(), String> {
-        Node::verify_display(self, display)
-    }
-    fn color(&self) -> ColorChange {
-        Node::color(self)
-    }
-    fn invariants(&self) -> Invariants {
-        Node::invariants(self)
-    }
-    fn record(&self, pass: &mut Recorder<'_>) {
-        Node::record(self, pass);
-    }
-}
-
 /// The kind of a typed node.
 struct Typed<N>(std::marker::PhantomData<fn() -> N>);
 
-impl<N: Node> Kind for Typed<N> {
+impl<N: TypedKind + Node> Kind for Typed<N> {
     fn name(&self) -> &str {
         N::KIND
     }
@@ -139,21 +55,26 @@ impl<N: Node> Kind for Typed<N> {
     fn outputs(&self) -> &[Output] {
         N::OUTPUTS
     }
+    fn invariants(&self) -> Invariants {
+        N::INVARIANTS
+    }
     fn shaders(&self) -> &[&'static Shader] {
         N::SHADERS
     }
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
-        Arc::new(of_values::<N>(values))
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node> {
+        Arc::new(N::from_values(values).expect("the values have the types of their table"))
     }
-}
-
-fn of_values<N: Params>(values: &[Value]) -> N {
-    N::from_values(values).expect("the values have the types of their table")
+    fn set(&self, node: &mut dyn Node, index: usize, value: &Value) -> bool {
+        let node: &mut dyn Any = node;
+        let node: &mut N = node.downcast_mut().expect("the kind has made the node");
+        node.set_value(index, value).expect("the value has the type of its table");
+        true
+    }
 }
 
 impl NodeKind {
     /// The kind of a typed node.
-    pub const fn of<N: Node>() -> Self {
+    pub const fn of<N: TypedKind + Node>() -> Self {
         Self(Shared::Static(const { &Typed::<N>(std::marker::PhantomData) }))
     }
 }
@@ -163,7 +84,7 @@ impl NodeKind {
 pub struct NodeInstance {
     kind: NodeKind,
     values: Vec<Value>,
-    node: Arc<dyn DynNode>,
+    node: Arc<dyn Node>,
 }
 
 impl NodeInstance {
@@ -200,11 +121,16 @@ impl NodeInstance {
     /// Panics where the table has no such place, or its parameter has another type.
     pub fn set(&mut self, index: usize, value: Value) -> Value {
         let before = std::mem::replace(&mut self.values[index], value);
-        let taken = Arc::get_mut(&mut self.node).is_some_and(|node| node.take(index, &self.values[index]));
+        let taken = Arc::get_mut(&mut self.node).is_some_and(|node| self.kind.set(node, index, &self.values[index]));
         if !taken {
             self.node = self.kind.instantiate(&self.values);
         }
         before
+    }
+
+    /// Invariants of the results at the present values.
+    pub fn invariants(&self) -> Invariants {
+        self.node.invariants(self.kind.invariants())
     }
 
     /// The values of the parameters by their names, as uniforms take them.
@@ -214,7 +140,7 @@ impl NodeInstance {
 }
 
 impl std::ops::Deref for NodeInstance {
-    type Target = dyn DynNode;
+    type Target = dyn Node;
     fn deref(&self) -> &Self::Target {
         &*self.node
     }
@@ -226,14 +152,16 @@ impl std::fmt::Debug for NodeInstance {
     }
 }
 
-/// Declares the parameters of a node kind and, with them, the kind's name and manual text.
+/// Declares a node kind: its name, manual text, parameters and ports. What its nodes do is the kind's
+/// [`Node`](crate::node::Node).
 ///
 /// Each field has a doc comment, a type that implements [`ParamType`](crate::value::ParamType), a default, and, after
-/// `=>`, calls of [`Param`](crate::value::Param)'s builder methods.
+/// `=>`, calls of [`Param`](crate::value::Param)'s builder methods. After the struct follow constants of
+/// [`TypedKind`](crate::node::TypedKind): `OUTPUTS` and, where they are needed, `INPUTS`, `INVARIANTS` and `SHADERS`.
 ///
 /// ```
 /// use afterimage_graph::prelude::*;
-/// params! {
+/// node_kind! {
 ///     /// Darkens the picture toward its corners.
 ///     pub struct Corners {
 ///         /// Share of the effect that is mixed in; 0 changes nothing.
@@ -241,11 +169,15 @@ impl std::fmt::Debug for NodeInstance {
 ///         /// Middle of the bright part.
 ///         pub center: [f32; 2] = [0.5, 0.5] => within(-1.0..=2.0), unit("uv");
 ///     }
+///
+///     const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+///     const OUTPUTS: &'static [Output] =
+///         &[Output::image("result", OutputState::same("source"), "The darkened picture.").or_input("source")];
 /// }
 /// assert_eq!(Corners::table()[1].name, "center");
 /// ```
 #[macro_export]
-macro_rules! params {
+macro_rules! node_kind {
     (
         $(#[doc = $kind_doc:literal])*
         pub struct $kind:ident {
@@ -254,6 +186,7 @@ macro_rules! params {
                 pub $field:ident : $ty:ty = $default:expr $(=> $($method:ident ( $($arg:expr),* $(,)? )),+ )? ;
             )*
         }
+        $( const $name:ident : $declared:ty = $value:expr ; )*
     ) => {
         $(#[doc = $kind_doc])*
         #[derive(Clone, Debug, PartialEq)]
@@ -261,9 +194,10 @@ macro_rules! params {
             $( $(#[doc = $doc])* pub $field: $ty, )*
         }
 
-        impl $crate::node::Params for $kind {
+        impl $crate::node::TypedKind for $kind {
             const KIND: &'static str = stringify!($kind);
             const DOC: &'static str = concat!($($kind_doc, "\n"),*);
+            $( const $name: $declared = $value; )*
 
             fn table() -> &'static [$crate::value::Param] {
                 static TABLE: std::sync::OnceLock<Vec<$crate::value::Param>> = std::sync::OnceLock::new();

@@ -23,7 +23,7 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// Breaks promises.
     pub struct Careless {
         /// In its domain.
@@ -33,14 +33,14 @@ params! {
         /// Which promise.
         pub mistake: Mistake = Mistake::Nothing;
     }
-}
 
-impl Node for Careless {
     const INPUTS: &'static [Input] =
         &[Input::image("source", ""), Input::new("target", PortType::Value, "A word of WGSL.").optional()];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("sauce"), "The picture.").or_input("target")];
+}
 
+impl Node for Careless {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -87,15 +87,15 @@ static LARGE: Shader = Shader::new(
     fn large(@builtin(workgroup_id) id: vec3u) { sums[id.x] = textureLoad(source, vec2i(id.xy), 0); }",
 );
 
-params! {
+node_kind! {
     /// Fits into the limits of a device for small images.
     pub struct Large {}
+
+    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
+    const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Table, OutputState::Nothing, "Sums.")];
 }
 
 impl Node for Large {
-    const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
-    const OUTPUTS: &'static [Output] = &[Output::new("result", PortType::Table, OutputState::Nothing, "Sums.")];
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let texels = pass.desc(source).size.texels();
@@ -130,7 +130,7 @@ fn waste_both(source: vec4f, half: vec4f) -> vec4f { return source + half; }
 ",
 );
 
-params! {
+node_kind! {
     /// Declares and stores what nothing reads.
     pub struct Waste {
         /// A member of a uniform.
@@ -142,14 +142,14 @@ params! {
         /// Whether `reach` acts.
         pub wide: bool = false => replans();
     }
-}
 
-impl Node for Waste {
     const INPUTS: &'static [Input] =
         &[Input::image("source", "The picture."), Input::image("mask", "Nothing reads it.").optional()];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+}
 
+impl Node for Waste {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -174,16 +174,16 @@ fn what_is_declared_or_stored_and_not_read_is_named() {
     );
 }
 
-params! {
+node_kind! {
     /// Takes pixels of an image that is half as large as its result.
     pub struct Outside {}
-}
 
-impl Node for Outside {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+}
 
+impl Node for Outside {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         let desc = pass.desc(source);
@@ -201,16 +201,16 @@ fn a_pixel_of_an_image_of_another_size_is_named() {
     assert_eq!(complaints, [expected]);
 }
 
-params! {
+node_kind! {
     /// Always refused.
     pub struct Refused {}
-}
 
-impl Node for Refused {
     const INPUTS: &'static [Input] = &[Input::image("source", "The picture.")];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The picture.").or_input("source")];
+}
 
+impl Node for Refused {
     fn verify(&self) -> Result<(), String> {
         Err("a file is missing".into())
     }
@@ -227,7 +227,7 @@ fn a_kind_that_never_records_is_reported_as_skipped() {
     );
 }
 
-params! {
+node_kind! {
     /// Has names that mean something else.
     pub struct Misnamed {
         /// An input has this name.
@@ -235,16 +235,16 @@ params! {
         /// A condition has this name.
         pub when: f32 = 0.5 => within(0.0..=1.0);
     }
-}
 
-impl Node for Misnamed {
     const INPUTS: &'static [Input] = &[Input::image("source", "A picture.")];
     const OUTPUTS: &'static [Output] = &[
         Output::image("Result", OutputState::same("source"), "Another."),
         Output::image("double", OutputState::same("source"), "One of two."),
         Output::image("double", OutputState::same("source"), "The other."),
     ];
+}
 
+impl Node for Misnamed {
     fn record(&self, _: &mut Recorder<'_>) {}
 }
 

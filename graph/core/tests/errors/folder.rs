@@ -1,6 +1,6 @@
 //! Node kinds of two files and no Rust: one that works, and what is reported when either file is wrong.
 
-use afterimage_graph::node::{folder_kind, folder_kind_of};
+use afterimage_graph::node::{InputValues, NodeInstance, folder_kind, folder_kind_of};
 use afterimage_graph::value::Value;
 
 pub(super) const DECLARATION: &str = r#"Kind(
@@ -58,6 +58,25 @@ fn a_parameter_may_depend_on_another_and_on_an_input() {
     let reported = reported(&with("when: { \"onn\": true }, unless: { \"on\": 1 }"), &shader);
     assert!(reported.contains("`onn` is neither a parameter nor an optional input"), "{reported}");
     assert!(reported.contains("did you mean `on`?") && reported.contains("this is a whole number"), "{reported}");
+    let reported = self::reported(&with("when: { \"source\": true }"), &shader);
+    assert!(reported.contains("`source` is neither a parameter nor an optional input"), "{reported}");
+}
+
+#[test]
+fn a_node_is_skipped_where_every_parameter_is_neutral() {
+    let amount = r#""amount": Float(doc: "Share.", default: 1.0, within: (0, 1), usually: (0.0, 1.0), neutral: 0),"#;
+    let declared = DECLARATION.replace("16.0)),", &format!("16.0), neutral: 256), {amount}"));
+    let shader = SHADER.replace("levels: f32", "levels: f32, amount: f32");
+    let kind = folder_kind(("node.ron", &declared), ("posterize.wgsl", &shader));
+    let kind = kind.unwrap_or_else(|reported| panic!("{reported}"));
+    let is_skipped = |levels, amount, absent: &[&'static str]| {
+        let node = NodeInstance::new(kind.clone(), vec![Value::Float(levels), Value::Float(amount)]);
+        let absent = absent.iter().map(|name| (*name).into()).collect();
+        node.identity_of("result", &InputValues::new(Vec::new(), absent))
+    };
+    assert!(is_skipped(256.0, 0.0, &[]));
+    assert!(!is_skipped(256.0, 1.0, &[]) && !is_skipped(4.0, 0.0, &[]));
+    assert!(!is_skipped(256.0, 0.0, &["source"]), "its fallback is an input that is not there");
 }
 
 #[test]
@@ -230,6 +249,12 @@ fn errors_of_the_declaration_are_reported_at_their_lines() {
         ),
         ("    parameters: {", "    bypass: Zero, parameters: {", "a node file has no field `bypass`", "node.ron:9:5"),
         ("doc: \"Where.\"", "dok: \"Where.\"", "an input needs `doc`", "node.ron:6:19"),
+        (
+            "state: Same(\"source\")",
+            "state: Same(\"source\"), size: Fixed(0, 4)",
+            "`size` is `Fixed(width, height)` with sides of 1 to 16384",
+            "node.ron:8:92",
+        ),
     ] {
         let reported = reported(&DECLARATION.replace(from, to), SHADER);
         assert!(reported.contains(message) && reported.contains(location), "{from} -> {to}:\n{reported}");

@@ -12,21 +12,40 @@ choices! {
     }
 }
 
-params! {
+const LIGHT: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
+const SOURCE: Input = Input::image("source", "The picture.");
+const SAME: Output = Output::image("result", OutputState::same("source"), "The picture.");
+
+node_kind! {
     /// Multiplies light by a power of two.
     pub struct Exposure {
         /// Powers of two; 0 changes nothing.
         pub stops: f32 = 0.0 => within(-32.0..=32.0), unit("stops"), neutral(0.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        SOURCE.accepts(&[ColorState::Scene]),
+        Input::new("meter", PortType::Value, "Measured light.").content("exposure").optional()
+    ];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Exposed), "The exposed picture.")];
 }
 
-params! {
+node_kind! {
     /// Measures light.
     pub struct Meter {
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE.accepts(LIGHT)];
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs.")
+            .content("histogram"),
+        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.").content("exposure"),
+        Output::new("light", PortType::Value, OutputState::Nothing, "The light in lux.").content("lux")
+    ];
 }
 
-params! {
+node_kind! {
     /// Keeps bright light.
     pub struct Extract {
         /// Light below this is dropped.
@@ -34,39 +53,58 @@ params! {
         /// Width of the soft step.
         pub knee: f32 = 0.1 => within(0.0..=1.0);
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE.accepts(LIGHT)];
+    const OUTPUTS: &'static [Output] = &[SAME];
 }
 
-params! {
+node_kind! {
     /// Makes one sample of several.
     pub struct Resolve {
     }
+
+    const INPUTS: &'static [Input] = &[Input::multisampled("source", "The samples.")];
+    const OUTPUTS: &'static [Output] = &[SAME];
 }
 
-params! {
+node_kind! {
     /// Halves a picture again and again.
     pub struct Downsample {
         /// How often.
         pub levels: u32 = 5 => within(1.0..=12.0);
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] =
+        &[Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels.")];
 }
 
-params! {
+node_kind! {
     /// Adds up a pyramid.
     pub struct Upsample {
         /// Width of the filter.
         pub radius: f32 = 0.85 => within(0.0..=4.0);
     }
+
+    const INPUTS: &'static [Input] = &[Input::new("source", PortType::Pyramid, "The levels.")];
+    const OUTPUTS: &'static [Output] = &[SAME];
 }
 
-params! {
+node_kind! {
     /// Adds light to a picture.
     pub struct Composite {
         /// Share of the light; 0 changes nothing.
         pub strength: f32 = 0.5 => within(0.0..=16.0), neutral(0.0);
     }
+
+    const INPUTS: &'static [Input] = &[
+        Input::image("base", "The picture.").accepts(LIGHT),
+        Input::image("bloom", "The light.").accepts(LIGHT),
+    ];
+    const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("base"), "Their sum.")];
 }
 
-params! {
+node_kind! {
     /// Colors a picture.
     pub struct Tint {
         /// Factors of red, green and blue.
@@ -74,92 +112,61 @@ params! {
         /// Whether brightness stays.
         pub keep: bool = true;
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[SAME];
 }
 
-params! {
+node_kind! {
     /// Maps colors by a table.
     pub struct Grade {
         /// The table.
         pub table: FileValue = FileValue::default();
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE];
+    const OUTPUTS: &'static [Output] = &[SAME];
 }
 
-params! {
+node_kind! {
     /// Bends scene light into what a display can show.
     pub struct ToneMap {
         /// The curve.
         pub curve: Curve = Curve::Aces;
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE.accepts(&[ColorState::Exposed])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The picture for a display.")];
 }
 
-params! {
+node_kind! {
     /// Applies the transfer function of a display.
     pub struct Encode {
     }
+
+    const INPUTS: &'static [Input] = &[SOURCE.accepts(&[ColorState::DisplayLinear])];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Encoded), "The picture for a file.")];
 }
 
-macro_rules! node {
-    ($kind:ident, [$($input:expr),*], [$($output:expr),*] $(, $verify:item)?) => {
-        impl Node for $kind {
-            const INPUTS: &'static [Input] = &[$($input),*];
-            const OUTPUTS: &'static [Output] = &[$($output),*];
-            $($verify)?
-            fn record(&self, _: &mut Recorder<'_>) {}
-        }
-    };
+/// Kinds that record nothing.
+macro_rules! record_nothing {
+    ($($kind:ident),*) => { $(impl Node for $kind {
+        fn record(&self, _: &mut Recorder<'_>) {}
+    })* };
 }
 
-const LIGHT: &[ColorState] = &[ColorState::Scene, ColorState::Exposed];
-const SOURCE: Input = Input::image("source", "The picture.");
-const SAME: Output = Output::image("result", OutputState::same("source"), "The picture.");
+record_nothing!(Exposure, Meter, Extract, Downsample, Resolve, Upsample, Composite, Tint, ToneMap, Encode);
 
-node!(
-    Exposure,
-    [
-        SOURCE.accepts(&[ColorState::Scene]),
-        Input::new("meter", PortType::Value, "Measured light.").content("exposure").optional()
-    ],
-    [Output::image("result", OutputState::Always(ColorState::Exposed), "The exposed picture.")]
-);
-node!(
-    Meter,
-    [SOURCE.accepts(LIGHT)],
-    [
-        Output::new("histogram", PortType::Table, OutputState::Nothing, "How often each brightness occurs.")
-            .content("histogram"),
-        Output::new("exposure", PortType::Value, OutputState::Nothing, "The exposure that fits.").content("exposure"),
-        Output::new("light", PortType::Value, OutputState::Nothing, "The light in lux.").content("lux")
-    ]
-);
-node!(Extract, [SOURCE.accepts(LIGHT)], [SAME]);
-node!(Downsample, [SOURCE], [Output::new("result", PortType::Pyramid, OutputState::same("source"), "The levels.")]);
-node!(Resolve, [Input::multisampled("source", "The samples.")], [SAME]);
-node!(Upsample, [Input::new("source", PortType::Pyramid, "The levels.")], [SAME]);
-node!(
-    Composite,
-    [Input::image("base", "The picture.").accepts(LIGHT), Input::image("bloom", "The light.").accepts(LIGHT)],
-    [Output::image("result", OutputState::same("base"), "Their sum.")]
-);
-node!(Tint, [SOURCE], [SAME]);
-node!(
-    Grade,
-    [SOURCE],
-    [SAME],
+impl Node for Grade {
     fn verify(&self) -> Result<(), String> {
         let bytes = self.table.bytes.as_deref().unwrap_or(b"1");
         if bytes.is_empty() { Err("the table is empty".into()) } else { Ok(()) }
     }
-);
-node!(
-    ToneMap,
-    [SOURCE.accepts(&[ColorState::Exposed])],
-    [Output::image("result", OutputState::Always(ColorState::DisplayLinear), "The picture for a display.")]
-);
-node!(
-    Encode,
-    [SOURCE.accepts(&[ColorState::DisplayLinear])],
-    [Output::image("result", OutputState::Always(ColorState::Encoded), "The picture for a file.")]
-);
+
+    fn record(&self, _: &mut Recorder<'_>) {}
+}
 
 /// All of them.
 pub(super) const ALL: &[NodeKind] = &[

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use afterimage_graph::node::{CAMERA, DynNode, Fallback, InputValues, Kind, NodeKind, contract};
+use afterimage_graph::node::{CAMERA, Fallback, InputValues, Kind, NodeKind, contract};
 use afterimage_graph::prelude::*;
 use afterimage_graph::value::{ChoiceName, Param, Quality, Type, Value, When};
 
@@ -64,12 +64,12 @@ impl Kind for Declared {
     fn outputs(&self) -> &[Output] {
         &self.outputs
     }
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node> {
         Arc::new(Values(values.to_vec(), self.clone()))
     }
 }
 
-impl DynNode for Values {
+impl Node for Values {
     fn identity_of(&self, output: &str, _: &InputValues) -> bool {
         (self.1.identity)(self, output)
     }
@@ -259,7 +259,7 @@ const RECORDED: &[(&str, Change)] = &[
     ("a write to an image of its own", |d| {
         d.record = |values, pass| {
             plain(values, pass);
-            let own = pass.transient("own", ImageDesc::new(pass.frame_size()));
+            let own = pass.transient("own", ImageDesc::new(pass.frame_size));
             pass.function(&SHADER, "mist").write_to(own);
         };
     }),
@@ -351,19 +351,19 @@ const RECORDED: &[(&str, Change)] = &[
     }),
     ("workgroups in one direction up to the limit", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_fill").image("result", result).dispatch([1, 65_535, 1]);
         };
     }),
     ("too many workgroups in one direction", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_fill").image("result", result).dispatch([1, 65_536, 1]);
         };
     }),
     ("a workgroup that is too deep", |d| {
         d.record = |_, pass| {
-            let result = pass.output("result", ImageDesc::new(pass.frame_size()));
+            let result = pass.output("result", ImageDesc::new(pass.frame_size));
             pass.compute(&SHADER, "mist_deep").image("result", result).dispatch([1, 1, 1]);
         };
     }),

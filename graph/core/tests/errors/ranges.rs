@@ -3,7 +3,7 @@
 use afterimage_graph::node::contract;
 use afterimage_graph::prelude::*;
 
-params! {
+node_kind! {
     /// Keeps every promise but those of its parameters.
     pub struct Loose {
         /// A range that leaves its domain at the lower end.
@@ -21,15 +21,15 @@ params! {
         /// A neutral value outside.
         pub neutral: f32 = 0.5 => within(0.0..=1.0), neutral(2.0);
     }
-}
 
-impl Node for Loose {
     const INPUTS: &'static [Input] = &[Input::image("source", "A picture.")];
     const OUTPUTS: &'static [Output] = &[
         Output::image("result", OutputState::same("source"), "The picture.").or_input("source"),
         Output::image("Result", OutputState::same("source"), ""),
     ];
+}
 
+impl Node for Loose {
     fn record(&self, pass: &mut Recorder<'_>) {
         let source = pass.image("source");
         pass.set_output("result", InputValue::Image(source));

@@ -460,6 +460,7 @@ impl Executor {
     }
 }
 
-fn cores() -> usize {
+/// The number of threads that the processor runs at a time.
+pub(crate) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -6,7 +6,7 @@ mod report;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use afterimage::offline::{Session, TableErrors};
+use afterimage::offline::{LutErrors, Session, faults, timing};
 use afterimage_gpu::{Clock, FrameStep, Gpu, InputImage, median};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
@@ -16,13 +16,12 @@ use afterimage_plan::{Baked, Options, Plan, Stage};
 pub use copy::{CopyBandwidth, bandwidth};
 pub use report::{BenchReport, FirstFrame, FrameFigures, HostTimes, MemoryFigures, PassReport};
 
-use crate::frame_time::{frame_time, next_step};
+use crate::frame_time::frame_time;
 use crate::{LabError, scene};
 
 /// Frames that a renderer has in flight while it records another.
 const IN_FLIGHT: usize = 2;
 
-/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct BenchOptions {
     /// Pixels of a frame.
@@ -39,7 +38,7 @@ pub struct BenchOptions {
 /// text.
 ///
 /// # Errors
-/// What `load` reports, and errors of the device.
+/// Errors of `load`, and of the device.
 pub fn bench<E: From<LabError>>(
     gpu: &Gpu,
     registry: &Registry,
@@ -51,7 +50,7 @@ pub fn bench<E: From<LabError>>(
     let mut images = scene::still(gpu, registry, &graph, options.size)?;
     images.iter_mut().for_each(|image| image.finite = options.finite);
     let (first_frame, session) = starts(gpu, load, &images, options)?;
-    Ok(Bench { gpu, session, images, frames: 0, options }.report(name, first_frame)?)
+    Ok(Bench { gpu, session, images, options }.report(name, first_frame)?)
 }
 
 /// A table of colors next to the nodes in whose place it is, in codes of 8 bits.
@@ -67,7 +66,7 @@ pub struct TableError {
 }
 
 impl TableError {
-    fn new(baked: &Baked, errors: &TableErrors) -> Self {
+    fn new(baked: &Baked, errors: &LutErrors) -> Self {
         let (colors, grays) = (&errors.colors, &errors.grays);
         let last = colors.len() - 1;
         let codes = [last - last / 100, last - last / 1000, last].map(|at| 255.0 * colors[at]);
@@ -93,7 +92,7 @@ pub fn table_errors(
 ) -> Result<Vec<TableError>, LabError> {
     let images = scene::still(gpu, registry, &graph, options.size)?;
     let mut session = Session::new(gpu, graph, options.facts.clone(), options.options);
-    let errors = session.table_errors(options.size, &images)?;
+    let errors = faults::lut_errors(&mut session, options.size, &images)?;
     let baked = &session.plan().savings.baked;
     Ok(baked.iter().zip(&errors).map(|(baked, errors)| TableError::new(baked, errors)).collect())
 }
@@ -114,7 +113,7 @@ fn starts<E: From<LabError>>(
         Ok((begin.elapsed().as_secs_f64() * 1e3, session))
     };
     let (cold, mut first) = start(&[])?;
-    let known = first.executor().pipeline_cache_data().unwrap_or_default();
+    let known = first.post().executor().pipeline_cache_data().unwrap_or_default();
     let (warm, session) = start(&known)?;
     Ok((FirstFrame { cold, warm }, session))
 }
@@ -124,8 +123,6 @@ struct Bench<'a> {
     gpu: &'a Gpu,
     session: Session,
     images: Vec<InputImage>,
-    /// The number of the next frame.
-    frames: u32,
     options: &'a BenchOptions,
 }
 
@@ -135,8 +132,8 @@ impl Bench<'_> {
         let frame = frame_time(&self.session, &clock, self.options.samples, &self.images)?;
         let host = self.host_times()?;
         let CopyBandwidth { gbps: copy_gbps, shape: copy_shape } = bandwidth(self.gpu, &clock)?;
-        let pass_times = self.pass_times(&clock)?;
-        let pipelines = self.session.executor().pipeline_cache_data().unwrap_or_default();
+        let pass_times = timing::pass_times(&mut self.session, &clock, self.options.samples, &self.images)?;
+        let pipelines = self.session.post().executor().pipeline_cache_data().unwrap_or_default();
         let plan = self.session.plan();
         let info = self.gpu.adapter.get_info();
         Ok(BenchReport {
@@ -158,21 +155,16 @@ impl Bench<'_> {
         })
     }
 
-    fn pass_times(&mut self, clock: &Clock) -> Result<Vec<f64>, LabError> {
-        let Self { session, images, frames, options, .. } = self;
-        Ok(session.pass_times(clock, options.samples, images, &mut || next_step(frames))?)
-    }
-
     /// The host's work for a frame, without timestamps, in a program that does not wait for each frame. On a processor
     /// earlier frames would use the same cores: there each frame ends before the next begins.
     fn host_times(&mut self) -> Result<HostTimes, LabError> {
         let in_flight = if self.gpu.is_processor() { 0 } else { IN_FLIGHT };
         let mut times: [Vec<f64>; 3] = Default::default();
         let mut submitted = VecDeque::new();
-        for _ in 0..self.options.samples {
+        for number in 0..self.options.samples {
             let start = Instant::now();
             let mut encoder = self.gpu.encoder();
-            self.session.encode(&mut encoder, &self.images, next_step(&mut self.frames))?;
+            self.session.encode(&mut encoder, &self.images, timing::timed_step(number))?;
             let recorded = Instant::now();
             let commands = encoder.finish();
             let finished = Instant::now();

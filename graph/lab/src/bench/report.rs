@@ -20,7 +20,6 @@ pub struct BenchReport {
     pub frame: FrameFigures,
     /// Microseconds of the host for recording, finishing and submitting a frame.
     pub host_us: f64,
-    /// The same, split.
     pub host: HostTimes,
     /// The copy bandwidth of the device in gigabytes per second; reads and writes both count.
     pub copy_gbps: f64,

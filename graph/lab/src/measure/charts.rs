@@ -1,12 +1,12 @@
-//! Pictures that break meters and halvings: their errors are larger than those of photographs.
+//! Synthetic pictures whose errors are larger than those of photographs: they stress meters and downsampling.
 
 use afterimage_gpu::Texels;
 
-/// A picture by its name and its light.
+/// A synthetic picture.
 struct Chart {
     name: &'static str,
-    /// The color at a position, in scene light where 0.18 is middle gray.
-    light: fn(u32, u32) -> [f32; 3],
+    /// The color at a position, scene-linear; 0.18 is middle gray.
+    color: fn(u32, u32) -> [f32; 3],
 }
 
 /// Width and height: neither is a multiple of the halvings. Glow has one level less than in a frame of 1080 lines.
@@ -18,28 +18,28 @@ const SUN: f32 = 65504.0;
 const NIGHT: f32 = 1e-3;
 
 const CHARTS: [Chart; 11] = [
-    Chart { name: "lines", light: |x, y| gray(if (if y < HEIGHT / 2 { x } else { y }) % 5 == 0 { 8.0 } else { 0.05 }) },
-    Chart { name: "dots", light: |x, y| gray(if x % 17 == 0 && y % 17 == 0 { 200.0 } else { 0.05 }) },
-    Chart { name: "dots shifted", light: |x, y| gray(if x % 17 == 1 && y % 17 == 1 { 200.0 } else { 0.05 }) },
-    Chart { name: "one sun", light: |x, y| gray(if (x, y) == (397, 253) { SUN } else { 0.18 }) },
-    Chart { name: "suns in the night", light: |x, y| gray(if x % 64 == 9 && y % 64 == 9 { SUN } else { NIGHT }) },
-    Chart { name: "lamps", light: lamps },
-    Chart { name: "steps", light: steps },
-    Chart { name: "colors", light: colors },
-    Chart { name: "white", light: |_, _| gray(1.0) },
-    Chart { name: "black", light: |_, _| gray(0.0) },
-    Chart { name: "night", light: |x, y| gray(NIGHT * (1.0 + (x * y) as f32 / (WIDTH * HEIGHT) as f32)) },
+    Chart { name: "lines", color: |x, y| gray(if (if y < HEIGHT / 2 { x } else { y }) % 5 == 0 { 8.0 } else { 0.05 }) },
+    Chart { name: "dots", color: |x, y| gray(if x % 17 == 0 && y % 17 == 0 { 200.0 } else { 0.05 }) },
+    Chart { name: "dots shifted", color: |x, y| gray(if x % 17 == 1 && y % 17 == 1 { 200.0 } else { 0.05 }) },
+    Chart { name: "one sun", color: |x, y| gray(if (x, y) == (397, 253) { SUN } else { 0.18 }) },
+    Chart { name: "suns in the night", color: |x, y| gray(if x % 64 == 9 && y % 64 == 9 { SUN } else { NIGHT }) },
+    Chart { name: "lamps", color: lamps },
+    Chart { name: "steps", color: steps },
+    Chart { name: "colors", color: colors },
+    Chart { name: "white", color: |_, _| gray(1.0) },
+    Chart { name: "black", color: |_, _| gray(0.0) },
+    Chart { name: "night", color: |x, y| gray(NIGHT * (1.0 + (x * y) as f32 / (WIDTH * HEIGHT) as f32)) },
 ];
 
 /// Those that a search of tiers sees; the others confirm what it finds.
 const SEARCHED: [&str; 4] = ["lines", "suns in the night", "lamps", "colors"];
 
-const fn gray(light: f32) -> [f32; 3] {
-    [light; 3]
+const fn gray(value: f32) -> [f32; 3] {
+    [value; 3]
 }
 
-/// A street at night: lamps of one to eight pixels, from dim to blinding. Those of more than a pixel are no fireflies,
-/// so what is made of them in small images shows when it is enlarged.
+/// A street at night: lamps of one to eight pixels, from dim to blinding. Those of more than a pixel are not removed as
+/// fireflies, so errors in downsampled images show when they are enlarged.
 fn lamps(x: u32, y: u32) -> [f32; 3] {
     const CELL: u32 = 120;
     let (column, row) = (x / CELL, y / CELL);
@@ -82,7 +82,7 @@ pub(crate) fn picture(name: &str) -> Texels {
     let mut pixels = Vec::with_capacity((WIDTH * HEIGHT) as usize);
     for y in 0..HEIGHT {
         for x in 0..WIDTH {
-            let [red, green, blue] = (chart.light)(x, y);
+            let [red, green, blue] = (chart.color)(x, y);
             pixels.push([red, green, blue, 1.0]);
         }
     }

@@ -45,7 +45,6 @@ use view::View;
 use crate::files::{file_name, make_folder};
 use crate::{LabError, Progress};
 
-/// Settings of a measurement.
 #[derive(Clone, Debug)]
 pub struct MeasureOptions {
     pub sequences: SequenceOptions,
@@ -125,7 +124,7 @@ impl Measurement<'_> {
             output: self.output.to_owned(),
             range: self.view.range(),
             adapter: gpu.name(),
-            clock: self.runner.clock_source(),
+            clock: self.runner.clock.source(),
             samples: self.runner.samples(),
             sequences,
             rows,
@@ -150,7 +149,7 @@ impl Measurement<'_> {
                 }
                 None => {
                     self.load_compared(variant, sequence)?;
-                    reference = Some(Reference::render(&mut self.runner, sequence, self.view, self.output)?);
+                    reference = Some(Reference::render(&mut self.runner.session, sequence, self.view, self.output)?);
                     Errors::none(sequence.len())
                 }
             });
@@ -208,7 +207,7 @@ impl Measurement<'_> {
         sequence: &TestSequence,
     ) -> Result<Errors, LabError> {
         let folder = self.options.error_images.as_deref();
-        reference.errors(&mut self.runner, sequence, self.view, |frame, shown| match folder {
+        reference.errors(&mut self.runner.session, sequence, self.view, |frame, shown| match folder {
             Some(folder) => {
                 let number = if sequence.len() > 1 { format!("-{frame:04}") } else { String::new() };
                 let name = format!("{}{number}-{}.png", file_name(&sequence.name), file_name(&variant.name));

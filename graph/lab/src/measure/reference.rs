@@ -1,10 +1,11 @@
 //! One variant on one sequence, compared with the reference.
 
+use afterimage::offline::Session;
 use afterimage_graph::check::{Graph, GraphOutput, Source};
 use afterimage_graph::image::{ColorState, Format};
 
 use super::errors::{ErrorTrace, Errors, SHARE, errors};
-use super::sequence_runner::{Cost, SequenceRunner};
+use super::sequence_runner::Cost;
 use super::sequences::TestSequence;
 use super::view::View;
 use crate::LabError;
@@ -13,7 +14,6 @@ use crate::metrics::{PIXELS_PER_DEGREE, Shown, difference, flip, mean, percentil
 /// The frames of the reference on one sequence.
 pub(crate) struct Reference {
     pub(crate) frames: Vec<Shown>,
-    /// The [codes](Shown::codes) of each.
     codes: Vec<Vec<[f32; 3]>>,
     /// The output that is compared.
     output: String,
@@ -29,9 +29,7 @@ pub(crate) struct CodeErrors {
 /// The figures of a variant on one sequence, or the worst of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figures {
-    /// Time and memory.
     pub cost: Cost,
-    /// Differences from the reference.
     pub errors: Errors,
 }
 
@@ -87,14 +85,14 @@ pub(crate) fn before_quantization(graph: &Graph, output: &str) -> Graph {
 impl Reference {
     /// Renders the reference, whose plan is loaded.
     pub(crate) fn render(
-        runner: &mut SequenceRunner,
+        session: &mut Session,
         sequence: &TestSequence,
         view: View,
         output: &str,
     ) -> Result<Self, LabError> {
         let mut reference = Self { frames: Vec::new(), codes: Vec::new(), output: output.to_owned() };
         for frame in 0..sequence.len() {
-            let shown = reference.shown(runner, sequence, view, frame)?;
+            let shown = reference.shown(session, sequence, view, frame)?;
             reference.codes.push(shown.codes());
             reference.frames.push(shown);
         }
@@ -109,13 +107,13 @@ impl Reference {
     /// Renders a frame of the loaded plan.
     fn shown(
         &self,
-        runner: &mut SequenceRunner,
+        session: &mut Session,
         sequence: &TestSequence,
         view: View,
         frame: usize,
     ) -> Result<Shown, LabError> {
-        runner.render(sequence, frame)?;
-        let shown = view.shown(&runner.output(&self.output)?).ok_or_else(|| {
+        session.submit(sequence.images(frame), sequence.step(frame))?;
+        let shown = view.shown(&session.output(&self.output)?).ok_or_else(|| {
             LabError::request(format!(
                 "the output `{}` has values that are not finite, on `{}`",
                 self.output, sequence.name
@@ -140,7 +138,7 @@ impl Reference {
     /// All errors of the loaded plan; `also` gets each frame and its number.
     pub(crate) fn errors(
         &self,
-        runner: &mut SequenceRunner,
+        session: &mut Session,
         sequence: &TestSequence,
         view: View,
         mut also: impl FnMut(usize, &Shown) -> Result<(), LabError>,
@@ -148,7 +146,7 @@ impl Reference {
         let mut worst = Errors::NONE;
         let mut trace = ErrorTrace::default();
         for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(runner, sequence, view, frame)?;
+            let shown = self.shown(session, sequence, view, frame)?;
             also(frame, &shown)?;
             let flicker = if self.frames.len() > 1 { trace.next(reference, &shown) } else { None };
             worst = worst.worst(Errors { flicker, ..errors(reference, &shown) });
@@ -157,15 +155,10 @@ impl Reference {
     }
 
     /// The visible difference FLIP of the loaded plan, in the frame where it is largest.
-    pub(crate) fn flip(
-        &self,
-        runner: &mut SequenceRunner,
-        sequence: &TestSequence,
-        view: View,
-    ) -> Result<f64, LabError> {
+    pub(crate) fn flip(&self, session: &mut Session, sequence: &TestSequence, view: View) -> Result<f64, LabError> {
         let mut worst = 0.0_f64;
         for (frame, reference) in self.frames.iter().enumerate() {
-            let shown = self.shown(runner, sequence, view, frame)?;
+            let shown = self.shown(session, sequence, view, frame)?;
             worst = worst.max(mean(&flip(reference, &shown, PIXELS_PER_DEGREE)));
         }
         Ok(worst)
@@ -174,14 +167,14 @@ impl Reference {
     /// The errors in codes of the loaded plan, the worst of the first `count` frames.
     pub(crate) fn code_errors(
         &self,
-        runner: &mut SequenceRunner,
+        session: &mut Session,
         sequence: &TestSequence,
         view: View,
         count: usize,
     ) -> Result<CodeErrors, LabError> {
         let mut worst = CodeErrors::default();
         for (frame, reference) in self.codes.iter().take(count).enumerate() {
-            let differences = difference(reference, &self.shown(runner, sequence, view, frame)?.codes());
+            let differences = difference(reference, &self.shown(session, sequence, view, frame)?.codes());
             worst.p999 = worst.p999.max(percentile(&differences, SHARE));
             worst.max = worst.max.max(percentile(&differences, 1.0));
         }

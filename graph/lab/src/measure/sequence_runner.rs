@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use afterimage::offline::Session;
-use afterimage_gpu::{Clock, ClockSource, FrameTime, Gpu, GpuError, Texels};
+use afterimage_gpu::{Clock, FrameTime, Gpu, GpuError};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::ImageDesc;
 use afterimage_graph::node::{BufferLife, Pass};
@@ -44,10 +44,10 @@ impl Cost {
     }
 }
 
-/// Renders graphs one after another on the same device.
+/// Loads variants of a graph one after another, and times them.
 pub(crate) struct SequenceRunner {
-    session: Session,
-    clock: Clock,
+    pub(crate) session: Session,
+    pub(crate) clock: Clock,
     options: Options,
     samples: Option<u32>,
 }
@@ -68,11 +68,6 @@ impl SequenceRunner {
         Ok(Self { session, clock: Clock::new(gpu)?, options, samples })
     }
 
-    /// The clock of the times.
-    pub(crate) fn clock_source(&self) -> ClockSource {
-        self.clock.source()
-    }
-
     /// The number of samples of each time.
     pub(crate) fn samples(&self) -> u32 {
         self.samples.unwrap_or(if self.clock.is_gpu() { SAMPLES.0 } else { SAMPLES.1 })
@@ -91,21 +86,6 @@ impl SequenceRunner {
         self.session.change(graph.clone(), options);
         self.session.restart();
         Ok(self.session.load(sequence.size, sequence.images(0))?.clone())
-    }
-
-    /// Starts the loaded plan at its first frame.
-    pub(crate) fn restart(&mut self) {
-        self.session.restart();
-    }
-
-    /// Renders a frame of the sequence.
-    pub(crate) fn render(&mut self, sequence: &TestSequence, frame: usize) -> Result<(), LabError> {
-        Ok(self.session.submit(sequence.images(frame), sequence.step(frame))?)
-    }
-
-    /// The texels of an output of the last frame.
-    pub(crate) fn output(&mut self, name: &str) -> Result<Texels, LabError> {
-        Ok(self.session.output(name)?)
     }
 
     /// The cost of a frame of the loaded plan with the first images of the sequence.

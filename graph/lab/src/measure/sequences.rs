@@ -37,7 +37,7 @@ pub struct SequenceOptions {
 }
 
 impl SequenceOptions {
-    /// True if a pipeline can take the charts: its first input is scene light, and it needs no other image.
+    /// True if a pipeline can take the charts: its first input is scene-linear color, and it needs no other image.
     pub fn charts_fit(&self, graph: &Graph) -> bool {
         let Some((first, others)) = graph.inputs.split_first() else { return false };
         first.port_type() == PortType::Image

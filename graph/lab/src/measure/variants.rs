@@ -10,11 +10,9 @@ use crate::LabError;
 /// A pipeline to measure, as its file is.
 #[derive(Clone, Debug)]
 pub struct Pipeline {
-    /// The name in reports.
     pub name: String,
     /// The graph as written, or at the chosen tier.
     pub written: Graph,
-    /// The chosen tier.
     pub tier: Option<String>,
     /// The other tiers of the file.
     pub tiers: Vec<(String, Graph)>,
@@ -40,7 +38,6 @@ impl VariantKind {
         matches!(self, Self::Switch | Self::Format)
     }
 
-    /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reference => "reference",
@@ -84,7 +81,6 @@ pub(crate) enum SwitchTarget {
 /// A value that a switch can have.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SwitchValue {
-    /// Of a parameter.
     Value(Value),
     /// Of the format; `None` is the format that the node chooses.
     Format(Option<Format>),
@@ -201,11 +197,11 @@ fn format_switch(graph: &Graph, index: usize) -> Option<Switch> {
         afterimage_graph::check::Source::Node { node, .. } => node == index,
         afterimage_graph::check::Source::Input(_) => false,
     };
-    // The packed format is unsigned and has no alpha: it holds light only.
-    let is_light =
+    // The packed format is unsigned and has no alpha: it holds linear color only.
+    let is_linear =
         |state: &ColorState| matches!(state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-    let all_light = node.states.iter().flatten().all(is_light);
-    if !makes_images || !all_light || graph.outputs.iter().any(is_result) {
+    let are_all_linear = node.states.iter().flatten().all(is_linear);
+    if !makes_images || !are_all_linear || graph.outputs.iter().any(is_result) {
         return None;
     }
     let mut formats = vec![Some(Format::Rgba16Float), Some(Format::Rg11b10Ufloat)];

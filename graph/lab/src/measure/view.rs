@@ -1,4 +1,4 @@
-//! From the values of an output to the light or the signal of a display.
+//! Conversion of the values of an output to the luminance or the signal of a display.
 
 use afterimage_gpu::Texels;
 use afterimage_graph::check::{Graph, GraphOutput};
@@ -11,11 +11,11 @@ use rayon::prelude::*;
 use crate::LabError;
 use crate::metrics::{Range, Shown, srgb_encode};
 
-/// The interpretation of an output as displayed light.
+/// The interpretation of an output as a displayed image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct View {
     colorimetry: Colorimetry,
-    /// The numbers are a signal, and not light, which has no upper limit.
+    /// The values are a signal, and not linear color, which has no upper limit.
     is_encoded: bool,
 }
 
@@ -30,7 +30,7 @@ impl View {
         Err(LabError::request(message).hint("choose another output with `--output`"))
     }
 
-    /// SDR or HDR, by the display.
+    /// The range of the display.
     pub(crate) fn range(self) -> Range {
         if self.is_encoded && !self.colorimetry.is_hdr() { Range::Sdr } else { Range::Hdr }
     }
@@ -65,20 +65,20 @@ impl View {
         }
     }
 
-    /// The light of an HDR image in cd/m², in its own primaries.
+    /// The color of an HDR image in cd/m², in its own primaries.
     fn nits(self, numbers: DVec3) -> DVec3 {
         let Colorimetry { primaries, transfer, white_nits, peak_nits, .. } = self.colorimetry;
-        let light = numbers.map(|x| transfer.to_light(x));
+        let linear = numbers.map(|x| transfer.to_light(x));
         match transfer {
-            Transfer::Pq => light * 10000.0,
+            Transfer::Pq => linear * 10000.0,
             Transfer::Hlg => {
                 // The system gamma of ITU-R BT.2100, on a display of 1000 cd/m² where no peak is stated.
                 let peak = peak_nits.map_or(1000.0, |peak| peak.get());
-                let luminance = light.dot(primaries.to_xyz().row(1)).max(0.0);
-                light * peak * luminance.powf(hlg_gamma(peak) - 1.0)
+                let luminance = linear.dot(primaries.to_xyz().row(1)).max(0.0);
+                linear * peak * luminance.powf(hlg_gamma(peak) - 1.0)
             }
             Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => {
-                light * white_nits.unwrap_or(GRAPHICS_WHITE).get()
+                linear * white_nits.unwrap_or(GRAPHICS_WHITE).get()
             }
         }
     }
@@ -86,6 +86,10 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use afterimage_graph::check::{CheckOptions, NoFiles, check};
+    use afterimage_graph::document::parse;
+    use afterimage_graph::node::Registry;
+
     use super::*;
 
     fn encoded(colorimetry: Colorimetry) -> View {
@@ -99,6 +103,28 @@ mod tests {
     #[track_caller]
     fn close(found: [f32; 3], expected: f32) {
         assert!(found.iter().all(|x| (x - expected).abs() < 5e-4 * expected.max(1.0)), "{found:?} is not {expected}");
+    }
+
+    #[test]
+    fn an_output_is_seen_as_its_nodes_state() {
+        let text = r#"Pipeline(inputs: { "in": Color },
+            nodes: {
+                "exposed": Exposure(source: "in"),
+                "mapped": ToneMap(source: "exposed"),
+                "hdr": Encode(source: "mapped", transfer: Pq, primaries: Rec2020),
+                "depth": DemoScene(),
+            },
+            outputs: { "hdr": "hdr", "depth": "depth.depth" })"#;
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let document = parse("view.ron", text).unwrap_or_else(|errors| panic!("{errors}"));
+        let options = CheckOptions { tier: None, sets: Vec::new(), loader: &NoFiles };
+        let graph = check(&document, &registry, &options).unwrap_or_else(|errors| panic!("{errors}")).0;
+        let view = View::of(&graph, &graph.outputs[0]).expect("a picture");
+        let seen = (view.colorimetry.transfer, view.colorimetry.primaries, view.is_encoded);
+        assert_eq!(seen, (Transfer::Pq, Chromaticities::REC2020, true));
+        assert!(
+            View::of(&graph, &graph.outputs[1]).is_err_and(|error| error.to_string().contains("cannot be displayed"))
+        );
     }
 
     #[test]

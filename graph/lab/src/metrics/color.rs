@@ -11,25 +11,24 @@ pub(super) const XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(0.180_480_788_401_83, 0.072_192_315_360_73, 0.950_532_152_249_66),
 );
 
-/// XYZ of white.
 pub(super) fn white() -> DVec3 {
     XYZ * DVec3::ONE
 }
 
-/// Light of an sRGB signal (IEC 61966-2-1), both limited to 0 to 1.
+/// The linear value of an sRGB signal (IEC 61966-2-1), both limited to 0 to 1.
 pub fn srgb_decode(signal: f64) -> f64 {
     Transfer::Srgb.to_light(signal)
 }
 
-/// The sRGB signal of light, both limited to 0 to 1.
-pub fn srgb_encode(light: f64) -> f64 {
-    Transfer::Srgb.to_signal(light)
+/// The sRGB signal of a linear value, both limited to 0 to 1.
+pub fn srgb_encode(linear: f64) -> f64 {
+    Transfer::Srgb.to_signal(linear)
 }
 
 /// CIELAB of an sRGB signal, white D65.
 pub fn lab_of_srgb(signal: [f32; 3]) -> [f64; 3] {
-    let light = DVec3::from_array(signal.map(|x| srgb_decode(f64::from(x))));
-    lab(XYZ * light)
+    let linear = DVec3::from_array(signal.map(|x| srgb_decode(f64::from(x))));
+    lab(XYZ * linear)
 }
 
 /// CIELAB (CIE 15) of XYZ with the white of sRGB.
@@ -40,12 +39,12 @@ pub(super) fn lab(xyz: DVec3) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The PQ signal of light in cd/m² (SMPTE ST 2084).
+/// The PQ signal of a luminance in cd/m² (SMPTE ST 2084).
 pub(super) fn pq_of_nits(nits: f64) -> f64 {
     Transfer::Pq.to_signal(nits / 10_000.0)
 }
 
-/// Light in cd/m² of a PQ signal.
+/// The luminance in cd/m² of a PQ signal.
 pub fn nits_of_pq(signal: f64) -> f64 {
     10_000.0 * Transfer::Pq.to_light(signal)
 }

@@ -7,6 +7,7 @@
 
 use std::f64::consts::PI;
 
+use afterimage_graph::color::LUMINANCE_REC709;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -31,7 +32,7 @@ const FEATURE_WIDTH: f64 = 0.082;
 ///
 /// An HDR pair is compared at a series of exposures that the reference sets, and the greatest error counts.
 pub fn flip(reference: &Shown, other: &Shown, pixels_per_degree: f64) -> Vec<f32> {
-    let at = |shown: &Shown, light: &(dyn Fn(f64) -> f64 + Sync)| Seen::new(shown, pixels_per_degree, light);
+    let at = |shown: &Shown, decode: &(dyn Fn(f64) -> f64 + Sync)| Seen::new(shown, pixels_per_degree, decode);
     match reference.range {
         Range::Sdr => at(reference, &srgb_decode).difference(&at(other, &srgb_decode)),
         Range::Hdr => {
@@ -53,11 +54,11 @@ struct Seen {
 }
 
 impl Seen {
-    fn new(shown: &Shown, pixels_per_degree: f64, light: &(dyn Fn(f64) -> f64 + Sync)) -> Self {
+    fn new(shown: &Shown, pixels_per_degree: f64, decode: &(dyn Fn(f64) -> f64 + Sync)) -> Self {
         let linear: Vec<DVec3> = shown
             .pixels
             .par_iter()
-            .map(|p| DVec3::from_array(p.map(|x| light(f64::from(x)).clamp(0.0, 1.0))))
+            .map(|p| DVec3::from_array(p.map(|x| decode(f64::from(x)).clamp(0.0, 1.0))))
             .collect();
         let opponent: Vec<[f32; 3]> = linear.par_iter().map(|rgb| opponent(XYZ * *rgb).map(|x| x as f32)).collect();
         let plane = |c: usize| Plane::new(shown.width, opponent.iter().map(|pixel| pixel[c]).collect());
@@ -95,11 +96,11 @@ const WIDEST: f64 = 0.04;
 /// The opponent planes blurred as the eye does, in CIELAB adjusted for the Hunt effect.
 fn blurred(planes: &[Plane; 3], pixels_per_degree: f64) -> Vec<[f64; 3]> {
     let [y, cx, cz] = [0, 1, 2].map(|c| filtered(&planes[c], SENSITIVITY[c], pixels_per_degree));
-    let to_light = XYZ.inverse();
+    let to_rgb = XYZ.inverse();
     let colors = (0..y.len()).into_par_iter().map(|at| {
         // Brought back to what a screen can show.
         let xyz = xyz_of_opponent([y[at], cx[at], cz[at]].map(f64::from));
-        hunt(lab(XYZ * (to_light * xyz).clamp(DVec3::ZERO, DVec3::ONE)))
+        hunt(lab(XYZ * (to_rgb * xyz).clamp(DVec3::ZERO, DVec3::ONE)))
     });
     colors.collect()
 }
@@ -172,7 +173,7 @@ fn feature_difference(a: [f32; 2], b: [f32; 2]) -> f64 {
     (largest / 2.0_f64.sqrt()).powf(FEATURE_EXPONENT)
 }
 
-/// The film curve that HDR-FLIP shows light through: Narkowicz's fit of the ACES curve, with 0.6 of the light.
+/// The tone curve of HDR-FLIP: Narkowicz's fit of the ACES curve, for 0.6 times the luminance.
 const FILM: [f64; 6] = [0.36 * 2.51, 0.6 * 0.03, 0.0, 0.36 * 2.43, 0.6 * 0.59, 0.14];
 
 fn film(x: f64) -> f64 {
@@ -182,11 +183,8 @@ fn film(x: f64) -> f64 {
 /// Stops between the exposure at which the brightest pixel of the reference, and that at which its median, come out at
 /// 0.85.
 fn exposures(reference: &Shown) -> Vec<f64> {
-    let mut luminance: Vec<f64> = reference
-        .pixels
-        .iter()
-        .map(|p| 0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2]))
-        .collect();
+    let mut luminance: Vec<f64> =
+        reference.pixels.iter().map(|pixel| DVec3::from(pixel.map(f64::from)).dot(LUMINANCE_REC709.into())).collect();
     luminance.sort_by(f64::total_cmp);
     let middle = luminance.len() / 2;
     let median =
@@ -196,9 +194,9 @@ fn exposures(reference: &Shown) -> Vec<f64> {
         return vec![0.0];
     }
     let [a, b, c] = [0, 1, 2].map(|i| FILM[i] - 0.85 * FILM[i + 3]);
-    let light = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
-    let start = (light / brightest).log2();
-    let stop = (light / median.max(f64::from(f32::EPSILON))).log2();
+    let luminance = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
+    let start = (luminance / brightest).log2();
+    let stop = (luminance / median.max(f64::from(f32::EPSILON))).log2();
     let count = (stop - start).ceil().max(2.0) as usize;
     (0..count).map(|i| start + (stop - start) * i as f64 / (count - 1) as f64).collect()
 }

@@ -1,4 +1,4 @@
-//! dE ITP: color difference of HDR light (ITU-R BT.2124).
+//! dE ITP: color difference of HDR images (ITU-R BT.2124).
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -19,16 +19,16 @@ const LMS: DMat3 = DMat3::from_cols(
     DVec3::new(262.0 / 4096.0, 462.0 / 4096.0, 3688.0 / 4096.0),
 );
 
-/// I, T and P of linear Rec.709 light in cd/m²: ICtCp with the first chroma axis halved.
+/// I, T and P of linear Rec.709 in cd/m²: ICtCp with the first chroma axis halved.
 fn itp(nits: [f32; 3]) -> DVec3 {
-    let light = DVec3::from_array(nits.map(f64::from));
-    let [l, m, s] = (LMS * (REC2020 * light)).to_array().map(pq_of_nits);
+    let nits = DVec3::from_array(nits.map(f64::from));
+    let [l, m, s] = (LMS * (REC2020 * nits)).to_array().map(pq_of_nits);
     let ct = (6610.0 * l - 13613.0 * m + 7003.0 * s) / 4096.0;
     let cp = (17933.0 * l - 17390.0 * m - 543.0 * s) / 4096.0;
     DVec3::new((l + m) / 2.0, ct / 2.0, cp)
 }
 
-/// The difference of two lights in cd/m², linear Rec.709; 1 is just noticeable.
+/// The difference of two colors in cd/m², linear Rec.709; 1 is just noticeable.
 pub fn delta_e_itp_of(reference: [f32; 3], other: [f32; 3]) -> f64 {
     720.0 * itp(reference).distance(itp(other))
 }

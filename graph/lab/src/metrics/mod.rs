@@ -1,7 +1,7 @@
 //! Differences between an image and a reference, as people see them.
 //!
 //! All figures compare pictures as they are shown ([`Shown`]): an SDR picture by its sRGB signal, an HDR picture by
-//! its light. Where another crate or a published program exists, the tests compare with its figures.
+//! its luminance. Where another crate or a published program exists, the tests compare with its figures.
 
 mod ciede2000;
 mod color;
@@ -40,7 +40,7 @@ pub struct Shown {
 pub enum Range {
     /// The sRGB signal, 0 to 1.
     Sdr,
-    /// Linear light with Rec.709 primaries in cd/m², not negative.
+    /// Linear Rec.709 in cd/m², not negative.
     Hdr,
 }
 

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-/// Rows of numbers.
 #[derive(Clone)]
 pub(super) struct Plane {
     pub(super) width: usize,

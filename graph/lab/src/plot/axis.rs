@@ -77,7 +77,6 @@ impl LogAxis {
         zero.into_iter().chain((self.lowest..=self.highest).map(power)).collect()
     }
 
-    /// Lines between the marks.
     pub(crate) fn fine_marks(&self) -> Vec<f64> {
         (self.lowest..self.highest).flat_map(|exponent| [2.0, 5.0].map(|step| step * 10.0_f64.powi(exponent))).collect()
     }

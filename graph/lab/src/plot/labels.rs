@@ -8,7 +8,6 @@ type Box4 = [f64; 4];
 /// Mean width of a letter, as a share of the font size.
 const LETTER: f64 = 0.53;
 
-/// The occupied areas.
 pub(crate) struct Labels {
     taken: Vec<Box4>,
     bounds: Box4,

@@ -10,7 +10,6 @@ use super::report::Results;
 use super::target::{Overrides, Target};
 use crate::Progress;
 
-/// The choice of cases.
 #[derive(Clone, Debug)]
 pub struct StressOptions {
     /// Only the image or sequence of this name.
@@ -23,7 +22,7 @@ pub struct StressOptions {
     pub quick: bool,
     /// Images are not sanitized. Then stress must fail.
     pub unsanitized: bool,
-    /// The seed of a tenth of what needs further shaders: variants of plans, images of half floats, targets without
+    /// The seed of a sampled tenth of the cases that need further shaders: variants of plans, images of half floats, targets without
     /// optional inputs. `None` for all of it.
     pub tenth: Option<u64>,
     pub options: Options,

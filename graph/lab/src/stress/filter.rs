@@ -16,7 +16,7 @@ const SIDE: u32 = 61;
 /// many devices have, are off by up to 1/512.
 const FINE: f32 = 1.0 / 4096.0;
 
-/// True if the device weights texels so coarsely that light next to a bright texel is visibly off.
+/// True if the device weights texels so coarsely that pixels next to a bright texel are visibly wrong.
 pub(crate) fn is_coarse(gpu: &Gpu, registry: &Registry) -> bool {
     let mut renderer = Renderer::new(gpu, true, Options::default());
     largest_error(&mut renderer, registry).is_some_and(|error| error > FINE)

@@ -1,12 +1,12 @@
 //! The extreme images: each is a function from a position to a pixel.
 
+use afterimage_graph::color::rec709_luminance;
 use afterimage_graph::image::{Signedness, Size};
 
 /// The largest finite half float, the limit of sanitized images.
 const MAX_HALF: f32 = 65504.0;
 /// The smallest subnormal half float.
 const MIN_HALF: f32 = 5.960_464_5e-8;
-/// The smallest subnormal float.
 const MIN_FLOAT: f32 = 1.4e-45;
 
 #[derive(Clone, Copy)]
@@ -49,8 +49,8 @@ impl Place {
     }
 }
 
-const fn constant(light: f32) -> [f32; 4] {
-    [light, light, light, 1.0]
+const fn constant(value: f32) -> [f32; 4] {
+    [value, value, value, 1.0]
 }
 
 const GRAY: [f32; 4] = constant(0.18);
@@ -60,7 +60,7 @@ fn spot(place: Place, value: f32) -> [f32; 4] {
     if place.is_middle() { [value; 4] } else { GRAY }
 }
 
-/// Every extreme image, the harmless ones first.
+/// All extreme images, the harmless ones first.
 pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "gray", rule: Rule::Constant(GRAY) },
     Extreme { name: "bright", rule: Rule::Constant(constant(18.0)) },
@@ -96,7 +96,7 @@ pub(crate) const ALL: &[Extreme] = &[
     Extreme { name: "clear", rule: Rule::Place(|place| [1.0, 0.5, 0.25, f32::from(u8::from(place.is_first_half()))]) },
 ];
 
-/// Light where `is_lit`, in the middle of a black image: a filter that keeps the sum of light loses none at the border.
+/// A bright pixel where `is_lit`, in the middle of a black image: no filter loses energy at the border.
 fn inner(place: Place, is_lit: bool) -> [f32; 4] {
     let is_inner = |at: u32, side: u32| at.abs_diff(side / 2) <= (side / 8).max(1);
     let is_lit = is_lit && is_inner(place.x, place.size.width) && is_inner(place.y, place.size.height);
@@ -148,7 +148,6 @@ impl Extreme {
         ALL.iter().copied().find(|image| image.name == name)
     }
 
-    /// Its pixels in rows.
     pub(crate) fn pixels(self, size: Size) -> Vec<[f32; 4]> {
         let places = (0..size.height).flat_map(|y| (0..size.width).map(move |x| Place { x, y, size }));
         match self.rule {
@@ -204,15 +203,15 @@ fn limited(pixel: [f32; 4], signedness: Signedness) -> [f32; 4] {
 
 /// Light whose negative components are as small as it takes for a luminance of 0 or more.
 fn with_luminance(rgb: [f32; 3]) -> [f32; 3] {
-    let luminance = |rgb: [f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-    let (light, missing) = (luminance(rgb.map(|x| x.max(0.0))), -luminance(rgb.map(|x| x.min(0.0))));
-    if missing <= light { rgb } else { rgb.map(|x| if x < 0.0 { x * (light / missing) } else { x }) }
+    let positive = rec709_luminance(rgb.map(|x| x.max(0.0)));
+    let negative = -rec709_luminance(rgb.map(|x| x.min(0.0)));
+    if negative <= positive { rgb } else { rgb.map(|x| if x < 0.0 { x * (positive / negative) } else { x }) }
 }
 
 /// A number of a pixel, from those of the pixels around it.
 fn repaired(value: f32, pairs: [[f32; 2]; 4]) -> f32 {
-    let is_light = value == f32::INFINITY && pairs.as_flattened().contains(&f32::INFINITY);
-    if value.is_finite() || is_light {
+    let is_bright = value == f32::INFINITY && pairs.as_flattened().contains(&f32::INFINITY);
+    if value.is_finite() || is_bright {
         return value;
     }
     let larger = |pair: [f32; 2]| pair.into_iter().filter(|x| x.is_finite()).reduce(f32::max);
@@ -263,6 +262,8 @@ mod tests {
         assert_eq!(row(&[one], Signedness::Unsigned), [[0.0, 0.0, 65504.0, 1e-30]]);
         assert_eq!(row(&[[3.0; 4], one, [0.5; 4]], Signedness::Unsigned)[1], [3.0, 0.0, 3.0, 1e-30]);
         assert_eq!(row(&[one, one], Signedness::Unsigned)[0], [0.0, 0.0, 65504.0, 1e-30]);
+        let between = [[f32::INFINITY; 4], [f32::NAN; 4], [3.0; 4]];
+        assert_eq!(row(&between, Signedness::Unsigned)[1], [3.0; 4]);
         let signed = [-2.0, f32::NEG_INFINITY, 0.5, f32::MAX];
         assert_eq!(row(&[signed, [-3.0; 4]], Signedness::Signed)[0], [-2.0, -3.0, 0.5, 65504.0]);
     }

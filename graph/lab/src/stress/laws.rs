@@ -1,8 +1,10 @@
-//! The laws that outputs must keep, and the promises of kinds that decide which of them apply.
+//! The laws that outputs must keep, and the invariants of kinds that decide which of them apply.
 
 use afterimage_graph::check::Graph;
+use afterimage_graph::color::LUMINANCE_REC709;
 use afterimage_graph::image::{ColorState, Signedness, Size};
 use afterimage_graph::node::Invariants;
+use glam::DVec3;
 
 use super::images::{Extreme, sanitized};
 use super::render::OutputPixels;
@@ -12,7 +14,7 @@ const MAX_HALF: f64 = 65504.0;
 /// Below this half floats are subnormal, and devices may flush them to 0.
 const MIN_NORMAL_HALF: f64 = 6.2e-5;
 
-/// All promises about images: what a node keeps that only makes values visible.
+/// All invariants of images: those of a node that only makes values visible.
 pub(crate) const ALL: Invariants = Invariants {
     constant: true,
     keeps_constant: true,
@@ -25,8 +27,8 @@ pub(crate) const ALL: Invariants = Invariants {
     of_color: true,
 };
 
-/// The promises that all nodes of a graph make together; it gives an exposure if one of them does.
-pub(crate) fn promises(graph: &Graph) -> Invariants {
+/// The invariants that hold for all nodes of a graph together; it gives an exposure if one of them does.
+pub(crate) fn invariants(graph: &Graph) -> Invariants {
     let mut all = ALL;
     for node in &graph.nodes {
         let one = node.instance.invariants();
@@ -55,12 +57,11 @@ pub(crate) struct Tolerance {
 }
 
 impl Tolerance {
-    /// No difference.
     pub(crate) const NONE: Self = Self { relative: 0.0, absolute: 0.0 };
     /// Four units in the last place of a half float.
     pub(crate) const HALF: Self = Self { relative: 4.0 / 1024.0, absolute: MIN_NORMAL_HALF };
 
-    /// Adds what filters leak of the brightest light. Coordinates are rounded, more on the right than on the left and
+    /// Adds what filters leak of the brightest pixel. Coordinates are rounded, more on the right than on the left and
     /// not in the same way for every texture path, so a tap between two texels weights them slightly differently.
     pub(crate) fn leaking(self, shown: &OutputPixels) -> Self {
         const LEAK: f64 = 2e-6;
@@ -81,19 +82,19 @@ fn at(shown: &OutputPixels, index: usize) -> String {
     format!("{:?} at ({}, {}) of `{}`", shown.pixels[index], index % width, index / width, shown.name)
 }
 
-/// Every number is finite.
 pub(crate) fn finite(shown: &OutputPixels) -> Option<String> {
     let index = shown.pixels.iter().position(|pixel| pixel.iter().any(|x| !x.is_finite()))?;
     Some(format!("not finite: {}", at(shown, index)))
 }
 
-/// True if scene light with these channels has a luminance of 0 or more, up to the rounding to half floats.
+/// True if a scene-linear color has a luminance of 0 or more, up to the rounding to half floats.
 fn has_luminance(pixel: &[f32; 4]) -> bool {
     let [r, g, b, _] = pixel.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
+    let luminance = DVec3::new(r, g, b).dot(LUMINANCE_REC709.into());
+    luminance >= -2e-3 * r.abs().max(g.abs()).max(b.abs()) - MIN_NORMAL_HALF
 }
 
-/// Colors are in the range of their state. Scene light may have negative components of a luminance that is not.
+/// Colors are in the range of their state. Scene-linear color may have negative components, but no negative luminance.
 pub(crate) fn in_range(shown: &OutputPixels, non_negative: bool) -> Option<String> {
     let signedness = shown.state.signedness();
     if signedness == Signedness::Signed || shown.pixels.iter().flatten().any(|x| !x.is_finite()) {
@@ -121,25 +122,25 @@ pub(crate) fn different(a: &OutputPixels, b: &OutputPixels, tolerance: Tolerance
     Some(format!("{}, not {:?}", at(a, index), b.pixels[index]))
 }
 
-/// A tested promise: its name, and how it is broken.
+/// A tested invariant: its name, and how it is violated.
 pub(crate) type Tested = (&'static str, Option<String>);
 
-/// Tests the promises of the graph on a still image.
-pub(crate) fn promised(shown: &OutputPixels, image: Extreme, size: Size, promises: &Invariants) -> Vec<Tested> {
-    // Data is not light: sums in a grid depend on the number of pixels in a cell.
+/// Tests the invariants of the graph on a still image.
+pub(crate) fn tested(shown: &OutputPixels, image: Extreme, size: Size, invariants: &Invariants) -> Vec<Tested> {
+    // Sums of data in a grid depend on the number of pixels in a cell.
     if finite(shown).is_some() || shown.state == ColorState::Data {
         return Vec::new();
     }
     let given = sanitized(&image.pixels(size), size, shown.state.signedness());
     // Squares of two columns begin at the left border, so that the last column is alone where the width is odd.
     let is_of_squares = size.width % 2 == 1 && shown.size.width == size.width.div_ceil(2);
-    let can_be_symmetric = promises.symmetric && !is_of_squares;
+    let can_be_symmetric = invariants.symmetric && !is_of_squares;
     let checks = [
-        (promises.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
-        (promises.keeps_constant && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
+        (invariants.constant && is_constant(&given)).then(|| ("constant", constant(shown))),
+        (invariants.keeps_constant && is_constant(&given)).then(|| ("energy", kept(shown, given[0]))),
         (can_be_symmetric && is_symmetric(&given, size)).then(|| ("symmetric", symmetric(shown))),
-        (promises.monotone && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
-        (promises.keeps_sum && is_inside(shown, &given, size)).then(|| ("energy", spread(shown, &given))),
+        (invariants.monotone && image.name == "ramp" && shown.size == size).then(|| ("monotone", rising(shown))),
+        (invariants.keeps_sum && is_inside(shown, &given, size)).then(|| ("energy", spread(shown, &given))),
     ];
     checks.into_iter().flatten().collect()
 }
@@ -172,7 +173,7 @@ fn symmetric(shown: &OutputPixels) -> Option<String> {
     different(shown, &other, tolerance).map(|what| format!("a symmetric image does not stay symmetric: {what}"))
 }
 
-/// The ramp rises along the longer side, so the output must rise, up to rounding. Of light outside of Rec.709, negative
+/// The ramp rises along the longer side, so the output must rise, up to rounding. Of colors outside of Rec.709, negative
 /// components fall as the others rise.
 fn rising(shown: &OutputPixels) -> Option<String> {
     let step = if shown.size.width >= shown.size.height { 1 } else { shown.size.width as usize };
@@ -185,7 +186,7 @@ fn rising(shown: &OutputPixels) -> Option<String> {
     Some(format!("more light becomes less: {} after {:?}", at(shown, index), shown.pixels[index - step]))
 }
 
-/// True if no light reaches the border.
+/// True if the image and the output are black at the border.
 fn is_inside(shown: &OutputPixels, given: &[[f32; 4]], size: Size) -> bool {
     is_dark_at_border(&shown.pixels, shown.size) && is_dark_at_border(given, size)
 }
@@ -197,7 +198,7 @@ fn is_dark_at_border(pixels: &[[f32; 4]], size: Size) -> bool {
     (0..pixels.len()).all(|i| !on_border(i) || pixels[i][0] == 0.0)
 }
 
-/// The sum of the light is kept. A pixel of a smaller output stands for several of the image.
+/// The mean is kept. A pixel of a smaller output stands for several of the image.
 fn spread(shown: &OutputPixels, given: &[[f32; 4]]) -> Option<String> {
     let mean = |pixels: &[[f32; 4]]| pixels.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / pixels.len() as f64;
     let (before, after) = (mean(given), mean(&shown.pixels));
@@ -211,7 +212,7 @@ mod tests {
 
     use super::super::images::Extreme;
     use super::super::render::OutputPixels;
-    use super::{ALL, Tolerance, different, finite, in_range, promised};
+    use super::{ALL, Tolerance, different, finite, in_range, tested};
 
     fn picture(values: &[f32], width: u32) -> OutputPixels {
         let pixels: Vec<[f32; 4]> = values.iter().map(|x| [*x, *x, *x, 1.0]).collect();
@@ -222,11 +223,11 @@ mod tests {
     #[test]
     fn numbers_out_of_order_are_named_with_their_place() {
         assert_eq!(finite(&picture(&[0.0, 1.0], 2)), None);
-        let told = finite(&picture(&[0.0, 1.0, 1.0, f32::NAN], 2));
-        assert_eq!(told.as_deref(), Some("not finite: [NaN, NaN, NaN, 1.0] at (1, 1) of `result`"));
+        let found = finite(&picture(&[0.0, 1.0, 1.0, f32::NAN], 2));
+        assert_eq!(found.as_deref(), Some("not finite: [NaN, NaN, NaN, 1.0] at (1, 1) of `result`"));
         assert_eq!(in_range(&picture(&[0.0, 1.0], 2), true), None);
         assert!(in_range(&picture(&[0.0, 1.1], 2), true).is_some());
-        assert!(in_range(&picture(&[-0.1, 1.0], 2), true).is_some_and(|told| told.contains("(0, 0)")));
+        assert!(in_range(&picture(&[-0.1, 1.0], 2), true).is_some_and(|what| what.contains("(0, 0)")));
         assert_eq!(in_range(&picture(&[-0.1, 1.0], 2), false), None);
         let (a, b) = (picture(&[0.5, 0.25], 2), picture(&[0.5, 0.2502], 2));
         assert_eq!(different(&a, &b, Tolerance::HALF), None);
@@ -234,24 +235,24 @@ mod tests {
     }
 
     #[test]
-    fn promises_are_held_to() {
+    fn violated_invariants_are_found() {
         let size = Size::new(5, 3);
-        let told = |name: &str, values: &[f32]| {
+        let violations = |name: &str, values: &[f32]| {
             let image = Extreme::named(name).expect("an image of that name");
-            let looked_at = promised(&picture(values, 5), image, size, &ALL);
+            let looked_at = tested(&picture(values, 5), image, size, &ALL);
             looked_at.into_iter().filter_map(|(_, wrong)| wrong).collect::<Vec<_>>()
         };
-        assert_eq!(told("white", &[1.0; 15]), Vec::<String>::new());
-        assert!(told("white", &[0.5; 15])[0].starts_with("a constant becomes another"));
+        assert_eq!(violations("white", &[1.0; 15]), Vec::<String>::new());
+        assert!(violations("white", &[0.5; 15])[0].starts_with("a constant becomes another"));
         let mut uneven = [1.0; 15];
         uneven[3] = 0.9;
-        let told_of_uneven = told("white", &uneven);
-        assert!(told_of_uneven[0].starts_with("a constant image does not stay"), "{told_of_uneven:?}");
-        assert!(told_of_uneven.iter().any(|told| told.starts_with("a symmetric image")), "{told_of_uneven:?}");
+        let of_uneven = violations("white", &uneven);
+        assert!(of_uneven[0].starts_with("a constant image does not stay"), "{of_uneven:?}");
+        assert!(of_uneven.iter().any(|what| what.starts_with("a symmetric image")), "{of_uneven:?}");
         let falling: Vec<f32> = (0..15).map(|i| 1.0 - (i % 5) as f32 * 0.1).collect();
-        assert!(told("ramp", &falling)[0].starts_with("more light becomes less"));
+        assert!(violations("ramp", &falling)[0].starts_with("more light becomes less"));
         let mut faint = [0.0; 15];
         faint[7] = 60_000.0;
-        assert!(told("firefly", &faint).iter().any(|told| told.starts_with("the sum of")));
+        assert!(violations("firefly", &faint).iter().any(|what| what.starts_with("the sum of")));
     }
 }

@@ -108,3 +108,14 @@ pub fn case_names() -> Vec<&'static str> {
 pub fn is_case(name: &str) -> bool {
     case_names().contains(&name) || name == run::CHECK
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{is_case, motion, run};
+
+    #[test]
+    fn images_sequences_and_lines_are_cases() {
+        assert!(["nan", "cut", motion::LINES, run::CHECK].into_iter().all(is_case));
+        assert!(!is_case("cuts"));
+    }
+}

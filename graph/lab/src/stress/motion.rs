@@ -1,4 +1,4 @@
-//! Lines that move by a pixel must not make the image of a pipeline flicker.
+//! The law that lines which move by a pixel do not make the image flicker.
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::{ColorState, Size};
@@ -86,11 +86,11 @@ mod tests {
             let pixels = vec![[code / 255.0; 4]; 97 * 65];
             OutputPixels { name: "display".into(), state: ColorState::Encoded, limit: Some(1.0), size, pixels }
         };
-        let told = |codes: [f32; 2]| {
+        let flicker = |codes: [f32; 2]| {
             let frames = codes.map(frame);
             flickers(&frames.each_ref(), size)
         };
-        assert_eq!(told([40.0, 41.5]), None);
-        assert!(told([40.0, 43.0]).is_some_and(|told| told.starts_with("`display` flickers")));
+        assert_eq!(flicker([40.0, 41.5]), None);
+        assert!(flicker([40.0, 43.0]).is_some_and(|what| what.starts_with("`display` flickers")));
     }
 }

@@ -1,8 +1,9 @@
 //! Frames on the GPU: many small ones in one submission.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use afterimage::offline::{FrameInputs, Session};
+use afterimage::offline::{FrameInputs, Session, faults};
 use afterimage_gpu::{ErrorLog, FrameKind, FrameStep, Gpu, GpuError, InputImage, KernelFaults, Texels, input_image};
 use afterimage_graph::check::{Graph, Source};
 use afterimage_graph::image::{ColorState, Format, ImageDesc, Signedness, Size};
@@ -13,6 +14,7 @@ use afterimage_plan::{Caps, GivenImage, HostInputs, Options, Plan};
 
 use super::images::{Extreme, sanitized, sanitized_samples};
 use super::target::Target;
+use crate::LabError;
 use crate::measure::sequence_runner::has_histories;
 
 /// A frame to render.
@@ -114,16 +116,7 @@ impl Renderer {
         configuration: &mut Configuration,
         request: RenderRequest<'_>,
     ) -> Result<Rendered, String> {
-        let mut rendered =
-            catch_panic(|| self.render(configuration, request)).unwrap_or_else(|panic| Err(format!("panics: {panic}")));
-        if let Some(error) = self.errors.take_first() {
-            rendered = Err(format!("the device refuses it: {}", one_line(&error)));
-        }
-        if rendered.is_err() {
-            // The next cases get a new executor, so that this error cannot affect them.
-            configuration.session = None;
-        }
-        rendered
+        self.guarded(configuration, |renderer, configuration| renderer.render(configuration, request))
     }
 
     /// Adds to `found` what functions of kinds in folders do wrong in each of these frames. An error is a sentence for
@@ -134,42 +127,44 @@ impl Renderer {
         request: RenderRequest<'_>,
         found: &mut Vec<KernelFaults>,
     ) -> Result<(), String> {
-        let searched = self.search_frames(configuration, request, found);
-        if searched.is_err() {
-            configuration.session = None;
-        }
-        searched
+        let RenderRequest { target, graph, size, .. } = request;
+        self.guarded(configuration, |renderer, configuration| {
+            let plan = configuration.plan(target, graph, size)?;
+            for (images, _) in renderer.frames(configuration, &plan, request)? {
+                for faults in faults::kernel_faults(configuration.session(target, graph), size, &images)? {
+                    faults.add_to(found);
+                }
+            }
+            Ok(())
+        })
     }
 
-    fn search_frames(
+    /// Calls `call`. Its error, its panic, and an error of the device are a sentence for the report.
+    fn guarded<T>(
         &mut self,
         configuration: &mut Configuration,
-        request: RenderRequest<'_>,
-        found: &mut Vec<KernelFaults>,
-    ) -> Result<(), String> {
-        let RenderRequest { target, graph, size, .. } = request;
-        let plan = configuration.plan(target, graph, size)?;
-        for (images, _) in self.frames(configuration, &plan, request)? {
-            let session = configuration.session(target, graph);
-            let counted = catch_panic(|| session.kernel_faults(size, &images));
-            let counted = counted.map_err(|panic| format!("panics: {panic}"))?;
-            for faults in counted.map_err(|error| one_line(&error.to_string()))? {
-                faults.add_to(found);
-            }
-            if let Some(error) = self.errors.take_first() {
-                return Err(format!("the device refuses it: {}", one_line(&error)));
-            }
+        call: impl FnOnce(&mut Self, &mut Configuration) -> Result<T, LabError>,
+    ) -> Result<T, String> {
+        let called = catch_panic(|| call(self, configuration));
+        let result = match (self.errors.take_first(), called) {
+            (Some(error), _) => Err(format!("the device refuses it: {}", one_line(&error))),
+            (None, Err(panic)) => Err(format!("panics: {panic}")),
+            (None, Ok(result)) => result.map_err(|error| one_line(&error.to_string())),
+        };
+        if result.is_err() {
+            // The next cases get a new executor, so that this error cannot affect them.
+            configuration.session = None;
         }
-        Ok(())
+        result
     }
 
-    fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, String> {
+    fn render(&mut self, configuration: &mut Configuration, request: RenderRequest<'_>) -> Result<Rendered, LabError> {
         let RenderRequest { target, graph, size, together, .. } = request;
         let plan = configuration.plan(target, graph, size)?;
         let frames = self.frames(configuration, &plan, request)?;
         let session = configuration.session(target, graph);
-        session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
-        let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
+        session.load(size, &frames[0].0)?;
+        let texels = session.render_all(&frames, together)?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.savings.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
     }
@@ -180,7 +175,7 @@ impl Renderer {
         configuration: &Configuration,
         plan: &Plan,
         request: RenderRequest<'_>,
-    ) -> Result<Vec<FrameInputs>, String> {
+    ) -> Result<Vec<FrameInputs>, LabError> {
         let RenderRequest { size, inputs, .. } = request;
         let mut frames: Vec<FrameInputs> = Vec::new();
         for frame in inputs {
@@ -192,8 +187,7 @@ impl Renderer {
                 if !desc.volume {
                     desc = desc.sized(size);
                 }
-                let image =
-                    self.image(*frame, desc, planned.signedness).map_err(|error| one_line(&error.to_string()))?;
+                let image = self.image(*frame, desc, planned.signedness)?;
                 images.push(InputImage { finite: configuration.unsanitized, ..image.named(name) });
             }
             frames.push((images, FrameStep { time: 0.0, dt: frame.dt, kind: FrameKind::cut_if(frame.reset) }));
@@ -269,7 +263,7 @@ impl Configuration {
         self.session.get_or_insert_with(|| Session::new(gpu, graph.clone(), target.facts.clone(), options))
     }
 
-    fn plan(&mut self, target: &Target, graph: &Graph, size: Size) -> Result<std::sync::Arc<Plan>, String> {
+    fn plan(&mut self, target: &Target, graph: &Graph, size: Size) -> Result<Arc<Plan>, LabError> {
         let given = GivenImage { desc: ImageDesc::new(size).format(self.format()), finite: self.unsanitized };
         let inputs = || graph.inputs.iter().filter(|input| !(input.optional && target.bare));
         let options = self.options;
@@ -280,7 +274,7 @@ impl Configuration {
             }
         }
         session.change(graph.clone(), options);
-        session.post().plan_for(HostInputs::everything(size, inputs(), given)).map_err(|error| error.to_string())
+        Ok(session.post().plan_for(HostInputs::everything(size, inputs(), given))?)
     }
 }
 

@@ -27,7 +27,7 @@ pub struct Results {
     pub cases: usize,
     /// Parameter values that the kind refuses.
     pub refused: usize,
-    /// The number of tests of each promise. Finite values and their range are tested in every case.
+    /// The number of tests of each invariant. Finite values and their range are tested in every case.
     pub verdicts: BTreeMap<&'static str, usize>,
     pub failures: Vec<Failed>,
     /// Faults of functions of kinds in folders at the defaults, with all images together: a sentence for each.
@@ -38,7 +38,6 @@ pub struct Results {
 pub struct Failed {
     /// The image or the sequence.
     pub case: String,
-    /// The faults.
     pub why: String,
     /// The command that runs it again.
     pub command: String,
@@ -56,7 +55,7 @@ impl Results {
         }
     }
 
-    /// Counts a test of a promise.
+    /// Counts a test of an invariant.
     pub(crate) fn judged(&mut self, verdict: &'static str) {
         *self.verdicts.entry(verdict).or_default() += 1;
     }

@@ -6,7 +6,7 @@ use afterimage_graph::node::{Invariants, Registry};
 
 use super::case_runner::{CaseRunner, StressOptions, judge};
 use super::images::{ALL, Extreme};
-use super::laws::{Tolerance, different, finite, promised, promises};
+use super::laws::{Tolerance, different, finite, invariants, tested};
 use super::render::{Configuration, OutputPixels, RenderRequest, Rendered, Renderer, StressFrame};
 use super::report::Results;
 use super::settings::{Change, sweep};
@@ -17,13 +17,13 @@ use crate::Progress;
 
 /// The size at which parameters are swept: both sides are odd and not close to a power of two.
 const SWEPT: Size = Size { width: 17, height: 13, depth: 1 };
-/// Sizes with the other parities of the sides, for kinds that keep the sum of light.
+/// Sizes with the other parities of the sides, for kinds that keep the sum of an image.
 const PARITIES: [Size; 3] = [
     Size { width: 16, height: 12, depth: 1 },
     Size { width: 17, height: 12, depth: 1 },
     Size { width: 16, height: 13, depth: 1 },
 ];
-/// Lights that do not reach the border.
+/// Images whose bright pixels do not reach the border.
 const LIGHTS: [&str; 3] = ["firefly", "diagonal", "board"];
 /// One pixel, lines, odd and even sides, primes; large enough for all levels of a pyramid in the last.
 const SIZES: [(u32, u32); 8] = [(1, 1), (1, 7), (7, 1), (2, 2), (5, 3), (16, 16), (31, 29), (127, 67)];
@@ -72,13 +72,13 @@ impl StressOptions {
     }
 }
 
-/// The verdict on a promise that is broken with the device's coarse filter, and kept in an exact plan.
+/// The verdict on an invariant that holds in an exact plan, but not with the coarse filter of the device.
 const KEPT_IF_EXACT: &str = "kept but for the device's filter";
 
-/// A promise that an output breaks.
-struct Broken {
+/// An invariant that an output violates.
+struct Violation {
     output: String,
-    promise: &'static str,
+    invariant: &'static str,
     what: String,
 }
 
@@ -164,7 +164,7 @@ impl CaseRunner<'_> {
             if self.target.is_kind && ran.skipped.iter().any(|node| node == NODE) {
                 self.identity(&mut forced, &ran, &change.overrides, size, &images);
             }
-            if self.options.size.is_none() && change.is_single && promises(&graph).keeps_sum {
+            if self.options.size.is_none() && change.is_single && invariants(&graph).keeps_sum {
                 images.retain(|image| LIGHTS.contains(&image.name));
                 for size in PARITIES {
                     self.stills(configuration, &graph, &change.overrides, size, &images);
@@ -225,16 +225,16 @@ impl CaseRunner<'_> {
                 return None;
             }
         };
-        let promises = promises(graph);
+        let invariants = invariants(graph);
         let mut exact = None;
         for (index, image) in images.iter().enumerate() {
             let mut wrong: Vec<String> =
-                ran.frames[index].iter().flat_map(|shown| judge(shown, promises.non_negative)).collect();
-            let mut broken = self.broken(&ran.frames[index], *image, size, &promises);
+                ran.frames[index].iter().flat_map(|shown| judge(shown, invariants.non_negative)).collect();
+            let mut broken = self.broken(&ran.frames[index], *image, size, &invariants);
             if !broken.is_empty() && self.renderer.filters_coarsely {
                 let ran = exact.get_or_insert_with(|| self.renderer.run(&mut configuration.exact(), request));
                 let frame = ran.as_ref().map_or(&[][..], |ran| &ran.frames[index]);
-                self.forgive(&mut broken, frame, *image, size, &promises);
+                self.forgive(&mut broken, frame, *image, size, &invariants);
             }
             wrong.extend(broken.into_iter().map(|broken| broken.what));
             if let Some(clean) = sanitized.iter().position(|sanitized| *sanitized == index) {
@@ -246,38 +246,44 @@ impl CaseRunner<'_> {
         Some(ran)
     }
 
-    /// The promises that the outputs of a still break.
-    fn broken(&mut self, frame: &[OutputPixels], image: Extreme, size: Size, promises: &Invariants) -> Vec<Broken> {
+    /// The invariants that the outputs of a still violate.
+    fn broken(
+        &mut self,
+        frame: &[OutputPixels],
+        image: Extreme,
+        size: Size,
+        invariants: &Invariants,
+    ) -> Vec<Violation> {
         let mut all = Vec::new();
         for shown in frame {
-            for (promise, what) in promised(shown, image, size, promises) {
-                self.results.judged(promise);
-                all.extend(what.map(|what| Broken { output: shown.name.clone(), promise, what }));
+            for (invariant, what) in tested(shown, image, size, invariants) {
+                self.results.judged(invariant);
+                all.extend(what.map(|what| Violation { output: shown.name.clone(), invariant, what }));
             }
         }
         all
     }
 
-    /// Removes the promises that are kept in an exact plan: they are broken by the device's filter.
+    /// Removes the violations that an exact plan does not have: the filter of the device causes them.
     fn forgive(
         &mut self,
-        broken: &mut Vec<Broken>,
+        broken: &mut Vec<Violation>,
         exact: &[OutputPixels],
         image: Extreme,
         size: Size,
-        promises: &Invariants,
+        invariants: &Invariants,
     ) {
-        let is_kept = |broken: &Broken| {
+        let is_kept = |broken: &Violation| {
             let Some(shown) = named(exact, &broken.output) else { return false };
-            promised(shown, image, size, promises).contains(&(broken.promise, None))
+            tested(shown, image, size, invariants).contains(&(broken.invariant, None))
         };
         let before = broken.len();
         broken.retain(|broken| !is_kept(broken));
         (broken.len()..before).for_each(|_| self.results.judged(KEPT_IF_EXACT));
     }
 
-    /// A node that is skipped as an identity must change nothing when it runs. A kind that gives no negative light
-    /// removes it when it runs, but not when it is skipped.
+    /// A node that is skipped as an identity must change nothing when it runs. A kind without negative results
+    /// removes negative values when it runs, but not when it is skipped.
     fn identity(
         &mut self,
         configuration: &mut Configuration,
@@ -293,7 +299,7 @@ impl CaseRunner<'_> {
             Ok(ran) if !ran.skipped.iter().any(|node| node == NODE) => ran,
             _ => return,
         };
-        let cuts = promises(&graph).non_negative;
+        let cuts = invariants(&graph).non_negative;
         for (index, image) in images.iter().enumerate() {
             let mut wrong = Vec::new();
             for skipped in &skipped.frames[index] {

@@ -19,11 +19,10 @@ impl Axis {
     }
 }
 
-/// Overrides to test together.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Change {
     pub(crate) overrides: Overrides,
-    /// Whether it is tested with all images; pairs are many and get a few.
+    /// True if it is tested with all images. Pairs are many, and are tested with a few.
     pub(crate) is_single: bool,
 }
 

@@ -15,7 +15,6 @@ pub type Overrides = Vec<(String, String)>;
 /// A pipeline or a kind.
 #[derive(Clone)]
 pub struct Target {
-    /// The name in reports.
     pub title: String,
     /// The arguments after `afterimage stress` that choose it.
     pub(crate) words: String,
@@ -32,7 +31,6 @@ pub struct Target {
     pub bare: bool,
     /// Its parameters are swept over their domains.
     pub(crate) sweep: bool,
-    /// Overrides of all cases.
     pub base: Overrides,
     pub facts: Facts,
 }

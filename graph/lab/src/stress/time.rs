@@ -1,4 +1,4 @@
-//! Sequences: histories must stay finite, follow the images, and start again at a reset.
+//! Laws of sequences: histories stay finite, follow the images, and restart at a reset.
 
 use afterimage_graph::check::Graph;
 use afterimage_graph::image::Size;
@@ -6,7 +6,7 @@ use afterimage_graph::node::Invariants;
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::laws::{Tolerance, different, promises};
+use super::laws::{Tolerance, different, invariants};
 use super::render::{OutputPixels, RenderRequest, StressFrame};
 use super::target::Overrides;
 
@@ -115,7 +115,7 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     if !configuration.has_histories(runner.target, graph, SIZE) {
         return;
     }
-    let promises = promises(graph);
+    let invariants = invariants(graph);
     let is_slow = runner.options.quick && runner.is_heavy && runner.options.case.is_none();
     let is_chosen = |sequence: &&Sequence| {
         runner.options.accepts(sequence.name)
@@ -134,13 +134,13 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
         let Some(frames) = run(runner, graph, sequence.name, &inputs) else { continue };
         let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
         if let Some(expected) =
-            sequence.expected.as_ref().filter(|expected| expected.always || applies(runner, &promises))
+            sequence.expected.as_ref().filter(|expected| expected.always || applies(runner, &invariants))
         {
             let Some(others) = run(runner, graph, sequence.name, &(expected.inputs)()) else { continue };
             wrong.extend(last(&frames, &others, expected, runner.target.is_kind));
             runner.results.judged(sequence.name);
         }
-        if sequence.name == LONG && applies(runner, &promises) {
+        if sequence.name == LONG && applies(runner, &invariants) {
             wrong.extend(
                 frames.iter().map(|frame| frame[0].pixels[0][0]).collect::<Vec<_>>().windows(2).find_map(rises),
             );
@@ -162,8 +162,8 @@ fn shorten(inputs: &mut Vec<StressFrame>, is_heavy: bool) {
 }
 
 /// True if the first output of the target is the exposure itself.
-fn applies(runner: &CaseRunner<'_>, promises: &Invariants) -> bool {
-    promises.is_exposure && promises.settles && runner.target.shows_value
+fn applies(runner: &CaseRunner<'_>, invariants: &Invariants) -> bool {
+    invariants.is_exposure && invariants.settles && runner.target.shows_value
 }
 
 fn run(

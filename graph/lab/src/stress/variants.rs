@@ -1,11 +1,11 @@
-//! Every variant of a plan must give the same output: dispatched and drawn, fused and not, and so on.
+//! The law that all variants of a plan give the same output: dispatched and drawn, fused and not.
 
 use afterimage_graph::image::{ColorState, Size};
 use afterimage_plan::{Alias, Caps, Options};
 
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
-use super::laws::{Tolerance, different, promises};
+use super::laws::{Tolerance, different, invariants};
 use super::render::{Configuration, RenderRequest, Rendered, StressFrame};
 use super::settings::Change;
 use super::target::Overrides;
@@ -87,7 +87,7 @@ fn one(
     // The still images have already reported a failure of the first variant.
     let Ok(expected) = runner.renderer.run(plain, request) else { return };
     // 32-bit outputs show values that a half float cannot hold; some devices round those to the largest half float.
-    let non_negative = promises(&graph).non_negative;
+    let non_negative = invariants(&graph).non_negative;
     let mut wrong: Vec<Vec<String>> = expected
         .frames
         .iter()

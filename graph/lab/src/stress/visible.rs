@@ -1,4 +1,4 @@
-//! Kinds that only stress has: they turn wires that cannot be outputs into images, and measure the device's filter.
+//! Kinds of `stress` alone: they show wires that cannot be outputs as images, and measure the filter of the device.
 
 use afterimage_graph::prelude::*;
 
@@ -44,34 +44,50 @@ choices! {
     }
 }
 
-params! {
+node_kind! {
     /// One level of a pyramid.
     pub struct ShowLevel {
         /// The largest or the smallest level.
         pub end: End = End::Finest;
     }
-}
 
-params! {
-    /// A value as one pixel.
-    pub struct ShowValue {}
-}
-
-params! {
-    /// The worst cell of each column of a volume: by its bits the largest, which NaN and infinity are.
-    pub struct ShowVolume {}
-}
-
-params! {
-    /// The way from the first texel of an image to the second, over its whole width.
-    pub struct ShowFilter {}
-}
-
-impl Node for ShowLevel {
     const INPUTS: &'static [Input] = &[Input::new("pyramid", PortType::Pyramid, "The pyramid.")];
     const OUTPUTS: &'static [Output] = &[Output::image("result", OutputState::same("pyramid"), "The level.")];
     const INVARIANTS: Invariants = super::laws::ALL;
+}
 
+node_kind! {
+    /// A value as one pixel.
+    pub struct ShowValue {}
+
+    const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "The value.").or(Fallback::Absent)];
+    const INVARIANTS: Invariants = super::laws::ALL;
+}
+
+node_kind! {
+    /// The worst cell of each column of a volume: by its bits the largest, which NaN and infinity are.
+    pub struct ShowVolume {}
+
+    const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.").or(Fallback::Absent)];
+    const INVARIANTS: Invariants = super::laws::ALL;
+}
+
+node_kind! {
+    /// The way from the first texel of an image to the second, over its whole width.
+    pub struct ShowFilter {}
+
+    const INPUTS: &'static [Input] = &[Input::image("image", "The image.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::image("result", OutputState::Always(ColorState::Data), "What the filter gives.")
+            .or(Fallback::Absent)];
+    const INVARIANTS: Invariants = super::laws::ALL;
+}
+
+impl Node for ShowLevel {
     fn record(&self, pass: &mut Recorder<'_>) {
         let levels = pass.pyramid("pyramid");
         let level = match self.end {
@@ -84,11 +100,6 @@ impl Node for ShowLevel {
 }
 
 impl Node for ShowValue {
-    const INPUTS: &'static [Input] = &[Input::new("value", PortType::Value, "The value.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "The value.").or(Fallback::Absent)];
-    const INVARIANTS: Invariants = super::laws::ALL;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = ImageDesc::new(Size::new(1, 1)).format(Format::Rgba32Float);
         pass.function(&VALUE, "show_value").write("result", desc);
@@ -96,11 +107,6 @@ impl Node for ShowValue {
 }
 
 impl Node for ShowVolume {
-    const INPUTS: &'static [Input] = &[Input::new("volume", PortType::Volume, "The volume.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "Its worst cells.").or(Fallback::Absent)];
-    const INVARIANTS: Invariants = super::laws::ALL;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let volume = pass.image("volume");
         let size = pass.desc(volume).size;
@@ -110,12 +116,6 @@ impl Node for ShowVolume {
 }
 
 impl Node for ShowFilter {
-    const INPUTS: &'static [Input] = &[Input::image("image", "The image.")];
-    const OUTPUTS: &'static [Output] =
-        &[Output::image("result", OutputState::Always(ColorState::Data), "What the filter gives.")
-            .or(Fallback::Absent)];
-    const INVARIANTS: Invariants = super::laws::ALL;
-
     fn record(&self, pass: &mut Recorder<'_>) {
         let image = pass.image("image");
         let desc = pass.desc(image).format(Format::Rgba32Float);

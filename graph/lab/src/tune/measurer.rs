@@ -91,7 +91,7 @@ impl<'a> ChoiceMeasurer<'a> {
         for (sequence, is_searched) in sequences.into_iter().zip(sequences::searched(&sources)) {
             let (plan, reference) = steps.run(&format!("reference of {}", sequence.name), || {
                 let plan = runner.load(&exact, &sequence, true)?;
-                Ok((plan, Reference::render(&mut runner, &sequence, view, &output.name)?))
+                Ok((plan, Reference::render(&mut runner.session, &sequence, view, &output.name)?))
             })?;
             let searched_frames = if sequence.is_still() && !reads_earlier_images(&plan) { 1 } else { sequence.len() };
             let plan = plan.hash().to_string();
@@ -116,7 +116,7 @@ impl<'a> ChoiceMeasurer<'a> {
         }
         Ok(serde_json::json!({
             "adapter": self.adapter,
-            "clock": self.runner.clock_source().name(),
+            "clock": self.runner.clock.source().name(),
             "switches": self.space.names(),
             "facts": pipeline.facts,
             "images": images,
@@ -130,7 +130,7 @@ impl<'a> ChoiceMeasurer<'a> {
 
     /// The conditions of a claim: adapter, size, clock and images. `worst` is the image of the largest error.
     pub(super) fn conditions(&self, worst: &str) -> String {
-        let clock = if self.runner.clock_source() == ClockSource::Gpu { "GPU time" } else { "host time" };
+        let clock = if self.runner.clock.source() == ClockSource::Gpu { "GPU time" } else { "host time" };
         let on = format!("{} at {}, {clock}", self.adapter, self.pictures[self.largest()].sequence.size);
         let count = self.pictures.len();
         if count == 1 {
@@ -193,7 +193,7 @@ impl<'a> ChoiceMeasurer<'a> {
         for Picture { sequence, reference, .. } in &self.pictures {
             let compared = reference::before_quantization(&graph, reference.output());
             self.runner.load(&compared, sequence, false)?;
-            worst = worst.max(reference.flip(&mut self.runner, sequence, self.view)?);
+            worst = worst.max(reference.flip(&mut self.runner.session, sequence, self.view)?);
         }
         Ok(worst)
     }
@@ -206,14 +206,14 @@ impl<'a> ChoiceMeasurer<'a> {
             self.pictures.iter().filter(|picture| picture.is_searched || !only_searched)
         {
             if loaded.is_some_and(|loaded| loaded.is_like(sequence)) {
-                self.runner.restart();
+                self.runner.session.restart();
             } else {
                 let compared = reference::before_quantization(&graph, reference.output());
                 self.runner.load(&compared, sequence, false)?;
                 loaded = Some(sequence);
             }
             let frames = if only_searched { *searched_frames } else { sequence.len() };
-            errors.push(reference.code_errors(&mut self.runner, sequence, self.view, frames)?);
+            errors.push(reference.code_errors(&mut self.runner.session, sequence, self.view, frames)?);
         }
         Ok(errors)
     }

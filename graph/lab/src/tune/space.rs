@@ -15,7 +15,7 @@ pub(super) struct Space {
 }
 
 impl Space {
-    /// Drops choices that give the same plan as another one.
+    /// All switches, without choices that give the same plan as another one.
     pub(super) fn new(
         written: &Graph,
         plan: &mut dyn FnMut(&Graph) -> Result<Arc<Plan>, LabError>,

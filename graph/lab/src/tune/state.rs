@@ -13,7 +13,6 @@ use crate::LabError;
 use crate::files::MAX_TEXT;
 use afterimage_media::{read_text, rewrite};
 
-/// Figures by choice.
 pub(super) struct SearchState {
     path: Option<PathBuf>,
     content: Content,

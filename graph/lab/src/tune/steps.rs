@@ -1,4 +1,4 @@
-//! The number of measurements that are made, and the most that may follow.
+//! Progress of a search: the measurements made, and the most that may follow.
 
 use crate::{LabError, Progress};
 
@@ -59,7 +59,6 @@ impl<'p> Steps<'p> {
         Ok(result)
     }
 
-    /// All is done.
     pub(super) fn finish(&self) {
         self.progress.expect(self.done);
     }

@@ -32,7 +32,6 @@ pub struct Measured {
     /// The same without the image where it is largest; `None` for one image.
     #[serde(default)]
     pub p999_without_worst: Option<f64>,
-    /// The largest error.
     pub max: f64,
     /// Bytes of transient images.
     pub bytes: u64,

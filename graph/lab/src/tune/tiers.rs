@@ -1,4 +1,4 @@
-//! From goals to tiers: those that are worth having.
+//! The tiers for a list of goals, without those that save too little.
 
 use afterimage_gpu::FrameTime;
 use afterimage_graph::check::Graph;
@@ -9,7 +9,6 @@ use super::tuner::Tuner;
 use crate::LabError;
 use crate::measure::beats;
 
-/// A tier to search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
     pub name: String,

@@ -1,4 +1,4 @@
-//! From the codes of a PNG or a JPEG to light.
+//! Conversion of the codes of a PNG or a JPEG to linear color.
 
 use afterimage_base::color::{Chromaticities, Colorimetry, Decimal, GRAPHICS_WHITE, Transfer, hlg_gamma};
 use glam::{DMat3, Vec3};
@@ -9,29 +9,30 @@ use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::icc::{Curve, Profile, Tables};
 use crate::codec::limits::filled;
 use crate::codec::orientation::Orientation;
-use crate::codec::{CodecError, Picture, Pixels};
+use crate::codec::{CodecError, Description, Picture, Pixels};
 
 /// The peak of the display that HLG is graded on, unless the file states one (ITU-R BT.2100).
 const HLG_PEAK: f64 = 1000.0;
 
-/// Conversion of the codes of a file to linear Rec.709. Light of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R
+/// Conversion of the codes of a file to linear Rec.709. A value of 1 is SDR white, which in HDR is 203 cd/m2 (ITU-R
 /// BT.2408), so that SDR and HDR versions of an image agree.
 pub(crate) struct Colors {
-    light: Light,
+    decoding: Decoding,
     matrix: Option<DMat3>,
     /// HLG: the luminance weights, and the peak of the display.
     display: Option<(Vec3, f64)>,
-    /// True if the codes are those of video: of 8 bits, 16 is black and 235 is white.
+    /// True for the narrow range of video: of 8-bit codes, 16 is black and 235 is white.
     pub(crate) is_narrow: bool,
-    /// The colors that the file states; `None` if it states none that a primaries and a transfer function can say.
+    /// The colorimetry that the file states; `None` if there is none, or if it is not one of primaries and a transfer
+    /// function.
     pub(crate) stated: Option<Colorimetry>,
     /// The chunk or profile that states it.
     pub(crate) stated_by: Option<&'static str>,
     pub(crate) notes: Vec<String>,
 }
 
-/// From codes to light of the file's primaries.
-enum Light {
+/// Conversion of codes to linear color in the primaries of the file.
+enum Decoding {
     Transfer(Transfer),
     /// The curves of a profile, by channel.
     Curves(Box<[Curve; 3]>),
@@ -49,42 +50,40 @@ impl Colors {
         });
         let display =
             (transfer == Transfer::Hlg).then(|| (primaries.to_xyz().row(1).as_vec3(), peak.unwrap_or(HLG_PEAK)));
-        Self { display, stated, ..Self::of_light(Light::Transfer(transfer), &primaries) }
+        Self { display, stated, ..Self::with_decoding(Decoding::Transfer(transfer), &primaries) }
     }
 
     /// The colors of an ICC profile.
     pub(crate) fn of_profile(profile: Profile) -> Self {
         match profile {
             Profile::Space(primaries, transfer) => Self::new(Some((primaries, transfer)), None),
-            Profile::Curves(primaries, curves) => Self::of_light(Light::Curves(curves), &primaries),
-            Profile::Tables(tables) => Self::of_light(Light::Tables(tables), &Tables::PRIMARIES),
+            Profile::Curves(primaries, curves) => Self::with_decoding(Decoding::Curves(curves), &primaries),
+            Profile::Tables(tables) => Self::with_decoding(Decoding::Tables(tables), &Tables::PRIMARIES),
         }
     }
 
-    /// The same, as that chunk or profile of the file states it.
+    /// Sets the chunk or profile that states the colors.
     pub(crate) fn stated_by(self, name: &'static str) -> Self {
         Self { stated_by: Some(name), ..self }
     }
 
-    fn of_light(light: Light, primaries: &Chromaticities) -> Self {
+    fn with_decoding(decoding: Decoding, primaries: &Chromaticities) -> Self {
         let matrix = to_rec709(primaries);
-        Self { light, matrix, display: None, is_narrow: false, stated: None, stated_by: None, notes: Vec::new() }
+        Self { decoding, matrix, display: None, is_narrow: false, stated: None, stated_by: None, notes: Vec::new() }
     }
 
-    /// The meaning of the codes; `None` where only the profile can say it.
-    pub(crate) fn described(&self) -> Option<Colorimetry> {
-        self.stated.or(match self.light {
-            Light::Transfer(_) => Some(Colorimetry::SRGB),
-            Light::Curves(_) | Light::Tables(_) => None,
-        })
+    /// Adds the colorimetry of the codes to a description: none where only the profile states it.
+    pub(crate) fn describe(self, file: Description) -> Description {
+        let default = matches!(self.decoding, Decoding::Transfer(_)).then_some(Colorimetry::SRGB);
+        Description { color: self.stated.or(default), stated_by: self.stated_by, notes: self.notes, ..file }
     }
 
-    /// True if there is light above SDR white.
+    /// True if colors can exceed SDR white.
     fn is_hdr(&self) -> bool {
-        matches!(self.light, Light::Transfer(Transfer::Pq | Transfer::Hlg))
+        matches!(self.decoding, Decoding::Transfer(Transfer::Pq | Transfer::Hlg))
     }
 
-    /// The bytes of a number of [`Codes::into_picture`].
+    /// Bytes of a channel in the picture of [`Codes::into_picture`].
     pub(crate) fn bytes_of_sample(&self, is_wide: bool) -> u64 {
         if is_wide || self.is_hdr() { 4 } else { 2 }
     }
@@ -101,22 +100,21 @@ impl Colors {
         }
     }
 
-    /// Linear light for each code of each channel, scene light for HLG; signals for tables.
+    /// The linear value of each code of each channel, scene-linear for HLG; signals for tables.
     fn tables(&self, last: u32) -> [Vec<f32>; 3] {
-        [0, 1, 2]
-            .map(|channel| (0..=last).map(|code| self.channel_light(channel, self.signal(code, last)) as f32).collect())
+        [0, 1, 2].map(|channel| (0..=last).map(|code| self.decoded(channel, self.signal(code, last)) as f32).collect())
     }
 
-    fn channel_light(&self, channel: usize, signal: f64) -> f64 {
-        match &self.light {
-            Light::Transfer(transfer) => transfer.to_light(signal) * unit(*transfer),
-            Light::Curves(curves) => curves[channel].light(signal),
-            Light::Tables(_) => signal,
+    fn decoded(&self, channel: usize, signal: f64) -> f64 {
+        match &self.decoding {
+            Decoding::Transfer(transfer) => transfer.to_light(signal) * unit(*transfer),
+            Decoding::Curves(curves) => curves[channel].linear(signal),
+            Decoding::Tables(_) => signal,
         }
     }
 
     fn convert(&self, values: &mut [f32]) {
-        self.to_display_light(values);
+        self.apply_ootf(values);
         let Some(matrix) = self.matrix.map(|matrix| matrix.as_mat3()) else { return };
         for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
             [*r, *g, *b] = convert(&matrix, [*r, *g, *b]);
@@ -124,14 +122,14 @@ impl Colors {
     }
 
     /// True if the numbers of the file are linear Rec.709 as they are.
-    pub(crate) fn is_rec709_light(&self) -> bool {
-        matches!(self.light, Light::Transfer(Transfer::Linear)) && self.matrix.is_none()
+    pub(crate) fn is_linear_rec709(&self) -> bool {
+        matches!(self.decoding, Decoding::Transfer(Transfer::Linear)) && self.matrix.is_none()
     }
 
-    /// Turns the signals of pixels into light; the curves of sRGB and of powers go on beyond 0 to 1. Alpha stays. Only
-    /// EXR files have such pixels, and they have no profiles.
-    pub(crate) fn to_light(&self, values: &mut [f32]) {
-        if let Light::Transfer(transfer) = self.light
+    /// Decodes the signals of pixels to linear Rec.709; the curves of sRGB and of powers are extended beyond 0 to 1. Alpha
+    /// stays. Only EXR files have such pixels, and they have no profiles.
+    pub(crate) fn decode(&self, values: &mut [f32]) {
+        if let Decoding::Transfer(transfer) = self.decoding
             && transfer != Transfer::Linear
         {
             let scale = unit(transfer);
@@ -142,8 +140,8 @@ impl Colors {
         self.convert(values);
     }
 
-    /// The opto-optical transfer function of HLG: the light of the display that the file is graded on.
-    fn to_display_light(&self, values: &mut [f32]) {
+    /// Applies the opto-optical transfer function of HLG for the display that the file is graded on.
+    fn apply_ootf(&self, values: &mut [f32]) {
         let Some((weights, peak)) = self.display else { return };
         let (scale, power) = ((peak / GRAPHICS_WHITE.get()) as f32, (hlg_gamma(peak) - 1.0) as f32);
         for [r, g, b, _] in values.as_chunks_mut::<4>().0 {
@@ -156,7 +154,7 @@ impl Colors {
     }
 }
 
-/// The light of a signal of 1; for HLG that of the scene.
+/// The linear value of a signal of 1; for HLG that of the scene.
 fn unit(transfer: Transfer) -> f64 {
     if transfer == Transfer::Pq { 10000.0 / GRAPHICS_WHITE.get() } else { 1.0 }
 }
@@ -184,13 +182,12 @@ pub(crate) struct Codes {
 pub(crate) enum Alpha {
     /// There is none: it is 1.
     None,
-    /// It is kept, and light is multiplied by it.
+    /// It is kept, and the color is multiplied by it.
     Premultiply,
-    /// It is kept.
     Apart,
 }
 
-/// Pixels that become light at once.
+/// Pixels that are converted at a time.
 const GROUP: usize = 4096;
 
 impl Codes {
@@ -204,7 +201,7 @@ impl Codes {
         colors: Colors,
         orientation: Option<Orientation>,
     ) -> Result<Picture, CodecError> {
-        let pixels = self.to_light(&colors)?;
+        let pixels = self.decoded(&colors)?;
         let Colors { stated, notes, .. } = colors;
         let mut picture = Picture { stated, notes, ..Picture::new(width, height, pixels) };
         if let Some(orientation) = orientation {
@@ -214,9 +211,9 @@ impl Codes {
         Ok(picture)
     }
 
-    /// Linear light of Rec.709: halves for 8 bits, which hold every code apart, floats for 16 and for HDR. Without
-    /// alpha it is 1.
-    fn to_light(&self, colors: &Colors) -> Result<Pixels, CodecError> {
+    /// Linear Rec.709: half floats for 8 bits, which keep all codes distinct, floats for 16 bits and for HDR. Alpha is 1
+    /// where the file has none.
+    fn decoded(&self, colors: &Colors) -> Result<Pixels, CodecError> {
         let tables = colors.tables(if self.is_wide { 65535 } else { 255 });
         if self.is_wide || colors.is_hdr() {
             let mut values = filled(self.pixels * 4, 1.0_f32)?;
@@ -244,19 +241,19 @@ impl Codes {
         }
     }
 
-    /// The light of the pixels from `first` on.
+    /// Writes the linear color of the pixels from `first` on.
     fn group(&self, first: usize, colors: &Colors, tables: &[Vec<f32>; 3], out: &mut [f32]) -> Result<(), CodecError> {
         let inks = self.channels - usize::from(self.alpha != Alpha::None);
-        if let Light::Tables(profile) = &colors.light {
+        if let Decoding::Tables(profile) = &colors.decoding {
             let channels = profile.channels();
             let pixels = first..first + out.len() / 4;
             let signals = pixels.flat_map(|pixel| (0..channels).map(move |channel| (pixel, channel.min(inks - 1))));
             let signals: Vec<f32> = signals.map(|(pixel, channel)| tables[0][self.code(pixel, channel)]).collect();
-            profile.light(&signals, out)?;
+            profile.linear(&signals, out)?;
         } else {
             for (pixel, out) in (first..).zip(out.as_chunks_mut::<4>().0) {
-                for (channel, light) in out[..3].iter_mut().enumerate() {
-                    *light = tables[channel][self.code(pixel, channel.min(inks - 1))];
+                for (channel, value) in out[..3].iter_mut().enumerate() {
+                    *value = tables[channel][self.code(pixel, channel.min(inks - 1))];
                 }
             }
         }
@@ -266,7 +263,7 @@ impl Codes {
             for (pixel, out) in (first..).zip(out.as_chunks_mut::<4>().0) {
                 out[3] = self.code(pixel, inks) as f32 * scale;
                 let alpha = if self.alpha == Alpha::Premultiply { out[3] } else { 1.0 };
-                out[..3].iter_mut().for_each(|light| *light *= alpha);
+                out[..3].iter_mut().for_each(|value| *value *= alpha);
             }
         }
         Ok(())

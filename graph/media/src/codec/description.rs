@@ -21,6 +21,30 @@ pub struct Description {
     pub notes: Vec<String>,
 }
 
+impl Description {
+    /// A file with one picture of this size, whose colors are not known yet.
+    pub(crate) fn of_picture(
+        format: &'static str,
+        (width, height): (u32, u32),
+        channels: &[&str],
+        samples: &'static str,
+        compression: &str,
+    ) -> Self {
+        let window = Window { x: 0, y: 0, width: width.into(), height: height.into() };
+        let channels: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
+        let part = PartDescription {
+            name: None,
+            display: window,
+            data: window,
+            channels: channels.iter().map(|name| ChannelDescription { name: name.clone(), samples }).collect(),
+            compression: compression.to_owned(),
+            tiles: None,
+        };
+        let picture = Some(PictureChannels { part: 0, channels });
+        Self { format, parts: vec![part], picture, color: None, stated_by: None, notes: Vec::new() }
+    }
+}
+
 /// A part of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartDescription {
@@ -49,13 +73,6 @@ pub struct Window {
     pub width: u64,
     /// Rows.
     pub height: u64,
-}
-
-impl Window {
-    /// A rectangle that begins at 0.
-    pub(crate) fn of_size(width: u32, height: u32) -> Self {
-        Self { x: 0, y: 0, width: width.into(), height: height.into() }
-    }
 }
 
 /// A channel of a part.

@@ -16,10 +16,10 @@ pub struct Encoding {
     pub bits: u32,
     /// Seed of the dither to 8-bit codes; `None` rounds to the nearest code. Alpha and codes of 16 bits are rounded.
     pub dither: Option<u32>,
-    /// Whether alpha is written. A JPEG has none. In a PNG it is coverage that is not multiplied into the color.
+    /// The condition for writing alpha. A JPEG has none. In a PNG it is straight.
     pub alpha: Alpha,
-    /// Whether the light of the pixels is multiplied by their alpha, as in a pipeline. For a PNG with alpha it is
-    /// divided by it: light above white is cut then, and there is none where alpha is 0.
+    /// True if colors are multiplied by their alpha, as in a pipeline. For a PNG with alpha they are divided by it, and
+    /// then clipped to white; they are black where alpha is 0.
     pub premultiplied: bool,
     /// The meaning of the numbers, which the file states; `None` for data.
     pub color: Option<Colorimetry>,
@@ -29,17 +29,16 @@ pub struct Encoding {
     pub compression: ExrCompression,
     /// Primaries of an EXR, to which pixels are converted; those of `color` if `None`.
     pub primaries: Option<Chromaticities>,
-    /// Whether the numbers of an EXR are light of the scene: then `colorInteropID` names the primaries, if they have a
-    /// name.
+    /// True if the color of an EXR is scene-linear: then `colorInteropID` names the primaries, if they have a name.
     pub scene: bool,
 }
 
-/// Whether the alpha of an image is written.
+/// The condition for writing the alpha of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Alpha {
     /// Always.
     Keep,
-    /// Where it is not 1 in all pixels. For EXR: always.
+    /// If it is not 1 in all pixels. For EXR: always.
     #[default]
     WhereNeeded,
     /// Never.
@@ -73,8 +72,8 @@ impl Encoding {
         ..Self::PNG
     };
 
-    /// Whether the first bytes of the file depend on all pixels: an HDR PNG states their light, and
-    /// [`Alpha::WhereNeeded`] depends on all.
+    /// Returns whether the first bytes of the file depend on all pixels: an HDR PNG states its content light level, and
+    /// [`Alpha::WhereNeeded`] is decided by all of them.
     pub fn needs_all_rows(&self) -> bool {
         let is_png = self.format == ImageFormat::Png;
         is_png && (self.alpha == Alpha::WhereNeeded || self.color.is_some_and(|color| color.is_hdr()))
@@ -133,7 +132,6 @@ pub trait Sink: Write + Seek + Send {}
 
 impl<T: Write + Seek + Send> Sink for T {}
 
-/// A file in memory.
 #[derive(Clone, Default)]
 pub(crate) struct Buffer(Arc<Mutex<Cursor<Vec<u8>>>>);
 

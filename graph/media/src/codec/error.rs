@@ -5,6 +5,7 @@ use std::io;
 
 use afterimage_base::diagnostic::shown;
 
+use crate::codec::catch_panic;
 use crate::codec::metered::Unfinished;
 
 /// Error of decoding or encoding, with a hint for the user. Both are of one line: names of layers and of
@@ -82,6 +83,11 @@ impl CodecError {
     pub(crate) fn broken(what: impl fmt::Display) -> Self {
         Self::new(ErrorKind::Broken, format!("the file is damaged: {what}")).hint("copy or render it again")
     }
+}
+
+/// Runs code of a decoder. A panic of it is an error of the file.
+pub(crate) fn guarded<T>(decode: impl FnOnce() -> Result<T, CodecError>) -> Result<T, CodecError> {
+    catch_panic(decode).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
 }
 
 impl fmt::Display for CodecError {

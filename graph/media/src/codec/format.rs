@@ -8,9 +8,9 @@ use crate::codec::{CodecError, ErrorKind};
 /// A format of image files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageFormat {
-    /// OpenEXR: linear light, or data.
+    /// OpenEXR: linear color, or data.
     Exr,
-    /// Radiance: linear light. It is read only.
+    /// Radiance: linear color. Such files are read, and not written.
     Hdr,
     /// PNG: codes of a transfer function.
     Png,
@@ -62,7 +62,7 @@ impl ImageFormat {
         }
     }
 
-    /// Whether files hold codes of a transfer function; otherwise they hold linear light.
+    /// Returns whether files hold codes of a transfer function; otherwise they hold linear color.
     pub fn is_encoded(self) -> bool {
         matches!(self, Self::Png | Self::Jpeg)
     }

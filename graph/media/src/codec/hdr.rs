@@ -9,10 +9,7 @@ use image::{ImageDecoder, ImageError};
 use crate::codec::chromaticities::{convert, to_rec709};
 use crate::codec::limits::{MAX_HDR_HEADER, filled, zeroed};
 use crate::codec::orientation::Orientation;
-use crate::codec::{
-    ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
-    Pixels, ReadOptions, Window,
-};
+use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, Pixels, ReadOptions};
 
 /// Decodes a Radiance file to 32-bit floats with alpha 1. `PRIMARIES` is applied. `EXPOSURE` and `COLORCORR` are
 /// divided out, the products of all their lines, so that the values are the radiance that the file states. Rows and
@@ -76,30 +73,16 @@ fn header<R: BufRead>(mut reader: R) -> Result<(Vec<u8>, Orientation, R), CodecE
     }
 }
 
-/// Reads the header only.
 pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, CodecError> {
     let (header, orientation, reader) = header(reader)?;
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(header).chain(reader)).map_err(explain)?;
     let (width, height) = decoder.dimensions();
-    let (width, height) = orientation.size(width, height);
     let stated = stated_primaries(&decoder.metadata());
-    let channels = ["R", "G", "B"].map(str::to_owned).to_vec();
-    let of_channel = |name: &String| ChannelDescription { name: name.clone(), samples: "RGBE" };
-    let part = PartDescription {
-        name: None,
-        display: Window::of_size(width, height),
-        data: Window::of_size(width, height),
-        channels: channels.iter().map(of_channel).collect(),
-        compression: "runs".to_owned(),
-        tiles: None,
-    };
+    let size = orientation.size(width, height);
     Ok(Description {
-        format: "Radiance HDR",
-        parts: vec![part],
-        picture: Some(PictureChannels { part: 0, channels }),
         color: Some(Colorimetry::linear(stated.unwrap_or(Chromaticities::REC709))),
         stated_by: stated.map(|_| "PRIMARIES"),
-        notes: Vec::new(),
+        ..Description::of_picture("Radiance HDR", size, &["R", "G", "B"], "RGBE", "runs")
     })
 }
 

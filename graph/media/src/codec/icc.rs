@@ -18,12 +18,11 @@ const PCS_WHITE: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
 
 /// Year, month, day, hour, minute and second of all profiles, so that equal colorimetry gives equal bytes.
 const DATE: [u16; 6] = [2026, 1, 1, 0, 0, 0];
-/// Bytes of a header.
 const HEADER: usize = 128;
 /// Of ICC.1:2022.
 const VERSION: [u8; 4] = [4, 0x40, 0, 0];
 
-/// Largest difference between a curve and a transfer function that counts as equal, in linear light. Tables of 8-bit
+/// Largest difference between a curve and a transfer function that counts as equal, in linear values. Tables of 8-bit
 /// profiles differ by less.
 const SAME_CURVE: f64 = 1e-3;
 
@@ -130,7 +129,6 @@ pub(crate) enum Profile {
     Space(Chromaticities, Transfer),
     /// A matrix, or gray, with other curves.
     Curves(Chromaticities, Box<[Curve; 3]>),
-    /// Tables of several dimensions.
     Tables(Tables),
 }
 
@@ -144,7 +142,7 @@ pub(crate) struct Curve {
 
 impl Curve {
     /// Light of a signal from 0 to 1.
-    pub(crate) fn light(&self, signal: f64) -> f64 {
+    pub(crate) fn linear(&self, signal: f64) -> f64 {
         let value = value(&self.curve, signal.clamp(0.0, 1.0));
         if !self.is_lightness {
             return value;
@@ -157,12 +155,12 @@ impl Curve {
     /// True if it is that function.
     fn is(&self, transfer: Transfer) -> bool {
         let mut signals = (0..=256).map(|step| f64::from(step) / 256.0);
-        signals.all(|signal| (self.light(signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
+        signals.all(|signal| (self.linear(signal) - transfer.to_light(signal)).abs() <= SAME_CURVE)
     }
 
     /// True if it gives a number for each signal.
     fn is_defined(&self) -> bool {
-        (0..=256).all(|step| self.light(f64::from(step) / 256.0).is_finite())
+        (0..=256).all(|step| self.linear(f64::from(step) / 256.0).is_finite())
     }
 }
 
@@ -173,10 +171,10 @@ pub(crate) struct Tables {
 }
 
 impl Tables {
-    /// The primaries of the light that they give; no color has a negative number in them.
+    /// The primaries of the result; no color has a negative component in them.
     pub(crate) const PRIMARIES: Chromaticities = Chromaticities::ACES_AP0;
 
-    /// The curve of the numbers that moxcms makes. It rounds them to 16 bits, which would be coarse in linear light.
+    /// The curve of the numbers that moxcms makes. It rounds them to 16 bits, which would be coarse for linear color.
     const CURVE: Transfer = Transfer::Gamma(Decimal::new(2.2));
 
     fn new(profile: &ColorProfile, channels: usize) -> Option<Self> {
@@ -205,11 +203,11 @@ impl Tables {
         self.channels
     }
 
-    /// The light of pixels from their signals, in the first three of four numbers.
+    /// Writes the linear color of pixels, by their signals, to the first three of four channels.
     ///
     /// # Errors
-    /// What moxcms reports.
-    pub(crate) fn light(&self, signals: &[f32], out: &mut [f32]) -> Result<(), CodecError> {
+    /// moxcms cannot evaluate the profile.
+    pub(crate) fn linear(&self, signals: &[f32], out: &mut [f32]) -> Result<(), CodecError> {
         let mut rgb = vec![0.0; signals.len() / self.channels * 3];
         let failed = |_| CodecError::broken("its ICC profile cannot be evaluated");
         self.transform.transform(signals, &mut rgb).map_err(failed)?;
@@ -217,7 +215,7 @@ impl Tables {
             pixel
                 .iter_mut()
                 .zip(rgb)
-                .for_each(|(light, signal)| *light = Self::CURVE.to_light((*signal).into()) as f32);
+                .for_each(|(value, signal)| *value = Self::CURVE.to_light((*signal).into()) as f32);
         }
         Ok(())
     }
@@ -226,7 +224,7 @@ impl Tables {
 /// The meaning of a profile for a picture of that many color channels: 1, 3 or, for CMYK, 4.
 ///
 /// # Errors
-/// Why it cannot be applied.
+/// The reason why it cannot be applied.
 pub(crate) fn read(bytes: &[u8], channels: usize) -> Result<Profile, &'static str> {
     // moxcms is not ours: a panic of it makes a profile unreadable, and not the picture.
     catch_panic(|| parse(bytes, channels)).unwrap_or(Err(UNREADABLE))
@@ -268,7 +266,7 @@ fn parse(bytes: &[u8], channels: usize) -> Result<Profile, &'static str> {
     }
     let tables = Tables::new(&profile, of_profile).ok_or(UNREADABLE)?;
     // What fails for one pixel fails for all.
-    tables.light(&[0.5; 4][..of_profile], &mut [0.0; 4]).map_err(|_| UNREADABLE)?;
+    tables.linear(&[0.5; 4][..of_profile], &mut [0.0; 4]).map_err(|_| UNREADABLE)?;
     Ok(Profile::Tables(tables))
 }
 
@@ -313,15 +311,15 @@ fn transfer(curve: &Curve) -> Option<Transfer> {
 /// The curve's value (ICC.1:2022, 10.6 and 10.18). NaN for a form that is not defined.
 fn value(curve: &ToneReprCurve, signal: f64) -> f64 {
     match curve {
-        ToneReprCurve::Lut(table) => table_light(table, signal),
+        ToneReprCurve::Lut(table) => table_value(table, signal),
         ToneReprCurve::Parametric(numbers) => {
             let numbers: Vec<f64> = numbers.iter().map(|number| f64::from(*number)).collect();
-            parametric_light(&numbers, signal)
+            parametric_value(&numbers, signal)
         }
     }
 }
 
-fn table_light(table: &[u16], signal: f64) -> f64 {
+fn table_value(table: &[u16], signal: f64) -> f64 {
     match table {
         [] => signal,
         [gamma] => signal.powf(f64::from(*gamma) / 256.0),
@@ -334,7 +332,7 @@ fn table_light(table: &[u16], signal: f64) -> f64 {
     }
 }
 
-fn parametric_light(numbers: &[f64], x: f64) -> f64 {
+fn parametric_value(numbers: &[f64], x: f64) -> f64 {
     match *numbers {
         [g] => x.powf(g),
         [g, a, b] if x >= -b / a => (a * x + b).powf(g),

@@ -25,10 +25,9 @@ impl LightLevel {
     }
 }
 
-/// Codes to light.
 struct Nits {
-    /// Light of each code: in cd/m2 for PQ, scene light for HLG.
-    light: Vec<f32>,
+    /// The linear value of each code: in cd/m2 for PQ, scene-linear for HLG.
+    linear: Vec<f32>,
     /// HLG: luminance weights, the peak and the system gamma less 1.
     display: Option<([f32; 3], f32, f32)>,
 }
@@ -41,8 +40,8 @@ impl Nits {
             Transfer::Linear | Transfer::Srgb | Transfer::Gamma(_) => return None,
         };
         let last = (1_u32 << bits) - 1;
-        let light = |code: u32| (color.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
-        Some(Self { light: (0..=last).map(light).collect(), display })
+        let linear = |code: u32| (color.transfer.to_light(f64::from(code) / f64::from(last)) * scale) as f32;
+        Some(Self { linear: (0..=last).map(linear).collect(), display })
     }
 
     /// The brightest pixel and the sum of a group of pixels.
@@ -52,7 +51,7 @@ impl Nits {
     }
 
     fn pixel(&self, codes: [u16; 3]) -> f32 {
-        let [r, g, b] = codes.map(|code| self.light[usize::from(code)]);
+        let [r, g, b] = codes.map(|code| self.linear[usize::from(code)]);
         let brightest = r.max(g).max(b);
         match self.display {
             None => brightest,
@@ -68,4 +67,25 @@ impl Nits {
 fn hlg_display(primaries: &Chromaticities, peak: f64) -> ([f32; 3], f32, f32) {
     let weights = primaries.to_xyz().row(1).as_vec3().to_array();
     (weights, peak as f32, (hlg_gamma(peak) - 1.0) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pictures of several groups; in the second ones the last pixel is the brightest.
+    #[test]
+    fn the_level_is_that_of_all_pixels_whatever_the_channels() {
+        let color = Colorimetry::new(Chromaticities::REC709, Transfer::Pq);
+        for channels in [3, 4] {
+            let mut codes = [100_u16, 180, 60, 255][..channels].repeat(10_000);
+            let level = LightLevel::of(&codes, channels, 8, &color).expect("HDR");
+            let nits = |code: f64| color.transfer.to_light(code / 255.0) * 10000.0;
+            assert!((level.max / nits(180.0) - 1.0).abs() < 1e-6 && (level.mean / level.max - 1.0).abs() < 1e-6);
+            codes[channels * 9_999] = 200;
+            let level = LightLevel::of(&codes, channels, 8, &color).expect("HDR");
+            assert!((level.max / nits(200.0) - 1.0).abs() < 1e-6, "{level:?}");
+        }
+        assert_eq!(LightLevel::of(&[0; 3], 3, 8, &Colorimetry::SRGB), None);
+    }
 }

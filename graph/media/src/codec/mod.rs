@@ -34,8 +34,9 @@ use std::io::{BufRead, Seek, SeekFrom};
 pub use afterimage_base::panics::catch_panic;
 pub use description::{ChannelDescription, Description, PartDescription, PictureChannels, Window};
 pub use encoding::{Alpha, Encoding, Image, RowWriter, Sink};
+pub(crate) use error::guarded;
 pub use error::{CodecError, ErrorKind};
-pub use exr::StatedCamera;
+pub use exr::CameraMatrices;
 #[cfg(test)]
 pub(crate) use exr::of_attributes;
 pub use exr_compression::ExrCompression;
@@ -54,7 +55,7 @@ pub use write::{encode, row_writer};
 /// channel of an EXR file. `options` may be a [`Budget`] alone.
 ///
 /// # Errors
-/// What the decoders report, a layer of a format without layers, and an encoded `space` for a file of linear light. A
+/// Errors of the decoders, a layer of a format without layers, and an encoded `space` for a file of linear color. A
 /// panic of a decoder is an error, too.
 pub fn decode(
     mut reader: impl BufRead + Seek,
@@ -68,21 +69,20 @@ pub fn decode(
     {
         return Err(not_linear(&space));
     }
-    let decoded = catch_panic(|| match (format, layer) {
+    guarded(|| match (format, layer) {
         (ImageFormat::Exr, layer) => exr::decode(reader, layer, options),
         (ImageFormat::Hdr, None) => hdr::decode(reader, options),
         (ImageFormat::Png, None) => png::decode(reader, options),
         (ImageFormat::Jpeg, None) => jpeg::decode(reader, options),
         (_, Some(layer)) => Err(no_layers(layer)),
-    });
-    decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+    })
 }
 
 /// Encodes an EXR file whose picture replaces the one that [`decode`] reads from `original`: all other channels and
 /// parts are preserved bit for bit, with the attributes of their parts. Returns the file, and sentences about what is
 /// left out.
 ///
-/// Channels keep their names, so the picture takes those of the old one. Where layers of light are preserved and
+/// Channels keep their names, so the picture takes those of the old one. Where color layers are preserved and
 /// `encoding` names no primaries, the file has those of the original. Nothing is preserved of a file that is no EXR, or
 /// whose data window is not the display window in the size of the picture.
 ///
@@ -98,8 +98,7 @@ pub fn encode_beside<'a>(
     if ImageFormat::of_content(&mut original)? != ImageFormat::Exr {
         return encode_with_notes(image.into(), encoding);
     }
-    let encoded = catch_panic(|| exr::encode_beside(image.into(), encoding, original, layer, reading));
-    encoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+    guarded(|| exr::encode_beside(image.into(), encoding, original, layer, reading))
 }
 
 /// Sentences about what an EXR file has besides the picture that [`decode`] reads, with the reason why it is left out;
@@ -115,7 +114,7 @@ pub fn exr_left_out(
     if ImageFormat::of_content(&mut original)? != ImageFormat::Exr {
         return Ok(Vec::new());
     }
-    catch_panic(|| exr::left_out(original, layer, why)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+    guarded(|| exr::left_out(original, layer, why))
 }
 
 /// The camera that an EXR file states for a layer: `worldToCamera`, `worldToNDC` and, where they are there, `near` and
@@ -123,13 +122,12 @@ pub fn exr_left_out(
 ///
 /// # Errors
 /// Another format, what the decoder reports, and a file that states no camera.
-pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<StatedCamera, CodecError> {
+pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<CameraMatrices, CodecError> {
     if ImageFormat::of_content(&mut reader)? != ImageFormat::Exr {
         return Err(CodecError::new(ErrorKind::Unsupported, "only EXR files state a camera")
             .hint("write the camera into a JSON file: `--input camera=FILE.json`"));
     }
-    let decoded = catch_panic(|| exr::camera(reader, layer));
-    decoded.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+    guarded(|| exr::camera(reader, layer))
 }
 
 /// Describes an image file by its headers. `layer` as in [`decode`].
@@ -138,23 +136,20 @@ pub fn decode_camera(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Re
 /// As [`decode`], for what it finds in headers.
 pub fn describe(mut reader: impl BufRead + Seek, layer: Option<&str>) -> Result<Description, CodecError> {
     let format = ImageFormat::of_content(&mut reader)?;
-    let described = catch_panic(|| match (format, layer) {
+    guarded(|| match (format, layer) {
         (ImageFormat::Exr, layer) => exr::describe(reader, layer),
         (ImageFormat::Hdr, None) => hdr::describe(reader),
         (ImageFormat::Png, None) => png::describe(reader),
         (ImageFormat::Jpeg, None) => jpeg::describe(reader),
         (_, Some(layer)) => Err(no_layers(layer)),
-    });
-    described.unwrap_or_else(|panic| Err(CodecError::broken(panic)))
+    })
 }
 
 /// Reads the headers of an image that was written, and returns what another reader would refuse, too. A file of another
 /// format than [`decode`] reads passes.
 pub(crate) fn check(mut reader: impl BufRead + Seek) -> Result<(), CodecError> {
     match ImageFormat::of_content(&mut reader) {
-        Ok(ImageFormat::Exr) => {
-            catch_panic(|| exr::check(reader)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
-        }
+        Ok(ImageFormat::Exr) => guarded(|| exr::check(reader)),
         Ok(_) => describe(reader, None).map(drop),
         Err(error) if error.kind == ErrorKind::Unsupported => Ok(()),
         Err(error) => Err(error),
@@ -180,7 +175,7 @@ fn not_linear(space: &ColorSpace) -> CodecError {
         .hint(format!("name a linear space: {}", linear.join(", ")))
 }
 
-/// The numbers of all channels, part by part, in the order of [`describe`]; for other files as linear light of
+/// The statistics of all channels, part by part, in the order of [`describe`]; of files without layers in linear
 /// Rec.709.
 ///
 /// # Errors
@@ -191,8 +186,7 @@ pub fn measure(
     budget: Budget,
 ) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {
     if ImageFormat::of_content(&mut reader)? == ImageFormat::Exr {
-        let measured = catch_panic(|| exr::measure(reader, budget));
-        return measured.unwrap_or_else(|panic| Err(CodecError::broken(panic)));
+        return guarded(|| exr::measure(reader, budget));
     }
     let options = ReadOptions { premultiplied: false, ..budget.into() };
     let picture = decode(reader, None, options)?;

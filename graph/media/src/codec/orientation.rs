@@ -13,8 +13,8 @@ impl Orientation {
     /// Rows from the top, pixels from the left.
     pub(super) const UPRIGHT: Self = Self(1);
 
-    /// What an EXIF block states, from its TIFF header on: `None` for an upright picture, and for a block that states
-    /// none or is broken.
+    /// The orientation that an EXIF block states, from its TIFF header on: `None` for an upright picture, and for a
+    /// block that states none or is broken.
     pub(super) fn of_exif(exif: &[u8]) -> Option<Self> {
         let is_little = match exif.get(..4)? {
             b"II*\0" => true,
@@ -60,7 +60,6 @@ impl Orientation {
         if self.is_turned() { (height, width) } else { (width, height) }
     }
 
-    /// The upright picture.
     pub(super) fn upright(self, picture: Picture) -> Picture {
         let [columns, rows] = [picture.width, picture.height].map(|side| side as usize);
         let (width, height) = self.size(picture.width, picture.height);

@@ -7,7 +7,7 @@ use exr::meta::header::{ImageAttributes, LayerAttributes};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 
-/// Linear light with Rec.709 primaries and D65 white (or plain data), interleaved RGBA, rows from the top.
+/// Linear color with Rec.709 primaries and D65 white, or data, interleaved RGBA, rows from the top.
 ///
 /// A value of 1 is SDR white in a file for a display: code 255 of sRGB, and 203 cd/m2 of PQ and HLG (ITU-R BT.2408), so
 /// that the SDR and the HDR version of an image agree. In EXR and Radiance files it is 1 in the unit of the file; a

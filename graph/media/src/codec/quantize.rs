@@ -86,30 +86,30 @@ pub(crate) struct Quantizer {
     pub(crate) dither: Option<u32>,
     /// 3 for RGB, 4 for RGBA.
     pub(crate) channels: usize,
-    /// The row of the image that the first one is.
+    /// The index of the next row in the image.
     pub(crate) first_row: u32,
-    /// The meaning of color that is multiplied by its alpha, and is divided by it where alpha is written; `None` leaves
-    /// it.
+    /// The colorimetry of premultiplied color, which becomes straight where alpha is written; `None` leaves colors as
+    /// they are.
     pub(crate) premultiplied: Option<Premultiplied>,
 }
 
-/// Color that is multiplied by its alpha in light, before it was encoded.
+/// Color that was multiplied by its alpha while it was linear, before it was encoded.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Premultiplied {
     transfer: Transfer,
-    /// HLG encodes the light of a scene, which is that of the display to this power.
+    /// HLG encodes scene-linear values, which are those of the display to this power.
     power: f64,
 }
 
 impl Premultiplied {
-    /// Color with this meaning; numbers in proportion to light if there is none.
+    /// Color with this colorimetry; linear if there is none.
     pub(crate) fn new(color: Option<Colorimetry>) -> Self {
         let transfer = color.map_or(Transfer::Linear, |color| color.transfer);
         let peak = color.and_then(|color| color.peak_nits).map_or(1000.0, Decimal::get);
         Self { transfer, power: if transfer == Transfer::Hlg { 1.0 / hlg_gamma(peak) } else { 1.0 } }
     }
 
-    /// True if the straight color of a pixel lacks light: it would be brighter than white by a code, or has no alpha.
+    /// True if the straight color of a pixel is clipped: it would be brighter than white by a code, or has no alpha.
     pub(crate) fn is_cut(self, [r, g, b, alpha]: [f32; 4], bits: u32) -> bool {
         let last = last_code(bits);
         let brightest = r.max(g).max(b);
@@ -173,7 +173,7 @@ impl Quantizer {
         }
     }
 
-    /// The numbers that the file holds of a pixel.
+    /// The channels of a pixel as the file stores them.
     fn written(self, pixel: [f32; 4]) -> [f32; 4] {
         match self.premultiplied {
             Some(color) if self.channels == 4 => color.straight(pixel, last_code(self.bits)),

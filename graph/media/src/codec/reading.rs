@@ -9,7 +9,7 @@ pub struct ReadOptions {
     pub budget: Budget,
     /// The color space of a color picture, whatever the file states; `None` believes the file.
     pub space: Option<ColorSpace>,
-    /// True if the light of a PNG is multiplied by its alpha, as that of an EXR is. Otherwise alpha is a number of its
+    /// True if the color of a PNG is multiplied by its alpha, as that of an EXR is. Otherwise alpha is a number of its
     /// own, such as a mask.
     pub premultiplied: bool,
     /// True if the picture of an EXR file is its data window, which may be larger than the display window (overscan) or

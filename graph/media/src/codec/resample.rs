@@ -59,7 +59,7 @@ fn side(pixels: u32, share: f64) -> u32 {
     (f64::from(pixels) * share).round().max(1.0) as u32
 }
 
-/// The samples that make one of the other grid: the first of them, and their weights.
+/// The source samples of one target sample: the index of the first, and their weights.
 type Tap = (usize, Vec<f32>);
 
 /// A tent around the center of each sample of the grid of `to` samples, over that of `from`.
@@ -92,7 +92,7 @@ fn scale_columns(pixels: &[[f32; 4]], width: usize, to: usize) -> Vec<[f32; 4]> 
     taps.par_iter().flat_map_iter(row).collect()
 }
 
-/// A sample without weight does not count, also if it is not finite.
+/// Samples of weight 0 are skipped, because they may be infinite.
 fn weighted<'p>(weights: &[f32], samples: impl Iterator<Item = &'p [f32; 4]>) -> [f32; 4] {
     let mut sum = [0.0; 4];
     for (weight, sample) in weights.iter().zip(samples).filter(|(weight, _)| **weight > 0.0) {

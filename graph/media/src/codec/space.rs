@@ -9,7 +9,7 @@ pub struct ColorSpace {
     pub name: &'static str,
     /// The primaries and the white.
     pub primaries: Chromaticities,
-    /// The function between light and numbers; `Linear` for the spaces of EXR files.
+    /// The transfer function; `Linear` for the spaces of EXR files.
     pub transfer: Transfer,
 }
 
@@ -40,7 +40,7 @@ impl ColorSpace {
         Self::ALL.into_iter().find(|space| space.name.eq_ignore_ascii_case(name))
     }
 
-    /// True if its numbers are proportional to light, as those of an EXR.
+    /// True if its values are linear, as those of an EXR.
     pub fn is_linear(&self) -> bool {
         self.transfer == Transfer::Linear
     }

@@ -1,8 +1,8 @@
-//! The numbers of channels.
+//! Statistics of channels.
 
 use super::{Picture, Pixels};
 
-/// The numbers of a channel.
+/// The range of a channel, and its counts of NaN and infinities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelStatistics {
     /// The least and the greatest finite number; `None` if there is none.
@@ -14,7 +14,6 @@ pub struct ChannelStatistics {
 }
 
 impl ChannelStatistics {
-    /// Counts a number.
     pub(crate) fn add(&mut self, value: f64) {
         if value.is_finite() {
             let [least, most] = self.range.unwrap_or([value; 2]);
@@ -26,7 +25,6 @@ impl ChannelStatistics {
         }
     }
 
-    /// The numbers of both.
     pub(crate) fn and(self, other: Self) -> Self {
         let ranges = self.range.into_iter().chain(other.range);
         let range = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);

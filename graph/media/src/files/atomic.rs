@@ -14,12 +14,11 @@ use crate::files::regular::read_bytes;
 use crate::files::rights::{keep_rights, private};
 use crate::files::{FileError, run_files};
 
-/// Writes `bytes` to `path`. Whatever fails, the file that was there before stays as it was and
-/// nothing half written is left. Through a symbolic link the file behind it is replaced or made; devices
-/// and pipes are written to directly, as they cannot be replaced.
+/// Writes `bytes` to `path`, atomically: after an error the old file is unchanged, and no partial file is left. Symbolic
+/// links are followed. Devices and pipes are written to directly, because they cannot be replaced.
 ///
-/// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. What killed runs have
-/// left in the folder is removed.
+/// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. Temporary files of
+/// killed runs are removed from the folder.
 ///
 /// # Errors
 /// The file is an input of the [run](super::run_files), it is read-only or this user may not write it, or writing
@@ -28,7 +27,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     AtomicFile::create(path)?.write_all(bytes)
 }
 
-/// The same for a file that this run may have read before: a text that is corrected, a cache.
+/// As [`write_atomic`], for a file that this run may have read: a corrected text, a cache.
 ///
 /// # Errors
 /// As [`write_atomic`], but for inputs.
@@ -47,7 +46,7 @@ pub(super) fn write_encoded(path: &Path, bytes: &[u8]) -> Result<(), FileError> 
 /// [finished](Self::finish); dropped before, it leaves nothing.
 pub struct AtomicFile {
     file: File,
-    /// `None` for what cannot be replaced.
+    /// `None` for a device or a pipe, which cannot be replaced.
     temporary: Option<Temporary>,
     /// The name that the user gave.
     name: PathBuf,
@@ -111,7 +110,7 @@ impl AtomicFile {
         }
     }
 
-    /// Puts the file at its place.
+    /// Syncs the file and renames it to its destination.
     ///
     /// # Errors
     /// As [`write_atomic`].
@@ -124,7 +123,7 @@ impl AtomicFile {
         self.replace().map_err(|error| FileError::writing(&name, &error))
     }
 
-    /// Puts an image at its place if its headers can be read.
+    /// Finishes an image if its headers can be read back.
     ///
     /// # Errors
     /// As [`write_atomic`], and an image that could not be read: the file that was there stays.
@@ -151,8 +150,8 @@ impl AtomicFile {
     }
 }
 
-/// Writes files that do not exist yet into a folder, all of them or none, with the folders that they need. A file of
-/// the same content is as good as written. Returns whether each is new.
+/// Writes files that do not exist yet into a folder, all of them or none, with the folders that they need. A file
+/// that already has the same content is left. Returns whether each is new.
 ///
 /// # Errors
 /// There is another file of that name, or a link on the way to it; writing fails.
@@ -238,7 +237,7 @@ impl Drop for Made {
 struct Temporary(Option<PathBuf>);
 
 impl Temporary {
-    /// A new file, locked, which another run takes for a leftover otherwise.
+    /// Creates and locks a file. The lock keeps other runs from taking it for a leftover.
     fn beside(path: &Path, old: Option<&Metadata>) -> io::Result<(Self, File)> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create_new(true);
@@ -258,7 +257,7 @@ impl Temporary {
         }
     }
 
-    /// Gives the file its name, which no other has.
+    /// Renames the file to a name that does not exist yet.
     fn place_new(&self, to: &Path) -> io::Result<()> {
         let Some(from) = &self.0 else { return Ok(()) };
         match fs::hard_link(from, to) {

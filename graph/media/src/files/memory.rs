@@ -1,4 +1,4 @@
-//! The memory of the machine, as far as it limits what is decoded.
+//! Memory limits of the machine and of this process.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -8,7 +8,7 @@ use crate::codec::Budget;
 
 /// Assumed where the system does not state its memory.
 const ASSUMED: u64 = 16 << 30;
-/// Memory for decoding an image, of all memory. A sequence has up to four images in work.
+/// One of how many parts of the memory decoding an image may take. A sequence has up to four images in flight.
 const SHARE: u64 = 4;
 
 /// The budget for decoding an image if the user names none: a quarter of the machine's memory, or of what its control
@@ -24,8 +24,8 @@ fn machine_memory() -> u64 {
     machine.min(group.unwrap_or(u64::MAX))
 }
 
-/// The bytes of memory that this process may use, if they are limited (`ulimit -v`, `ulimit -d`). A device's driver is
-/// not found if it does not fit.
+/// The bytes of memory that this process may use, if they are limited (`ulimit -v`, `ulimit -d`). A driver
+/// that does not fit is not found.
 pub fn memory_limit() -> Option<u64> {
     least(&system_text("/proc/self/limits")?)
 }

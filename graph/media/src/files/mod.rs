@@ -15,6 +15,7 @@ pub mod sequence;
 #[cfg(not(target_family = "wasm"))]
 mod watch;
 
+use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -30,8 +31,8 @@ pub use regular::{Permit, read_bytes, read_permitted, read_permitted_text, read_
 pub use watch::FileWatch;
 
 use crate::codec::{
-    Budget, ChannelStatistics, Description, Encoding, Image, Picture, ReadOptions, StatedCamera, check_end, decode,
-    decode_camera, describe, encode_beside, encode_with_notes, exr_left_out, measure,
+    Budget, CameraMatrices, ChannelStatistics, CodecError, Description, Encoding, Image, Picture, ReadOptions,
+    check_end, decode, decode_camera, describe, encode_beside, encode_with_notes, exr_left_out, measure,
 };
 
 /// One image to read: a file, and optionally a layer or a channel of it.
@@ -47,6 +48,23 @@ impl Source {
     /// A file without a named layer; the decoder chooses the most likely one.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), layer: None }
+    }
+
+    /// The file, opened for a decoder.
+    fn open(&self) -> Result<BufReader<File>, FileError> {
+        if self.path.is_dir() {
+            return Err(FileError::folder(&self.path));
+        }
+        Ok(BufReader::new(regular::open(&self.path)?.0))
+    }
+
+    fn layer(&self) -> Option<&str> {
+        self.layer.as_deref()
+    }
+
+    /// The result of a codec; its error gets the name of this file.
+    fn named<T>(&self, result: Result<T, CodecError>) -> Result<T, FileError> {
+        result.map_err(|error| FileError::at(&self.path, error))
     }
 }
 
@@ -65,25 +83,15 @@ pub fn read(source: &Source) -> Result<Picture, FileError> {
 /// # Errors
 /// See [`FileError`]: a file that does not exist, that this user may not read, or that [`decode`] refuses.
 pub fn read_within(source: &Source, options: impl Into<ReadOptions>) -> Result<Picture, FileError> {
-    let path = &source.path;
-    if path.is_dir() {
-        return Err(FileError::folder(path));
-    }
-    let (file, _) = regular::open(path)?;
-    decode(BufReader::new(file), source.layer.as_deref(), options).map_err(|error| FileError::at(path, error))
+    source.named(decode(source.open()?, source.layer(), options))
 }
 
 /// Reads the camera that an EXR file states.
 ///
 /// # Errors
 /// See [`FileError`] and [`decode_camera`].
-pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
-    let path = &source.path;
-    if path.is_dir() {
-        return Err(FileError::folder(path));
-    }
-    let (file, _) = regular::open(path)?;
-    decode_camera(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
+pub fn read_camera(source: &Source) -> Result<CameraMatrices, FileError> {
+    source.named(decode_camera(source.open()?, source.layer()))
 }
 
 /// Describes an image file by its headers.
@@ -91,15 +99,10 @@ pub fn read_camera(source: &Source) -> Result<StatedCamera, FileError> {
 /// # Errors
 /// See [`FileError`] and [`describe`].
 pub fn read_description(source: &Source) -> Result<Description, FileError> {
-    let path = &source.path;
-    if path.is_dir() {
-        return Err(FileError::folder(path));
-    }
-    let (file, _) = regular::open(path)?;
-    describe(BufReader::new(file), source.layer.as_deref()).map_err(|error| FileError::at(path, error))
+    source.named(describe(source.open()?, source.layer()))
 }
 
-/// The numbers of all channels of a file with this description.
+/// The statistics of all channels of a file with this description.
 ///
 /// # Errors
 /// See [`FileError`] and [`measure`].
@@ -108,22 +111,19 @@ pub fn read_statistics(
     description: &Description,
     budget: Budget,
 ) -> Result<Vec<Vec<ChannelStatistics>>, FileError> {
-    let (file, _) = regular::open(&source.path)?;
-    measure(BufReader::new(file), description, budget).map_err(|error| FileError::at(&source.path, error))
+    source.named(measure(source.open()?, description, budget))
 }
 
-/// The statements of the headers of a file of an earlier run, after everything in it was decoded, to its last byte. The
-/// file is no input of this run, which may replace it.
+/// Decodes a file of an earlier run to its last byte, and returns its description. The file is no input of this run,
+/// which may replace it.
 ///
 /// # Errors
 /// See [`FileError`], [`describe`] and [`measure`]; and a PNG or a JPEG without an end.
 pub fn read_whole(source: &Source, budget: Budget) -> Result<Description, FileError> {
-    let path = &source.path;
-    let open = || regular::open_unlisted(path).map(|(file, _)| BufReader::new(file));
-    let at = |error| FileError::at(path, error);
-    let description = describe(open()?, source.layer.as_deref()).map_err(at)?;
-    measure(open()?, &description, budget).map_err(at)?;
-    check_end(open()?, &description).map_err(at)?;
+    let open = || regular::open_unlisted(&source.path).map(|(file, _)| BufReader::new(file));
+    let description = source.named(describe(open()?, source.layer()))?;
+    source.named(measure(open()?, &description, budget))?;
+    source.named(check_end(open()?, &description))?;
     Ok(description)
 }
 
@@ -153,9 +153,8 @@ pub fn write_beside<'a>(
     original: &Source,
     reading: &ReadOptions,
 ) -> Result<Vec<String>, FileError> {
-    let (file, _) = regular::open(&original.path)?;
-    let encoded = encode_beside(image, encoding, BufReader::new(file), original.layer.as_deref(), reading);
-    let (bytes, notes) = encoded.map_err(|error| FileError::at(&original.path, error))?;
+    let encoded = encode_beside(image, encoding, original.open()?, original.layer(), reading);
+    let (bytes, notes) = original.named(encoded)?;
     write_encoded(path, &bytes)?;
     Ok(notes)
 }
@@ -165,7 +164,5 @@ pub fn write_beside<'a>(
 /// # Errors
 /// See [`FileError`] and [`exr_left_out`].
 pub fn left_out(original: &Source, why: &str) -> Result<Vec<String>, FileError> {
-    let (file, _) = regular::open(&original.path)?;
-    let notes = exr_left_out(BufReader::new(file), original.layer.as_deref(), why);
-    notes.map_err(|error| FileError::at(&original.path, error))
+    original.named(exr_left_out(original.open()?, original.layer(), why))
 }

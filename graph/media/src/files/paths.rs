@@ -17,7 +17,7 @@ pub fn real_path(path: &Path) -> Result<PathBuf, FileError> {
     fs::canonicalize(path).map_err(|error| FileError::reading(path, &error))
 }
 
-/// Looks whether a file can be replaced or made, as far as that is known without writing.
+/// Checks that a file can be created or replaced, as far as that is known without writing.
 pub(super) fn check_replaceable(path: &Path) -> Result<(), FileError> {
     replaced(path).map(drop)
 }

@@ -12,7 +12,7 @@ use crate::codec::limits::size_of_bytes;
 use crate::files::paths::real_path;
 use crate::files::{FileError, run_files};
 
-/// Opens a regular file for reading; returns it with its length in bytes. The list of the run has it from then on.
+/// Opens a regular file for reading; returns it with its length in bytes. It is an input of the run from then on.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), FileError> {
     let (file, length) = open_unlisted(path)?;
     // Where the file is, whatever its name leads to by now.
@@ -20,7 +20,7 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), FileError> {
     Ok((file, length))
 }
 
-/// The same for a file that is no input of the run.
+/// As [`open`], without making the file an input of the run.
 pub(super) fn open_unlisted(path: &Path) -> Result<(File, u64), FileError> {
     // An empty path names the current folder.
     if path.as_os_str().is_empty() {
@@ -86,7 +86,7 @@ fn is_same(_: &Metadata, _: &Metadata) -> bool {
     true
 }
 
-/// Looks whether a file can be opened for reading, without opening it.
+/// Checks that a file can be opened for reading, without opening it.
 pub(crate) fn check(path: &Path) -> Result<(), FileError> {
     refuse_special(path, &path.metadata().map_err(|error| FileError::reading(path, &error))?)
 }
@@ -113,7 +113,7 @@ fn folder(path: &Path) -> FileError {
     FileError::new(path, ErrorKind::Unreadable, "it is a folder")
 }
 
-/// The bytes of a regular file of at most `most` bytes: as many as the file system states before it is read.
+/// Reads a regular file of at most `most` bytes, up to the length that the file system states when it is opened.
 ///
 /// # Errors
 /// There is no such file, it is no regular file, it is larger, or it cannot be read.

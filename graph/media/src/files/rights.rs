@@ -2,7 +2,7 @@
 
 use std::fs::{File, Metadata, OpenOptions};
 
-/// A new file that only its owner can read until it gets its rights.
+/// Makes a new file readable for its owner alone until it gets its rights.
 #[cfg(unix)]
 pub(super) fn private(options: &mut OpenOptions) {
     std::os::unix::fs::OpenOptionsExt::mode(options, 0o600);

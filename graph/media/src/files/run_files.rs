@@ -16,10 +16,10 @@ use crate::files::paths::{check_replaceable, real_output_path, real_path};
 
 static LIST: Mutex<Option<RunFiles>> = Mutex::new(None);
 
-/// The description of an input of which nothing is known but that it was opened.
+/// The description of an input that was opened before it was described.
 const OPENED: &str = "a file that this run reads";
 
-/// Begins the list of a run. That of the run before is forgotten.
+/// Begins the list of a run, and drops that of the previous one.
 pub fn begin() {
     *list() = Some(RunFiles::default());
 }

@@ -38,12 +38,11 @@ impl Input {
     ///
     /// A frame that is missing, also between the first and last found, is an error that names it.
     pub fn find(name: &str, frames: Option<&str>) -> Result<Self, FileError> {
-        let (file, layer) = split_layer(name);
-        let pattern = if Path::new(file).is_file() { None } else { Pattern::parse(file)? };
+        let FrameFiles { pattern, file, layer, .. } = FrameFiles::new(name)?;
         match (pattern, frames) {
             (Some(pattern), _) => pattern.find_all(frames, layer).map(Self::Sequence),
-            (None, None) => Ok(Self::Single(Source { path: file.into(), layer })),
-            (None, Some(_)) => Err(naming(file, "`--frames` needs a numbered input")
+            (None, None) => Ok(Self::Single(Source { path: file, layer })),
+            (None, Some(_)) => Err(FileError::new(&file, ErrorKind::Naming, "`--frames` needs a numbered input")
                 .hint("put a placeholder into the name, for example `shot.####.exr`")),
         }
     }
@@ -54,8 +53,7 @@ impl Input {
     /// # Errors
     /// As [`Input::find`]; a frame that is missing before the first one is one.
     pub fn find_filled(name: &str, frames: Option<&str>) -> Result<(Self, BTreeSet<u32>), FileError> {
-        let (file, layer) = split_layer(name);
-        let pattern = if Path::new(file).is_file() { None } else { Pattern::parse(file)? };
+        let FrameFiles { pattern, layer, .. } = FrameFiles::new(name)?;
         match pattern {
             None => Ok((Self::find(name, frames)?, BTreeSet::new())),
             Some(pattern) => {
@@ -95,11 +93,8 @@ impl Input {
 /// The files that look like frames of a sequence, but whose numbers its pattern would not write so: with other digits,
 /// a sign, more than 32 bits, or the letters of the name in another case. They are no frames of it.
 pub fn other_numbers(name: &str) -> Vec<String> {
-    let (file, _) = split_layer(name);
-    match Pattern::parse(file) {
-        Ok(Some(pattern)) if !Path::new(file).is_file() => pattern.other_numbers(),
-        _ => Vec::new(),
-    }
+    let pattern = FrameFiles::new(name).ok().and_then(|files| files.pattern);
+    pattern.map_or_else(Vec::new, |pattern| pattern.other_numbers())
 }
 
 /// Finds the files of single frames of an input argument. The folder is read once, so that a sequence takes time in
@@ -110,7 +105,6 @@ pub struct FrameFiles {
     pattern: Option<Pattern>,
     file: PathBuf,
     layer: Option<String>,
-    /// Every frame on disk.
     there: OnceLock<BTreeSet<u32>>,
 }
 
@@ -136,8 +130,8 @@ impl FrameFiles {
     pub fn find_filled(&self, frame: u32) -> Option<(Source, bool)> {
         let Some(pattern) = &self.pattern else { return Some((self.source(self.file.clone()), true)) };
         let there = self.there.get_or_init(|| pattern.frames().unwrap_or_default().into_iter().collect());
-        let held = *there.range(..=frame).next_back()?;
-        (*there.last()? >= frame).then(|| (self.source(pattern.at(held)), held == frame))
+        let last = *there.range(..=frame).next_back()?;
+        (*there.last()? >= frame).then(|| (self.source(pattern.at(last)), last == frame))
     }
 
     fn source(&self, path: PathBuf) -> Source {
@@ -147,8 +141,7 @@ impl FrameFiles {
 
 /// True if a name is that of a sequence: it has a placeholder, and no file has the name itself.
 pub fn is_numbered(name: &str) -> bool {
-    let (file, _) = split_layer(name);
-    !Path::new(file).is_file() && Pattern::parse(file).is_ok_and(|pattern| pattern.is_some())
+    FrameFiles::new(name).is_ok_and(|files| files.pattern.is_some())
 }
 
 /// A file name with a place for the frame number.

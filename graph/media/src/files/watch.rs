@@ -1,4 +1,4 @@
-//! Changes of files: the system reports them where it can, and a look at the files finds the others.
+//! Changes of files: the operating system reports them where it can, and polling finds the others.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -10,12 +10,12 @@ use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
 use super::real_path;
 
-/// Between two looks at the files where the system reports changes: it reports none of those that another computer
-/// makes in a shared folder.
+/// The polling interval where the system reports changes: it does not report those that another computer makes in a
+/// shared folder.
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Between two looks where it reports none: not noticeable as a delay or as load.
+/// The polling interval where it reports none: not noticeable as a delay or as load.
 const SHORT_INTERVAL: Duration = Duration::from_millis(20);
-/// A look takes at most this part of the time, however many files there are.
+/// One of how many parts of the time polling takes at most, however many files there are.
 const PART: u32 = 50;
 /// The depth of watched folders: `kinds/posterize/posterize.wgsl`.
 const DEPTH: u32 = 2;
@@ -38,7 +38,7 @@ pub struct FileWatch {
 type Stamp = (PathBuf, Option<SystemTime>, u64);
 
 impl FileWatch {
-    /// Watches nothing yet. `wake` is called on another thread when the system reports a change of what is watched, or
+    /// An empty watch. `wake` is called on another thread when the system reports a change of what is watched, or
     /// of a file next to it.
     pub fn new(wake: impl Fn() + Send + 'static) -> Self {
         let (report, reports) = channel();
@@ -59,8 +59,8 @@ impl FileWatch {
         }
     }
 
-    /// The files that have changed, appeared or gone since the last look. Look before you read them: what changes while
-    /// they are read is found by the next look.
+    /// The files that have changed, appeared or gone since the last call. Call it before reading them: changes during
+    /// reading are then found by the next call.
     pub fn look(&mut self) -> BTreeSet<PathBuf> {
         let begin = Instant::now();
         let now = self.stamps();
@@ -84,7 +84,7 @@ impl FileWatch {
         self.seen.sort();
     }
 
-    /// The same for every frame: it looks when the system has reported something, and now and then.
+    /// As [`look`](Self::look), cheap enough for every frame: it polls after a report of the system, and at intervals.
     pub fn changed(&mut self) -> BTreeSet<PathBuf> {
         let is_reported = self.reports.try_iter().count() > 0;
         if is_reported || self.looked.elapsed() >= self.pause { self.look() } else { BTreeSet::new() }
@@ -111,7 +111,7 @@ impl FileWatch {
         found
     }
 
-    /// Has the system report changes in the folders that a file, a link's file, or a folder of kinds is about.
+    /// Asks the system for reports about the folders of a file, of the target of a link, or of a folder of kinds.
     fn watch_folders(&mut self, place: &Path) {
         let mut folders = vec![folder_of(place).to_owned()];
         folders.extend(real_path(place).ok().and_then(|real| Some(real.parent()?.to_owned())));
@@ -134,8 +134,8 @@ fn folder_of(place: &Path) -> &Path {
     place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// True if a change is complete. Where the system states when a writer closes a file, what is before that may be half a
-/// file.
+/// True if a change is complete. Where the system reports that a writer has closed a file, earlier events may be about a
+/// partial file.
 fn is_whole(kind: EventKind) -> bool {
     match kind {
         EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),

@@ -3,7 +3,7 @@
 use exr::meta::header::LayerAttributes;
 use glam::{DMat4, DVec3, DVec4};
 
-use crate::codec::{StatedCamera, of_attributes};
+use crate::codec::{CameraMatrices, of_attributes};
 
 /// A matrix for columns of coordinates as the standard stores it.
 fn stored(matrix: DMat4) -> [f32; 16] {
@@ -51,7 +51,7 @@ fn orthographic() -> DMat4 {
 
 /// Points of the world lie where the file states, in front of a camera that looks along -z.
 fn check(stated: &LayerAttributes, depth_at: impl Fn(f64) -> f64) {
-    let StatedCamera { view, projection } = of_attributes(stated).unwrap_or_else(|error| panic!("{error}"));
+    let CameraMatrices { view, projection } = of_attributes(stated).unwrap_or_else(|error| panic!("{error}"));
     let to_ndc = stated.world_to_normalized_device.expect("the test states it").map(f64::from);
     for place in [[2.0, 1.5, 2.0], [4.0, 1.0, 6.0], [-1.0, 2.5, 9.0]] {
         let place = DVec3::from(place).extend(1.0);

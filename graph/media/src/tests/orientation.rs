@@ -72,7 +72,8 @@ fn pictures_are_upright() {
             let (picture, described) = read(&block(orientation, is_little));
             let size = if orientation < 5 { (32, 16) } else { (16, 32) };
             assert_eq!((picture.width, picture.height), size, "{orientation}");
-            assert_eq!(described.parts[0].display, Window::of_size(size.0, size.1), "{orientation}");
+            let Window { width, height, .. } = described.parts[0].display;
+            assert_eq!((width, height), (size.0.into(), size.1.into()), "{orientation}");
             assert!(along(&picture, row) > 0.8, "{orientation}: the first row is at the {row}");
             let dimmer = along(&picture, column);
             assert!((0.2..0.8).contains(&dimmer), "{orientation}: the first column is at the {column}: {dimmer}");

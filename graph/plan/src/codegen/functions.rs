@@ -2,7 +2,7 @@
 
 use afterimage_base::image::Size;
 use afterimage_graph::node::{KernelCall, Pass};
-use afterimage_wgsl::{Effort, Shader, ShaderError};
+use afterimage_wgsl::{RegisterPressure, Shader, ShaderError};
 
 use super::module::{Composed, PassCode};
 use super::writer::FunctionWriter;
@@ -48,11 +48,13 @@ fn rows_of(pass: &Pass, size: Size, sanitizes: bool) -> u32 {
     if sanitizes {
         return 1;
     }
-    let effort = pass.kernels.iter().map(KernelCall::effort).max().unwrap_or_default();
-    let rows = match (effort, size.texels()) {
-        (Effort::Heavy, _) | (Effort::Medium, 0..0x40_0000) | (Effort::Light, 0..0x4_0000) => 1,
-        (Effort::Medium, _) | (Effort::Light, 0x4_0000..0x10_0000) => 2,
-        (Effort::Light, _) => 4,
+    let pressure = pass.kernels.iter().map(KernelCall::register_pressure).max().unwrap_or_default();
+    let rows = match (pressure, size.texels()) {
+        (RegisterPressure::High, _)
+        | (RegisterPressure::Medium, 0..0x40_0000)
+        | (RegisterPressure::Low, 0..0x4_0000) => 1,
+        (RegisterPressure::Medium, _) | (RegisterPressure::Low, 0x4_0000..0x10_0000) => 2,
+        (RegisterPressure::Low, _) => 4,
     };
     // Each is compiled by itself. What is long and untrusted is compiled once.
     let is_trusted = !pass.shaders().any(Shader::is_untrusted);
@@ -103,8 +105,8 @@ fn fragment(@builtin(position) position: vec4f) -> @location(0) vec4f {{
 {load}    return {run};
 }}",
         HEIGHT * rows,
-        loads = writer.load_host_pixels(rows, "    "),
-        load = writer.load_host_pixels(1, "    "),
+        loads = writer.load_pixels(rows, "    "),
+        load = writer.load_pixels(1, "    "),
         run = writer.call_at("run", 0),
     )
 }

@@ -24,6 +24,10 @@ pub(super) fn rows_cover(rows: &RowDownsample) -> [u32; 2] {
 /// A halving by rows with its entry point.
 pub(super) fn compose_row_downsample(code: &PassCode<'_>, rows: &RowDownsample) -> Result<Composed, ShaderError> {
     let mut writer = FunctionWriter::new(code, code.linker())?;
+    if rows.around.is_some() {
+        // It loads them ahead.
+        writer.load_all_pixels();
+    }
     let halving = code.pass.results[0].kernel;
     let mut functions = writer.function("run", 0..rows.around.unwrap_or(halving));
     if let Some(around) = rows.around {
@@ -171,7 +175,7 @@ fn plain_walk(writer: &FunctionWriter<'_, '_>, rows: &RowDownsample, names: &Nam
     }}
 ",
         late = rows.odd[1],
-        square = square(writer, &writer.load_host_pixels(4, INDENT)),
+        square = square(writer, &writer.load_pixels(4, INDENT)),
         stores = stores_of_squares(rows, names),
     )
 }
@@ -214,7 +218,7 @@ fn walk_of_neighbors(
         loads if loads.is_empty() => loads,
         loads => places("next", row, indent) + &loads,
     };
-    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT) + &writer.sanitize_host_pixels(4, INDENT);
+    let loads = writer.take_ahead(4, INDENT) + &ahead("row + 1", INDENT) + &writer.sanitize_pixels(4, INDENT);
     format!(
         "    let last = size - 1 + vec2i({wide}, {high});
     let place = neighbors_place(column, last.x, invocation);

@@ -23,13 +23,14 @@ pub(super) struct FunctionWriter<'c, 'a> {
     immediate: bool,
     /// The place that functions get.
     point: &'static str,
-    /// The textures of host images of which the function takes a pixel.
-    host_pixels: Vec<HostPixel>,
+    /// The textures of which the entry point loads the pixels for the function.
+    loaded_pixels: Vec<LoadedPixel>,
+    loads_all_pixels: bool,
 }
 
-/// A texture of a host image of which a function takes a pixel. The entry point loads the pixels of all its texels and
-/// examines them together: a branch after each load would let none overlap another.
-struct HostPixel {
+/// A texture of which a function takes a pixel that the entry point loads. Pixels of host images are loaded for all
+/// texels of an invocation and examined together: a branch after each load would let none overlap another.
+struct LoadedPixel {
     texture: String,
     mode: SampleMode,
 }
@@ -50,8 +51,14 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             body: String::new(),
             immediate: false,
             point: "at",
-            host_pixels: Vec::new(),
+            loaded_pixels: Vec::new(),
+            loads_all_pixels: false,
         })
+    }
+
+    /// Lets the entry point load the pixels of all textures, and not only those of host images.
+    pub(super) fn load_all_pixels(&mut self) {
+        self.loads_all_pixels = true;
     }
 
     /// The module: the uniform, the bindings and that code around the kernels. `names` are those of the entry points.
@@ -71,12 +78,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         self.linker.name(self.instances[kernel], name)
     }
 
-    /// A function `name` to the value of the last of these kernels, from a `Point` and the pixels of host images there.
+    /// A function `name` to the value of the last of these kernels, from a `Point` and the pixels that are loaded there.
     pub(super) fn function(&mut self, name: &str, kernels: std::ops::Range<usize>) -> String {
         let last = kernels.end - 1;
         kernels.for_each(|index| self.call(index));
         let body = std::mem::take(&mut self.body);
-        let pixels: String = (0..self.host_pixels.len()).map(|index| format!(", host{index}: vec4f")).collect();
+        let pixels: String = (0..self.loaded_pixels.len()).map(|index| format!(", host{index}: vec4f")).collect();
         format!("fn {name}(at: Point{pixels}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
 
@@ -89,40 +96,40 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         format!("fn {name}(at: Point, kernel{before}: vec4f{more}) -> vec4f {{\n{body}    return kernel{last};\n}}\n")
     }
 
-    /// Statements that load the pixels of host images at the places `at0` up to `at{count}`, and sanitize them.
-    pub(super) fn load_host_pixels(&self, count: u32, indent: &str) -> String {
-        self.loads(count, &format!("{indent}var host"), "at") + &self.sanitize_host_pixels(count, indent)
+    /// Statements that load pixels at the places `at0` up to `at{count}`, and sanitize those of host images.
+    pub(super) fn load_pixels(&self, count: u32, indent: &str) -> String {
+        self.loads(count, &format!("{indent}var host"), "at") + &self.sanitize_pixels(count, indent)
     }
 
-    /// Statements that declare variables for the pixels of host images at that many places.
+    /// Statements that declare variables for the pixels at that many places.
     pub(super) fn declare_ahead(&self, count: u32, indent: &str) -> String {
-        self.of_host_pixels(count, &|index, place, _| format!("{indent}var ahead{index}_{place}: vec4f;\n"))
+        self.of_loaded_pixels(count, &|index, place, _| format!("{indent}var ahead{index}_{place}: vec4f;\n"))
     }
 
-    /// Statements that load the pixels of host images at the places `next0` up to `next{count}` into these variables:
+    /// Statements that load the pixels at the places `next0` up to `next{count}` into these variables:
     /// what is done with others until they are taken hides the waiting.
     pub(super) fn load_ahead(&self, count: u32, indent: &str) -> String {
         self.loads(count, &format!("{indent}ahead"), "next")
     }
 
-    /// Statements that take the pixels of host images from these variables, as if they were loaded at `at0` and so on.
+    /// Statements that take the pixels from these variables, as if they were loaded at `at0` and so on.
     pub(super) fn take_ahead(&self, count: u32, indent: &str) -> String {
-        self.of_host_pixels(count, &|index, place, _| {
+        self.of_loaded_pixels(count, &|index, place, _| {
             format!("{indent}var host{index}_{place} = ahead{index}_{place};\n")
         })
     }
 
     /// Loads into variables whose names begin with `variable`, at places whose names begin with `places`.
     fn loads(&self, count: u32, variable: &str, places: &str) -> String {
-        self.of_host_pixels(count, &|index, place, texture| {
+        self.of_loaded_pixels(count, &|index, place, texture| {
             format!("{variable}{index}_{place} = textureLoad({texture}, {places}{place}.pixel, 0);\n")
         })
     }
 
-    /// A statement for each host image and each place.
-    fn of_host_pixels(&self, count: u32, statement: &dyn Fn(usize, u32, &str) -> String) -> String {
+    /// A statement for each texture and each place.
+    fn of_loaded_pixels(&self, count: u32, statement: &dyn Fn(usize, u32, &str) -> String) -> String {
         let mut statements = String::new();
-        for (index, pixel) in self.host_pixels.iter().enumerate() {
+        for (index, pixel) in self.loaded_pixels.iter().enumerate() {
             for place in 0..count {
                 statements += &statement(index, place, &pixel.texture);
             }
@@ -131,9 +138,10 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
     }
 
     /// Statements that sanitize the pixels of host images that were loaded at the places `at0` up to `at{count}`.
-    pub(super) fn sanitize_host_pixels(&self, count: u32, indent: &str) -> String {
+    pub(super) fn sanitize_pixels(&self, count: u32, indent: &str) -> String {
         let (mut largest, mut repairs) = (String::new(), String::new());
-        for (index, HostPixel { texture, mode }) in self.host_pixels.iter().enumerate() {
+        let pixels = self.loaded_pixels.iter().enumerate().filter(|(_, pixel)| pixel.mode.sanitizes());
+        for (index, LoadedPixel { texture, mode }) in pixels {
             for place in 0..count {
                 let pixel = format!("host{index}_{place}");
                 let at = format!("at{place}.pixel");
@@ -150,7 +158,7 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
 
     /// A call of the [`function`](Self::function) of that name at the place `at{place}`.
     pub(super) fn call_at(&self, name: &str, place: u32) -> String {
-        let pixels: String = (0..self.host_pixels.len()).map(|index| format!(", host{index}_{place}")).collect();
+        let pixels: String = (0..self.loaded_pixels.len()).map(|index| format!(", host{index}_{place}")).collect();
         format!("{name}(at{place}{pixels})")
     }
 
@@ -288,7 +296,9 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
             Arg::Pixel(image) => {
                 let texture = self.texture(image, TEXTURE);
                 match (self.code.sample_mode_of)(image) {
-                    mode if mode.sanitizes() && self.point == "at" => self.host_pixel(texture, mode),
+                    mode if (mode.sanitizes() || self.loads_all_pixels) && self.point == "at" => {
+                        self.loaded_pixel(texture, mode)
+                    }
                     mode => mode.pixel_read(&texture),
                 }
             }
@@ -305,12 +315,12 @@ impl<'c, 'a> FunctionWriter<'c, 'a> {
         }
     }
 
-    /// The argument of the function that holds the pixel of a host image.
-    fn host_pixel(&mut self, texture: String, mode: SampleMode) -> String {
-        let known = self.host_pixels.iter().position(|pixel| pixel.texture == texture);
+    /// The argument of the function that holds a pixel that the entry point loads.
+    fn loaded_pixel(&mut self, texture: String, mode: SampleMode) -> String {
+        let known = self.loaded_pixels.iter().position(|pixel| pixel.texture == texture);
         let index = known.unwrap_or_else(|| {
-            self.host_pixels.push(HostPixel { texture, mode });
-            self.host_pixels.len() - 1
+            self.loaded_pixels.push(LoadedPixel { texture, mode });
+            self.loaded_pixels.len() - 1
         });
         format!("host{index}")
     }

@@ -2,7 +2,7 @@
 //! pixel, because the invocations share what their neighbors need, and results of half the size of the same image.
 //!
 //! So an image that is limited by its neighbors, selected and halved is read once, and nothing of its size is stored.
-//! Kinds state how far their functions look: [`KernelCall::by_neighbors`] and [`KernelCall::by_square`].
+//! Kinds state how far their functions look: [`KernelCall::by_neighbors`] and [`KernelCall::quad_variant`].
 
 use super::module_limits::fit_one_module;
 use super::pass_graph::{PassGraph, is_cheap};
@@ -102,7 +102,7 @@ impl Neighbors {
 
 /// A kernel in its form by squares, for the texels of the kernel `texel`.
 pub(crate) fn square_kernel(kernel: &KernelCall, texel: usize) -> KernelCall {
-    let form = kernel.by_square.expect("a pass of squares has a form for them");
+    let form = kernel.quad_variant.expect("a pass of squares has a form for them");
     let args = vec![Argument { name: "square".into(), value: Arg::SquareOf(texel) }];
     KernelCall { function: form.into(), args, ..kernel.clone() }
 }
@@ -143,7 +143,7 @@ fn squares(graph: &PassGraph, recording: &Recording, source: ImageId) -> Vec<usi
     let is_of_squares = |number: &usize| {
         let Some((pass, result)) = graph.function_pass(*number) else { return false };
         let is_read = graph.readers(Resource::Image(result)).next().is_some() || graph.is_output(result);
-        let has_form = matches!(pass.kernels.as_slice(), [kernel] if kernel.by_square.is_some());
+        let has_form = matches!(pass.kernels.as_slice(), [kernel] if kernel.quad_variant.is_some());
         has_form && !is_read && size(result) == size(source).div_up(2)
     };
     graph.readers(Resource::Image(source)).filter(is_of_squares).collect()

@@ -73,16 +73,16 @@ kind!(Fringe, "A warp with a place for each channel.", [SOURCE], SWITCHED, |pass
     pass.warp_channels(&PIXELS, ["to_right", "mirrored", "to_below"], source).write("result", desc);
 });
 
-params! {
+node_kind! {
     /// Two images of one.
     pub struct Pair {}
-}
 
-impl Node for Pair {
     const INPUTS: &'static [Input] = &[SOURCE];
     const OUTPUTS: &'static [Output] =
         &[SWITCHED, Output::image("turned", OutputState::same("source"), "An image.").or_input("source")];
+}
 
+impl Node for Pair {
     fn record(&self, pass: &mut Recorder<'_>) {
         let desc = like_source(pass);
         pass.function(&PIXELS, "right").write("result", desc);

@@ -263,11 +263,11 @@ impl Shown {
     fn store_export(&mut self) {
         let Some(exported) = self.ui.viewer.take_export() else { return };
         let path = free_name(&exported.name);
-        let said = match write_atomic(&path, &exported.bytes) {
+        let message = match write_atomic(&path, &exported.bytes) {
             Ok(()) => format!("Exported: {}", shown_path(&std::path::absolute(&path).unwrap_or(path))),
             Err(error) => format!("Nothing is exported: {error}"),
         };
-        self.ui.viewer.tell(&self.ui.ctx().clone(), said);
+        self.ui.viewer.tell(&self.ui.ctx().clone(), message);
     }
 }
 

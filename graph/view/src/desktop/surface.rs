@@ -26,7 +26,7 @@ pub(super) struct Surface {
     config: wgpu::SurfaceConfiguration,
     /// The conversion for an HDR screen.
     screen: Option<Screen>,
-    /// The brightest light of the screen, where 1 is SDR white; `None` without HDR.
+    /// The peak luminance of the screen, where 1 is SDR white; `None` without HDR.
     headroom: Option<f32>,
     /// The surface must be configured before the next frame.
     is_stale: bool,
@@ -39,8 +39,9 @@ impl Surface {
         let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle(display);
         descriptor.flags = wgpu::InstanceFlags::empty();
         let instance = wgpu::Instance::new(descriptor);
-        let said = |error: &dyn std::fmt::Display| Problem::message(format!("the window has no swap chain: {error}"));
-        let surface = instance.create_surface(window.clone()).map_err(|error| said(&error))?;
+        let no_swap_chain =
+            |error: &dyn std::fmt::Display| Problem::message(format!("the window has no swap chain: {error}"));
+        let surface = instance.create_surface(window.clone()).map_err(|error| no_swap_chain(&error))?;
         let gpu = pollster::block_on(Gpu::open_on(&instance, adapter))?;
         let size = window.inner_size();
         let (width, height) = (size.width.max(1), size.height.max(1));
@@ -77,7 +78,7 @@ impl Surface {
         if self.screen.is_some() { DRAWN } else { self.config.format }
     }
 
-    /// The brightest light of the screen, where 1 is SDR white; `None` without HDR.
+    /// The peak luminance of the screen, where 1 is SDR white; `None` without HDR.
     pub(super) fn headroom(&self) -> Option<f32> {
         self.headroom
     }

@@ -1,4 +1,4 @@
-//! The way from other threads into the loop of events.
+//! Wakes the event loop from other threads.
 
 use std::sync::{Arc, OnceLock};
 
@@ -13,7 +13,7 @@ impl Wake {
         }
     }
 
-    /// Says how. The first call counts.
+    /// Sets the function that wakes it. Only the first call counts.
     pub(super) fn set(&self, wake: impl Fn() + Send + Sync + 'static) {
         let _ = self.0.set(Box::new(wake));
     }

@@ -9,7 +9,6 @@ pub enum CompareWith {
     Reference,
     /// Another tier, with the user's changes; `None` is the pipeline without one.
     Tier(Option<String>),
-    /// A built-in pipeline.
     Pipeline(String),
 }
 

@@ -32,7 +32,6 @@ pub struct Editor {
     pub(super) changes: Changes,
     checked: Option<Checked>,
     pub(super) conflict: Option<Conflict>,
-    /// The file was deleted.
     is_gone: bool,
     /// The text has errors. `checked` is that of an earlier text then.
     has_errors: bool,

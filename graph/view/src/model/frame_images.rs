@@ -7,6 +7,5 @@ use afterimage_graph::node::BlockData;
 #[derive(Clone, Default)]
 pub struct FrameImages {
     pub images: Vec<(String, TextureView)>,
-    /// The cameras.
     pub blocks: Vec<(String, BlockData)>,
 }

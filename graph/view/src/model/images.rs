@@ -240,8 +240,8 @@ fn output_for(input: &GraphInput, has_camera: bool) -> Option<&'static str> {
     }
     let data = DATA.into_iter().find(|output| input.name.contains(output));
     let data = data.map(|output| if has_camera && output == "depth" { PROJECTED } else { output });
-    let is_light = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
-    data.or((is_light && !input.optional).then_some("result"))
+    let is_color = matches!(input.state, ColorState::Scene | ColorState::Exposed | ColorState::DisplayLinear);
+    data.or((is_color && !input.optional).then_some("result"))
 }
 
 /// The output of the scene for each input: data by name, the picture for inputs of linear color. Optional inputs of

@@ -46,7 +46,6 @@ pub struct Model {
     is_stale: bool,
 }
 
-/// Result of [`Model::render`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rendered {
     New,
@@ -117,7 +116,6 @@ impl Model {
     }
 }
 
-/// Text and values.
 impl Model {
     /// Opens another pipeline; the images stay. Unsaved changes are lost.
     pub fn open(&mut self, project: Box<dyn Project>) {
@@ -334,7 +332,6 @@ impl Model {
     }
 }
 
-/// Facts and images.
 impl Model {
     /// The fact of that name, if it is known.
     pub fn fact(&self, name: &str) -> Option<Fact> {
@@ -366,7 +363,6 @@ impl Model {
     }
 }
 
-/// Comparison and inspection.
 impl Model {
     /// The picture that the shown one is compared with.
     pub fn compared(&self) -> Option<&CompareWith> {
@@ -430,7 +426,6 @@ impl Model {
     }
 }
 
-/// Frames.
 impl Model {
     /// Records the next frame, `elapsed` seconds after the last call, if time runs or something has changed.
     pub fn render(&mut self, encoder: &mut wgpu::CommandEncoder, elapsed: f64) -> Rendered {

@@ -35,7 +35,7 @@ pub trait Project {
     /// name.
     ///
     /// # Errors
-    /// Why they cannot be written.
+    /// The values cannot be written.
     fn saved(
         &self,
         text: &str,
@@ -47,7 +47,7 @@ pub trait Project {
     /// The bytes of a file that the pipeline may name.
     ///
     /// # Errors
-    /// Why there are none, for people.
+    /// The reason why it cannot be read, for people.
     fn file(&self, path: &str) -> Result<Arc<[u8]>, String>;
 
     /// True if it has a place for [`write`](Self::write). A built-in pipeline has none.
@@ -56,7 +56,7 @@ pub trait Project {
     /// Writes a text to the place of the pipeline, and returns that place, for people.
     ///
     /// # Errors
-    /// Why it is written nowhere, for people.
+    /// The reason why it cannot be written, for people.
     fn write(&mut self, text: &str) -> Result<String, String>;
 
     /// The files that a text of it names and that are in memory alone: their paths beside it, and their bytes.
@@ -133,7 +133,7 @@ impl Checked {
 /// The text of a pipeline with changes in it: see [`Project::saved`].
 ///
 /// # Errors
-/// Why they cannot be written.
+/// The values cannot be written.
 pub fn saved(
     saver: &Saver<'_>,
     tier: Option<&str>,
@@ -249,5 +249,33 @@ impl Project for TextProject {
             let _ = Checked::of(&self.name, text, Some(&tier), &self.registry, &loader);
         }
         loader.0.into_inner().into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use afterimage_graph::check::NoFiles;
+
+    use super::*;
+
+    #[test]
+    fn a_wire_has_the_state_and_the_type_of_its_port() {
+        let text = r#"Pipeline(inputs: { "light": Color, "eye": Camera },
+            nodes: { "room": DemoScene(), "bins": Histogram(source: "light") },
+            outputs: { "room": "room", "light": "light" })"#;
+        let registry = Registry::new(&[afterimage_nodes::ALL]).expect("no two kinds share a name");
+        let checked = Checked::of("wires.ron", text, None, &registry, &NoFiles);
+        let checked = checked.unwrap_or_else(|errors| panic!("{errors}"));
+        for (wire, state, ty) in [
+            ("light", Some(ColorState::Scene), Some(PortType::Image)),
+            ("eye", None, Some(PortType::Block)),
+            ("room.result", Some(ColorState::Scene), Some(PortType::Image)),
+            ("room.depth", Some(ColorState::Data), Some(PortType::Image)),
+            ("bins.result", None, Some(PortType::Table)),
+            ("bins.nothing", None, None),
+            ("nothing.result", None, None),
+        ] {
+            assert_eq!((checked.wire_state(wire), checked.wire_type(wire)), (state, ty), "{wire}");
+        }
     }
 }

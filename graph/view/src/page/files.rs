@@ -8,7 +8,7 @@ use crate::Exported;
 /// The bytes at an address.
 ///
 /// # Errors
-/// Why there are none, as a sentence without a full stop.
+/// The reason, as a sentence without a full stop.
 pub(super) async fn fetched(address: &str) -> Result<Vec<u8>, String> {
     let response = response(address).await.map_err(|_| unreachable(address))?;
     match response.status() {

@@ -42,11 +42,11 @@ pub fn start() {
     let canvas = document.get_element_by_id("viewer").expect("the page has a canvas");
     let canvas: web_sys::HtmlCanvasElement = canvas.dyn_into().expect("it is a canvas");
     wasm_bindgen_futures::spawn_local(async move {
-        let said = match run(canvas).await {
+        let report = match run(canvas).await {
             Ok(()) => String::new(),
             Err(error) => format!("The viewer cannot start: {error}."),
         };
-        write("said", &said);
+        write("said", &report);
     });
 }
 

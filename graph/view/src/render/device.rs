@@ -18,6 +18,13 @@ pub(super) fn full_screen(
     pipeline.create(device)
 }
 
+/// A module of these parts, and of the functions `encode` and `decode` of sRGB.
+pub(super) fn module(device: &wgpu::Device, label: &str, parts: &[&str]) -> wgpu::ShaderModule {
+    let text = [include_str!("srgb.wgsl"), &parts.concat()].concat();
+    let source = wgpu::ShaderSource::Wgsl(text.into());
+    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
+}
+
 /// A uniform that holds these numbers.
 pub(super) fn uniform(gpu: &Gpu, label: &str, numbers: &impl Pod) -> wgpu::Buffer {
     let bytes = bytemuck::bytes_of(numbers);

@@ -15,7 +15,6 @@ pub struct Placement {
     pub extent: [f32; 2],
     /// A factor of the numbers.
     pub gain: f32,
-    /// Added after `gain`.
     pub bias: f32,
     /// The first column of the other picture, in physical pixels.
     pub wipe: f32,
@@ -23,25 +22,20 @@ pub struct Placement {
     pub difference: f32,
     /// The channel that is shown alone, 0 to 3; 4 for all.
     pub channel: u32,
-    /// See [`Flags`].
     pub flags: u32,
     /// The slice of a volume.
     pub slice: u32,
-    /// The light that the display shows as its brightest, where 1 is SDR white.
+    /// The peak luminance of the display, where 1 is SDR white.
     pub peak: f32,
 }
 
-/// Switches of `picture.wgsl`.
 pub struct Flags;
 
 impl Flags {
-    /// Filtered, not as texels.
     pub const SMOOTH: u32 = 1;
-    /// The numbers are light, which is encoded for the window.
-    pub const IS_LIGHT: u32 = 2;
-    /// Exposure as colors.
+    /// The values are linear, and are encoded for the window.
+    pub const IS_LINEAR: u32 = 2;
     pub const FALSE_COLOR: u32 = 4;
-    /// Clipped pixels are striped.
     pub const CLIPPING: u32 = 8;
     /// NaN, infinite and negative pixels are striped.
     pub const FAULTS: u32 = 16;
@@ -144,11 +138,7 @@ impl Pipelines {
     fn new(gpu: &wgpu::Device, target: wgpu::TextureFormat, shape: wgpu::TextureViewDimension) -> Self {
         let is_volume = shape == wgpu::TextureViewDimension::D3;
         let source = if is_volume { include_str!("volume.wgsl") } else { include_str!("flat.wgsl") };
-        let text = [include_str!("picture.wgsl"), source].concat();
-        let shader = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("picture"),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
-        });
+        let shader = device::module(gpu, "picture", &[include_str!("picture.wgsl"), source]);
         let layout = gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("picture"),
             entries: &[uniform_entry(), texture_entry(1, shape), texture_entry(2, wgpu::TextureViewDimension::D2)],

@@ -22,8 +22,8 @@ struct Placement {
 }
 
 const SMOOTH = 1u;
-// The numbers are light, to be encoded for the window.
-const IS_LIGHT = 2u;
+// The values are linear, to be encoded for the window.
+const IS_LINEAR = 2u;
 const FALSE_COLOR = 4u;
 const CLIPPING = 8u;
 const FAULTS = 16u;
@@ -73,18 +73,6 @@ fn read_other(uv: vec2f) -> vec4f {
     return mix(upper, lower, part.y);
 }
 
-fn encode(light: vec3f) -> vec3f {
-    let sized = abs(light);
-    let curve = 1.055 * pow(sized, vec3f(1.0 / 2.4)) - 0.055;
-    return sign(light) * select(curve, sized * 12.92, sized <= vec3f(0.0031308));
-}
-
-fn decode(signal: vec3f) -> vec3f {
-    let sized = abs(signal);
-    let curve = pow((sized + 0.055) / 1.055, vec3f(2.4));
-    return sign(signal) * select(curve, sized / 12.92, sized <= vec3f(0.04045));
-}
-
 // Compilers may assume that there is no NaN, so its bits are compared.
 fn is_nan(x: vec3f) -> bool {
     return any((bitcast<vec3u>(x) & vec3u(0x7fffffffu)) > vec3u(0x7f800000u));
@@ -132,7 +120,7 @@ fn visible(value: vec4f, pixel: vec2f) -> vec3f {
         }
     }
     let scaled = raw * placement.gain + placement.bias;
-    let signal = select(scaled, encode(scaled), has(IS_LIGHT));
+    let signal = select(scaled, encode(scaled), has(IS_LINEAR));
     if (has(FALSE_COLOR)) {
         return false_color(decode(signal));
     }

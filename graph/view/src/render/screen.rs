@@ -8,7 +8,7 @@ use afterimage_gpu::wgpu::{self, SurfaceColorSpace};
 use afterimage_graph::color::{Chromaticities, hlg_gamma};
 use bytemuck::{Pod, Zeroable};
 
-use super::device::{full_screen, image, onto, uniform};
+use super::device::{full_screen, image, module, onto, uniform};
 
 /// The luminance of SDR white in cd/m2 where the system does not state it: ITU-R BT.2408.
 pub const SDR_WHITE: f64 = 203.0;
@@ -19,7 +19,6 @@ const PQ_UNIT: f64 = 10_000.0;
 /// The nominal peak of HLG.
 const HLG_PEAK: f64 = 1000.0;
 
-/// The uniform of `screen.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 struct Numbers {
@@ -74,7 +73,7 @@ impl Screen {
     /// For swap chains of a format and a color space. `white` is the luminance of SDR white in cd/m2.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat, space: SurfaceColorSpace, white: f64) -> Self {
         let device = &gpu.device;
-        let shader = device.create_shader_module(wgpu::include_wgsl!("screen.wgsl"));
+        let shader = module(device, "screen", &[include_str!("screen.wgsl")]);
         let pipeline = full_screen(device, None, &shader, "convert", format);
         let numbers = Numbers::of(space, white, cfg!(target_os = "windows"));
         Self { device: device.clone(), pipeline, numbers: uniform(gpu, "screen", &numbers), drawn: None }

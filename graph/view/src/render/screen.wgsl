@@ -7,7 +7,7 @@ struct Screen {
     blue: vec4f,
     // The encoding of the swap chain: see the constants.
     encoding: u32,
-    // The light of SDR white, in the unit of the encoding.
+    // The luminance of SDR white, in the unit of the encoding.
     white: f32,
     // The exponent of HLG's system.
     gamma: f32,
@@ -25,18 +25,6 @@ const HLG = 3u;
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-}
-
-fn decode(signal: vec3f) -> vec3f {
-    let sized = abs(signal);
-    let curve = pow((sized + 0.055) / 1.055, vec3f(2.4));
-    return sign(signal) * select(curve, sized / 12.92, sized <= vec3f(0.04045));
-}
-
-fn encode(light: vec3f) -> vec3f {
-    let sized = abs(light);
-    let curve = 1.055 * pow(sized, vec3f(1.0 / 2.4)) - 0.055;
-    return sign(light) * select(curve, sized * 12.92, sized <= vec3f(0.0031308));
 }
 
 // SMPTE ST 2084; 1 is 10000 cd/m2.

@@ -89,7 +89,7 @@ fn within(param: &Param, number: f64) -> f64 {
     }
 }
 
-/// A slider gives more digits than anybody wants in a file.
+/// Rounds the value of a slider to as many digits as a file needs.
 fn rounded(number: f64) -> f64 {
     let digits = 6 - number.abs().max(1e-6).log10().ceil() as i32;
     let scale = 10f64.powi(digits.clamp(0, 9));
@@ -124,14 +124,14 @@ fn is_color(param: &Param) -> bool {
     ["color", "tint", "red, green"].iter().any(|word| param.doc.to_lowercase().contains(word))
 }
 
-/// A color as light; brighter ones than 1 keep their brightness.
+/// A linear color; those brighter than 1 keep their brightness.
 fn picker(ui: &mut Ui, numbers: &mut [f64; 4]) -> egui::Response {
     let largest = numbers[..3].iter().fold(1.0, |largest: f64, number| largest.max(*number));
-    let mut light: [f32; 3] = std::array::from_fn(|c| (numbers[c] / largest).clamp(0.0, 1.0) as f32);
-    let response = ui.color_edit_button_rgb(&mut light);
+    let mut color: [f32; 3] = std::array::from_fn(|c| (numbers[c] / largest).clamp(0.0, 1.0) as f32);
+    let response = ui.color_edit_button_rgb(&mut color);
     if response.changed() {
-        for (number, light) in numbers.iter_mut().zip(light) {
-            *number = rounded(f64::from(light) * largest);
+        for (number, channel) in numbers.iter_mut().zip(color) {
+            *number = rounded(f64::from(channel) * largest);
         }
     }
     response

@@ -167,7 +167,6 @@ impl Viewer {
     }
 }
 
-/// Saving and exports.
 impl Viewer {
     /// Closes the window, or asks first if changes would be lost.
     pub fn close(&mut self) {
@@ -222,7 +221,6 @@ impl Viewer {
     }
 }
 
-/// Panels.
 impl Viewer {
     fn right_panel(&mut self, ui: &mut Ui) {
         ui.take_available_width();

@@ -21,7 +21,7 @@ pub(super) struct NewFile {
     pub(super) path: String,
     pub(super) new_tier: Option<String>,
     pub(super) error: Option<String>,
-    /// The field has had the keyboard, which it gets once for each attempt.
+    /// The field has had the focus, which it gets once for each attempt.
     pub(super) was_focused: bool,
 }
 

@@ -43,9 +43,7 @@ pub struct PictureView {
     pub stops: f32,
     /// The channel that is shown alone; 4 for all.
     pub channel: u32,
-    /// Exposure as colors.
     pub false_color: bool,
-    /// Stripes on clipped pixels.
     pub clipping: bool,
     /// Stripes on NaN, infinite and negative pixels.
     pub faults: bool,
@@ -245,7 +243,7 @@ impl PictureView {
         let is_linear = subject.is_linear_color();
         let switches = [
             (is_smooth, Flags::SMOOTH),
-            (is_linear, Flags::IS_LIGHT),
+            (is_linear, Flags::IS_LINEAR),
             (self.false_color && !subject.is_data(), Flags::FALSE_COLOR),
             (self.clipping && !subject.is_data(), Flags::CLIPPING),
             (self.faults && !subject.is_data(), Flags::FAULTS),

@@ -116,7 +116,6 @@ impl SaveDialogs {
         }
     }
 
-    /// Asks whether to save.
     fn ask_to_save(&mut self, ctx: &Context, model: &mut Model) -> Option<String> {
         let pending = self.pending.take()?;
         let then = match &pending {

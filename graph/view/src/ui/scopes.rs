@@ -1,6 +1,7 @@
 //! The panel of scopes: histogram, waveform, vectorscope.
 
 use afterimage_gpu::wgpu;
+use afterimage_graph::color::rec709_luminance;
 use egui::{Color32, ColorImage, Pos2, Rect, RichText, Sense, Stroke, TextureOptions, Ui, Vec2};
 
 use super::picture::Subject;
@@ -15,7 +16,6 @@ pub(super) struct ScopePanel {
     vectors: Option<egui::TextureHandle>,
 }
 
-/// All of a texture.
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: Pos2 { x: 1.0, y: 1.0 } };
 
 const CHANNELS: [Color32; 3] =
@@ -26,7 +26,6 @@ impl ScopePanel {
         Self { grid: Grid::new(device), scopes: None, waveform: None, vectors: None }
     }
 
-    /// Continues on another device.
     pub(super) fn rebuild(&mut self, device: &wgpu::Device) {
         self.grid = Grid::new(device);
     }
@@ -143,7 +142,7 @@ fn targets(ui: &Ui, rect: Rect) {
     painter.circle_stroke(rect.center(), rect.width() * 0.375, Stroke::new(1.0, Color32::from_gray(0x38)));
     let colors = [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 1.0]];
     for [red, green, blue] in colors {
-        let luma = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+        let luma = rec709_luminance([red, green, blue]);
         let across = Vec2::new((blue - luma) / 1.8556, -(red - luma) / 1.5748) * rect.width() * 0.75;
         let color = Color32::from_rgb((red * 220.0) as u8, (green * 220.0) as u8, (blue * 220.0) as u8);
         let square = Rect::from_center_size(rect.center() + across, Vec2::splat(6.0));

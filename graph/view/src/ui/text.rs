@@ -34,7 +34,7 @@ impl TextPanel {
         self.typed.is_some().then_some(&*self.text)
     }
 
-    /// Gives the model what is being typed without waiting for a pause.
+    /// Applies the typed text to the model without waiting for a pause.
     pub(super) fn apply(&mut self, model: &mut Model) {
         if self.typed.take().is_some() {
             self.known.clone_from(&self.text);

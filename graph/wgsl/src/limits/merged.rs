@@ -1,5 +1,5 @@
-//! Uses of values that branches have merged: a variable after an `if` that sets it, and the result of a function gives
-//! that returns in one.
+//! Uses of values that branches have merged: a variable after an `if` that sets it, and the result of a function that
+//! returns in one.
 //!
 //! llvmpipe keeps such a value in memory and reads all of it for each use of a number. Its compiler then takes a time
 //! in proportion to the square of these uses.
@@ -20,8 +20,12 @@ pub(super) struct Merged {
     arguments: Vec<usize>,
     /// True if a branch sets what the argument points to.
     sets: Vec<bool>,
-    result: Root,
+    result: Value,
 }
+
+/// The value of an expression or a variable: an argument or what branches have made, by its place in [`Walk::uses`].
+/// `None` for an operation or a constant.
+type Value = Option<usize>;
 
 /// Number of components of an expression.
 type Numbers<'w> = &'w dyn Fn(Handle<Expression>) -> usize;
@@ -29,36 +33,27 @@ type Numbers<'w> = &'w dyn Fn(Handle<Expression>) -> usize;
 impl Merged {
     /// Summary of a function; `known` holds those before it.
     pub(super) fn of(function: &Function, numbers: Numbers<'_>, known: &[Self]) -> Self {
+        let arguments = function.arguments.len();
         let mut walk = Walk {
             function,
             numbers,
             known,
-            roots: vec![Root::Computed; function.expressions.len()],
-            locals: vec![Root::Computed; function.local_variables.len()],
-            made: Vec::new(),
-            arguments: vec![0; function.arguments.len()],
-            sets: vec![false; function.arguments.len()],
+            roots: vec![None; function.expressions.len()],
+            locals: vec![None; function.local_variables.len()],
+            uses: vec![0; arguments],
+            sets: vec![false; arguments],
             result: None,
         };
         for (handle, expression) in function.expressions.iter() {
             if let Expression::FunctionArgument(index) = expression {
-                walk.roots[handle.index()] = Root::Argument(*index as usize);
+                walk.roots[handle.index()] = Some(*index as usize);
             }
         }
         walk.block(&function.body, false);
-        let uses = walk.made.iter().filter(|uses| **uses > FEW).fold(0, |sum: usize, uses| sum.saturating_add(*uses));
-        Self { uses, arguments: walk.arguments, sets: walk.sets, result: walk.result.unwrap_or_default() }
+        let made = walk.uses.split_off(arguments);
+        let uses = made.into_iter().filter(|uses| *uses > FEW).fold(0, usize::saturating_add);
+        Self { uses, arguments: walk.uses, sets: walk.sets, result: walk.result.flatten() }
     }
-}
-
-#[derive(Clone, Copy, Default, PartialEq, Eq)]
-enum Root {
-    /// An operation, or a constant.
-    #[default]
-    Computed,
-    Argument(usize),
-    /// Branches; its number in [`Walk::made`].
-    Branches(usize),
 }
 
 struct Walk<'w> {
@@ -66,13 +61,12 @@ struct Walk<'w> {
     numbers: Numbers<'w>,
     known: &'w [Merged],
     /// Of each expression so far.
-    roots: Vec<Root>,
-    locals: Vec<Root>,
-    /// The uses of each value that branches have made.
-    made: Vec<usize>,
-    arguments: Vec<usize>,
+    roots: Vec<Value>,
+    locals: Vec<Value>,
+    /// The uses of each argument, and after these of each value that branches have made.
+    uses: Vec<usize>,
     sets: Vec<bool>,
-    result: Option<Root>,
+    result: Option<Value>,
 }
 
 impl Walk<'_> {
@@ -86,7 +80,7 @@ impl Walk<'_> {
             Statement::Store { pointer, value } => self.store(*pointer, *value, is_branch),
             Statement::Call { function, arguments, result } => {
                 let called = &self.known[function.index()];
-                let roots: Vec<Root> = arguments.iter().map(|argument| self.root(*argument)).collect();
+                let roots: Vec<Value> = arguments.iter().map(|argument| self.root(*argument)).collect();
                 for ((root, uses), (argument, is_set)) in
                     roots.iter().zip(&called.arguments).zip(arguments.iter().zip(&called.sets))
                 {
@@ -97,15 +91,14 @@ impl Walk<'_> {
                 }
                 if let Some(result) = result {
                     self.roots[result.index()] = match called.result {
-                        Root::Computed => Root::Computed,
-                        Root::Argument(index) => roots[index],
-                        Root::Branches(_) => self.make(),
+                        Some(index) if index >= roots.len() => self.make(),
+                        argument => argument.and_then(|index| roots[index]),
                     };
                 }
             }
             Statement::Return { value: Some(value) } => {
                 let is_only = !is_branch && self.result.is_none();
-                self.result = Some(if is_only { self.root(*value) } else { Root::Branches(0) });
+                self.result = Some(if is_only { self.root(*value) } else { self.make() });
             }
             Statement::If { .. } | Statement::Switch { .. } => {
                 let before = self.locals.clone();
@@ -142,24 +135,23 @@ impl Walk<'_> {
         match (self.local(pointer), self.root(pointer)) {
             // A part of a variable leaves the others as they are.
             (Some(local), _) if is_whole => self.locals[local.index()] = root,
-            (None, Root::Argument(index)) => self.sets[index] |= is_branch || matches!(root, Root::Branches(_)),
+            (None, Some(index)) if index < self.sets.len() => {
+                self.sets[index] |= is_branch || root.is_some_and(|root| root >= self.sets.len());
+            }
             _ => {}
         }
     }
 
     /// A value that branches have made.
-    fn make(&mut self) -> Root {
-        self.made.push(0);
-        Root::Branches(self.made.len() - 1)
+    fn make(&mut self) -> Value {
+        self.uses.push(0);
+        Some(self.uses.len() - 1)
     }
 
-    fn add(&mut self, root: Root, uses: usize) {
-        let sum = match root {
-            Root::Computed => return,
-            Root::Argument(index) => &mut self.arguments[index],
-            Root::Branches(index) => &mut self.made[index],
-        };
-        *sum = sum.saturating_add(uses);
+    fn add(&mut self, value: Value, uses: usize) {
+        if let Some(index) = value {
+            self.uses[index] = self.uses[index].saturating_add(uses);
+        }
     }
 
     /// The variable that a pointer leads into.
@@ -176,7 +168,7 @@ impl Walk<'_> {
     }
 
     /// Origin of a value, or of the target of a pointer.
-    fn root(&self, value: Handle<Expression>) -> Root {
+    fn root(&self, value: Handle<Expression>) -> Value {
         self.local(value).map_or(self.roots[value.index()], |local| self.locals[local.index()])
     }
 
@@ -193,7 +185,7 @@ impl Walk<'_> {
             Expression::Unary { expr, .. } | Expression::As { expr, .. } => self.used(&[*expr]),
             Expression::Binary { left, right, .. } => {
                 let root = self.used(&[*left, *right]);
-                if self.is_constant(*left) || self.is_constant(*right) { root } else { Root::Computed }
+                if self.is_constant(*left) || self.is_constant(*right) { root } else { None }
             }
             Expression::Relational { argument, .. } => self.used(&[*argument]),
             Expression::Select { condition, accept, reject } => self.used(&[*condition, *accept, *reject]),
@@ -201,14 +193,14 @@ impl Walk<'_> {
                 let all: Vec<_> = [Some(*arg), *arg1, *arg2, *arg3].into_iter().flatten().collect();
                 self.used(&all)
             }
-            _ => Root::Computed,
+            _ => None,
         };
         self.roots[handle.index()] = root;
     }
 
     /// Counts the operands of an operation. Compilers remove it if it gives its only operand back, such as a sum with
     /// zero, so it counts as that.
-    fn used(&mut self, operands: &[Handle<Expression>]) -> Root {
+    fn used(&mut self, operands: &[Handle<Expression>]) -> Value {
         for operand in operands {
             self.add(self.root(*operand), (self.numbers)(*operand));
         }
@@ -216,10 +208,10 @@ impl Walk<'_> {
     }
 
     /// Common origin of all of these, apart from constants.
-    fn common(&self, operands: &[Handle<Expression>]) -> Root {
+    fn common(&self, operands: &[Handle<Expression>]) -> Value {
         let mut others = operands.iter().filter(|operand| !self.is_constant(**operand));
-        let first = others.next().map_or(Root::Computed, |first| self.root(*first));
-        if others.all(|other| self.root(*other) == first) { first } else { Root::Computed }
+        let first = others.next().map_or(None, |first| self.root(*first));
+        if others.all(|other| self.root(*other) == first) { first } else { None }
     }
 
     fn is_constant(&self, value: Handle<Expression>) -> bool {

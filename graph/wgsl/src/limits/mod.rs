@@ -13,12 +13,10 @@ pub(crate) use cost::{check_cost, compile_costs};
 pub(crate) use memory::check_memory;
 pub(crate) use text::{check_size, check_text};
 
-/// An upper limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limit {
     /// Name of what is counted, in the plural.
     pub counts: &'static str,
-    /// The largest count.
     pub max: usize,
 }
 
@@ -33,13 +31,11 @@ impl Limit {
     }
 }
 
-/// Of each file.
 pub const FILE_BYTES: Limit = Limit::new(1 << 18, "bytes in a file");
 /// Of all `.wgsl` files of a folder.
 pub const FILES: Limit = Limit::new(64, "`.wgsl` files in a folder");
 /// Of each file. Comments are no tokens.
 pub const FILE_TOKENS: Limit = Limit::new(1 << 16, "tokens in a file");
-/// Of each file.
 pub const IMPORTS: Limit = Limit::new(64, "imports in a file");
 /// Brackets, and operators in front of what they apply to.
 pub const NESTING: Limit = Limit::new(64, "nested brackets and prefix operators");
@@ -58,7 +54,6 @@ pub const ARRAY_BYTES: Limit = Limit::new(1 << 10, "bytes in array variables of 
 pub const OPERATIONS: Limit = Limit::new(96_000, "operations in a function and all that it calls");
 /// Of a function, with those that it calls counted at each call: llvmpipe takes twice as long for each further one.
 pub const LOOPS: Limit = Limit::new(10, "loops in a function and all that it calls");
-/// Of a function.
 pub const CALLS: Limit = Limit::new(64, "calls inside of calls");
 /// Of a function that shares memory with the other invocations of its workgroup: all variables that it uses, as every
 /// device has them.

@@ -28,12 +28,10 @@ pub struct Linker<'a> {
     mode: SampleMode,
 }
 
-/// A linked module.
 #[derive(Clone, Debug)]
 pub struct Linked {
     /// The text of the module.
     pub text: String,
-    /// Origin of its bytes.
     pub map: SourceMap,
     /// The names in the module of the entry points that were asked for.
     pub entries: Vec<String>,
@@ -252,11 +250,6 @@ impl<'a> Linker<'a> {
         Ok((Linked { text, map, entries: Vec::new() }, declared))
     }
 
-    #[cfg(test)]
-    pub(super) fn imports_of(&self, instance: Instance) -> &[Instance] {
-        &self.parts[instance.index()].imports
-    }
-
     fn finish(mut self, entries: &[(Instance, &str)]) -> Result<Linked, ShaderError> {
         check(&self.parts)?;
         choose_names(&mut self.parts);
@@ -333,7 +326,7 @@ mod tests {
                 let file = Shader::loaded("all.wgsl".into(), format!("#import {name}\n"));
                 let mut linker = Linker::new(mode);
                 let instance = linker.add(file.source(), &[]).expect("the library has it");
-                let library = Instance(linker.imports_of(instance)[0].0);
+                let library = Instance(linker.parts[instance.index()].imports[0].0);
                 let (linked, _) = linker.link_whole(library, false).unwrap_or_else(|error| panic!("{name}: {error}"));
                 validate(&linked.text, &linked.map).unwrap_or_else(|error| panic!("{name}: {error}"));
             }

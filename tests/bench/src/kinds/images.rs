@@ -4,7 +4,7 @@ use afterimage::offline::Session;
 use afterimage_gpu::{FrameStep, Gpu, InputImage, Texels, input_image};
 use afterimage_graph::check::{Facts, Graph, GraphInput};
 use afterimage_graph::image::{ColorState, ImageDesc, Size};
-use afterimage_graph::node::{BlockData, Camera, HostBlock, Params as _, Registry};
+use afterimage_graph::node::{BlockData, Camera, HostBlock, Registry, TypedKind as _};
 use afterimage_graph::value::Value;
 use afterimage_lab::LabError;
 use afterimage_lab::scene::graph;

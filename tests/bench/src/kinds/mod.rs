@@ -6,7 +6,7 @@ mod subjects;
 
 use std::time::Instant;
 
-use afterimage::offline::Session;
+use afterimage::offline::{Session, timing};
 use afterimage_gpu::{Clock, Gpu, InputImage, download};
 use afterimage_graph::check::{Facts, Graph};
 use afterimage_graph::image::Size;
@@ -18,7 +18,6 @@ use afterimage_media::catch_panic;
 use afterimage_plan::{Options, Plan};
 
 use crate::baselines::{self, Chain};
-use crate::next_step;
 pub(crate) use figures::KindsReport;
 use figures::{BaselineFigures, KindFigures, SizeFigures, SkippedKind, difference};
 use images::SceneImages;
@@ -88,7 +87,7 @@ pub(crate) fn compiled(
     let mut seconds = [0.0; 2];
     for (frame, seconds) in seconds.iter_mut().enumerate() {
         let mut encoder = session.gpu().encoder();
-        session.encode(&mut encoder, images, next_step(&mut (frame as u32)))?;
+        session.encode(&mut encoder, images, timing::timed_step(frame as u32))?;
         session.gpu().queue.submit([encoder.finish()]);
         session.gpu().wait()?;
         *seconds = start.elapsed().as_secs_f64();
@@ -134,10 +133,8 @@ impl KindBench<'_> {
         }
         let node = graph.nodes.iter().find(|node| node.name == NODE).expect("the graph was made for this node");
         let chain = baselines::chain(self.gpu, node, &images, &self.images.camera);
-        let mut frames = 0;
-        let mut step = || next_step(&mut frames);
         let recordings = chain.iter().map(Chain::recording).collect();
-        let (frame, baseline_time) = session.frame_time(self.clock, self.samples, &images, &mut step, recordings)?;
+        let (frame, baseline_time) = timing::frame_time(&mut session, self.clock, self.samples, &images, recordings)?;
         let picture = chain.map(|chain| self.compare(&mut session, &chain, &images)).transpose()?;
         let baseline = picture.map(|picture| BaselineFigures { ms: baseline_time[0].ms(), ..picture });
         let plan = session.plan().clone();
@@ -186,8 +183,7 @@ impl KindBench<'_> {
 
     /// The time of the kind's own passes, where others make its inputs or show its result.
     fn own_passes(&self, session: &mut Session, images: &[InputImage]) -> Result<f64, LabError> {
-        let mut frames = 0;
-        let times = session.pass_times(self.clock, self.samples, images, &mut || next_step(&mut frames))?;
+        let times = timing::pass_times(session, self.clock, self.samples, images)?;
         let passes = session.plan().passes.iter();
         Ok(passes.zip(times).filter(|(planned, _)| is_own(planned)).map(|(_, ms)| ms).sum())
     }

@@ -61,7 +61,8 @@ impl Edits {
     fn replace(&mut self, state: &State<'_>, span: Range<usize>, setting: &Setting, value: &Value) {
         match (&setting.value, value) {
             (Value::Vector(old, n), Value::Vector(new, _)) => {
-                let text = state.builder.reports.diagnostics.sources.text(&state.document.file).unwrap_or_default();
+                let text =
+                    state.expansion.fields.reports.diagnostics.sources.text(&state.document.file).unwrap_or_default();
                 let numbers = edit::numbers(text, &span).into_iter().zip(old.iter().zip(new).take(*n));
                 let changed = numbers.filter(|(_, (old, new))| old != new);
                 self.replaced.extend(changed.map(|(span, (_, new))| (span, Value::Float(*new).to_string())));

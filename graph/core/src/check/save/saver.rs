@@ -186,7 +186,7 @@ impl<'a> Saver<'a> {
 /// The values of changes that differ from the state; of several of one key the last.
 fn new_values(state: &State<'_>, changes: &[Change]) -> Result<NewValues, Diagnostics> {
     let mut last = IndexMap::new();
-    let mut errors = Diagnostics::new(state.builder.reports.diagnostics.sources.clone());
+    let mut errors = Diagnostics::new(state.expansion.fields.reports.diagnostics.sources.clone());
     for change in changes {
         let found = match change {
             Change::Value { parameter, value } => new_value(state, parameter, value),

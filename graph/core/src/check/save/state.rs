@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use indexmap::IndexMap;
 
 use super::path::{join_written, relative};
-use crate::check::build::GraphBuilder;
 use crate::check::draft::NodeDraft;
+use crate::check::expand::Expansion;
 use crate::check::files::{Files, join};
 use crate::document::{Document, Override, Tier, Tree};
 use crate::node::Registry;
@@ -29,7 +29,7 @@ pub(super) struct Setting {
 /// A document at a tier.
 pub(super) struct State<'a> {
     pub(super) document: Document,
-    pub(super) builder: GraphBuilder<'a>,
+    pub(super) expansion: Expansion<'a>,
     /// By the keys of overrides: `node.parameter`, or the name of what is switched.
     pub(super) settings: IndexMap<String, Setting>,
 }
@@ -42,28 +42,28 @@ impl<'a> State<'a> {
         files: &'a Files<'a>,
         tier: Option<&str>,
     ) -> Result<Self, Diagnostics> {
-        let mut builder = GraphBuilder::new(registry, files, document.problems.clone());
-        let document = builder.used.inherited(document, &mut builder.reports);
-        builder.reports.diagnostics.absorb(file_tier(&document, tier));
-        let document = builder.tier(document, tier);
-        builder.expand_top(&document);
-        if builder.used.has_document(&join("", &document.file)) {
-            builder.report(used_twice(&document));
+        let mut expansion = Expansion::new(registry, files, document.problems.clone());
+        let document = expansion.fields.inherited(document);
+        expansion.fields.reports.diagnostics.absorb(file_tier(&document, tier));
+        let document = expansion.tier(document, tier);
+        expansion.expand_top(&document);
+        if expansion.fields.used.has_document(&join("", &document.file)) {
+            expansion.fields.reports.push(used_twice(&document));
         }
-        let made = builder.changes.iter().filter(|change| change.tier.is_some() && builder.is_made(change));
+        let made = expansion.changes.iter().filter(|change| change.tier.is_some() && expansion.is_made(change));
         let values = made.flat_map(|change| &change.settings).map(|setting| setting.value.location.clone());
         let of_tier: BTreeSet<Location> = values.collect();
-        builder.change();
-        if builder.reports.diagnostics.has_errors() {
-            return Err(builder.reports.diagnostics.sorted());
+        expansion.change();
+        if expansion.fields.reports.diagnostics.has_errors() {
+            return Err(expansion.fields.reports.diagnostics.sorted());
         }
         let setting = |value, is_switch, written: &Option<Location>, kind_start| {
             let is_of_tier = written.as_ref().is_some_and(|location| of_tier.contains(location));
             Setting { value, is_switch, written: written.clone(), is_of_tier, kind_start }
         };
         let mut settings = IndexMap::new();
-        for draft in &builder.drafted.nodes {
-            let name = builder.drafted.full_name(draft);
+        for draft in &expansion.drafted.nodes {
+            let name = expansion.drafted.full_name(draft);
             let is_own = draft.scope == 0 && draft.kind_location.file == document.file;
             for (index, param) in draft.kind.params().iter().enumerate() {
                 let kind_start = is_own.then_some(draft.kind_location.start);
@@ -73,15 +73,15 @@ impl<'a> State<'a> {
             }
             settings.insert(name, setting(Value::Bool(!draft.off), true, &draft.switched, None));
         }
-        for (index, scope) in builder.drafted.scopes.iter().enumerate().skip(1) {
+        for (index, scope) in expansion.drafted.scopes.iter().enumerate().skip(1) {
             let switch = setting(Value::Bool(!scope.off), true, &scope.switched, None);
-            settings.insert(builder.drafted.full_scope_name(index), switch);
+            settings.insert(expansion.drafted.full_scope_name(index), switch);
         }
-        Ok(Self { document, builder, settings })
+        Ok(Self { document, expansion, settings })
     }
 
     pub(super) fn node(&self, name: &str) -> Option<&NodeDraft> {
-        self.builder.drafted.nodes.iter().find(|draft| self.builder.drafted.full_name(draft) == name)
+        self.expansion.drafted.nodes.iter().find(|draft| self.expansion.drafted.full_name(draft) == name)
     }
 
     /// The names of the tiers that are overrides, and before them `None`.
@@ -108,7 +108,7 @@ impl<'a> State<'a> {
                 return Some(format!("{:?}", relative(own, &there)));
             }
         }
-        let text = self.builder.reports.diagnostics.sources.text(&location.file)?;
+        let text = self.expansion.fields.reports.diagnostics.sources.text(&location.file)?;
         text.get(location.span()).map(str::to_owned)
     }
 
@@ -128,7 +128,7 @@ impl<'a> State<'a> {
 
     /// One error of the document.
     pub(super) fn error(&self, error: Diagnostic) -> Diagnostics {
-        let mut errors = Diagnostics::new(self.builder.reports.diagnostics.sources.clone());
+        let mut errors = Diagnostics::new(self.expansion.fields.reports.diagnostics.sources.clone());
         errors.push(error.at(&self.document.location, ""));
         errors
     }

@@ -26,7 +26,6 @@ pub(super) struct Use<'a> {
     pub(super) is_exact: bool,
 }
 
-/// Wiring of the inputs.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Wiring {
     /// Each to something as large as the frame, of unknown primaries.

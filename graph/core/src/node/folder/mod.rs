@@ -58,9 +58,11 @@ use declaration::Declaration;
 use record::{FolderNode, FolderPasses};
 
 use super::contract::{contract, snake, stem};
+use std::any::Any;
 use std::sync::Arc;
 
-use super::kind::{DynNode, Kind, NodeKind};
+use super::invariants::Invariants;
+use super::kind::{Kind, Node, NodeKind};
 use super::ports::{Input, Output};
 use crate::document;
 use afterimage_base::diagnostic::{Diagnostic, Diagnostics, Sources};
@@ -169,6 +171,7 @@ struct FolderKind {
     name: String,
     doc: String,
     params: Arc<[Param]>,
+    of_color: bool,
     passes: Arc<FolderPasses>,
 }
 
@@ -188,8 +191,16 @@ impl Kind for FolderKind {
     fn outputs(&self) -> &[Output] {
         &self.passes.outputs
     }
-    fn instantiate(&self, values: &[Value]) -> Arc<dyn DynNode> {
+    fn invariants(&self) -> Invariants {
+        Invariants { of_color: self.of_color, ..Invariants::NONE }
+    }
+    fn instantiate(&self, values: &[Value]) -> Arc<dyn Node> {
         Arc::new(FolderNode::new(self.passes.clone(), self.params.clone(), values))
+    }
+    fn set(&self, node: &mut dyn Node, index: usize, value: &Value) -> bool {
+        let node: &mut dyn Any = node;
+        node.downcast_mut::<FolderNode>().expect("the kind has made the node").set(index, value);
+        true
     }
 }
 
@@ -197,6 +208,6 @@ impl FolderKind {
     fn new(declared: Declaration, shader: Arc<Shader>) -> Self {
         let passes = Arc::new(FolderPasses::new(&declared, shader));
         let params = declared.params.into_iter().map(|(param, _)| param).collect();
-        Self { name: declared.name.value, doc: declared.doc, params, passes }
+        Self { name: declared.name.value, doc: declared.doc, params, of_color: declared.of_color, passes }
     }
 }

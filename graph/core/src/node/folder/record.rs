@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 use super::declaration::{Declaration, Made, Pyramid, Shape, SizeRule, Source};
-use crate::node::{DynNode, Fallback, ImageId, Input, InputValue, InputValues, Invariants, Output, PortType, Recorder};
+use crate::node::{Fallback, ImageId, Input, InputValue, InputValues, Node, Output, PortType, Recorder};
 use afterimage_base::Shared;
 use afterimage_base::image::{Format, ImageDesc, Size};
 use afterimage_base::value::{Param, Value};
@@ -46,6 +46,11 @@ impl FolderNode {
         let is_neutral = params.iter().zip(values).map(|(param, value)| is_neutral(param, value)).collect();
         Self { passes, params, is_neutral }
     }
+
+    /// Sets the parameter at this place.
+    pub(super) fn set(&mut self, index: usize, value: &Value) {
+        self.is_neutral[index] = is_neutral(&self.params[index], value);
+    }
 }
 
 fn is_neutral(param: &Param, value: &Value) -> bool {
@@ -58,7 +63,6 @@ pub(super) struct FolderPasses {
     pub(super) outputs: Vec<Output>,
     steps: Vec<Step>,
     shader: Arc<Shader>,
-    of_color: bool,
     /// True if the first output can be replaced by its fallback, which then has its size.
     can_be_skipped: bool,
 }
@@ -88,8 +92,7 @@ impl FolderPasses {
         let inputs = declared.inputs.iter().map(|(port, _)| port.clone()).collect();
         let outputs = declared.made.iter().filter_map(|made| made.port.clone()).collect();
         let steps = declared.made.iter().enumerate().map(|(at, made)| step(declared, at, made, &shader)).collect();
-        let (of_color, can_be_skipped) = (declared.of_color, can_be_skipped(declared));
-        Self { inputs, outputs, steps, shader, of_color, can_be_skipped }
+        Self { inputs, outputs, steps, shader, can_be_skipped: can_be_skipped(declared) }
     }
 
     /// The functions whose results are read.
@@ -111,7 +114,7 @@ impl FolderPasses {
         let image = match first {
             Some(port) if port.ty == PortType::Pyramid => pass.pyramid(&port.name)[0],
             Some(port) => pass.image(&port.name),
-            None => return pass.frame_size(),
+            None => return pass.frame_size,
         };
         pass.desc(image).size
     }
@@ -178,12 +181,7 @@ impl Step {
     }
 }
 
-impl DynNode for FolderNode {
-    fn take(&mut self, index: usize, value: &Value) -> bool {
-        self.is_neutral[index] = is_neutral(&self.params[index], value);
-        true
-    }
-
+impl Node for FolderNode {
     /// All parameters with a neutral value have it. Other outputs, such as masks, may differ from their fallbacks then.
     fn identity_of(&self, output: &str, inputs: &InputValues) -> bool {
         let Some(main) = self.passes.outputs.first().filter(|main| main.name == *output) else { return false };
@@ -194,10 +192,6 @@ impl DynNode for FolderNode {
         let has_neutral = self.params.iter().any(|param| param.neutral.is_some());
         let is_neutral = has_neutral && self.is_neutral.iter().all(|neutral| *neutral);
         is_neutral && arrives && self.passes.can_be_skipped
-    }
-
-    fn invariants(&self) -> Invariants {
-        Invariants { of_color: self.passes.of_color, ..Invariants::NONE }
     }
 
     fn record(&self, pass: &mut Recorder<'_>) {

@@ -15,7 +15,7 @@ impl Bindings {
         shader: &'s Shader,
         entry: &'s str,
     ) -> impl Iterator<Item = (&'s str, Arg)> {
-        let globals = recorder.reflection(shader).globals.iter();
+        let globals = recorder.shaders.reflection(shader).globals.iter();
         globals.filter_map(move |global| Some((global.name.as_str(), self.argument(recorder, entry, global)?)))
     }
 
@@ -56,7 +56,7 @@ impl Bindings {
 
 /// The struct of the uniform of a module's entry points, if it has one.
 pub(super) fn params<'s>(recorder: &Recorder<'_>, shader: &'s Shader) -> Option<&'s str> {
-    let globals = recorder.reflection(shader).globals.iter();
+    let globals = recorder.shaders.reflection(shader).globals.iter();
     let of_node = globals.filter(|global| block(recorder, &global.name).is_none());
     of_node
         .filter_map(|global| match &global.kind {
@@ -85,7 +85,7 @@ fn require_texture(recorder: &Recorder<'_>, entry: &str, name: &str, bound: Boun
     let samples = desc.samples;
     assert!(samples == 1, "`{name}` of `{entry}` has {samples} samples: functions alone read these");
     match bound {
-        Bound::Level(part) => recorder.require_part(part, entry),
+        Bound::Level(part) => recorder.resources.require_part(part, entry),
         Bound::Resource(_) => {
             assert!(desc.layers == 1, "`{name}` of `{entry}` has {} layers: bind one with `level`", desc.layers);
         }

@@ -26,7 +26,8 @@ impl<'a> Recorder<'a> {
     /// something else.
     pub fn compute(&mut self, shader: impl Into<Shared<Shader>>, entry: impl Into<Shared<str>>) -> ComputePass<'_, 'a> {
         let (shader, entry) = (shader.into(), entry.into());
-        let bindings = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.bindings)).unwrap_or_default();
+        let bindings =
+            self.resources.replay.as_mut().map(|replay| std::mem::take(&mut replay.bindings)).unwrap_or_default();
         ComputePass { recorder: self, shader, entry, label: Label::OfKernel, bindings }
     }
 }
@@ -34,7 +35,7 @@ impl<'a> Recorder<'a> {
 impl ComputePass<'_, '_> {
     /// Label for people; the entry point's name by default.
     pub fn label(mut self, label: impl Display) -> Self {
-        self.label = self.recorder.pass_label(label);
+        self.label = self.recorder.resources.pass_label(label);
         self
     }
 
@@ -74,7 +75,7 @@ impl ComputePass<'_, '_> {
 
     /// Records the pass with this number of workgroups.
     pub fn dispatch(self, groups: [u32; 3]) {
-        if let Some(replay) = self.recorder.replay.take() {
+        if let Some(replay) = self.recorder.resources.replay.take() {
             let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, groups));
             replay.step(is_equal, |uniform| {
                 let params = params(self.recorder, &self.shader);
@@ -82,17 +83,23 @@ impl ComputePass<'_, '_> {
             });
             replay.bindings = self.bindings;
             replay.bindings.clear();
-            self.recorder.replay = Some(replay);
+            self.recorder.resources.replay = Some(replay);
             return;
         }
         let Self { recorder, shader, entry, label, bindings } = self;
         let (nodes, label) = (vec![recorder.context.node.to_owned()], label.text(&entry));
-        if recorder.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
-            recorder.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
+        if recorder.shaders.reflection(&shader).entry(&entry).is_none() && shader.reflect().is_ok() {
+            recorder.shaders.add_error(shader.error_at(&entry, format!("there is no entry point `{entry}`")));
         }
         let call = bindings.call(recorder, shader, entry);
         let kernel = KernelCall { workgroups: Some(groups), constants: bindings.constants, ..call };
-        recorder.add_pass(Pass { nodes, label, kernels: vec![kernel], results: Vec::new(), kind: PassKind::Compute });
+        recorder.resources.add_pass(Pass {
+            nodes,
+            label,
+            kernels: vec![kernel],
+            results: Vec::new(),
+            kind: PassKind::Compute,
+        });
     }
 
     /// Returns whether the pass is this one, but for its uniform.
@@ -112,7 +119,7 @@ impl ComputePass<'_, '_> {
             defines: _,
             by_rows: _,
             by_neighbors: _,
-            by_square: _,
+            quad_variant: _,
             limited: _,
             origin: _,
             warp: _,

@@ -87,15 +87,15 @@ impl<'a> Recorder<'a> {
         let kernels = kernel.into_iter().collect();
         let pass = Pass { nodes, label, kernels, results: Vec::new(), kind: PassKind::Drawing(Box::new(drawing)) };
         // What is recorded again equals a pass that was checked, or is dropped.
-        if self.replay.is_none() {
-            if self.errors.borrow().is_empty() {
-                check(&pass, self.recording);
+        if self.resources.replay.is_none() {
+            if !self.shaders.has_errors() {
+                check(&pass, self.resources.recording);
             }
             for image in pass.drawing().into_iter().flat_map(Drawing::unbounded) {
-                self.recording.images[image.0 as usize].finite = false;
+                self.resources.recording.images[image.0 as usize].finite = false;
             }
         }
-        self.add_pass(pass);
+        self.resources.add_pass(pass);
     }
 }
 

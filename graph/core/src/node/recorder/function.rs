@@ -1,11 +1,11 @@
 //! A pass around one kernel function.
 
-use std::borrow::Cow;
 use std::fmt::Display;
 use std::sync::Arc;
 
 use super::details::{FunctionDetails, Label};
-use super::{InputValue, Recorder, shape};
+use super::resources::shape;
+use super::{InputValue, Recorder};
 use crate::node::drawing::Subresource;
 use crate::node::kernel::{Arg, Argument, ByNeighbors, ByRows, KernelCall};
 use crate::node::pass::{Pass, PassKind, PassResult};
@@ -24,7 +24,7 @@ pub struct FunctionPass<'r, 'a> {
     pub(super) details: FunctionDetails,
     by_rows: Option<ByRows>,
     by_neighbors: Option<ByNeighbors>,
-    by_square: Option<&'static str>,
+    quad_variant: Option<&'static str>,
     workgroup: Option<[u32; 2]>,
 }
 
@@ -37,8 +37,9 @@ impl<'a> Recorder<'a> {
         function: impl Into<Shared<str>>,
     ) -> FunctionPass<'_, 'a> {
         let (shader, function, label) = (shader.into(), function.into(), Label::OfKernel);
-        let details = self.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
-        let (by_rows, by_neighbors, by_square) = (None, None, None);
+        let details =
+            self.resources.replay.as_mut().map(|replay| std::mem::take(&mut replay.function)).unwrap_or_default();
+        let (by_rows, by_neighbors, quad_variant) = (None, None, None);
         FunctionPass {
             recorder: self,
             shader,
@@ -47,7 +48,7 @@ impl<'a> Recorder<'a> {
             details,
             by_rows,
             by_neighbors,
-            by_square,
+            quad_variant,
             workgroup: None,
         }
     }
@@ -56,7 +57,7 @@ impl<'a> Recorder<'a> {
 impl FunctionPass<'_, '_> {
     /// Label for people; the function's name by default.
     pub fn label(mut self, label: impl Display) -> Self {
-        self.label = self.recorder.pass_label(label);
+        self.label = self.recorder.resources.pass_label(label);
         self
     }
 
@@ -81,7 +82,7 @@ impl FunctionPass<'_, '_> {
     /// One mip level of one layer of an image, for a texture argument. Its functions `tap` and `texel` read it like any
     /// image.
     pub fn read_level(mut self, arg: &'static str, part: Subresource) -> Self {
-        self.recorder.require_part(part, &self.function);
+        self.recorder.resources.require_part(part, &self.function);
         self.details.levels.push((arg, part));
         self
     }
@@ -107,8 +108,8 @@ impl FunctionPass<'_, '_> {
 
     /// A second form of a function that halves an image: `fn name(square: Square) -> vec4f`, of the four texels under
     /// one, for sides that are exactly halved. The first form must be able to do without it.
-    pub fn by_square(mut self, form: &'static str) -> Self {
-        self.by_square = Some(form);
+    pub fn quad_variant(mut self, form: &'static str) -> Self {
+        self.quad_variant = Some(form);
         self
     }
 
@@ -143,7 +144,7 @@ impl FunctionPass<'_, '_> {
     pub fn write_to(self, result: ImageId) {
         let desc = self.recorder.desc(result);
         assert!(desc.is_plain(), "`{}` writes an image of one sample, level and layer: {}", self.function, shape(desc));
-        if let Some(replay) = self.recorder.replay.take() {
+        if let Some(replay) = self.recorder.resources.replay.take() {
             let is_equal = replay.expected().is_some_and(|expected| self.is_as(expected, result));
             replay.step(is_equal, |uniform| {
                 let params = params(self.declaration());
@@ -151,7 +152,7 @@ impl FunctionPass<'_, '_> {
             });
             replay.function = self.details;
             replay.function.clear();
-            self.recorder.replay = Some(replay);
+            self.recorder.resources.replay = Some(replay);
             return;
         }
         let kernel = self.call();
@@ -160,7 +161,7 @@ impl FunctionPass<'_, '_> {
         if let Some(invocations) = self.workgroup {
             pass.kind = PassKind::Workgroup(invocations);
         }
-        self.recorder.add_pass(pass);
+        self.recorder.resources.add_pass(pass);
     }
 
     /// Returns whether the pass is this one, but for its uniform.
@@ -176,7 +177,7 @@ impl FunctionPass<'_, '_> {
             defines,
             by_rows,
             by_neighbors,
-            by_square,
+            quad_variant,
             warp,
             args,
             node: _,
@@ -197,7 +198,7 @@ impl FunctionPass<'_, '_> {
             && *shader == self.shader
             && self.label.is(&expected.label, &self.function)
             && (*by_rows, *warp) == (self.by_rows, None)
-            && (*by_neighbors, *by_square) == (self.by_neighbors, self.by_square)
+            && (*by_neighbors, *quad_variant) == (self.by_neighbors, self.quad_variant)
             && *defines == self.details.defines
             && self.has_args(args)
     }
@@ -208,13 +209,13 @@ impl FunctionPass<'_, '_> {
     }
 
     fn declaration(&self) -> &Function {
-        let reflection = self.recorder.reflection(&self.shader);
+        let reflection = self.recorder.shaders.reflection(&self.shader);
         reflection.function(&self.function).unwrap_or_else(|| {
             if self.shader.reflect().is_ok() {
                 let known = reflection.functions.iter().map(|function| function.name.as_str());
                 let mut error = self.error(format!("there is no kernel function `{}`", self.function));
                 error.help = did_you_mean(&self.function, known).map(String::into_boxed_str);
-                self.recorder.add_error(error);
+                self.recorder.shaders.add_error(error);
             }
             &NO_FUNCTION
         })
@@ -240,7 +241,7 @@ impl FunctionPass<'_, '_> {
             defines: self.details.defines.clone(),
             by_rows: self.by_rows,
             by_neighbors: self.by_neighbors,
-            by_square: self.by_square,
+            quad_variant: self.quad_variant,
             ..call
         }
     }
@@ -253,7 +254,9 @@ impl FunctionPass<'_, '_> {
             _ => false,
         };
         if is_port && !self.has_source(name) {
-            self.recorder.add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.context.kind.name)));
+            self.recorder
+                .shaders
+                .add_error(self.error(format!("`{}` has no input `{name}`", self.recorder.context.kind.name)));
             return Arg::Zero(1);
         }
         match ty {
@@ -272,7 +275,7 @@ impl FunctionPass<'_, '_> {
             ArgType::Other(ty) => {
                 let message =
                     format!("the argument `{name}` of `{}` has the type `{ty}`, which none has", self.function);
-                self.recorder.add_error(self.error(message));
+                self.recorder.shaders.add_error(self.error(message));
                 Arg::Zero(1)
             }
         }
@@ -325,7 +328,7 @@ impl FunctionPass<'_, '_> {
             Arg::Pixel(image)
         };
         if let Some(image) = self.chosen(name) {
-            return if self.recorder.is_black(image) { Arg::Zero(components) } else { pixel(image) };
+            return if self.recorder.resources.is_black(image) { Arg::Zero(components) } else { pixel(image) };
         }
         match self.recorder.input_value(name) {
             InputValue::Image(image) => pixel(*image),
@@ -340,17 +343,11 @@ impl FunctionPass<'_, '_> {
 
 // The bytes of uniforms, also of entry points.
 impl Recorder<'_> {
-    /// A number for a uniform: what the node computes, or else its parameter of that name.
-    fn number<'v>(&self, computed: &'v [(&str, UniformValue)], name: &str) -> Option<Cow<'v, UniformValue>> {
-        let own = computed.iter().rev().find(|(known, _)| *known == name);
-        own.map(|(_, value)| Cow::Borrowed(value)).or_else(|| self.context.parameters.get(name).map(Cow::Owned))
-    }
-
     /// The bytes of a uniform struct of a module; none without a struct.
     pub(super) fn uniform(&self, shader: &Shader, ty: Option<&str>, computed: &[(&str, UniformValue)]) -> Vec<u8> {
         let Some(ty) = ty else { return Vec::new() };
-        self.reflection(shader).pack_with(ty, |name| self.number(computed, name)).unwrap_or_else(|why| {
-            self.add_error(shader.error_at(&format!("struct {ty}"), why));
+        self.shaders.reflection(shader).pack_with(ty, |name| self.number(computed, name)).unwrap_or_else(|why| {
+            self.shaders.add_error(shader.error_at(&format!("struct {ty}"), why));
             Vec::new()
         })
     }
@@ -364,7 +361,7 @@ impl Recorder<'_> {
         uniform: &mut [u8],
     ) -> bool {
         let Some(ty) = ty else { return uniform.is_empty() };
-        let reflection = self.reflection(shader);
+        let reflection = self.shaders.reflection(shader);
         if reflection.size(ty) != Some(uniform.len()) {
             return false;
         }

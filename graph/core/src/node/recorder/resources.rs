@@ -3,12 +3,25 @@
 use std::fmt::Display;
 use std::sync::Arc;
 
-use super::replay::is_label;
-use super::{InputValue, Recorder};
+use super::details::Label;
+use super::recording::Recording;
+use super::replay::{Replay, is_label};
+use crate::node::drawing::Subresource;
+use crate::node::pass::Pass;
 use crate::node::resource::{BufferId, BufferLife, ImageId, Origin, VirtualBuffer, VirtualImage};
-use afterimage_base::image::{Format, ImageDesc, Signedness, Size};
+use afterimage_base::image::{ImageDesc, Signedness, Size};
 
-impl Recorder<'_> {
+/// The images, buffers and passes of a node: those that it adds to a recording, or those of its recording before, as
+/// long as they are equal.
+pub(super) struct NodeResources<'a> {
+    /// The node's name, with which their labels begin.
+    pub(super) node: &'a str,
+    pub(super) recording: &'a mut Recording,
+    /// The node's recording of before, if it is recorded again for its uniforms.
+    pub(super) replay: Option<&'a mut Replay>,
+}
+
+impl NodeResources<'_> {
     pub(super) fn black(&mut self) -> ImageId {
         self.add_constant("black", ImageDesc::new(Size::new(1, 1)), [0; 8])
     }
@@ -21,19 +34,12 @@ impl Recorder<'_> {
         image.desc.size.texels() == 1 && bytes.iter().all(|byte| *byte == 0)
     }
 
-    fn stored(&self, desc: ImageDesc, is_output: bool) -> ImageDesc {
-        let asked = if is_output { self.context.format.unwrap_or(desc.format) } else { desc.format };
-        // No device draws samples of four floats.
-        let is_exact = self.context.exact && (desc.samples == 1 || asked.exact() != Format::Rgba32Float);
-        desc.format(if is_exact { asked.exact() } else { asked })
-    }
-
     fn label(&self, what: impl Display) -> String {
-        format!("{}.{what}", self.context.node)
+        format!("{}.{what}", self.node)
     }
 
-    fn add_transient(&mut self, name: impl Display, desc: ImageDesc, signedness: Signedness) -> ImageId {
-        let node = self.context.node;
+    pub(super) fn transient(&mut self, name: impl Display, desc: ImageDesc, signedness: Signedness) -> ImageId {
+        let node = self.node;
         let is_same = |known: &VirtualImage| {
             (known.desc, known.signedness) == (desc, signedness)
                 && known.origin == Origin::Transient
@@ -47,7 +53,7 @@ impl Recorder<'_> {
     }
 
     fn add_constant(&mut self, name: &str, desc: ImageDesc, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> ImageId {
-        let (node, given) = (self.context.node, bytes.as_ref());
+        let (node, given) = (self.node, bytes.as_ref());
         let is_same = |known: &VirtualImage| {
             known.desc == desc
                 && matches!(&known.origin, Origin::Constant(old) if is_equal(old, given))
@@ -60,46 +66,22 @@ impl Recorder<'_> {
         self.recording.add_image(VirtualImage { label, desc, origin, finite: true, signedness: Signedness::Unsigned })
     }
 
-    /// An image between two passes of this node.
-    pub fn transient(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
-        let desc = self.stored(desc, false);
-        self.add_transient(name, desc, Signedness::Unsigned)
-    }
-
-    /// The same for numbers that may be negative, whatever the color states of the node's outputs are: such as motion.
-    pub fn transient_signed(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
-        let desc = self.stored(desc, false);
-        self.add_transient(name, desc, Signedness::Signed)
-    }
-
-    /// An image that becomes a level of an output pyramid, or that is given to an output later.
-    pub fn level(&mut self, name: impl Display, desc: ImageDesc) -> ImageId {
-        let desc = self.stored(desc, true);
-        self.add_transient(name, desc, Signedness::Unsigned)
-    }
-
-    /// An image of an output port, to be written by a pass of this node.
-    pub fn output(&mut self, port: &str, desc: ImageDesc) -> ImageId {
-        let image = self.level(port, desc);
-        self.set_output(port, InputValue::Image(image));
-        image
-    }
-
-    /// An image whose texels are known now, in the format of `desc`.
-    pub fn constant(&mut self, name: &str, desc: ImageDesc, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> ImageId {
+    pub(super) fn constant(
+        &mut self,
+        name: &str,
+        desc: ImageDesc,
+        bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>,
+    ) -> ImageId {
         assert_eq!(
             bytes.as_ref().len() as u64,
             desc.bytes(),
             "`{}.{name}` has the bytes of its description",
-            self.context.node
+            self.node
         );
         self.add_constant(name, desc, bytes)
     }
 
-    /// The same for texels that take long to compute. A plan may have a few such images, and it computes each once,
-    /// also where a node is recorded several times until the sizes of histories settle: the bytes must not depend on
-    /// sizes.
-    pub fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
+    pub(super) fn computed(&mut self, name: &str, desc: ImageDesc, compute: impl FnOnce() -> Vec<u8>) -> ImageId {
         let label = self.label(name);
         let computed: u64 = self.recording.computed.values().map(|bytes| bytes.len() as u64).sum();
         let has_room = self.recording.max_computed.is_none_or(|max| computed.saturating_add(desc.bytes()) <= max);
@@ -109,15 +91,14 @@ impl Recorder<'_> {
         self.add_constant(name, desc, bytes)
     }
 
-    /// A buffer of this node.
-    pub fn add_buffer(&mut self, name: &str, bytes: u64, life: BufferLife) -> BufferId {
+    pub(super) fn add_buffer(&mut self, name: &str, bytes: u64, life: BufferLife) -> BufferId {
         let known = self.known_buffer(name, bytes, |known| *known == life);
         known.unwrap_or_else(|| self.new_buffer(name, bytes, life))
     }
 
     /// The buffer that is the same in the recording before.
     fn known_buffer(&mut self, name: &str, bytes: u64, lives: impl Fn(&BufferLife) -> bool) -> Option<BufferId> {
-        let node = self.context.node;
+        let node = self.node;
         let is_same =
             |known: &VirtualBuffer| known.bytes == bytes && lives(&known.life) && is_label(&known.label, node, name);
         self.replay.as_mut().and_then(|replay| replay.buffer(self.recording, is_same))
@@ -128,25 +109,48 @@ impl Recorder<'_> {
         self.recording.add_buffer(VirtualBuffer { label, bytes, life })
     }
 
-    /// A buffer whose contents are known now.
-    pub fn constant_buffer(&mut self, name: &str, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> BufferId {
+    pub(super) fn constant_buffer(&mut self, name: &str, bytes: impl AsRef<[u8]> + Into<Arc<[u8]>>) -> BufferId {
         let (given, length) = (bytes.as_ref(), bytes.as_ref().len() as u64);
         let same = |life: &BufferLife| matches!(life, BufferLife::Constant(old) if is_equal(old, given));
         let known = self.known_buffer(name, length, same);
         known.unwrap_or_else(|| self.new_buffer(name, length, BufferLife::Constant(bytes.into())))
     }
 
-    /// The table of an output port.
-    pub fn output_table(&mut self, port: &str, bytes: u64, life: BufferLife) -> BufferId {
-        let buffer = self.add_buffer(port, bytes, life);
-        self.set_output(port, InputValue::Buffer(buffer));
-        buffer
+    /// A pass reads or draws a level and a layer that there is.
+    pub(super) fn require_part(&self, part: Subresource, place: &str) {
+        let image = self.recording.image(part.image);
+        let ImageDesc { levels, layers, .. } = image.desc;
+        assert!(
+            part.level < levels && part.layer < layers,
+            "`{place}` names level {} of layer {} of `{}`: {}",
+            part.level,
+            part.layer,
+            image.label,
+            shape(image.desc)
+        );
     }
 
-    /// The value of an output port: one `vec4f`.
-    pub fn output_value(&mut self, port: &str, life: BufferLife) -> BufferId {
-        self.output_table(port, 16, life)
+    pub(super) fn add_pass(&mut self, pass: Pass) {
+        match &mut self.replay {
+            Some(replay) => replay.compare(pass),
+            None => self.recording.passes.push(pass),
+        }
     }
+
+    pub(super) fn pass_label(&self, label: impl Display) -> Label {
+        match &self.replay {
+            Some(replay) => replay.compared(label),
+            None => Label::Own(label.to_string()),
+        }
+    }
+}
+
+/// Samples, levels and layers of an image, for messages.
+pub(super) fn shape(desc: ImageDesc) -> String {
+    let count = |count: u32, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let [samples, levels, layers] = [(desc.samples, "sample"), (desc.levels, "level"), (desc.layers, "layer")]
+        .map(|(number, what)| count(number, what));
+    format!("its image has {samples}, {levels} and {layers}")
 }
 
 /// Returns whether both have the same bytes. Large tables are often the same memory.

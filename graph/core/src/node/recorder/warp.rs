@@ -97,7 +97,7 @@ impl WarpPass<'_, '_> {
             kernels.push(part(WarpPart::Join, "warp_channels", &channels));
         }
         let pass = Pass::of_functions(vec![node.to_owned()], self.label.to_owned(), kernels, image);
-        self.recorder.add_pass(pass);
+        self.recorder.resources.add_pass(pass);
         image
     }
 

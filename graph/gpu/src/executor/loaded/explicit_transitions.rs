@@ -200,18 +200,18 @@ mod tests {
         }",
     );
 
-    params! {
+    node_kind! {
         /// Makes an image twice, of which one is not read.
         pub struct Both {}
-    }
 
-    impl Node for Both {
         const INPUTS: &'static [Input] = &[Input::image("source", "An image.")];
         const OUTPUTS: &'static [Output] = &[
             Output::image("result", OutputState::same("source"), "The image.").or_input("source"),
             Output::image("beside", OutputState::same("source"), "The image.").or_input("source"),
         ];
+    }
 
+    impl Node for Both {
         fn record(&self, pass: &mut Recorder<'_>) {
             let source = pass.image("source");
             let desc = ImageDesc::new(pass.desc(source).size);

@@ -8,10 +8,10 @@ use std::io::{self, ErrorKind, Read};
 
 use exr::meta::attribute::{AttributeValue, ChannelDescription, KeyCode, SampleType, Text, TextSlice};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names};
+use exr::meta::magic_number;
 
 /// The most bytes of a name (OpenEXR, "File Layout").
 pub(super) const LONGEST_NAME: usize = 255;
-/// Longer names need [`LONG_NAMES`].
 const SHORT_NAME: usize = 31;
 /// The flag of a file with long names, beside the version.
 pub(super) const LONG_NAMES: u32 = 0x400;
@@ -57,7 +57,7 @@ impl Head {
     /// Reads the attributes of all parts.
     ///
     /// # Errors
-    /// What reading reports, and the end of the file.
+    /// Errors of reading, and an early end of the file.
     pub(super) fn read(mut from: impl Read) -> io::Result<Self> {
         let [_, version] = [read_word(&mut from)?, read_word(&mut from)?];
         let mut parts = Vec::new();
@@ -73,6 +73,19 @@ impl Head {
                 return Ok(Self { version, parts });
             }
         }
+    }
+
+    /// The bytes of the headers, from the start of the file.
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = [magic_number::BYTES, self.version.to_le_bytes()].concat();
+        for part in &self.parts {
+            for Attribute { name, kind, value } in part {
+                bytes.extend([name, &[0][..], kind, &[0], &(value.len() as u32).to_le_bytes(), value].concat());
+            }
+            bytes.push(0);
+        }
+        bytes.extend((self.version & PARTS != 0).then_some(0));
+        bytes
     }
 
     /// The value of an attribute of a part.
@@ -231,7 +244,7 @@ fn preview_bytes(preview: &[u8]) -> Option<u64> {
     u64::from(width).checked_mul(height.into())?.checked_mul(4)?.checked_add(8)
 }
 
-/// Has a header keep the attributes that the `exr` crate would not write as they are stored: by their bytes.
+/// Stores the bytes of the attributes that the `exr` crate would write differently.
 pub(super) fn keep_bytes(header: &mut Header, stored: &[Attribute]) {
     let written: BTreeMap<Vec<u8>, Option<Attribute>> =
         header.all_named_attributes().map(|(name, value)| (name.to_vec(), Attribute::of(name, &value))).collect();
@@ -259,8 +272,7 @@ pub(super) fn is_structure(name: &[u8]) -> bool {
     STRUCTURE.contains(&name)
 }
 
-/// Takes away what cannot be written: attributes that other readers would refuse, and those that are there twice.
-/// Returns sentences about the former.
+/// Removes attributes that other readers would refuse, and duplicates. Returns notes about the former.
 pub(super) fn remove_unwritable(header: &mut Header) -> Vec<String> {
     let (own, shared) = (&mut header.own_attributes, &mut header.shared_attributes);
     if let Some(code) = own.film_key_code.take() {

@@ -17,7 +17,7 @@ const FAR: f64 = 1000.0;
 
 /// The camera of an image. Matrices are lists of rows, for columns of coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StatedCamera {
+pub struct CameraMatrices {
     /// From the world to the camera, which looks along -z with y up.
     pub view: [[f32; 4]; 4],
     /// From the camera to clip space: x and y from -1 to 1 with y up. Depth is 1 at the near plane, and 0 at the far
@@ -26,7 +26,7 @@ pub struct StatedCamera {
 }
 
 /// The camera of the chosen layer's part.
-pub(crate) fn camera(reader: impl Read + Seek, layer: Option<&str>) -> Result<StatedCamera, CodecError> {
+pub(crate) fn camera(reader: impl Read + Seek, layer: Option<&str>) -> Result<CameraMatrices, CodecError> {
     let Opened { headers, .. } = open(reader)?;
     let part = choose(&headers, layer)?.part;
     of_attributes(&headers[part].own_attributes)
@@ -34,7 +34,7 @@ pub(crate) fn camera(reader: impl Read + Seek, layer: Option<&str>) -> Result<St
 
 /// `worldToCamera` and `worldToNDC` of the OpenEXR standard: for rows of coordinates, with a camera that looks along
 /// +z, and with x and y from 0 at the upper left to 1 at the lower right of the display window.
-pub(crate) fn of_attributes(stated: &LayerAttributes) -> Result<StatedCamera, CodecError> {
+pub(crate) fn of_attributes(stated: &LayerAttributes) -> Result<CameraMatrices, CodecError> {
     let (Some(to_camera), Some(to_ndc)) = (stated.world_to_camera, stated.world_to_normalized_device) else {
         return Err(unsupported("it states no camera: `worldToCamera` or `worldToNDC` is missing")
             .hint("write the camera into a JSON file: `--input camera=FILE.json`"));
@@ -62,7 +62,7 @@ pub(crate) fn of_attributes(stated: &LayerAttributes) -> Result<StatedCamera, Co
     };
     let projection = [2.0 * across - divided, divided - 2.0 * down, depth, divided];
     let view = [0, 1, 2, 3].map(|row| (turn * to_camera).row(row));
-    let camera = StatedCamera { view: view.map(numbers), projection: projection.map(numbers) };
+    let camera = CameraMatrices { view: view.map(numbers), projection: projection.map(numbers) };
     let all = [camera.view, camera.projection];
     if all.as_flattened().as_flattened().iter().all(|number| number.is_finite()) { Ok(camera) } else { Err(wrong()) }
 }

@@ -1,11 +1,11 @@
-//! Blocks to pixels: chunks are read in order, decompressed on all cores, and pasted into place.
+//! Blocks to pixels: the rows of each block are interleaved, and pasted into place.
 
 use std::collections::BTreeSet;
 use std::io::{Read, Seek};
 use std::ops::Range;
 
 use exr::block::chunk::Chunk;
-use exr::block::reader::{ChunksReader, Reader};
+use exr::block::reader::Reader;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
 use exr::meta::MetaData;
@@ -14,15 +14,13 @@ use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
-use super::dwa_counters::check_chunk;
-use super::explain;
+use super::blocks::{missing_blocks, read_batches, unpack};
 use super::select::Choice;
-use crate::codec::CodecError;
 use crate::codec::codes::Colors;
 use crate::codec::limits::zeroed;
-use afterimage_base::panics::catch_panic;
+use crate::codec::{CodecError, guarded};
 
-/// What to read, and where it lies on the display window.
+/// The channels to read, and their place in the display window.
 pub(super) struct Placement {
     pub(super) choice: Choice,
     pub(super) display: IntegerBounds,
@@ -84,34 +82,19 @@ pub(super) fn decode_blocks<T: Sample, R: Read + Seek>(
 ) -> Result<Vec<T>, CodecError> {
     let (width, height) = (placement.display.size.0, placement.display.size.1);
     let mut picture = zeroed::<T>(width * height * 4)?;
-    let mut chunks = reader
-        .filter_chunks(false, |_, tile, block| tile.level_index == Vec2(0, 0) && placement.shows(&block))
-        .map_err(|error| explain(&error))?;
-    let expected = chunks.expected_chunk_count();
-    let batch_size = batch_size(&chunks.headers()[placement.choice.part]);
+    let block_bytes = reader.headers()[placement.choice.part].max_block_byte_size();
     let mut seen = BTreeSet::new();
-    loop {
-        let batch: Vec<Chunk> =
-            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
-        if batch.is_empty() {
-            break;
-        }
-        let mut pieces = placement.decode_batch(batch, chunks.meta_data())?;
+    let is_shown = |block: &BlockIndex, level: Vec2<usize>| level == Vec2(0, 0) && placement.shows(block);
+    let expected = read_batches(reader, block_bytes, is_shown, |batch, meta| {
+        let pieces = batch.into_par_iter().map(|chunk| guarded(|| placement.decode_chunk(chunk, meta)));
+        let mut pieces: Vec<Piece<T>> = pieces.collect::<Result<_, _>>()?;
         seen.extend(pieces.iter().map(|piece| (piece.block.0, piece.block.1)));
         pieces.sort_by_key(|piece| (piece.y, piece.x));
         paste_all(&mut picture, width, &pieces);
-    }
+        Ok(())
+    })?;
     // A table that points twice at one block would leave a hole elsewhere.
     if seen.len() == expected { Ok(picture) } else { Err(missing_blocks()) }
-}
-
-/// Bytes of the chunks that are decoded at a time.
-pub(super) const BATCH_BYTES: usize = 16 << 20;
-
-/// As many chunks as fill this when decompressed: enough for every core, and little enough for the next batch to
-/// find the memory of the last one still in the caches.
-fn batch_size(header: &Header) -> usize {
-    (BATCH_BYTES / header.max_block_byte_size().max(1)).clamp(1, 4096)
 }
 
 /// Puts pieces, sorted by their rows, into place: on all cores if those that begin in one row are a row of tiles.
@@ -159,10 +142,6 @@ impl<T: Copy> Piece<T> {
     }
 }
 
-fn missing_blocks() -> CodecError {
-    CodecError::broken("blocks of the image are missing or stored twice")
-}
-
 impl Placement {
     /// Columns and rows of the block that lie inside the display window, counted in the block.
     fn visible(&self, block: &BlockIndex) -> (Range<usize>, Range<usize>) {
@@ -185,29 +164,12 @@ impl Placement {
         block.layer == self.choice.part && !columns.is_empty() && !rows.is_empty()
     }
 
-    fn decode_batch<T: Sample>(&self, batch: Vec<Chunk>, meta: &MetaData) -> Result<Vec<Piece<T>>, CodecError> {
-        let without_panic = |chunk| {
-            catch_panic(|| self.decode_chunk(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
-        };
-        batch.into_par_iter().map(without_panic).collect()
-    }
-
     fn decode_chunk<T: Sample>(&self, chunk: Chunk, meta: &MetaData) -> Result<Piece<T>, CodecError> {
-        let block = meta
-            .headers
-            .get(chunk.layer_index)
-            .map_or(Ok(()), |header| check_chunk(&chunk, header))
-            .and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false))
-            .map_err(|error| explain(&error))?;
-        let index = block.index;
-        if index.level != Vec2(0, 0) || !self.shows(&index) {
+        let block = unpack(chunk, meta)?;
+        if block.index.level != Vec2(0, 0) || !self.shows(&block.index) {
             return Err(missing_blocks());
         }
-        let header = &meta.headers[self.choice.part];
-        if block.data.len() != index.pixel_size.area() * header.channels.bytes_per_pixel {
-            return Err(CodecError::broken("a block has the wrong size"));
-        }
-        Ok(self.interleave(header, &block))
+        Ok(self.interleave(&meta.headers[self.choice.part], &block))
     }
 
     fn interleave<T: Sample>(&self, header: &Header, block: &UncompressedBlock) -> Piece<T> {
@@ -259,17 +221,17 @@ fn spread<T: Sample>(bytes: &[u8], sample_type: SampleType, out: &mut [T]) {
 }
 
 fn to_rec709<T: Sample>(colors: &Colors, values: &mut [T]) {
-    if colors.is_rec709_light() {
+    if colors.is_linear_rec709() {
         return;
     }
-    let mut light = Vec::new();
+    let mut floats = Vec::new();
     for part in values.chunks_mut(4096) {
-        light.clear();
-        light.extend(part.iter().map(|value| value.to_float()));
-        colors.to_light(&mut light);
-        for (pixel, light) in part.as_chunks_mut::<4>().0.iter_mut().zip(light.as_chunks::<4>().0) {
+        floats.clear();
+        floats.extend(part.iter().map(|value| value.to_float()));
+        colors.decode(&mut floats);
+        for (pixel, rgba) in part.as_chunks_mut::<4>().0.iter_mut().zip(floats.as_chunks::<4>().0) {
             for slot in 0..3 {
-                pixel[slot] = T::from_float(light[slot]);
+                pixel[slot] = T::from_float(rgba[slot]);
             }
         }
     }

@@ -7,8 +7,9 @@ use exr::meta::BlockDescription;
 use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
 
+use super::colors::{color_note, stated_color, stated_colors};
 use super::label::{is_data, named_colors};
-use super::read::{Opened, color_note, notes, open, stated_color, stated_colors};
+use super::read::{Opened, notes, open};
 use super::select::{Choice, choose};
 use crate::codec::codes::Colors;
 use crate::codec::exr_compression::compression_name;

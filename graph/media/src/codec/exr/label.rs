@@ -20,7 +20,7 @@ const G24: Transfer = Transfer::Gamma(Decimal::new(2.4));
 const G26: Transfer = Transfer::Gamma(Decimal::new(2.6));
 
 /// The names of color spaces (Color Interop Forum, "Color Space Encodings for Texture Assets and CG Rendering" and
-/// "Display Color Space IDs"), and those of OpenImageIO for linear light of displays and for `g24_rec709_scene`. `data`
+/// "Display Color Space IDs"), and those of OpenImageIO for display-linear color and for `g24_rec709_scene`. `data`
 /// and `unknown` name none; `g26_xyzd65_display` has a scale that no other has. The linear ones of scenes come first.
 const SPACES: [(&str, Chromaticities, Transfer); 29] = [
     ("lin_rec709_scene", Chromaticities::REC709, Transfer::Linear),
@@ -54,7 +54,6 @@ const SPACES: [(&str, Chromaticities, Transfer); 29] = [
     ("hlg_rec2020_display", Chromaticities::REC2020, Transfer::Hlg),
 ];
 
-/// A statement of `colorInteropID`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Interop {
     Space(Chromaticities, Transfer),
@@ -95,7 +94,7 @@ fn attribute<'a>(header: &'a Header, name: &str) -> Option<&'a AttributeValue> {
     header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
 }
 
-/// Names the primaries of scene light: `colorInteropID`, and `acesImageContainerFlag` for ACES2065-1 in a file that
+/// Names the primaries of scene-linear color: `colorInteropID`, and `acesImageContainerFlag` for ACES2065-1 in a file that
 /// `is_plain`.
 pub(super) fn name_primaries(layer: &mut LayerAttributes, primaries: &Chromaticities, is_plain: bool) {
     let mut linear = SPACES.iter().take_while(|(.., transfer)| *transfer == Transfer::Linear);

@@ -5,28 +5,26 @@ use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
 use afterimage_base::color::{Chromaticities, Transfer};
-use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
-use exr::block::reader::{ChunksReader, Reader};
+use exr::block::reader::Reader;
+use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
-use exr::meta::MetaData;
 use exr::meta::header::{Header, LayerAttributes};
 use rayon::prelude::*;
 
 use super::attributes::remove_unwritable;
-use super::decode::BATCH_BYTES;
-use super::dwa_counters::check_chunk;
+use super::blocks::{missing_blocks, read_batches, unpack};
+use super::colors::file_colors;
 use super::explain;
 use super::label::is_cryptomatte;
 use super::pack::Parts;
-use super::read::{Opened, file_colors, open};
+use super::read::{Opened, open};
 use super::rows::ExrRows;
-use super::select::{Choice, choose, light_channels};
-use super::write::{part_of, picture_names, settle};
+use super::select::{Choice, choose, color_channels};
+use super::write::{finish_attributes, part_of, picture_names};
 use crate::codec::encoding::{Buffer, Image, RowWriter as _};
 use crate::codec::limits::{check_size, zeroed};
-use crate::codec::{CodecError, Encoding, ErrorKind, Metadata, ReadOptions};
-use afterimage_base::panics::catch_panic;
+use crate::codec::{CodecError, Encoding, Metadata, ReadOptions, guarded};
 
 /// Files round their chromaticities, so primaries that differ by less count as equal.
 const TOLERANCE: f64 = 1e-3;
@@ -56,7 +54,7 @@ pub(crate) fn encode_beside(
     let list = channels.iter().map(|&channel| old[part].channels.list[channel].clone()).collect();
     let (mut header, columns) = part_of(size, meta, encoding, &names, list, parts.is_empty());
     keep_attributes(&old[part].own_attributes, &mut header.own_attributes, !channels.is_empty());
-    notes.extend(settle(&mut header, meta));
+    notes.extend(finish_attributes(&mut header, meta));
     let bytes: usize = channels.iter().map(|&c| old[part].channels.list[c].sample_type.bytes_per_sample()).sum();
     let needed = bytes as u64 * u64::from(size.0) * u64::from(size.1);
     reading.budget.check((size.0.into(), size.1.into()), 4, needed)?;
@@ -101,7 +99,6 @@ struct PreservedLayers {
     part: usize,
     /// Its channels that are no part of the picture.
     channels: Vec<usize>,
-    /// The other parts.
     parts: Vec<usize>,
     /// The primaries of the new file.
     primaries: Option<Chromaticities>,
@@ -151,17 +148,17 @@ impl PreservedLayers {
         Ok(kept)
     }
 
-    /// Layers of light keep their numbers, so that the file keeps its primaries, or loses them.
+    /// Preserved color layers keep their values, so the file keeps its primaries; otherwise they are left out.
     fn choose_primaries(
         &mut self,
         headers: &[Header],
         encoding: &Encoding,
         reading: &ReadOptions,
     ) -> Result<(), CodecError> {
-        let light: Vec<Vec<usize>> = headers.iter().map(light_channels).collect();
-        let has_light = self.parts.iter().any(|part| !light[*part].is_empty())
-            || self.channels.iter().any(|channel| light[self.part].contains(channel));
-        if encoding.color.is_none() || !has_light {
+        let colors: Vec<Vec<usize>> = headers.iter().map(color_channels).collect();
+        let has_colors = self.parts.iter().any(|part| !colors[*part].is_empty())
+            || self.channels.iter().any(|channel| colors[self.part].contains(channel));
+        if encoding.color.is_none() || !has_colors {
             return Ok(());
         }
         let header = &headers[self.part];
@@ -171,7 +168,7 @@ impl PreservedLayers {
         };
         if transfer != Transfer::Linear {
             let why = "their numbers are encoded, and those of the output are light";
-            self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+            self.leave_out(headers, |part, channel| colors[part].contains(&channel), why);
             return Ok(());
         }
         match self.primaries {
@@ -181,7 +178,7 @@ impl PreservedLayers {
             Some(asked) if asked.close_to(&own, TOLERANCE) => {}
             Some(_) => {
                 let why = "they are light in the primaries of the input, and the output has others";
-                self.leave_out(headers, |part, channel| light[part].contains(&channel), why);
+                self.leave_out(headers, |part, channel| colors[part].contains(&channel), why);
             }
         }
         Ok(())
@@ -255,47 +252,33 @@ impl Rest<'_> {
     fn read<R: Read + Seek>(&mut self, reader: Reader<R>) -> Result<(), CodecError> {
         let places: Vec<_> = reader.headers().iter().map(places).collect();
         let (part, parts, has_channels) = (self.part, self.parts, !self.channels.is_empty());
-        let mut chunks = reader
-            .filter_chunks(false, |_, tile, block| {
-                let is_kept = has_channels && block.layer == part && tile.level_index == Vec2(0, 0);
-                is_kept || parts.contains(&block.layer)
-            })
-            .map_err(|error| explain(&error))?;
-        let most = (BATCH_BYTES / chunks.headers()[part].max_block_byte_size().max(1)).clamp(1, 4096);
-        let (expected, mut found) = (chunks.expected_chunk_count(), 0);
-        loop {
-            let batch: Vec<Chunk> =
-                chunks.by_ref().take(most).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
-            if batch.is_empty() {
-                break;
-            }
+        let is_kept = |block: &BlockIndex, level: Vec2<usize>| {
+            has_channels && block.layer == part && level == Vec2(0, 0) || parts.contains(&block.layer)
+        };
+        let (block_bytes, mut found) = (reader.headers()[part].max_block_byte_size(), 0);
+        let expected = read_batches(reader, block_bytes, is_kept, |batch, meta| {
             found += batch.len();
             let (unpacked, stored): (Vec<_>, Vec<_>) = batch.into_iter().partition(|chunk| chunk.layer_index == part);
             for chunk in stored {
-                let header = &chunks.headers()[chunk.layer_index];
+                let header = &meta.headers[chunk.layer_index];
                 let tile = header.get_block_data_indices(&chunk.compressed_block).map_err(|error| explain(&error))?;
                 let place = places[chunk.layer_index].get(&key(tile.level_index, tile.tile_index)).copied();
-                self.chunks.push((place.ok_or_else(misplaced)?, chunk));
+                self.chunks.push((place.ok_or_else(missing_blocks)?, chunk));
             }
-            let meta = chunks.meta_data();
-            let blocks = unpacked.into_par_iter().map(|chunk| {
-                catch_panic(|| decompress(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))
-            });
+            let blocks = unpacked.into_par_iter().map(|chunk| guarded(|| unpack(chunk, meta)));
             for block in blocks.collect::<Result<Vec<_>, _>>()? {
-                self.place(&meta.headers[part], &block)?;
+                self.place(&meta.headers[part], &block);
             }
-        }
-        if found == expected { Ok(()) } else { Err(misplaced()) }
+            Ok(())
+        })?;
+        if found == expected { Ok(()) } else { Err(missing_blocks()) }
     }
 
-    fn place(&mut self, header: &Header, block: &UncompressedBlock) -> Result<(), CodecError> {
+    fn place(&mut self, header: &Header, block: &UncompressedBlock) {
         let size = |channel: usize| header.channels.list[channel].sample_type.bytes_per_sample();
         let (at, extent) = (block.index.pixel_position, block.index.pixel_size);
         let stride = self.channels.iter().map(|channel| size(*channel)).sum::<usize>() * header.layer_size.0;
         let line = header.channels.bytes_per_pixel * extent.0;
-        if block.data.len() != line * extent.1 {
-            return Err(CodecError::broken("a block has the wrong size"));
-        }
         let mut start = 0;
         for &channel in self.channels {
             let before = (0..channel).map(size).sum::<usize>() * extent.0;
@@ -306,19 +289,7 @@ impl Rest<'_> {
             }
             start += header.layer_size.0 * size(channel);
         }
-        Ok(())
     }
-}
-
-/// Unpacks a chunk.
-pub(super) fn decompress(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock, CodecError> {
-    let header = meta.headers.get(chunk.layer_index).ok_or_else(misplaced)?;
-    let block = check_chunk(&chunk, header).and_then(|()| UncompressedBlock::decompress_chunk(chunk, meta, false));
-    block.map_err(|error| explain(&error))
-}
-
-fn misplaced() -> CodecError {
-    CodecError::new(ErrorKind::Broken, "blocks of the image are missing or stored twice")
 }
 
 /// A block by its level and its place there, both down and across.

@@ -1,25 +1,20 @@
-//! The numbers of all channels of an EXR file.
+//! Statistics of all channels of an EXR file.
 
 use std::io::{Read, Seek};
 
 use exr::block::UncompressedBlock;
-use exr::block::chunk::Chunk;
-use exr::block::reader::ChunksReader;
 use exr::math::Vec2;
 use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
 use half::f16;
 use rayon::prelude::*;
 
-use super::decode::BATCH_BYTES;
-use super::explain;
-use super::layers::decompress;
+use super::blocks::{read_batches, unpack};
 use super::read::{Opened, open, working_bytes};
 use crate::codec::statistics::ChannelStatistics;
-use crate::codec::{Budget, CodecError};
-use afterimage_base::panics::catch_panic;
+use crate::codec::{Budget, CodecError, guarded};
 
-/// The numbers of the largest level of each channel, part by part.
+/// The statistics of the largest level of each channel, part by part.
 pub(crate) fn measure(reader: impl Read + Seek, budget: Budget) -> Result<Vec<Vec<ChannelStatistics>>, CodecError> {
     let Opened { reader, .. } = open(reader)?;
     let mut parts: Vec<Vec<_>> =
@@ -29,34 +24,27 @@ pub(crate) fn measure(reader: impl Read + Seek, budget: Budget) -> Result<Vec<Ve
         budget.check((header.layer_size.0 as u64, header.layer_size.1 as u64), 0, working_bytes(header))?;
         most = most.max(header.max_block_byte_size());
     }
-    let batch_size = (BATCH_BYTES / most).clamp(1, 4096);
-    let largest = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0));
-    let mut chunks = largest.map_err(|error| explain(&error))?;
-    loop {
-        let batch: Vec<Chunk> =
-            chunks.by_ref().take(batch_size).collect::<Result<_, _>>().map_err(|error| explain(&error))?;
-        if batch.is_empty() {
-            return Ok(parts);
-        }
-        let meta = chunks.meta_data();
-        let measured = batch.into_par_iter().map(|chunk| {
-            let block =
-                catch_panic(|| decompress(chunk, meta)).unwrap_or_else(|panic| Err(CodecError::broken(panic)))?;
-            let header = &meta.headers[block.index.layer];
-            Ok((block.index.layer, of_block(header, &block)?))
-        });
-        for (part, channels) in measured.collect::<Result<Vec<_>, CodecError>>()? {
-            parts[part].iter_mut().zip(channels).for_each(|(all, block)| *all = all.and(block));
-        }
-    }
+    read_batches(
+        reader,
+        most,
+        |_, level| level == Vec2(0, 0),
+        |batch, meta| {
+            let measured = batch.into_par_iter().map(|chunk| {
+                let block = guarded(|| unpack(chunk, meta))?;
+                Ok((block.index.layer, of_block(&meta.headers[block.index.layer], &block)))
+            });
+            for (part, channels) in measured.collect::<Result<Vec<_>, CodecError>>()? {
+                parts[part].iter_mut().zip(channels).for_each(|(all, block)| *all = all.and(block));
+            }
+            Ok(())
+        },
+    )?;
+    Ok(parts)
 }
 
-fn of_block(header: &Header, block: &UncompressedBlock) -> Result<Vec<ChannelStatistics>, CodecError> {
-    let (width, rows) = (block.index.pixel_size.0, block.index.pixel_size.1);
+fn of_block(header: &Header, block: &UncompressedBlock) -> Vec<ChannelStatistics> {
+    let width = block.index.pixel_size.0;
     let line = header.channels.bytes_per_pixel * width;
-    if block.data.len() != line * rows {
-        return Err(CodecError::broken("a block has the wrong size"));
-    }
     let mut found = vec![ChannelStatistics::default(); header.channels.list.len()];
     for row in block.data.chunks_exact(line.max(1)) {
         let mut rest = row;
@@ -71,5 +59,5 @@ fn of_block(header: &Header, block: &UncompressedBlock) -> Result<Vec<ChannelSta
             }
         }
     }
-    Ok(found)
+    found
 }

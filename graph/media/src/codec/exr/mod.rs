@@ -2,7 +2,9 @@
 //! is allocated for pixels before the limits have passed.
 
 mod attributes;
+mod blocks;
 mod camera;
+mod colors;
 mod decode;
 mod describe;
 mod dwa_counters;
@@ -19,7 +21,7 @@ use exr::error::Error;
 
 use crate::codec::{CodecError, ErrorKind};
 
-pub use camera::StatedCamera;
+pub use camera::CameraMatrices;
 pub(crate) use camera::camera;
 #[cfg(test)]
 pub(crate) use camera::of_attributes;
@@ -30,7 +32,7 @@ pub(crate) use read::check;
 pub(crate) use read::decode;
 pub(crate) use rows::ExrRows;
 
-/// Puts an error of the decoder into the user's words.
+/// Explains an error of the decoder to the user.
 fn explain(error: &Error) -> CodecError {
     match error {
         Error::Io(error) => CodecError::reading(error),

@@ -34,7 +34,6 @@ pub(super) struct Parts {
     pub(super) preserved: Vec<u8>,
 }
 
-/// The source of blocks.
 pub(super) struct Content<'p> {
     pub(super) width: u32,
     /// Rows of the picture, from `first_row` on.
@@ -66,20 +65,13 @@ pub(super) fn head(headers: &[Header]) -> Result<Vec<u8>, CodecError> {
         Ok(()) | Err(Error::Aborted) => {}
         Err(error) => return Err(explain(&error)),
     }
-    // Several headers end with an empty one.
-    let end = sort_attributes(&mut bytes, headers.len()) + usize::from(headers.len() > 1);
-    bytes.truncate(end);
-    announce_long_names(&mut bytes)?;
-    Ok(bytes)
-}
-
-/// Sets the flag of files with long names, which the `exr` crate does not do for those of channels and types.
-fn announce_long_names(file: &mut [u8]) -> Result<(), CodecError> {
-    let head = Head::read(&mut &*file).map_err(|error| CodecError::writing(&error))?;
+    let mut head = Head::read(&*bytes).map_err(|error| CodecError::writing(&error))?;
+    head.parts.iter_mut().for_each(|part| part.sort_by(|a, b| a.name.cmp(&b.name)));
     if head.has_long_names() {
-        file[4..8].copy_from_slice(&(head.version | LONG_NAMES).to_le_bytes());
+        // The `exr` crate sets it for names of attributes alone.
+        head.version |= LONG_NAMES;
     }
-    Ok(())
+    Ok(head.to_bytes())
 }
 
 fn ours(panic: &str) -> CodecError {
@@ -195,34 +187,7 @@ fn spread<T: Copy, const N: usize>(row: &[T], slot: usize, to_bytes: impl Fn(T) 
     out.extend(row[slot..].iter().step_by(4).flat_map(|&value| to_bytes(value)));
 }
 
-/// Finite stays finite: beyond the range of a half, the largest half is written.
+/// Converts to a half float; finite values beyond its range become its largest.
 fn to_half(value: f32) -> f16 {
     if value.is_finite() { f16::from_f32(value.clamp(-65504.0, 65504.0)) } else { f16::from_f32(value) }
-}
-
-/// Puts the attributes of each part into the order of their names. The headers' length stays the same, so every offset
-/// stays right. Returns where the last part's end.
-fn sort_attributes(file: &mut [u8], parts: usize) -> usize {
-    let mut start = 8;
-    for _ in 0..parts {
-        let mut attributes: Vec<Vec<u8>> = Vec::new();
-        let mut at = start;
-        while file[at] != 0 {
-            let end = attribute_end(file, at);
-            attributes.push(file[at..end].to_vec());
-            at = end;
-        }
-        attributes.sort();
-        file[start..at].copy_from_slice(&attributes.concat());
-        start = at + 1;
-    }
-    start
-}
-
-/// An attribute is a name and a type, each ended by 0, the length of its value, and the value.
-fn attribute_end(file: &[u8], start: usize) -> usize {
-    let after_zero = |from: usize| from + file[from..].iter().take_while(|b| **b != 0).count() + 1;
-    let length_at = after_zero(after_zero(start));
-    let length: [u8; 4] = std::array::from_fn(|i| file[length_at + i]);
-    length_at + 4 + u32::from_le_bytes(length) as usize
 }

@@ -1,28 +1,27 @@
-//! From the file's header to a picture.
+//! Reads the headers of an EXR file, and decodes a layer to a picture.
 
 use std::io::{Read, Seek, SeekFrom};
 
-use afterimage_base::color::{Chromaticities, Colorimetry, Cones, Decimal, Transfer, Xy};
+use afterimage_base::color::{Chromaticities, Transfer, Xy};
 use exr::block::reader::Reader;
 use exr::error::Error;
 use exr::math::Vec2;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::{Chromaticities as ExrChromaticities, IntegerBounds, SampleType};
+use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::{Header, standard_names};
 
 use super::attributes::{Head, is_window, keep_bytes};
-use super::decode::{BATCH_BYTES, Placement, decode_blocks};
-use super::label::{Interop, interop, is_data, named_colors};
+use super::blocks::BATCH_BYTES;
+use super::colors::{adapted, color_note, stated_color, stated_colors, to_attribute};
+use super::decode::{Placement, decode_blocks};
+use super::label::{Interop, interop, is_data};
 use super::select::{Choice, choose, chosen_layer};
-use super::{explain, subsampled, unsupported};
+use super::{explain, subsampled};
 use crate::codec::chromaticities::adopted_white;
 use crate::codec::codes::Colors;
 use crate::codec::limits::{MAX_BLOCK_BYTES, MAX_EXR_HEADER, MAX_SIDE, too_large};
 use crate::codec::metered::Metered;
 use crate::codec::{CodecError, Metadata, Picture, Pixels, ReadOptions};
-
-/// Primaries that differ by less count as equal.
-const TOLERANCE: f64 = 1e-3;
 
 /// Decodes the chosen layer of an EXR file: its data window, or placed in its display window.
 pub(crate) fn decode(
@@ -104,7 +103,7 @@ pub(super) fn open<R: Read + Seek>(mut reader: R) -> Result<Opened<R>, CodecErro
     Ok(Opened { reader, headers })
 }
 
-/// The fault of a header, by the name of the channel or the attribute if that is known.
+/// The error of a header; it names the channel or the attribute if that is known.
 fn explain_header(error: &Error, head: Option<&Head>) -> CodecError {
     let known = match error {
         Error::Invalid(what) | Error::NotSupported(what) if what.contains("sampling") => {
@@ -176,77 +175,6 @@ fn pixel_type(header: &Header, choice: &Choice) -> SampleType {
     let mut chosen = choice.slots.iter().flatten();
     let all_half = chosen.all(|&slot| header.channels.list[slot].sample_type == SampleType::F16);
     if all_half { SampleType::F16 } else { SampleType::F32 }
-}
-
-/// The meaning of the numbers of the picture, if the file states it; `None` for gray and data, too, which need nothing.
-pub(super) fn stated_colors(
-    header: &Header,
-    choice: &Choice,
-) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
-    if !choice.is_rgb() || is_data(header) {
-        return Ok(None);
-    }
-    file_colors(header)
-}
-
-/// The primaries and the function that the file states for all its layers of light.
-pub(super) fn file_colors(header: &Header) -> Result<Option<(Chromaticities, Transfer)>, CodecError> {
-    let named = named_colors(header).map(|(primaries, transfer, _)| (primaries, transfer));
-    let Some(attribute) = header.shared_attributes.chromaticities else { return Ok(named) };
-    let primaries = from_attribute(&attribute).ok_or_else(|| {
-        unsupported("its `chromaticities` attribute describes no color space")
-            .hint("correct or remove that attribute; without it, Rec.709 is assumed")
-    })?;
-    Ok(Some((primaries, named.map_or(Transfer::Linear, |(_, transfer)| transfer))))
-}
-
-/// The sentence about a color space that is not known, or stated in two ways.
-pub(super) fn color_note(header: &Header, choice: &Choice) -> Option<String> {
-    let stated = header.shared_attributes.chromaticities.as_ref().and_then(from_attribute);
-    let read = if stated.is_some() { "`chromaticities`" } else { "Rec.709" };
-    match interop(header).filter(|_| choice.is_rgb())? {
-        Interop::Data => Some("its `colorInteropID` is `data`: the numbers are read as they are".to_owned()),
-        Interop::Unknown(id) => Some(format!(
-            "its `colorInteropID` is `{id}`, which is not known: the colors are read as linear light of {read}"
-        )),
-        Interop::Space(named, _) => stated.filter(|stated| !stated.close_to(&named, TOLERANCE)).map(|_| {
-            "its `chromaticities` and its `colorInteropID` contradict each other: the former are believed".to_owned()
-        }),
-    }
-}
-
-fn from_attribute(attribute: &ExrChromaticities) -> Option<Chromaticities> {
-    let points = [attribute.red, attribute.green, attribute.blue, attribute.white];
-    let numbers: Vec<f64> = points.iter().flat_map(|xy| [xy.0.into(), xy.1.into()]).collect();
-    Chromaticities::from_numbers(numbers.try_into().expect("four points have eight numbers"))
-}
-
-pub(super) fn to_attribute(primaries: &Chromaticities) -> ExrChromaticities {
-    let [red, green, blue, white] = primaries.points().map(point);
-    ExrChromaticities { red, green, blue, white }
-}
-
-pub(super) fn point(xy: Xy) -> Vec2<f32> {
-    Vec2(xy.x.get() as f32, xy.y.get() as f32)
-}
-
-/// `whiteLuminance` and `adoptedNeutral` are stated only with the primaries that they belong to.
-pub(super) fn stated_color(header: &Header, color: Colorimetry) -> Colorimetry {
-    let own = &header.own_attributes;
-    let white_nits = own.white_luminance.filter(|nits| (1e-6..=1e9).contains(nits)).map(Decimal::from);
-    let adopted_white = own.adopted_neutral.map(|xy| Xy::from([xy.0, xy.1]));
-    Colorimetry { white_nits: white_nits.or(color.white_nits), adopted_white, ..color }
-}
-
-/// A chromaticity after the adaptation from one white to another, which the pixels undergo, too.
-pub(super) fn adapted(xy: Vec2<f32>, from: Xy, to: Xy) -> Option<Vec2<f32>> {
-    if from == to {
-        return Some(xy);
-    }
-    let adapt = Cones::Bradford.adaptation(from.to_xyz(), to.to_xyz());
-    let at = adapt * Xy::from([xy.0, xy.1]).to_xyz();
-    let sum = at.element_sum();
-    at.is_finite().then(|| point(Xy::new(at.x / sum, at.y / sum)))
 }
 
 /// The attributes of the file, as they hold for pixels that [`decode`] has converted to Rec.709.

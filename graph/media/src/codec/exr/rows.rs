@@ -8,7 +8,7 @@ use glam::Mat3;
 
 use super::explain;
 use super::pack::{Content, Parts, head};
-use super::write::{part_of, picture_names, settle};
+use super::write::{finish_attributes, part_of, picture_names};
 use crate::codec::encoding::{RowWriter, Sink};
 use crate::codec::limits::check_sides;
 use crate::codec::{CodecError, Encoding, Metadata, Pixels, Samples};
@@ -43,7 +43,7 @@ impl ExrRows {
         let default = Metadata::of_size(size.0, size.1);
         let meta = meta.unwrap_or(&default);
         let (mut header, columns) = part_of(size, meta, encoding, &picture_names(), Vec::new(), true);
-        let notes = settle(&mut header, meta);
+        let notes = finish_attributes(&mut header, meta);
         let parts = Parts { headers: vec![header], picture: 0, columns, preserved: Vec::new() };
         Ok((Self::of_parts(to, size.0, parts, encoding.conversion())?, notes))
     }

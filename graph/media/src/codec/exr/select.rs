@@ -18,11 +18,10 @@ const PICTURES: [&str; 6] = ["combined", "rgba", "beauty", "rgb", "c", "ci"];
 /// The channel of each of red, green, blue and alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Choice {
-    /// Index of the header.
     pub(super) part: usize,
     /// Channel indices; `None` is 0 for a color and 1 for alpha.
     pub(super) slots: [Option<usize>; 4],
-    /// True for light, which is converted to Rec.709; false for plain numbers such as depth.
+    /// True for color, which is converted to Rec.709; false for data such as depth.
     pub(super) is_color: bool,
 }
 
@@ -115,7 +114,7 @@ impl Group {
         self.channels.iter().find(|(component, _)| is_one(component)).map(|(_, index)| *index)
     }
 
-    /// How to see this group of a part as a picture: color, luminance, a vector, or its only channel.
+    /// The picture that a group of a part shows: a color, a luminance, a vector, or its only channel.
     fn pick(&self, part: usize) -> Option<Choice> {
         if self.find(&["RY"]).or(self.find(&["BY"])).is_some() {
             return None;
@@ -129,8 +128,8 @@ impl Group {
         let (slots, is_color) = match (others.as_slice(), rgb, y) {
             // One channel is gray, whatever its letter.
             (&[&(_, only)], ..) => {
-                let is_light = y == Some(only) || rgb.contains(&Some(only));
-                (gray(only, alpha.filter(|alpha| *alpha != only)), is_light)
+                let is_color = y == Some(only) || rgb.contains(&Some(only));
+                (gray(only, alpha.filter(|alpha| *alpha != only)), is_color)
             }
             (_, [_, Some(_), _] | [Some(_), _, Some(_)], _) => ([rgb[0], rgb[1], rgb[2], alpha], true),
             _ if x.is_some() && y.is_some() => ([x, y, z, alpha], false),
@@ -142,14 +141,14 @@ impl Group {
     }
 }
 
-/// The channels that are light in the primaries of the file: those of color layers. The colors of Cryptomatte are
+/// The channels of color layers, which are in the primaries of the file. The colors of Cryptomatte are
 /// numbers of objects.
-pub(super) fn light_channels(header: &Header) -> Vec<usize> {
+pub(super) fn color_channels(header: &Header) -> Vec<usize> {
     let mattes = cryptomattes(header);
     let groups = Part::new(0, header).groups;
     let choices = groups.iter().filter(|group| !is_matte(&mattes, &group.prefix)).filter_map(|group| group.pick(0));
-    let light = choices.filter(|choice| choice.is_rgb());
-    light.flat_map(|choice| [0, 1, 2].map(|slot| choice.slots[slot])).flatten().collect()
+    let colors = choices.filter(|choice| choice.is_rgb());
+    colors.flat_map(|choice| [0, 1, 2].map(|slot| choice.slots[slot])).flatten().collect()
 }
 
 /// True for a layer that is a rank of one of these Cryptomattes.
@@ -174,7 +173,7 @@ struct Layer {
     choice: Choice,
     /// Its name with that of its part.
     name: String,
-    /// True for light: neither data nor the numbers of objects.
+    /// True for color: neither data nor identifiers of objects.
     is_color: bool,
 }
 

@@ -7,9 +7,9 @@ use exr::meta::header::{Header, ImageAttributes, LayerAttributes, standard_names
 use glam::Mat3;
 
 use super::attributes::{attribute_names, attributes_left_out, is_structure, remove_unwritable};
+use super::colors::{adapted, point, to_attribute};
 use super::label::{describes_old_pixels, name_primaries};
 use super::pack::Column;
-use super::read::{adapted, point, to_attribute};
 use crate::codec::chromaticities::{adopted_white, conversion};
 use crate::codec::{Alpha, Encoding, ExrCompression, Metadata};
 
@@ -25,9 +25,9 @@ impl Encoding {
     }
 }
 
-/// Takes away what cannot be written of the attributes of a part with a picture. Returns sentences about that, and
-/// about what the picture has and the part has not.
-pub(super) fn settle(header: &mut Header, meta: &Metadata) -> Vec<String> {
+/// Removes the attributes of a part that cannot be written. Returns notes about them, and about attributes of the
+/// picture that the part lacks.
+pub(super) fn finish_attributes(header: &mut Header, meta: &Metadata) -> Vec<String> {
     let before = attribute_names(&meta.image, &meta.layer);
     let wanted = attribute_names(&header.shared_attributes, &header.own_attributes);
     let mut notes = remove_unwritable(header);
@@ -128,7 +128,7 @@ fn layer_attributes(size: (u32, u32), meta: &Metadata, image: &ImageAttributes) 
     layer
 }
 
-/// What the colorimetry states replaces what the picture's file stated.
+/// Sets the luminance and the white that the colorimetry states in place of those of the input.
 fn stated_luminance(layer: LayerAttributes, encoding: &Encoding) -> LayerAttributes {
     let white = encoding.color.and_then(|color| color.white_nits).map(|nits| nits.get() as f32);
     let neutral = encoding.color.and_then(|color| color.adopted_white).map(point);

@@ -58,7 +58,7 @@ impl<'a> Bits<'a> {
         Self { data, at: 0, waiting: 0, count: 0, beyond: 0 }
     }
 
-    /// Has at least 57 bits wait.
+    /// Refills the buffer to at least 57 bits.
     fn fill(&mut self) {
         while self.count <= 56 {
             let byte = match self.data.get(self.at..) {
@@ -138,7 +138,7 @@ impl<'a> Bits<'a> {
         }
     }
 
-    /// Passes over the restart marker of that number.
+    /// Skips the restart marker of that number.
     pub(super) fn restart(&mut self, number: u8) -> Result<(), CodecError> {
         let fill = self.data[self.at..].iter().take_while(|byte| **byte == 0xff).count();
         let is_there = fill > 0 && self.data.get(self.at + fill) == Some(&(0xd0 + number));

@@ -8,12 +8,9 @@ use super::segments::{ColorModel, Frame, Segments};
 use crate::codec::codes::{Alpha, Codes, Colors};
 use crate::codec::limits::too_large;
 use crate::codec::orientation::Orientation;
-use crate::codec::{
-    ChannelDescription, CodecError, ColorSpace, Description, ErrorKind, PartDescription, Picture, PictureChannels,
-    ReadOptions, Window, icc,
-};
+use crate::codec::{CodecError, ColorSpace, Description, ErrorKind, Picture, ReadOptions, icc};
 
-/// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear light. An ICC
+/// Decodes a JPEG of eight bits, sequential or progressive, with any arrangement of scans, to linear color. An ICC
 /// profile is applied; without one, the colors are sRGB. The orientation of EXIF is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let file = whole(reader, options.budget.0)?;
@@ -50,31 +47,14 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
     let mut colors = colors(&segments, model, None)?;
     let Frame { width, height, .. } = segments.frame;
     let orientation = segments.exif.and_then(Orientation::of_exif);
-    let size = (width.into(), height.into());
-    let (width, height) = orientation.map_or(size, |orientation| orientation.size(size.0, size.1));
+    let size = orientation.unwrap_or(Orientation::UPRIGHT).size(width.into(), height.into());
     colors.notes.extend(orientation.map(Orientation::note));
     let names: &[&str] = match model {
         ColorModel::Gray => &["Y"],
         ColorModel::Rgb | ColorModel::YCbCr => &["R", "G", "B"],
         ColorModel::Cmyk | ColorModel::Ycck => &["C", "M", "Y", "K"],
     };
-    let window = Window::of_size(width, height);
-    let part = PartDescription {
-        name: None,
-        display: window,
-        data: window,
-        channels: names.iter().map(|name| ChannelDescription { name: (*name).to_owned(), samples: "8 bits" }).collect(),
-        compression: "JPEG".to_owned(),
-        tiles: None,
-    };
-    Ok(Description {
-        format: "JPEG",
-        parts: vec![part],
-        picture: Some(PictureChannels { part: 0, channels: names.iter().map(|name| (*name).to_owned()).collect() }),
-        color: colors.described(),
-        stated_by: colors.stated_by,
-        notes: colors.notes,
-    })
+    Ok(colors.describe(Description::of_picture("JPEG", size, names, "8 bits", "JPEG")))
 }
 
 /// The bytes of a file that may have that many.

@@ -15,13 +15,11 @@ const ZIGZAG: [u8; 64] = [
     47, 55, 62, 63,
 ];
 
-/// Coefficients of a block.
 type Block = [i16; 64];
 
 /// A component: its size, and the coefficients of all of its blocks.
 pub(super) struct Component {
     id: u8,
-    /// Sampling factors.
     pub(super) sampling: [usize; 2],
     /// Columns and rows of samples.
     pub(super) size: [usize; 2],
@@ -64,7 +62,6 @@ impl Component {
     }
 }
 
-/// The largest sampling factors.
 pub(super) fn max_sampling(frame: &Frame) -> [usize; 2] {
     let most = |of: fn(&ComponentHeader) -> usize| frame.components.iter().map(of).max().unwrap_or(1);
     [most(|component| component.horizontal), most(|component| component.vertical)]

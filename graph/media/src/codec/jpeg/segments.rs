@@ -1,4 +1,4 @@
-//! The segments of a JPEG (ITU-T T.81, annex B): what they state, and where the data of its scans are.
+//! Parses the segments of a JPEG (ITU-T T.81, annex B), and finds the data of its scans.
 
 use crate::codec::limits::MAX_SCANS;
 use crate::codec::{CodecError, ErrorKind};
@@ -25,9 +25,7 @@ mod marker {
 
 /// A part of a file that decoding needs, in the order of the file.
 pub(super) enum Segment<'a> {
-    /// Quantization tables.
     Quantization(&'a [u8]),
-    /// Huffman tables.
     Huffman(&'a [u8]),
     /// MCUs between two restart markers; 0 for none.
     RestartInterval(usize),
@@ -123,7 +121,7 @@ impl<'a> Segments<'a> {
         }
     }
 
-    /// What is left out of the picture.
+    /// Notes about what reading leaves out.
     pub(super) fn notes(&self) -> Vec<String> {
         if self.has_gain_map {
             vec!["its gain map is not applied: the picture is the one for SDR displays".to_owned()]

@@ -22,7 +22,6 @@ pub(crate) struct JpegRows {
 }
 
 impl JpegRows {
-    /// Starts the thread.
     pub(crate) fn new(to: Box<dyn Sink>, size: (u32, u32), encoding: &Encoding) -> Result<Self, CodecError> {
         let (width, height) = sides(size)?;
         let profile = encoding.color.map(profile).transpose()?;

@@ -1,5 +1,5 @@
-//! The chunks before the pixels of a PNG. What states colors is taken out of the stream, so that a chunk that is broken
-//! or means nothing never keeps the pixels from being read.
+//! The chunks before the pixels of a PNG. Color chunks are taken out of the stream, so that a broken or unknown one does
+//! not prevent decoding.
 
 use std::io::{self, BufRead, Chain, Cursor, Read, Seek, SeekFrom};
 
@@ -16,17 +16,13 @@ pub(super) type Stated<T> = Option<Result<T, &'static str>>;
 pub(super) struct Chunks {
     /// `cICP`: primaries, transfer function, matrix and range.
     pub(super) cicp: Stated<[u8; 4]>,
-    /// `iCCP`.
     pub(super) profile: Stated<Vec<u8>>,
-    /// `sRGB`.
     pub(super) srgb: Stated<()>,
-    /// `gAMA`.
     pub(super) gamma: Stated<f64>,
     /// `cHRM`: x and y of white, red, green and blue.
     pub(super) chromaticities: Stated<[f64; 8]>,
     /// `mDCV`: the peak of the mastering display in cd/m2.
     pub(super) mastering_peak: Option<f64>,
-    /// `eXIf`.
     pub(super) exif: Option<Vec<u8>>,
     pub(super) is_animated: bool,
     pub(super) has_gain_map: bool,

@@ -1,5 +1,5 @@
-//! What a PNG states about its colors: the chunks of PNG, third edition, 4.3 and 11.3.2. Chunks that are written
-//! together never contradict each other.
+//! The color chunks of a PNG (third edition, 4.3 and 11.3.2). Chunks that are written together never contradict each
+//! other.
 
 use std::borrow::Cow;
 
@@ -28,9 +28,8 @@ pub(super) struct Label {
 enum Older {
     /// `sRGB`, with the `gAMA` and `cHRM` for readers that do not know it.
     Srgb,
-    /// `gAMA` and `cHRM`: exact for linear light and powers.
+    /// `gAMA` and `cHRM`: exact for linear values and powers.
     Gamma(u32, Chromaticities),
-    /// `iCCP`.
     Profile(Vec<u8>),
     /// Nothing: PQ and HLG have no older form.
     None,

@@ -1,9 +1,8 @@
-//! PNG in (8 and 16 bits, decoded to linear light) and out (8 and 16 bits, dithered), with what the file states about
-//! its colors.
+//! Reads PNG (8 and 16 bits) as linear color and writes it (8 and 16 bits, dithered), with its color chunks.
 
 mod chunks;
+mod colors;
 mod label;
-mod light;
 mod read;
 mod strips;
 mod write;

@@ -5,17 +5,15 @@ use std::io::{BufRead, Seek};
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
 use super::chunks;
-use super::light::colors;
+use super::colors::colors;
 use crate::codec::codes::{Alpha, Codes};
 use crate::codec::limits::{MAX_PNG_EXTRAS, too_large, zeroed};
 use crate::codec::orientation::Orientation;
-use crate::codec::{
-    ChannelDescription, CodecError, Description, PartDescription, Picture, PictureChannels, ReadOptions, Window,
-};
+use crate::codec::{CodecError, Description, Picture, ReadOptions};
 
-/// Decodes a PNG to linear light. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
+/// Decodes a PNG to linear color. The first of `cICP`, `iCCP`, `sRGB`, and `gAMA` with `cHRM` that is understood is
 /// applied; those before it are noted. The straight alpha of the file
-/// is multiplied into the light, unless `options` keep it apart. The orientation of
+/// is multiplied into the color, unless `options` keep it apart. The orientation of
 /// an `eXIf` chunk before the pixels is applied.
 pub(crate) fn decode(reader: impl BufRead + Seek, options: &ReadOptions) -> Result<Picture, CodecError> {
     let (chunks, rest) = chunks::read(reader)?;
@@ -67,25 +65,8 @@ pub(crate) fn describe(reader: impl BufRead + Seek) -> Result<Description, Codec
         ColorType::Indexed => &["R", "G", "B"],
     };
     let samples = if info.bit_depth == BitDepth::Sixteen { "16 bits" } else { "8 bits" };
-    let (width, height) = (info.width, info.height);
-    let (width, height) = orientation.map_or((width, height), |orientation| orientation.size(width, height));
-    let window = Window::of_size(width, height);
-    let part = PartDescription {
-        name: None,
-        display: window,
-        data: window,
-        channels: names.iter().map(|name| ChannelDescription { name: (*name).to_owned(), samples }).collect(),
-        compression: "deflate".to_owned(),
-        tiles: None,
-    };
-    Ok(Description {
-        format: "PNG",
-        parts: vec![part],
-        picture: Some(PictureChannels { part: 0, channels: names.iter().map(|name| (*name).to_owned()).collect() }),
-        color: colors.described(),
-        stated_by: colors.stated_by,
-        notes: colors.notes,
-    })
+    let size = orientation.unwrap_or(Orientation::UPRIGHT).size(info.width, info.height);
+    Ok(colors.describe(Description::of_picture("PNG", size, names, samples, "deflate")))
 }
 
 fn explain(error: &DecodingError) -> CodecError {

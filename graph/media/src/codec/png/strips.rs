@@ -20,8 +20,8 @@ pub(super) struct Strips {
     above: Vec<u16>,
     /// Rows that do not fill a strip yet.
     waiting: Vec<u16>,
-    /// The last packed strip, which is a chunk with what may follow.
-    held: Vec<u8>,
+    /// The last packed strip; it is written with what may follow it, as one chunk.
+    chunk: Vec<u8>,
     /// The two sums of Adler-32 so far.
     sums: [u64; 2],
 }
@@ -41,10 +41,9 @@ const HEAD: [u8; 2] = [0x78, 0x01];
 const ADLER: u64 = 65521;
 
 impl Strips {
-    /// Begins a stream.
     pub(super) fn new(width: u32, channels: usize, bits: u32) -> Self {
         let row = width as usize * channels;
-        Self { row, channels, bits, above: vec![0; row], waiting: Vec::new(), held: HEAD.to_vec(), sums: [1, 0] }
+        Self { row, channels, bits, above: vec![0; row], waiting: Vec::new(), chunk: HEAD.to_vec(), sums: [1, 0] }
     }
 
     /// Writes the strips that these rows fill.
@@ -57,16 +56,14 @@ impl Strips {
         self.pack(to, self.waiting.len() / strip * strip)
     }
 
-    /// Ends the stream.
     pub(super) fn finish<W: Write>(mut self, to: &mut Writer<W>) -> Result<(), EncodingError> {
         self.pack(to, self.waiting.len())?;
         // An empty block that is the last one.
-        self.held.extend([0x03, 0x00]);
-        self.held.extend(&(self.sums[1] << 16 | self.sums[0]).to_be_bytes()[4..]);
-        to.write_chunk(IDAT, &self.held)
+        self.chunk.extend([0x03, 0x00]);
+        self.chunk.extend(&(self.sums[1] << 16 | self.sums[0]).to_be_bytes()[4..]);
+        to.write_chunk(IDAT, &self.chunk)
     }
 
-    /// Bytes of a code.
     fn bytes(&self) -> usize {
         self.bits as usize / 8
     }
@@ -78,7 +75,6 @@ impl Strips {
         }
     }
 
-    /// Codes of a strip.
     fn strip(&self) -> usize {
         (STRIP_BYTES / (self.row * self.bytes())).max(1) * self.row
     }
@@ -97,11 +93,11 @@ impl Strips {
             packed(&self.filtered(codes, above))
         });
         for Packed { blocks, bytes, checksum } in strips.collect::<Vec<_>>() {
-            if self.held.len() > HEAD.len() {
-                to.write_chunk(IDAT, &self.held)?;
-                self.held.clear();
+            if self.chunk.len() > HEAD.len() {
+                to.write_chunk(IDAT, &self.chunk)?;
+                self.chunk.clear();
             }
-            self.held.extend(blocks);
+            self.chunk.extend(blocks);
             // The sums of a strip begin at 1 and 0, too.
             let [low, high] = [u64::from(checksum & 0xffff), u64::from(checksum >> 16)];
             let before = self.sums[0] + ADLER - 1;

@@ -63,8 +63,8 @@ impl RowWriter for PngRows {
     }
 }
 
-/// The writer of an image that is in memory, whose pixels decide about alpha and the stated light level, and sentences
-/// about what is left out.
+/// The writer of an image in memory, whose pixels determine alpha and the content light level, and notes about what is
+/// left out.
 pub(crate) fn writer_of_image(
     to: Box<dyn Sink>,
     image: Image<'_>,
@@ -101,7 +101,7 @@ fn keeps_alpha(samples: Samples<'_>, encoding: &Encoding) -> bool {
     }
 }
 
-/// A sentence about light that straight color cannot hold.
+/// A note about premultiplied color that straight color cannot hold.
 fn cut_light(samples: Samples<'_>, encoding: &Encoding) -> Option<String> {
     let color = Premultiplied::new(encoding.color);
     let is_straight = encoding.premultiplied && encoding.alpha != Alpha::Drop;

@@ -195,7 +195,7 @@ impl Drawing<'_> {
         }
     }
 
-    /// A ground under the nodes of one pass, in a color of its own.
+    /// A background behind the nodes of one pass, in its own color.
     fn fused(&self, ui: &Ui) {
         for placed in self.placed {
             let Item::Node(node) = placed.item else { continue };

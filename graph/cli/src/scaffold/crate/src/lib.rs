@@ -5,7 +5,7 @@ use afterimage_graph::prelude::*;
 // The name is the file that messages about the shader point to.
 static SHADER: Shader = Shader::new("my_kind.wgsl", include_str!("my_kind.wgsl"));
 
-params! {
+node_kind! {
     /// Tints the image.
     pub struct MyKind {
         /// Share of the effect. 0 changes nothing.
@@ -13,14 +13,14 @@ params! {
         /// The color of what was white.
         pub tint: [f32; 3] = [1.0, 0.8, 0.6] => within(0.0..=1.0);
     }
-}
 
-impl Node for MyKind {
     const INPUTS: &'static [Input] = &[Input::image("source", "The image, before or after the tone curve.")
         .accepts(&[ColorState::Scene, ColorState::Exposed, ColorState::DisplayLinear])];
     const OUTPUTS: &'static [Output] =
         &[Output::image("result", OutputState::same("source"), "The tinted image.").or_input("source")];
+}
 
+impl Node for MyKind {
     // A node that changes nothing is skipped: its readers read its fallback.
     fn is_identity(&self, _: &InputValues) -> bool {
         self.amount == 0.0

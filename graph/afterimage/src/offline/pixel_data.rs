@@ -1,4 +1,4 @@
-//! The numbers of rendered images.
+//! Pixels of rendered images in the memory of the processor.
 
 use afterimage_gpu::Texels;
 use afterimage_graph::color::Colorimetry;
@@ -9,7 +9,7 @@ use afterimage_plan::PlanOutput;
 use super::quantize::with_samples;
 use crate::error::Error;
 
-/// The conversion of outputs for a display to numbers. Light and data are not encoded: they have the type that the
+/// The components of outputs for a display. Linear color and data are not encoded: they have the type that the
 /// pipeline stores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
@@ -41,9 +41,9 @@ impl Encoding {
     }
 }
 
-/// The type of the numbers of an image.
+/// The type of the components of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NumberType {
+pub enum ComponentType {
     /// Codes of 8 bits.
     U8,
     /// Codes of 16 bits.
@@ -54,39 +54,39 @@ pub enum NumberType {
     F32,
 }
 
-/// The format of an image with numbers of this type; `None` if no texture for an input has it.
-pub fn format_of(ty: NumberType, channels: u32) -> Option<Format> {
+/// The format of an image with components of this type; `None` if no texture for an input has it.
+pub fn format_of(ty: ComponentType, channels: u32) -> Option<Format> {
     match (ty, channels) {
-        (NumberType::F16, 1) => Some(Format::R16Float),
-        (NumberType::F16, 2) => Some(Format::Rg16Float),
-        (NumberType::F16, 4) => Some(Format::Rgba16Float),
-        (NumberType::F32, 1) => Some(Format::R32Float),
-        (NumberType::F32, 4) => Some(Format::Rgba32Float),
+        (ComponentType::F16, 1) => Some(Format::R16Float),
+        (ComponentType::F16, 2) => Some(Format::Rg16Float),
+        (ComponentType::F16, 4) => Some(Format::Rgba16Float),
+        (ComponentType::F32, 1) => Some(Format::R32Float),
+        (ComponentType::F32, 4) => Some(Format::Rgba32Float),
         _ => None,
     }
 }
 
-/// The numbers of an image: row by row without gaps, the channels of a pixel side by side.
-pub enum Numbers {
-    /// The bytes of numbers of a type.
-    Bytes(Vec<u8>, NumberType),
+/// The components of an image: row by row without gaps, the channels of a pixel side by side.
+pub enum PixelData {
+    /// The bytes of components of a type.
+    Bytes(Vec<u8>, ComponentType),
     /// Codes of 16 bits.
     Codes(Vec<u16>),
     /// 32-bit floats.
     Floats(Vec<f32>),
 }
 
-impl Numbers {
-    /// The type of the numbers.
-    pub fn ty(&self) -> NumberType {
+impl PixelData {
+    /// The type of the components.
+    pub fn ty(&self) -> ComponentType {
         match self {
             Self::Bytes(_, ty) => *ty,
-            Self::Codes(_) => NumberType::U16,
-            Self::Floats(_) => NumberType::F32,
+            Self::Codes(_) => ComponentType::U16,
+            Self::Floats(_) => ComponentType::F32,
         }
     }
 
-    /// The bytes of the numbers, as the processor stores them.
+    /// The bytes of the components, as the processor stores them.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Self::Bytes(bytes, _) => bytes,
@@ -100,13 +100,13 @@ impl Numbers {
 pub struct RenderedImage {
     /// The name of the output.
     pub name: String,
-    /// Its numbers.
-    pub numbers: Numbers,
-    /// Numbers of a pixel, 1 to 4.
+    /// Its pixels.
+    pub data: PixelData,
+    /// Components of a pixel, 1 to 4.
     pub channels: usize,
     /// Its size, and the format in which the pipeline stored it.
     pub desc: ImageDesc,
-    /// The meaning of the numbers.
+    /// The meaning of the components.
     pub state: ColorState,
     /// Primaries, transfer function and white.
     pub colorimetry: Colorimetry,
@@ -129,31 +129,31 @@ impl RenderedImage {
         rounding: Option<&Rounding>,
     ) -> Result<Self, Error> {
         let desc = texels.desc;
-        let (numbers, channels) = match rounding.filter(|_| encoding.is_rounded()) {
+        let (data, channels) = match rounding.filter(|_| encoding.is_rounded()) {
             Some(rounding) => rounded(&texels, rounding, output.colorimetry)?,
             None => plain(texels),
         };
         let (state, colorimetry) = (output.state, output.colorimetry);
-        Ok(Self { name: output.name.clone(), numbers, channels, desc, state, colorimetry })
+        Ok(Self { name: output.name.clone(), data, channels, desc, state, colorimetry })
     }
 }
 
-/// The numbers of linear light, of data, or of encoded numbers that are not rounded.
-fn plain(texels: Texels) -> (Numbers, usize) {
+/// The components of linear color, of data, or of an encoded image that is not rounded.
+fn plain(texels: Texels) -> (PixelData, usize) {
     match texels.desc.format {
-        Format::Rgba16Float => (Numbers::Bytes(texels.bytes, NumberType::F16), 4),
-        Format::Rg16Float => (Numbers::Bytes(texels.bytes, NumberType::F16), 2),
-        Format::R16Float => (Numbers::Bytes(texels.bytes, NumberType::F16), 1),
-        Format::Rgba32Float => (Numbers::Bytes(texels.bytes, NumberType::F32), 4),
-        Format::R32Float | Format::Depth32Float => (Numbers::Bytes(texels.bytes, NumberType::F32), 1),
+        Format::Rgba16Float => (PixelData::Bytes(texels.bytes, ComponentType::F16), 4),
+        Format::Rg16Float => (PixelData::Bytes(texels.bytes, ComponentType::F16), 2),
+        Format::R16Float => (PixelData::Bytes(texels.bytes, ComponentType::F16), 1),
+        Format::Rgba32Float => (PixelData::Bytes(texels.bytes, ComponentType::F32), 4),
+        Format::R32Float | Format::Depth32Float => (PixelData::Bytes(texels.bytes, ComponentType::F32), 1),
         Format::Rgba8Unorm | Format::Rg11b10Ufloat | Format::Depth16Unorm => {
-            (Numbers::Floats(texels.to_floats().into_flattened()), 4)
+            (PixelData::Floats(texels.to_floats().into_flattened()), 4)
         }
     }
 }
 
 /// The codes of the program's PNG.
-fn rounded(texels: &Texels, rounding: &Rounding, color: Colorimetry) -> Result<(Numbers, usize), Error> {
+fn rounded(texels: &Texels, rounding: &Rounding, color: Colorimetry) -> Result<(PixelData, usize), Error> {
     let size = (texels.desc.size.width, texels.desc.size.height);
     let encoding = afterimage_media::Encoding {
         bits: rounding.bits,
@@ -164,9 +164,9 @@ fn rounded(texels: &Texels, rounding: &Rounding, color: Colorimetry) -> Result<(
     };
     let codes = with_samples(texels, |pixels| png_codes(size, pixels, &encoding));
     let (codes, channels) = codes.map_err(|error| Error::Image(error.message))?;
-    let numbers = match rounding.bits {
-        16 => Numbers::Codes(codes),
-        _ => Numbers::Bytes(codes.into_iter().map(|code| code as u8).collect(), NumberType::U8),
+    let data = match rounding.bits {
+        16 => PixelData::Codes(codes),
+        _ => PixelData::Bytes(codes.into_iter().map(|code| code as u8).collect(), ComponentType::U8),
     };
-    Ok((numbers, channels))
+    Ok((data, channels))
 }

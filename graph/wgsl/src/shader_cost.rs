@@ -17,44 +17,44 @@ const SOME_TURNS: i64 = 8;
 
 /// Cost of a function and all that it calls. Code that a constant switches off does not count.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Work {
+pub struct ShaderCost {
     powers: usize,
     has_loop: bool,
-    effort: Effort,
+    pressure: RegisterPressure,
     reads: usize,
 }
 
 /// Number of registers that a function needs: more texels in flight need more of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Effort {
+pub enum RegisterPressure {
     /// Few powers, and loops of a few turns at most.
     #[default]
-    Light,
+    Low,
     /// Many powers, or loops of some turns.
     Medium,
     /// Loops of many turns, or of a number that no constant states.
-    Heavy,
+    High,
 }
 
-/// The work of each function of a module.
-pub(crate) fn works(module: &Module) -> Vec<(&String, Work)> {
-    let mut works: Vec<Work> = Vec::with_capacity(module.functions.len());
+/// The cost of each function of a module.
+pub(crate) fn shader_costs(module: &Module) -> Vec<(&String, ShaderCost)> {
+    let mut shader_costs: Vec<ShaderCost> = Vec::with_capacity(module.functions.len());
     // A module declares functions before those that call them.
     for (_, function) in module.functions.iter() {
-        works.push(Work::of(module, function, &works));
+        shader_costs.push(ShaderCost::of(module, function, &shader_costs));
     }
-    let named = module.functions.iter().zip(works);
-    named.filter_map(|((_, function), work)| Some((function.name.as_ref()?, work))).collect()
+    let named = module.functions.iter().zip(shader_costs);
+    named.filter_map(|((_, function), cost)| Some((function.name.as_ref()?, cost))).collect()
 }
 
-impl Work {
+impl ShaderCost {
     /// Returns whether it takes longer than a trip of its result through memory.
     pub(crate) fn is_heavy(self) -> bool {
         self.has_loop || self.powers > FEW_POWERS
     }
 
-    pub(crate) fn effort(self) -> Effort {
-        if self.powers > FEW_POWERS { self.effort.max(Effort::Medium) } else { self.effort }
+    pub(crate) fn register_pressure(self) -> RegisterPressure {
+        if self.powers > FEW_POWERS { self.pressure.max(RegisterPressure::Medium) } else { self.pressure }
     }
 
     /// Upper bound of the texels that it reads through the library, in all turns of its loops.
@@ -62,15 +62,15 @@ impl Work {
         self.reads
     }
 
-    /// `known` holds the work of the functions before.
+    /// `known` holds the cost of the functions before.
     fn of(module: &Module, function: &Function, known: &[Self]) -> Self {
         let count = |matches: fn(&Expression) -> bool| {
             function.expressions.iter().filter(|(_, expression)| matches(expression)).count()
         };
-        let work = Self { powers: count(is_power), reads: count(is_read), ..Self::default() };
-        let mut walk = Walk { module, function, known, work, turns: 1 };
+        let cost = Self { powers: count(is_power), reads: count(is_read), ..Self::default() };
+        let mut walk = Walk { module, function, known, cost, turns: 1 };
         walk.block(&function.body);
-        walk.work
+        walk.cost
     }
 }
 
@@ -78,8 +78,8 @@ impl Work {
 struct Walk<'m> {
     module: &'m Module,
     function: &'m Function,
-    known: &'m [Work],
-    work: Work,
+    known: &'m [ShaderCost],
+    cost: ShaderCost,
     /// Number of runs of the present statements.
     turns: usize,
 }
@@ -91,21 +91,21 @@ impl Walk<'_> {
             let goes_on = match statement {
                 Statement::Call { function, .. } => {
                     let called = self.known[function.index()];
-                    self.work.powers = self.work.powers.saturating_add(called.powers);
-                    self.work.reads = self.work.reads.saturating_add(called.reads.saturating_mul(self.turns));
-                    self.work.has_loop |= called.has_loop;
-                    self.work.effort = self.work.effort.max(called.effort);
+                    self.cost.powers = self.cost.powers.saturating_add(called.powers);
+                    self.cost.reads = self.cost.reads.saturating_add(called.reads.saturating_mul(self.turns));
+                    self.cost.has_loop |= called.has_loop;
+                    self.cost.pressure = self.cost.pressure.max(called.pressure);
                     true
                 }
                 Statement::Loop { body, continuing, .. } => {
-                    self.work.has_loop = true;
+                    self.cost.has_loop = true;
                     let turns = self.turns(&block[..index], body, continuing);
-                    let effort = match turns {
-                        Some(..=FEW_TURNS) => Effort::Light,
-                        Some(..=SOME_TURNS) => Effort::Medium,
-                        _ => Effort::Heavy,
+                    let pressure = match turns {
+                        Some(..=FEW_TURNS) => RegisterPressure::Low,
+                        Some(..=SOME_TURNS) => RegisterPressure::Medium,
+                        _ => RegisterPressure::High,
                     };
-                    self.work.effort = self.work.effort.max(effort);
+                    self.cost.pressure = self.cost.pressure.max(pressure);
                     let outside = self.turns;
                     let turns = turns.and_then(|turns| usize::try_from(turns).ok()).unwrap_or(usize::MAX);
                     self.turns = outside.saturating_mul(turns);
@@ -214,7 +214,7 @@ fn is_power(expression: &Expression) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::Effort;
+    use super::RegisterPressure;
     use crate::Shader;
 
     #[test]
@@ -230,12 +230,12 @@ fn calls(v: vec4f) -> vec4f {{ if v.x > 0.0 {{ return turns(v); }} return v; }}"
         let shader = Shader::loaded("heavy.wgsl".into(), source);
         assert_eq!(["many", "turns", "calls"].map(|name| shader.is_heavy(name)), [true; 3]);
         assert_eq!(["few", "power"].map(|name| shader.is_heavy(name)), [false; 2]);
-        assert_eq!(["few", "turns"].map(|name| shader.effort(name)), [Effort::Light; 2]);
-        assert_eq!(shader.effort("many"), Effort::Medium);
+        assert_eq!(["few", "turns"].map(|name| shader.register_pressure(name)), [RegisterPressure::Low; 2]);
+        assert_eq!(shader.register_pressure("many"), RegisterPressure::Medium);
     }
 
     #[test]
-    fn the_effort_of_a_loop_is_that_of_its_turns() {
+    fn the_register_pressure_of_a_loop_follows_from_its_turns() {
         let source = "const OFF: bool = false;
 fn square(t: texture_2d<f32>, at: Point) -> vec4f {
     var sum = vec4f();
@@ -249,8 +249,8 @@ fn waits(v: vec4f) -> vec4f { var x = v; while x.x > 0.0 { x -= v; } return x; }
 fn off(v: vec4f) -> vec4f { if OFF { return nine(v); } return v; }
 fn ended(v: vec4f) -> vec4f { if !OFF { return v; } return nine(v); }";
         let shader = Shader::loaded("loops.wgsl".into(), source.into());
-        assert_eq!(["square", "off", "ended"].map(|name| shader.effort(name)), [Effort::Light; 3]);
-        assert_eq!(shader.effort("eight"), Effort::Medium);
-        assert_eq!(["nine", "given", "waits"].map(|name| shader.effort(name)), [Effort::Heavy; 3]);
+        assert_eq!(["square", "off", "ended"].map(|name| shader.register_pressure(name)), [RegisterPressure::Low; 3]);
+        assert_eq!(shader.register_pressure("eight"), RegisterPressure::Medium);
+        assert_eq!(["nine", "given", "waits"].map(|name| shader.register_pressure(name)), [RegisterPressure::High; 3]);
     }
 }
