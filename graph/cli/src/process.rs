@@ -46,8 +46,8 @@ pub(crate) fn pool(name: &'static str) -> Result<ThreadPool, Failure> {
     pool(ThreadPoolBuilder::new()).or_else(|_| pool(ThreadPoolBuilder::new().num_threads(1))).map_err(no_thread)
 }
 
-/// Starts rayon's global threads. Where they start by themselves and the system has no further thread, the program would
-/// end.
+/// Starts rayon's global threads. Where they start by themselves and the system has no further thread, the program
+/// would end.
 ///
 /// # Errors
 /// The system has no further thread.

@@ -141,7 +141,8 @@ impl Gt7 {
     }
 }
 
-/// The tone scale of ACES 2.0: for luminance x, with f = factor * (x / (x + offset))^1.15, the result is f² / (f + 0.04).
+/// The tone scale of ACES 2.0: for luminance x, with f = factor * (x / (x + offset))^1.15, the result is
+/// f² / (f + 0.04).
 #[derive(Clone, Copy, Debug)]
 pub struct Aces2Tone {
     /// The result for middle gray.

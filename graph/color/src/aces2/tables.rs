@@ -28,8 +28,8 @@ pub(super) struct Hulls {
 }
 
 impl Hulls {
-    /// `display` and `source` are the models of the display's and the source's primaries. `brightest` is the luminance up
-    /// to which the source's corners are searched.
+    /// `display` and `source` are the models of the display's and the source's primaries. `brightest` is the luminance
+    /// up to which the source's corners are searched.
     pub(super) fn new(display: Model, source: Model, params: GamutParams, peak: f64, brightest: f64) -> Self {
         let reach = (0..HUES).map(|hue| reach_m(source, params.limit_j, hue as f64)).collect();
         let corners = corners(display, peak / REFERENCE);

@@ -22,8 +22,8 @@ pub struct StressOptions {
     pub quick: bool,
     /// Images are not sanitized. Then stress must fail.
     pub unsanitized: bool,
-    /// The seed of a sampled tenth of the cases that need further shaders: variants of plans, images of half floats, targets without
-    /// optional inputs. `None` for all of it.
+    /// The seed of a sampled tenth of the cases that need further shaders: variants of plans, images of half floats,
+    /// targets without optional inputs. `None` for all of it.
     pub tenth: Option<u64>,
     pub options: Options,
 }

@@ -173,8 +173,8 @@ fn symmetric(shown: &OutputPixels) -> Option<String> {
     different(shown, &other, tolerance).map(|what| format!("a symmetric image does not stay symmetric: {what}"))
 }
 
-/// The ramp rises along the longer side, so the output must rise, up to rounding. Of colors outside of Rec.709, negative
-/// components fall as the others rise.
+/// The ramp rises along the longer side, so the output must rise, up to rounding. Of colors outside of Rec.709,
+/// negative components fall as the others rise.
 fn rising(shown: &OutputPixels) -> Option<String> {
     let step = if shown.size.width >= shown.size.height { 1 } else { shown.size.width as usize };
     let length = shown.size.width.max(shown.size.height) as usize;

@@ -126,8 +126,8 @@ impl Colors {
         matches!(self.decoding, Decoding::Transfer(Transfer::Linear)) && self.matrix.is_none()
     }
 
-    /// Decodes the signals of pixels to linear Rec.709; the curves of sRGB and of powers are extended beyond 0 to 1. Alpha
-    /// stays. Only EXR files have such pixels, and they have no profiles.
+    /// Decodes the signals of pixels to linear Rec.709; the curves of sRGB and of powers are extended beyond 0 to 1.
+    /// Alpha stays. Only EXR files have such pixels, and they have no profiles.
     pub(crate) fn decode(&self, values: &mut [f32]) {
         if let Decoding::Transfer(transfer) = self.decoding
             && transfer != Transfer::Linear
@@ -211,8 +211,8 @@ impl Codes {
         Ok(picture)
     }
 
-    /// Linear Rec.709: half floats for 8 bits, which keep all codes distinct, floats for 16 bits and for HDR. Alpha is 1
-    /// where the file has none.
+    /// Linear Rec.709: half floats for 8 bits, which keep all codes distinct, floats for 16 bits and for HDR. Alpha is
+    /// 1 where the file has none.
     fn decoded(&self, colors: &Colors) -> Result<Pixels, CodecError> {
         let tables = colors.tables(if self.is_wide { 65535 } else { 255 });
         if self.is_wide || colors.is_hdr() {

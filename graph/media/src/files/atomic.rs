@@ -14,8 +14,8 @@ use crate::files::regular::read_bytes;
 use crate::files::rights::{keep_rights, private};
 use crate::files::{FileError, run_files};
 
-/// Writes `bytes` to `path`, atomically: after an error the old file is unchanged, and no partial file is left. Symbolic
-/// links are followed. Devices and pipes are written to directly, because they cannot be replaced.
+/// Writes `bytes` to `path`, atomically: after an error the old file is unchanged, and no partial file is left.
+/// Symbolic links are followed. Devices and pipes are written to directly, because they cannot be replaced.
 ///
 /// A replaced file keeps its mode and, as far as the system permits it, its owner and its group. Temporary files of
 /// killed runs are removed from the folder.

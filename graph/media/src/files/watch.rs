@@ -134,8 +134,8 @@ fn folder_of(place: &Path) -> &Path {
     place.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// True if a change is complete. Where the system reports that a writer has closed a file, earlier events may be about a
-/// partial file.
+/// True if a change is complete. Where the system reports that a writer has closed a file, earlier events may be about
+/// a partial file.
 fn is_whole(kind: EventKind) -> bool {
     match kind {
         EventKind::Access(access) => access == AccessKind::Close(AccessMode::Write),

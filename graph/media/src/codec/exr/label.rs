@@ -94,8 +94,8 @@ fn attribute<'a>(header: &'a Header, name: &str) -> Option<&'a AttributeValue> {
     header.own_attributes.other.get(&name).or_else(|| header.shared_attributes.other.get(&name))
 }
 
-/// Names the primaries of scene-linear color: `colorInteropID`, and `acesImageContainerFlag` for ACES2065-1 in a file that
-/// `is_plain`.
+/// Names the primaries of scene-linear color: `colorInteropID`, and `acesImageContainerFlag` for ACES2065-1 in a file
+/// that `is_plain`.
 pub(super) fn name_primaries(layer: &mut LayerAttributes, primaries: &Chromaticities, is_plain: bool) {
     let mut linear = SPACES.iter().take_while(|(.., transfer)| *transfer == Transfer::Linear);
     if let Some((id, ..)) = linear.find(|(_, known, _)| known == primaries) {

@@ -1,5 +1,5 @@
-//! The chunks before the pixels of a PNG. Color chunks are taken out of the stream, so that a broken or unknown one does
-//! not prevent decoding.
+//! The chunks before the pixels of a PNG. Color chunks are taken out of the stream, so that a broken or unknown one
+//! does not prevent decoding.
 
 use std::io::{self, BufRead, Chain, Cursor, Read, Seek, SeekFrom};
 

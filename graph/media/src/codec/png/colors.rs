@@ -32,8 +32,8 @@ pub(super) fn colors(chunks: &Chunks, channels: usize, space: Option<ColorSpace>
     colors
 }
 
-/// The colors of the first chunk that is understood, in the order of PNG, third edition, 4.3. Chunks that are skipped are
-/// noted.
+/// The colors of the first chunk that is understood, in the order of PNG, third edition, 4.3. Chunks that are skipped
+/// are noted.
 fn stated(chunks: &Chunks, channels: usize, peak: Option<f64>, notes: &mut Vec<String>) -> Option<Colors> {
     match chunks.cicp.map(|cicp| cicp.map_err(str::to_owned).and_then(coding)) {
         Some(Ok((code, (primaries, transfer), is_full))) => {
