@@ -1,22 +1,7 @@
 //! Graph to plan: passes, their order, the barriers between them, the memory of their images, and their shader code.
 //!
-//! [`plan()`] is the list of the stages, in a file or a folder each:
-//!
-//! | stage | what it does |
-//! |---|---|
-//! | `specialize` | decides which nodes run; puts fallbacks in the place of the others |
-//! | `record` | lets every node record its passes; sizes images that depend on earlier frames |
-//! | `cull` | removes passes whose results nothing reads |
-//! | `cache_results` | gives results of nodes that run in some frames memory of their own |
-//! | `sanitize` | puts copies in front of shaders that read host images directly |
-//! | `bake` | replaces runs of point functions by baked LUTs |
-//! | `fusion` | joins passes: point functions, warps, halvings by rows |
-//! | `formats` | chooses dispatch or draw, formats and sample modes |
-//! | `refresh` | decides in which frames each pass runs |
-//! | `schedule` | orders the passes, and groups them into batches without barriers inside |
-//! | `memory` | finds lifetimes, offsets in the heap and slots of the pool |
-//! | `barriers` | states the transitions and aliasing barriers before each batch |
-//! | `codegen` | lays out uniforms, counts workgroups, and writes the shader of a pass when asked |
+//! [`plan()`] is the list of the stages, in a file or a folder each, which says what it does;
+//! `graph/docs/ARCHITECTURE.md` has them in a table.
 //!
 //! No stage uses another one: each gets what the one before has made. Next to them are [`verify`], which checks a
 //! finished plan and shares no code with the stages, and the report: text, JSON, SVG, hash and difference.

@@ -27,12 +27,12 @@ impl InputValues {
         Self { zero, absent }
     }
 
-    /// Returns whether the input is known to be zero everywhere.
+    /// Returns whether the input is known to be zero everywhere; false for a name of no input.
     pub fn is_zero(&self, port: &str) -> bool {
         self.zero.iter().any(|name| name == port)
     }
 
-    /// Returns whether nothing arrives at the input.
+    /// Returns whether nothing arrives at the input; false for a name of no input.
     pub fn is_absent(&self, port: &str) -> bool {
         self.absent.iter().any(|name| name == port)
     }

@@ -5,7 +5,7 @@ use afterimage_base::color::Colorimetry;
 /// Content of the headers of an image file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// The format: `EXR`, `Radiance HDR` or `PNG`.
+    /// The [name](crate::ImageFormat::name) of the format.
     pub format: &'static str,
     /// The parts of an EXR file; one for other formats.
     pub parts: Vec<PartDescription>,
