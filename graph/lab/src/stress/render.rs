@@ -169,6 +169,8 @@ impl Renderer {
         let frames = self.frames(configuration, &plan, request)?;
         let session = configuration.session(target, graph);
         session.load(size, &frames[0].0).map_err(|error| one_line(&error.to_string()))?;
+        // Noise depends on the number of the frame.
+        session.restart();
         let texels = session.render_all(&frames, together).map_err(|error| one_line(&error.to_string()))?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.skipped.iter().map(|skipped| skipped.node.clone()).collect() })
