@@ -38,7 +38,7 @@ fn scenes(gpu: &Gpu) -> [wgpu::TextureView; 2] {
 impl Host {
     fn new() -> Self {
         let gpu = open();
-        let post = Post::new(&gpu, changed("tsushima.ron", None, &[]));
+        let post = Post::new(&gpu, changed("exposure.ron", None, &[]));
         Self { scenes: scenes(&gpu), post, watch: None, gpu }
     }
 
@@ -51,7 +51,7 @@ impl Host {
     }
 
     fn control(&mut self) -> Control {
-        self.post.control("lit.strength").expect("it has this parameter")
+        self.post.control("exposed.stops").expect("it has this parameter")
     }
 
     /// The steps of a host.
@@ -66,7 +66,7 @@ impl Host {
                 self.post.set_value(control, Value::Float(0.2))
             }
             7 => {
-                self.watch = Some(self.post.watch("metered.result"));
+                self.watch = Some(self.post.watch("meter.result"));
                 Ok(())
             }
             9 => {
@@ -75,7 +75,7 @@ impl Host {
             }
             11 => self.post.finish_changes(),
             13 => {
-                self.post.change(changed("tsushima.ron", Some("low"), &[]));
+                self.post.change(changed("exposure.ron", Some("low"), &[]));
                 Ok(())
             }
             15 => self.post.finish_changes(),

@@ -511,6 +511,15 @@ fn figures_of_another_identity_are_refused() {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_folder_and_built_in_charts_are_measured() {
     let folder = Folder::new("charts");
+    // The charts have half a million pixels: one pass is enough.
+    let text = r#"Pipeline(inputs: { "scene": Color },
+        nodes: {
+            "exposed": Exposure(source: "scene"),
+            "mapped": ToneMap(source: "exposed"),
+            "display": Encode(source: "mapped"),
+        },
+        outputs: { "display": "display" }, tiers: { "cheap": { "mapped.curve": ReinhardExtended } })"#;
+    std::fs::write(folder.file("glow.ron"), text).unwrap();
     std::fs::create_dir(folder.file("pictures")).unwrap();
     for (name, frame) in [("b.exr", 0), ("a.exr", 3)] {
         folder.picture(&format!("pictures/{name}"), frame);
@@ -526,8 +535,5 @@ fn a_folder_and_built_in_charts_are_measured() {
     errors.sort_by(f64::total_cmp);
     let [.., second, first] = errors[..] else { panic!("{errors:?}") };
     assert_eq!((number(cheap, "p999"), number(cheap, "p999_without_worst")), (first, second));
-    // Lights of one pixel break what photographs do not.
-    let lights = ["dots", "dots shifted", "one sun", "suns in the night", "lines"];
-    assert!(lights.contains(&cheap["worst_image"].as_str().unwrap()), "{cheap:#}");
     assert!(!run(&["measure", &folder.arg("glow.ron"), &folder.arg("."), "--tiers"]), "the folder has no image");
 }

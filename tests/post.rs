@@ -106,20 +106,20 @@ fn fresh(name: &str, tier: Option<&str>, sets: &[(&str, &str)]) -> Vec<u8> {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_parameter_with_a_handle_follows_without_a_plan() {
-    let mut host = Host::new(changed("tsushima.ron", None, &[]));
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
     let strength = host.post.parameter::<f32>("lit.strength").unwrap();
     let stops = host.post.parameter::<f32>("exposed.stops").unwrap();
     let before = host.shown();
-    assert_same(&before, &fresh("tsushima.ron", None, &[]));
+    assert_same(&before, &fresh("lynx.ron", None, &[]));
     let plan = host.plan();
-    for (value, text) in [(0.5_f32, "0.5"), (0.0, "0.0"), (0.015, "0.015")] {
+    for (value, text) in [(0.5_f32, "0.5"), (0.0, "0.0"), (0.15, "0.15")] {
         host.post.set(strength, value).unwrap();
         host.post.set(stops, 2.0 * value).unwrap();
         assert!(!host.post.is_changing(), "no plan is made");
         let shown = host.shown();
         let wanted = [("lit.strength", text), ("exposed.stops", &format!("{:?}", 2.0 * value))];
         // At a strength of 0 the plan without handles has no bloom, and another rounding.
-        let mut wanted = Host::new(changed("tsushima.ron", None, &wanted));
+        let mut wanted = Host::new(changed("lynx.ron", None, &wanted));
         wanted.post.control("lit.strength").unwrap();
         wanted.post.control("exposed.stops").unwrap();
         assert!(Arc::ptr_eq(&plan, &host.plan()));
@@ -170,27 +170,27 @@ fn wrong_names_types_and_values_are_errors_and_change_nothing() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tier_keeps_what_the_host_has_set() {
-    let mut host = Host::new(changed("tsushima.ron", None, &[]));
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
     let strength = host.post.parameter::<f32>("lit.strength").unwrap();
     host.post.set(strength, 0.25).unwrap();
     host.frame().unwrap();
     for tier in [Some("low"), Some("high"), None] {
-        host.post.change(changed("tsushima.ron", tier, &[]));
+        host.post.change(changed("lynx.ron", tier, &[]));
         host.frame().unwrap();
         host.post.finish_changes().unwrap();
-        assert_same(&host.shown(), &fresh("tsushima.ron", tier, &[("lit.strength", "0.25")]));
+        assert_same(&host.shown(), &fresh("lynx.ron", tier, &[("lit.strength", "0.25")]));
     }
     host.post.unset(strength.control()).unwrap();
-    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[]));
     host.post.set(strength, 0.25).unwrap();
     host.post.change(changed("grade.ron", None, &[]));
     assert_eq!(host.post.value(strength.control()), Some(&Value::Float(0.25)), "it has no such parameter");
     host.post.set(strength, 0.5).unwrap();
     host.post.finish_changes().unwrap();
     assert_same(&host.shown(), &fresh("grade.ron", None, &[]));
-    host.post.change(changed("tsushima.ron", None, &[]));
+    host.post.change(changed("lynx.ron", None, &[]));
     host.post.finish_changes().unwrap();
-    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("lit.strength", "0.5")]));
 }
 
 /// The next frame evaluates the LUT again, with the same plan; a parameter outside of the LUT, and a cut, do not.

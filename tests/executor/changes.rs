@@ -15,7 +15,7 @@ use crate::support::player::Player;
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_tier_swapped_between_two_frames_is_the_tier_from_the_start() {
     let scene = lively(160, 90);
-    let [full, low] = [None, Some("low")].map(|tier| built_in("tsushima.ron", tier));
+    let [full, low] = [None, Some("low")].map(|tier| built_in("lynx.ron", tier));
     for alias in [Alias::Placed, Alias::Pool, Alias::None] {
         let mut player = Player::new();
         let mut show = |renew: bool, graph| {
@@ -100,7 +100,7 @@ fn another_number_rewrites_a_uniform_and_nothing_else() {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_window_of_any_size_shows_what_a_fresh_executor_shows() {
-    let graph = built_in("tsushima.ron", None);
+    let graph = built_in("exposure.ron", None);
     let mut player = Player::new();
     let mut show = |scene: &Picture, renew: bool| {
         if renew {

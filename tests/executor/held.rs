@@ -112,7 +112,7 @@ fn constant_images_of_a_plan_that_failed_are_made_again() {
 fn the_textures_of_old_plans_are_freed() {
     let (instance, mut player) = alone(|_| ());
     let scene = lively(160, 90);
-    let graphs = [None, Some("low")].map(|tier| built_in("tsushima.ron", tier));
+    let graphs = [None, Some("low")].map(|tier| built_in("lynx.ron", tier));
     for alias in [Alias::Placed, Alias::Pool] {
         let mut round = || {
             for graph in &graphs {

@@ -36,7 +36,7 @@ fn the_old_plan_renders_until_the_new_one_is_swapped_in() {
     let _alone = layer::alone();
     let scene = lively(160, 90);
     let mut player = Player::new();
-    let [old, new] = [None, Some("low")].map(|tier| planned(&player, &built_in("tsushima.ron", tier), &scene));
+    let [old, new] = [None, Some("low")].map(|tier| planned(&player, &built_in("lynx.ron", tier), &scene));
     let frames = 40;
     let (before, after) = (alone(&mut player, &old, &scene, frames), alone(&mut player, &new, &scene, 3));
     assert_ne!(before[0], after[0], "the tiers differ");
@@ -283,7 +283,7 @@ fn broken(plan: &Plan) -> Plan {
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_broken_shader_is_an_error_and_the_old_plan_renders_on() {
     let scene = lively(64, 36);
-    let graph = built_in("tsushima.ron", None);
+    let graph = built_in("exposure.ron", None);
     let mut player = Player::new();
     let plan = planned(&player, &graph, &scene);
     let wanted = alone(&mut player, &plan, &scene, 4);

@@ -10,10 +10,10 @@ use crate::support::gpu::changed;
 const TIERS: [&str; 3] = ["low", "high", "ultra"];
 const COSTS: [f64; 3] = [0.5, 0.7, 1.0];
 
-/// A host of `tsushima.ron` at its best tier, without the claims of the file.
+/// A host of `lynx.ron` at its best tier, without the claims of the file.
 fn host() -> Host {
     let mut host = Host::new(changed("lynx.ron", None, &[]));
-    let source = Source::text("look.ron", r#"Pipeline(extends: "tsushima.ron")"#).tier("ultra");
+    let source = Source::text("look.ron", r#"Pipeline(extends: "lynx.ron")"#).tier("ultra");
     host.post = Post::open(&host.gpu, source).unwrap_or_else(|error| panic!("{error}"));
     host
 }
@@ -36,13 +36,13 @@ fn render(host: &mut Host, load: f64, frames: usize) -> Vec<usize> {
 fn the_best_tier_within_the_budget_is_rendered() {
     let mut host = host();
     host.post.govern(4.0, &TIERS).unwrap();
-    assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[]));
     // `ultra` would be over the budget, and `high` leaves too little room to try it.
     let rendered = render(&mut host, 5.0, 200);
     assert_eq!(rendered.last(), Some(&1), "{rendered:?}");
-    assert_same(&host.shown(), &fresh("tsushima.ron", Some("high"), &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("high"), &[]));
     assert_eq!(render(&mut host, 3.0, 200).last(), Some(&2));
-    assert_same(&host.shown(), &fresh("tsushima.ron", Some("ultra"), &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("ultra"), &[]));
     let up = host.post.tier_change().unwrap();
     assert_eq!((up.from.as_str(), up.to.as_str(), up.reason), ("high", "ultra", TierChangeReason::Trial));
     assert!((up.ms - 2.1).abs() < 1e-9, "{up}");
@@ -57,7 +57,7 @@ fn the_best_tier_within_the_budget_is_rendered() {
     assert_eq!(render(&mut host, 7.0, 60).last(), Some(&0));
     host.post.stop_governing();
     assert!(host.post.governor().is_none());
-    assert_same(&host.shown(), &fresh("tsushima.ron", Some("low"), &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", Some("low"), &[]));
 }
 
 #[test]

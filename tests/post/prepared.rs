@@ -8,7 +8,7 @@ use afterimage_gpu::{Frame, FrameKind, Gpu, Rectangle, download, wgpu};
 use afterimage_graph::image::Size;
 
 use super::{assert_same, scene};
-use crate::support::gpu::{Shared, changed};
+use crate::support::gpu::{Shared, changed, gpu, graph};
 
 /// A device whose instance counts nothing of other tests.
 fn alone() -> (wgpu::Instance, Shared) {
@@ -128,7 +128,7 @@ fn wait(post: &mut Post) {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn a_frame_that_cannot_be_prepared_is_an_error() {
-    let gpu = crate::support::gpu::gpu();
+    let gpu = gpu();
     let mut post = Post::new(&gpu, changed("caracal.ron", None, &[]));
     let nothing = ExpectedFrame::default();
     let error = post.prepare(&[nothing]).unwrap_err().to_string();
@@ -139,4 +139,23 @@ fn a_frame_that_cannot_be_prepared_is_an_error() {
     let error = post.prepare(&[nothing; 17]).unwrap_err().to_string();
     assert_eq!(error, "17 frames are announced, and plans are prepared for at most 16");
     assert!(post.is_prepared().unwrap(), "nothing is announced");
+}
+
+/// A block that must be there is in each frame, and an optional one where it is announced.
+#[test]
+#[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
+fn an_announced_frame_has_the_blocks_that_must_be_there() {
+    let gpu = gpu();
+    let text = r#"Pipeline(
+        inputs: { "depth": Depth, "camera": Camera },
+        nodes: { "far": LinearDepth(depth: "depth", camera: "camera") },
+        outputs: { "far": "far" },
+    )"#;
+    let mut post = Post::new(&gpu, graph(text));
+    post.set_task_pool(Arc::new(|task| task()));
+    let inputs = &[("depth", HostImage::new(16, 8, wgpu::TextureFormat::R32Float))];
+    let prepared = post.prepare(&[ExpectedFrame { inputs, ..ExpectedFrame::default() }]);
+    prepared.unwrap_or_else(|error| panic!("{error}"));
+    let is_ready = |_| post.is_prepared().unwrap_or_else(|error| panic!("{error}"));
+    assert!((0..3).any(is_ready), "a plan with the camera is made");
 }

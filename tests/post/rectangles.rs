@@ -8,6 +8,7 @@ use afterimage_plan::Plan;
 
 use super::{Host, assert_same};
 use crate::support::gpu::{Picture, changed, graph, texture_bytes};
+use crate::support::sweep;
 
 const SIZE: Size = Size { width: 96, height: 54, depth: 1 };
 
@@ -83,7 +84,7 @@ fn submit(host: &mut Host, frame: &Frame<'_>) {
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn rectangles_move_without_a_plan_and_leave_what_is_around_them() {
-    for pipeline in ["lynx.ron", "tsushima.ron", "caracal.ron"] {
+    for pipeline in sweep::some(["lynx.ron", "tsushima.ron", "caracal.ron"], 2) {
         let mut host = Host::new(changed(pipeline, None, &[]));
         let picture = Picture::new(SIZE.width, SIZE.height, light);
         host.scene = view(&host, &picture);

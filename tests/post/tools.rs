@@ -89,24 +89,24 @@ fn a_plan_that_comes_in_late_does_not_replace_a_later_change() {
     host.frame().unwrap();
     host.post.set_fact("emissive", false);
     host.frame().unwrap();
-    host.post.change(changed("tsushima.ron", None, &[]));
+    host.post.change(changed("lynx.ron", None, &[]));
     host.post.set_facts(Facts::default());
     for value in [0.1, 0.5] {
         host.post.set(strength, value).unwrap();
         host.frame().unwrap();
     }
     settle(&mut host, &tasks);
-    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[("lit.strength", "0.5")]));
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[("lit.strength", "0.5")]));
 }
 
 #[test]
 #[cfg_attr(no_gpu, ignore = "AFTERIMAGE_NO_GPU is set")]
 fn passes_with_labels_compute_the_same() {
-    let mut host = Host::new(changed("tsushima.ron", None, &[]));
+    let mut host = Host::new(changed("lynx.ron", None, &[]));
     host.post.label_passes(true);
-    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[]));
     host.post.label_passes(false);
-    assert_same(&host.shown(), &fresh("tsushima.ron", None, &[]));
+    assert_same(&host.shown(), &fresh("lynx.ron", None, &[]));
 }
 
 thread_local! {

@@ -203,7 +203,16 @@ impl<'a> Run<'a> {
     pub fn session(&self, gpu: &Gpu) -> Session {
         let mut gpu = gpu.clone();
         gpu.caps.prefer_fragment = self.prefer_fragment;
-        let mut session = Session::new(&gpu, self.graph.clone(), self.facts.clone(), self.options);
+        self.with_blocks(Session::new(&gpu, self.graph.clone(), self.facts.clone(), self.options))
+    }
+
+    /// A session of another run on the same device, as a new one; what it has compiled is kept.
+    pub(super) fn reset(&self, mut session: Session) -> Session {
+        session.reset(self.graph.clone(), self.facts.clone(), self.options);
+        self.with_blocks(session)
+    }
+
+    fn with_blocks(&self, mut session: Session) -> Session {
         self.blocks.iter().for_each(|(name, data)| session.set_block(name, data.clone()));
         session
     }

@@ -29,13 +29,13 @@ pub(crate) fn moving_lines(runner: &mut CaseRunner<'_>, graph: &Graph) {
         None if runner.is_heavy => SIZES[3..].to_vec(),
         None => SIZES.to_vec(),
     };
+    let mut configuration = runner.renderer.configure(|_, _| {}, false);
     for (width, height) in sizes {
         let size = Size::new(width, height);
         if (width as usize) < COLUMNS.end || (height as usize) <= 2 * BORDER {
             continue;
         }
         let inputs = MOVING.map(StressFrame::still);
-        let mut configuration = runner.renderer.configure(|_, _| {}, false);
         let request = RenderRequest { target: runner.target, graph, size, inputs: &inputs, together: true };
         let frames = match runner.renderer.run(&mut configuration, request) {
             Ok(ran) => ran.frames,

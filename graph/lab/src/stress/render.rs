@@ -164,6 +164,8 @@ impl Renderer {
         let frames = self.frames(configuration, &plan, request)?;
         let session = configuration.session(target, graph);
         session.load(size, &frames[0].0)?;
+        // Noise depends on the number of the frame.
+        session.restart();
         let texels = session.render_all(&frames, together)?;
         let frames = texels.into_iter().map(|texels| outputs(&plan, graph, texels)).collect();
         Ok(Rendered { frames, skipped: plan.savings.skipped.iter().map(|skipped| skipped.node.clone()).collect() })

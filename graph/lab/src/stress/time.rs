@@ -7,7 +7,7 @@ use afterimage_graph::node::Invariants;
 use super::case_runner::{CaseRunner, judge};
 use super::images::Extreme;
 use super::laws::{Tolerance, different, invariants};
-use super::render::{OutputPixels, RenderRequest, StressFrame};
+use super::render::{Configuration, OutputPixels, RenderRequest, StressFrame};
 use super::target::Overrides;
 
 /// The name of the long sequence.
@@ -123,7 +123,6 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
     };
     let chosen: Vec<&Sequence> = SEQUENCES.iter().filter(is_chosen).collect();
     for sequence in chosen {
-        // A new configuration for each sequence: noise depends on the number of the frame.
         let mut inputs = (sequence.inputs)();
         if sequence.name == LONG {
             if !is_worth_a_thousand(runner) {
@@ -131,12 +130,14 @@ pub(crate) fn sequences(runner: &mut CaseRunner<'_>, graph: &Graph) {
             }
             shorten(&mut inputs, runner.is_heavy);
         }
-        let Some(frames) = run(runner, graph, sequence.name, &inputs) else { continue };
+        let Some(frames) = run(runner, &mut configuration, graph, sequence.name, &inputs) else { continue };
         let mut wrong: Vec<String> = frames.iter().flatten().flat_map(|shown| judge(shown, true)).take(1).collect();
         if let Some(expected) =
             sequence.expected.as_ref().filter(|expected| expected.always || applies(runner, &invariants))
         {
-            let Some(others) = run(runner, graph, sequence.name, &(expected.inputs)()) else { continue };
+            let expected_inputs = (expected.inputs)();
+            let others = run(runner, &mut configuration, graph, sequence.name, &expected_inputs);
+            let Some(others) = others else { continue };
             wrong.extend(last(&frames, &others, expected, runner.target.is_kind));
             runner.results.judged(sequence.name);
         }
@@ -168,13 +169,13 @@ fn applies(runner: &CaseRunner<'_>, invariants: &Invariants) -> bool {
 
 fn run(
     runner: &mut CaseRunner<'_>,
+    configuration: &mut Configuration,
     graph: &Graph,
     name: &str,
     inputs: &[StressFrame],
 ) -> Option<Vec<Vec<OutputPixels>>> {
-    let mut configuration = runner.renderer.configure(|_, _| {}, false);
     let request = RenderRequest { target: runner.target, graph, size: SIZE, inputs, together: false };
-    match runner.renderer.run(&mut configuration, request) {
+    match runner.renderer.run(configuration, request) {
         Ok(ran) => Some(ran.frames),
         Err(why) => {
             runner.count(&Overrides::new(), SIZE, name, vec![why]);
